@@ -98,7 +98,7 @@ def brake_fields() -> str:
             unless = show(float(default), spec.unit, 6)
         groups[head].append(
             row(symbol(spec.symbol), f"`{key}`", unit(spec), spec.text,
-                spec.allowed(), unless)
+                spec.limits(), unless)
         )  # fmt: skip
     head_row = ("symbol", "name in code and file", "SI unit", "meaning", "allowed", "if not given")
     return "\n\n".join(
@@ -269,7 +269,7 @@ def command_quantities() -> str:
         for p in entry.load().parameters:
             if p.spec is not None:
                 about = (symbol(p.spec.symbol), p.name, unit(p.spec), p.spec.text.rstrip(","))
-                takers.setdefault((*about, p.spec.allowed()), []).append(entry.name)
+                takers.setdefault((*about, p.spec.limits()), []).append(entry.name)
     rows = [
         row(mark, f"`{name}`", si, text, allowed, ", ".join(used))
         for (mark, name, si, text, allowed), used in sorted(takers.items(), key=lambda t: t[0][1:])

@@ -40,13 +40,13 @@ _FORMER = {
     "layerjam.simulate.stick_slip": "JudderRecord:StickSlipRecord amplitude_map",
     "layerjam.studies.machines.apply": "machines",
 }
-"""Names that stood here before the laws had a room of their own; they go on working."""
+"""Former names of the package, {module: names, `old:new` if renamed}; they still work."""
 _FOLDERS = {"design": "design_brake", "lab": "write_campaign", "report": "write_report"}
-"""Folders whose name is a command's: called, they are that command, as they were."""
+"""Folders that have the name of a command; calling the module runs the command."""
 
 
 def _public() -> dict[str, tuple[str, str]]:
-    """{name: (module, name there)} of the typed list beside this file."""
+    """Return {name: (module, name there)} of the names listed in `__init__.pyi`."""
     tree = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
     return {
         alias.asname or alias.name: (str(node.module), alias.name)
@@ -56,21 +56,21 @@ def _public() -> dict[str, tuple[str, str]]:
     }
 
 
-_WHERE = _public()
+_EXPORTS = _public()
 _OLD = {
     entry.split(":")[0]: (module, entry.split(":")[-1])
     for module, entries in _FORMER.items()
     for entry in entries.split()
 }
-__all__ = sorted(_WHERE)  # noqa: PLE0605
+__all__ = sorted(_EXPORTS)  # noqa: PLE0605
 
 
 class _Command(types.ModuleType):
     """A folder that can be called as the command of its name."""
 
-    def __call__(self, *args: Any, **named: Any) -> Any:
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
         return getattr(sys.modules["layerjam"], _FOLDERS[self.__name__.rpartition(".")[2]])(
-            *args, **named
+            *args, **kwargs
         )
 
 
@@ -89,7 +89,7 @@ def __getattr__(name: str) -> Any:
         return importlib.import_module(f"layerjam.{name}")
     if name.startswith("__"):
         raise AttributeError(f"module 'layerjam' has no attribute '{name}'")
-    module, inside = {**_OLD, **_WHERE}.get(name, ("layerjam.laws", name))
+    module, inside = {**_OLD, **_EXPORTS}.get(name, ("layerjam.laws", name))
     value = getattr(importlib.import_module(module), inside, None)
     if value is None:
         raise AttributeError(f"module 'layerjam' has no attribute '{name}'")

@@ -12,27 +12,27 @@ from typing import ClassVar, Self
 
 
 class Notice(str):
-    """A warning beside a result: a sentence for people, and a key for programs."""
+    """A warning next to a result: a sentence for people, and a key for programs."""
 
     key: str
 
     def __new__(cls, sentence: str, key: str = "note") -> Notice:
-        """The sentence; code asks for `key`, never for words of it."""
-        made = super().__new__(cls, sentence)
-        made.key = key
-        return made
+        """Return a notice; programs use `key` and never parse the sentence."""
+        notice = super().__new__(cls, sentence)
+        notice.key = key
+        return notice
 
     def __reduce__(self) -> tuple[type[Notice], tuple[str, str]]:
         return (Notice, (str(self), self.key))
 
 
 class LayerjamError(Exception):
-    """Base of all errors of this package; the command line answers it with exit code 2."""
+    """Base of all errors of this package; the command line then exits with code 2."""
 
     key: ClassVar[str] = "error"
-    """What kind of error this is, for programs; the sentence is for people."""
+    """Kind of error, for programs; the sentence is for people."""
     quantity: str | None = None
-    """Dotted path or name of the quantity the error is about, where it is about one."""
+    """Dotted path or name of the quantity that the error concerns, or None."""
 
 
 class QuantityError(LayerjamError, ValueError):
@@ -46,7 +46,7 @@ class QuantityError(LayerjamError, ValueError):
 
     @classmethod
     def of(cls, quantity: str, reason: str) -> Self:
-        """The error about one quantity; its sentence begins with the quantity's name."""
+        """Return an error about one quantity; its sentence begins with the quantity's name."""
         return cls(f"{quantity}: {reason}", quantity=quantity)
 
 
@@ -64,13 +64,13 @@ class FileError(LayerjamError):
         how: str = "",
         asks: str = "",
     ) -> None:
-        """`how` ends the sentence with the option that helps; `asks` names what it would say.
+        """Build the message: `how` ends it with the option that helps.
 
-        `asks` is "columns", "force-sign", "elongation-sign", "decimal", "specimen", "sheet",
-        "speed" or "reading": a page asks for it in its own way, with `plain` before it.
+        `asks` names the missing choice: "columns", "force-sign", "elongation-sign", "decimal",
+        "specimen", "sheet", "speed" or "reading". A page offers it in its own way, after `plain`.
         """
-        where = f"{path}, line {line}" if line else f"{path}"
-        super().__init__(f"{where}: {reason}{how}")
+        place = f"{path}, line {line}" if line else f"{path}"
+        super().__init__(f"{place}: {reason}{how}")
         self.path = str(path)
         self.reason = reason + how
         self.plain = reason
@@ -79,17 +79,17 @@ class FileError(LayerjamError):
 
 
 class UnknownNameError(LayerjamError, KeyError):
-    """A name that no catalogue holds; offers the nearest ones."""
+    """A name that is not in a catalogue; the message offers the nearest names."""
 
     key = "unknown-name"
 
     def __init__(
-        self, kind: str, name: str, known: Iterable[str], *, quantity: str | None = None
+        self, kind: str, name: str, names: Iterable[str], *, quantity: str | None = None
     ) -> None:
         self.quantity = quantity
-        known = sorted(known)
-        near = difflib.get_close_matches(name.lower(), known, n=3, cutoff=0.3) or known
-        self.message = f"unknown {kind} '{name[:80]}'; did you mean {' or '.join(near[:4])}?"
+        names = sorted(names)
+        suggestions = difflib.get_close_matches(name.lower(), names, n=3, cutoff=0.3) or names
+        self.message = f"unknown {kind} '{name[:80]}'; did you mean {' or '.join(suggestions[:4])}?"
         super().__init__(self.message)
 
     def __str__(self) -> str:
@@ -115,7 +115,7 @@ class ProcedureError(LayerjamError, ValueError):
 
 
 class FitError(LayerjamError, ValueError):
-    """Measurements that do not give the quantity asked for; `path` where it is about one file."""
+    """Measurements that do not determine a quantity; `path` if it concerns one file."""
 
     key = "fit"
     path: str = ""
@@ -123,10 +123,10 @@ class FitError(LayerjamError, ValueError):
 
     @classmethod
     def of(cls, path: object, reason: str) -> Self:
-        """The error about one file; its sentence begins with the path."""
-        made = cls(f"{path}: {reason}")
-        made.path, made.reason = str(path), reason
-        return made
+        """Return an error about one file; its sentence begins with the path."""
+        error = cls(f"{path}: {reason}")
+        error.path, error.reason = str(path), reason
+        return error
 
 
 class MissingExtraError(LayerjamError, ImportError):
@@ -134,22 +134,22 @@ class MissingExtraError(LayerjamError, ImportError):
 
     key = "missing-extra"
 
-    def __init__(self, what: str, extra: str) -> None:
+    def __init__(self, feature: str, extra: str) -> None:
         # double quotes: Windows' shell knows no others
-        super().__init__(f'{what} needs an optional part: pip install "layerjam[{extra}]"')
+        super().__init__(f'{feature} needs an optional part: pip install "layerjam[{extra}]"')
 
     @classmethod
     @contextlib.contextmanager
-    def without(cls, what: str, extra: str) -> Iterator[None]:
-        """Raise it where what is imported inside is not installed."""
+    def raise_if_missing(cls, feature: str, extra: str) -> Iterator[None]:
+        """Raise this error if an import inside the block fails."""
         try:
             yield
         except ImportError:
-            raise cls(what, extra) from None
+            raise cls(feature, extra) from None
 
 
 class CompilerError(LayerjamError):
-    """No C compiler is installed, or it does not build what was asked for."""
+    """A C compiler that is not installed, or that cannot build the code."""
 
     key = "compiler"
 

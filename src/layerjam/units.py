@@ -1,8 +1,8 @@
-"""Text <-> SI at the border, and the `quantity` field: unit, meaning and bounds, stored once.
+"""Text to SI values and back, and the `quantity` field: unit, meaning and bounds, stored once.
 
-Inside the package every number is an SI float. Text such as ``"0.254 mm"`` or ``"94.5kPa"`` is
-read here and nowhere else; pint knows the units, a plain pattern reads the number (so that no
-expression of a user's file is ever evaluated).
+Inside the package every number is an SI float. Only this module reads text such as ``"0.254 mm"``
+or ``"94.5kPa"``. pint knows the units and a plain pattern reads the number: expressions in a user's
+file are never evaluated.
 """
 
 from __future__ import annotations
@@ -49,10 +49,12 @@ FACTORS = {
     "m^3/Pa": {"mL/kPa": "1e-9", "µL/kPa": "1e-12"},
     "m^3/(s Pa)": {"L/(s bar)": "1e-8", "mL/(s bar)": "1e-11"},
 }
-"""SI unit: unit: factor, as pint gives it (a test asks it). They save every command the half second
-in which pint is loaded. Values are shown in these units but for _TYPED; first the usual one."""
+"""{SI unit: {unit: factor}}, as pint gives them (a test compares); pint itself takes 0.5 s to load.
+
+Values are shown in these units except _TYPED; the usual unit comes first.
+"""
 _TYPED = {"cm", "mbar", "bar", "N/mm", "cm/s", "mm/min", "h", "kJ", "L/min", "mL/min"}
-# What to offer when a unit is missing, where it is not the first two.
+# Units to suggest if a unit is missing and the first two do not fit.
 _HINTS = {
     "m": ("mm", "cm"),
     "Pa": ("kPa", "mbar"),
@@ -74,18 +76,18 @@ def _registry() -> Any:
 
 @functools.lru_cache(maxsize=512)
 def unit_factor(unit: str, si: str) -> Fraction | None:
-    """Factor from `unit` to the SI unit `si`, or None where dimensions differ or nobody knows it.
+    """Return the factor from `unit` to the SI unit `si`, or None for another dimension or unit.
 
     The factor is the decimal that pint prints, so "mm" is exactly 1/1000.
     """
     if unit == si:
         return Fraction(1)
-    known = FACTORS.get(si, {}).get(unit)
-    return Fraction(known) if known is not None else factor_by_pint(unit, si)
+    factor = FACTORS.get(si, {}).get(unit)
+    return Fraction(factor) if factor is not None else factor_by_pint(unit, si)
 
 
 def factor_by_pint(unit: str, si: str) -> Fraction | None:
-    """The same from pint, which knows far more units and takes half a second to load."""
+    """Return the factor from pint, which knows far more units and takes half a second to load."""
     text = unit.strip().replace("−", "-").replace("μ", "µ").replace('"', "inch")
     if not text or not _UNIT.fullmatch(text) or re.search(r"\d{2}|\*\*|\^\s*\(", text):
         return None
@@ -112,27 +114,27 @@ def _pint_name(si: str) -> str:
 
 
 def _friendly(si: str) -> tuple[str, ...]:
-    """The units in which a value is shown, the usual one first."""
+    """Return the units in which a value is shown, the usual one first."""
     return tuple(unit for unit in FACTORS.get(si, (si,)) if unit not in _TYPED)
 
 
 def usual_unit(si: str) -> str:
-    """The unit in which a quantity is usually read and typed, e.g. kPa for Pa."""
+    """Return the unit in which a quantity is usually read and typed, such as kPa for Pa."""
     return "" if si == "1" else _friendly(si)[0]
 
 
 def examples(si: str, number: str = "") -> str:
-    """Units that would do for the SI unit `si`, as a phrase for an error message."""
+    """Return suitable units for the SI unit `si`, as a phrase for an error message."""
     units = _HINTS.get(si) or _friendly(si)[:2]
     return " or ".join(f"'{number} {u}'".replace("' ", "'") for u in units)
 
 
 def parse(text: object, si: str, name: str) -> float:
-    """The SI value of a text such as ``"94.5 kPa"``.
+    """Return the SI value of a text such as ``"94.5 kPa"``.
 
-    `si` is the SI unit due ("1" for a pure number, which takes no unit or %); `name` is what the
-    error calls the quantity. Raises QuantityError without unit, with the wrong dimension, or when
-    the text is no finite number.
+    `si` is the expected SI unit ("1" for a pure number, which takes no unit or %) and `name` is the
+    quantity's name in the error. Raises QuantityError if the unit is missing or has the wrong
+    dimension, or if the text is not a finite number.
     """
     if si == "1" and isinstance(text, int | float) and not isinstance(text, bool):
         return _finite(float(text) if abs(text) < 1e300 else math.inf, text, name)
@@ -154,8 +156,8 @@ def parse(text: object, si: str, name: str) -> float:
         raise QuantityError.of(name, f"'{number}' has no unit; write {examples(si, number)}")
     factor = unit_factor(unit, si) if unit else Fraction(1)
     if factor is None:
-        allowed = "no unit or %" if si == "1" else f"a unit such as {examples(si)}"
-        raise QuantityError.of(name, f"'{_short(text)}' is not in {_dimension(si)}; give {allowed}")
+        hint = "no unit or %" if si == "1" else f"a unit such as {examples(si)}"
+        raise QuantityError.of(name, f"'{_short(text)}' is not in {_dimension(si)}; give {hint}")
     exact = Fraction(number) * factor
     try:
         value = float(exact)
@@ -187,10 +189,9 @@ def _dimension(si: str) -> str:
 
 
 def show(value: float | None, si: str, digits: int = 4, like: float | None = None) -> str:
-    """A value as people like to read it, e.g. ``show(0.013, "m") == "13 mm"``.
+    """Return a value in a readable unit: ``show(0.013, "m") == "13 mm"``.
 
-    Its unit is the one that suits `like`, where that is given: the ends of an interval are written
-    in the unit of the value between them.
+    The unit suits `like` if it is given, so that an interval's ends get the unit of its value.
     """
     if value is None:
         return "not known"
@@ -203,49 +204,49 @@ def show(value: float | None, si: str, digits: int = 4, like: float | None = Non
     units = _friendly(si)
     size = abs(value if like is None else like)
     best = min(units, key=lambda unit: _awkwardness(size / float(unit_factor(unit, si) or 1)))
-    scaled = value / float(unit_factor(best, si) or 1)
-    text = f"{scaled:.{digits}g}" if not 10**digits <= abs(scaled) < 1e7 else f"{scaled:.0f}"
+    number = value / float(unit_factor(best, si) or 1)
+    text = f"{number:.{digits}g}" if not 10**digits <= abs(number) < 1e7 else f"{number:.0f}"
     return f"{text} {best}"
 
 
-def show_at_least(value: float, si: str, most: float = math.inf) -> str:
+def show_at_least(value: float, si: str, limit: float = math.inf) -> str:
     """Return `show` of a value rounded up to four digits, or to as many as keep it at `most`."""
     unit = "" if si == "1" else show(value, si).split(" ", 1)[1]
     factor = (unit_factor(unit, si) if unit else None) or Fraction(1)
     exact = Fraction(value) / factor
     for digits in range(4, 18):
         context = Context(prec=digits, rounding=ROUND_CEILING)
-        rounded = context.divide(Decimal(exact.numerator), Decimal(exact.denominator))
-        if Fraction(rounded) * factor <= most:
-            return f"{rounded.normalize():f} {unit}".rstrip()
+        number = context.divide(Decimal(exact.numerator), Decimal(exact.denominator))
+        if Fraction(number) * factor <= limit:
+            return f"{number.normalize():f} {unit}".rstrip()
     return exact_text(value, si)
 
 
-def _awkwardness(scaled: float) -> float:
-    """How far a number lies from 0.1 ... 1000, in decades."""
-    if scaled == 0 or 0.1 <= scaled < 1000:
+def _awkwardness(number: float) -> float:
+    """Return the distance of a number from 0.1 ... 1000, in decades."""
+    if number == 0 or 0.1 <= number < 1000:
         return 0.0
-    return abs(math.log10(scaled / (0.1 if scaled < 0.1 else 1000))) + 0.1
+    return abs(math.log10(number / (0.1 if number < 0.1 else 1000))) + 0.1
 
 
 @functools.lru_cache(maxsize=4096, typed=True)
 def exact_text(value: float, si: str) -> str:
-    """The shortest text, in a friendly unit if as short, that `parse` turns back into `value`."""
+    """Return the shortest text that `parse` reads as `value`, in a usual unit if as short."""
     if si == "1":
         return repr(value)
     usual = (*_friendly(si), *("mm/min" for _ in range(si == "m/s")))
     units = dict.fromkeys((show(value, si).split(" ", 1)[1], *usual, si))
     texts = [text for unit in units if (text := _exact_in(value, unit, si))]
-    # the friendliest comes first and may be a few characters longer
+    # prefer a friendly unit, even if the text is a few characters longer
     return next((t for t in texts if len(t) <= min(map(len, texts)) + 4), f"{value!r} {si}")
 
 
 def _exact_in(value: float, unit: str, si: str) -> str | None:
-    """The shortest text in one unit, None where 17 digits do not meet the value."""
+    """Return the shortest text in one unit, or None if 17 digits do not reproduce the value."""
     factor = unit_factor(unit, si) or Fraction(1)
-    scaled = float(Fraction(value) / factor)
+    number = float(Fraction(value) / factor)
     for digits in range(1, 18):
-        text = f"{scaled:.{digits}g}"
+        text = f"{number:.{digits}g}"
         if float(Fraction(text) * factor) == value:
             plain = f"{float(text):.12f}".rstrip("0").rstrip(".")
             same = Fraction(plain) == Fraction(text)
@@ -255,10 +256,10 @@ def _exact_in(value: float, unit: str, si: str) -> str | None:
 
 @dataclass(frozen=True)
 class QuantitySpec:
-    """What is known of one quantity: SI unit, meaning, bounds (inclusive) and symbol.
+    """Definition of one quantity: SI unit, meaning, bounds (inclusive) and symbol.
 
-    `example` is text that a user could type. A bare SI number above zero and below `unlikely_below`
-    is allowed, and warned of: it looks like a number whose unit was forgotten.
+    `example` is text that a user could type. A number without a unit that is above zero and below
+    `unlikely_below` is allowed with a warning: its unit was probably forgotten.
     """
 
     unit: str
@@ -271,8 +272,8 @@ class QuantitySpec:
     example: str = ""
     unlikely_below: float = 0.0
 
-    def allowed(self) -> str:
-        """The bounds as a phrase."""
+    def limits(self) -> str:
+        """Return the bounds as a phrase."""
         low = f"{'more than' if self.open_lo else 'at least'} {show(self.lo, self.unit)}"
         if self.lo == 0:
             low = "more than zero" if self.open_lo else "zero or more"
@@ -281,18 +282,18 @@ class QuantitySpec:
         return f"{low} and at most {show(self.hi, self.unit)}"
 
     def check(self, value: float, name: str) -> float:
-        """`value` if it lies within the bounds; raises QuantityError if not."""
+        """Return `value` if it lies within the bounds; raises QuantityError otherwise."""
         low_ok = value > self.lo if self.open_lo else value >= self.lo
         if not (math.isfinite(value) and low_ok and value <= self.hi):
             raise QuantityError.of(
-                name, f"{show(value, self.unit)} is not allowed; {self.text} is {self.allowed()}"
+                name, f"{show(value, self.unit)} is not allowed; {self.text} is {self.limits()}"
             )
         if self.whole and value != int(value):
             raise QuantityError.of(name, f"{value} is not allowed; {self.text} is a whole number")
         return value
 
     def read(self, text: object, name: str) -> Any:
-        """The SI value of text with a unit, or of a number where none is due, within the bounds."""
+        """Return the SI value of text with a unit, or of a pure number, within the bounds."""
         if self.whole and isinstance(text, bool):
             raise QuantityError.of(name, f"{text} is not allowed; {self.text} is a whole number")
         if self.whole and isinstance(text, str) and re.fullmatch(r"\s*[0-9]{1,40}\s*", text):
@@ -305,7 +306,7 @@ class QuantitySpec:
         return int(value) if self.whole else value
 
     def si(self, value: str | float, name: str) -> Any:
-        """The SI value of text with a unit, or of a number that is SI already, within bounds."""
+        """Return the SI value of text with a unit, or of a number in SI, within the bounds."""
         if isinstance(value, str) or (self.whole and isinstance(value, int)):
             return self.read(value, name)
         if isinstance(value, bool) or not isinstance(value, Real):
@@ -313,8 +314,8 @@ class QuantitySpec:
         number = self.check(float(value), name)
         return int(value) if self.whole else number
 
-    def written(self, value: Any) -> object:
-        """What a file holds of an SI value: text with a unit, or the number where none is due."""
+    def to_toml(self, value: Any) -> object:
+        """Return the value for a TOML file: text with a unit, or a pure number."""
         if self.unit != "1":
             return exact_text(float(value), self.unit)
         return int(value) if self.whole else float(value)
@@ -322,40 +323,40 @@ class QuantitySpec:
 
 @dataclass(frozen=True, kw_only=True)
 class FlagSpec(QuantitySpec):
-    """True or false; in arrays, and where a law is swept over it, 1 and 0."""
+    """A switch. Arrays and sweeps of a law hold it as 1 and 0."""
 
     unit: str = "1"
     text: str
     hi: float = 1.0
 
-    def allowed(self) -> str:
-        """Both words."""
+    def limits(self) -> str:
+        """Return the two allowed words."""
         return "true or false"
 
     def check(self, value: Any, name: str) -> bool:
-        """`value` as a switch; raises QuantityError for a number other than 1 and 0."""
+        """Return `value` as a bool; raises QuantityError for a number other than 1 and 0."""
         if value not in (0, 1):
             raise QuantityError.of(name, f"{_short(value)} is not allowed; write true or false")
         return bool(value)
 
     def read(self, text: object, name: str) -> bool:
-        """The switch of a file."""
+        """Return the switch in a file."""
         if not isinstance(text, bool):
             raise QuantityError.of(name, "must be true or false")
         return text
 
     def si(self, value: str | float, name: str) -> bool:
-        """The switch of what was typed, or of a bool; a number is none."""
+        """Return the switch in a typed text or a bool; raises QuantityError for a number."""
         words = {"true": True, "false": False}
         return self.read(words.get(value.strip(), value) if isinstance(value, str) else value, name)
 
-    def written(self, value: Any) -> bool:
-        """The switch itself."""
+    def to_toml(self, value: Any) -> bool:
+        """Return the value for a TOML file."""
         return bool(value)
 
 
 def flag(text: str, *, default: Any = MISSING) -> Any:
-    """A dataclass field that is true, false or (None) unknown, and counts among the quantities."""
+    """Return a dataclass field that is true, false or None (unknown); it counts as a quantity."""
     return field(default=default, metadata={"quantity": FlagSpec(text=text)})
 
 
@@ -370,37 +371,37 @@ def quantity(
     open_lo: bool = False,
     default: Any = MISSING,
 ) -> Any:
-    """A dataclass field that carries its unit, meaning, bounds and symbol; None = unknown."""
+    """Return a dataclass field with its unit, meaning, bounds and symbol; None = unknown."""
     spec = QuantitySpec(unit, text, lo, hi, symbol, whole, open_lo)
     return field(default=default, metadata={"quantity": spec})
 
 
 def like(spec: QuantitySpec, text: str = "", *, default: Any = MISSING) -> Any:
-    """A dataclass field of a quantity that is defined elsewhere, its meaning in other words."""
+    """Return a field of a quantity that is defined elsewhere, with its meaning in other words."""
     return field(default=default, metadata={"quantity": replace(spec, text=text or spec.text)})
 
 
 RECORDS: list[type] = []
-"""Every class made by `record`; the mechanics registers them with JAX, which is heavy."""
+"""Every class that `record` made; the mechanics registers them with JAX, which loads slowly."""
 
 
 @dataclass_transform(
     kw_only_default=True, frozen_default=True, field_specifiers=(quantity, flag, like, field)
 )
 def record(cls: type[T]) -> type[T]:
-    """A frozen, keyword-only dataclass of quantities (SI floats) and nested records."""
-    made = dataclass(frozen=True, kw_only=True)(cls)
-    RECORDS.append(made)
-    return made
+    """Return a frozen, keyword-only dataclass of quantities (SI floats) and nested records."""
+    dataclass_type = dataclass(frozen=True, kw_only=True)(cls)
+    RECORDS.append(dataclass_type)
+    return dataclass_type
 
 
 def spec_of(cls: type, name: str) -> QuantitySpec:
-    """The QuantitySpec behind a field of a record class."""
+    """Return the QuantitySpec of a field of a record class."""
     return next(f.metadata["quantity"] for f in fields(cls) if f.name == name)  # type: ignore[arg-type]
 
 
 def quantities(cls: type, prefix: str = "") -> Iterator[tuple[str, QuantitySpec, bool]]:
-    """(dotted path, specification, required) of every quantity of a record class, and nested."""
+    """Iterate over (dotted path, specification, required) of a record class and nested ones."""
     for f in fields(cls):  # type: ignore[arg-type]
         if "quantity" in f.metadata:
             yield prefix + f.name, f.metadata["quantity"], f.default is MISSING
@@ -409,31 +410,31 @@ def quantities(cls: type, prefix: str = "") -> Iterator[tuple[str, QuantitySpec,
 
 
 def nested(cls: type, *, default: Any = MISSING) -> Any:
-    """A field that holds another record."""
+    """Return a field that holds another record."""
     return field(default=default, metadata={"record": cls})
 
 
 def get(rec: Any, path: str) -> Any:
-    """The value at a dotted path; None where the path ends in an absent record."""
+    """Return the value at a dotted path, or None if the path ends in an absent record."""
     for name in path.split("."):
         rec = None if rec is None else getattr(rec, name)
     return rec
 
 
 def build(cls: type[T], values: Mapping[str, Any]) -> T:
-    """A record from {dotted path: SI value}; nested records without any value become None."""
-    made: dict[str, Any] = {}
+    """Return a record from {dotted path: SI value}; nested records without values become None."""
+    arguments: dict[str, Any] = {}
     for f in fields(cls):  # type: ignore[arg-type]
         if "record" in f.metadata:
             inner = {k.split(".", 1)[1]: v for k, v in values.items() if k.startswith(f.name + ".")}
             if inner or f.default is MISSING:
-                made[f.name] = build(f.metadata["record"], inner)
+                arguments[f.name] = build(f.metadata["record"], inner)
         elif f.name in values:
-            made[f.name] = values[f.name]
+            arguments[f.name] = values[f.name]
         elif f.default is MISSING and f.default_factory is MISSING:
             spec = f.metadata.get("quantity") or f.metadata["value"]
             raise QuantityError(f"{f.name} is missing: {spec.text}", quantity=f.name)
-    return cls(**made)
+    return cls(**arguments)
 
 
 def check(rec: Any, prefix: str = "") -> None:

@@ -109,7 +109,7 @@ class Acceptance:
         """Return the acceptance in a row of a JSON answer."""
         return cls(**{**row, "numbers": tuple(row["numbers"])})
 
-    def written(self) -> dict[str, Any]:
+    def to_toml(self) -> dict[str, Any]:
         """Return the table for a file; empty entries are left out."""
         row = {**asdict(self), "numbers": list(self.numbers)}
         del row["file"]
@@ -126,14 +126,14 @@ class Acceptance:
         )
 
 
-def remaining(accepted: Iterable[Acceptance], replaced: Collection[str]) -> tuple[Acceptance, ...]:
+def remaining(earlier: Iterable[Acceptance], replaced: Collection[str]) -> tuple[Acceptance, ...]:
     """Return the acceptances that still apply after the numbers `replaced` have new values."""
-    left = []
-    for one in accepted:
-        numbers = tuple(path for path in one.numbers if path not in replaced)
-        if numbers or not one.numbers:
-            left.append(replace(one, numbers=numbers))
-    return tuple(left)
+    result = []
+    for entry in earlier:
+        numbers = tuple(path for path in entry.numbers if path not in replaced)
+        if numbers or not entry.numbers:
+            result.append(replace(entry, numbers=numbers))
+    return tuple(result)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,10 +150,8 @@ class Verdict:
     @property
     def failed(self) -> tuple[Check, ...]:
         """The failed checks that nobody accepted."""
-        accepted = {key_of(one.check) for one in self.decisions}
-        return tuple(
-            c for c in self.checks if c.level == "failed" and key_of(c.name) not in accepted
-        )
+        exempt = {key_of(entry.check) for entry in self.decisions}
+        return tuple(c for c in self.checks if c.level == "failed" and key_of(c.name) not in exempt)
 
     @property
     def verdict(self) -> str:
@@ -177,7 +175,7 @@ class Verdict:
 
     def notices(self) -> list[Notice]:
         """Return one line for each accepted check."""
-        return [one.notice() for one in self.decisions]
+        return [entry.notice() for entry in self.decisions]
 
 
 def judge(
@@ -193,58 +191,58 @@ def judge(
     that will store the acceptances; `date` (ISO) is today unless given. Raises UnknownNameError
     for a name that is not among the checks, and QuantityError for a check that has not failed.
     """
-    known = tuple(c for c in checks if c is not None)
-    named = {key_of(c.name): c.name for c in known}
+    results = tuple(c for c in checks if c is not None)
+    names = {key_of(c.name): c.name for c in results}
     decisions = []
     for name, reason in (accept or {}).items():
-        if key_of(name) not in named:
-            raise UnknownNameError("check", name, named.values(), quantity="accept")
-        found = [c for c in known if key_of(c.name) == key_of(name) and c.level == "failed"]
-        if not found:
-            failed = sorted({c.name for c in known if c.level == "failed"})
-            which = f"failed: {', '.join(failed)}" if failed else "no check failed"
+        if key_of(name) not in names:
+            raise UnknownNameError("check", name, names.values(), quantity="accept")
+        failures = [c for c in results if key_of(c.name) == key_of(name) and c.level == "failed"]
+        if not failures:
+            failing = sorted({c.name for c in results if c.level == "failed"})
+            detail = f"failed: {', '.join(failing)}" if failing else "no check failed"
             raise QuantityError.of(
-                "accept", f"check '{named[key_of(name)]}' has not failed; {which}"
+                "accept", f"check '{names[key_of(name)]}' has not failed; {detail}"
             )
         decisions.append(
             Acceptance(
-                check=found[0].name,
+                check=failures[0].name,
                 reason=reason,
                 date=date or datetime.now(UTC).date().isoformat(),
-                finding="; ".join(dict.fromkeys(c.sentence for c in found)),
+                finding="; ".join(dict.fromkeys(c.sentence for c in failures)),
                 numbers=tuple(numbers),
                 file=str(file or ""),
             )
         )
-    return Verdict(checks=known, decisions=tuple(decisions), numbers=tuple(numbers))
+    return Verdict(checks=results, decisions=tuple(decisions), numbers=tuple(numbers))
 
 
-def read_acceptances(given: Any) -> dict[str, str]:
+def read_acceptances(source: Any) -> dict[str, str]:
     """Return {check: reason} from a mapping, or from texts such as `repeats=new operator`.
 
     Raises QuantityError for a text without a name or a reason, and for a check named twice.
     """
-    if isinstance(given, Mapping):
-        rows = [(str(name), str(reason)) for name, reason in given.items()]
+    if isinstance(source, Mapping):
+        rows = [(str(name), str(reason)) for name, reason in source.items()]
     else:
-        texts = [given] if isinstance(given, str) else [str(text) for text in given]
+        texts = [source] if isinstance(source, str) else [str(text) for text in source]
         rows = [(name, reason) for name, _, reason in (text.partition("=") for text in texts)]
-    accepted: dict[str, str] = {}
+    reasons: dict[str, str] = {}
     for name, reason in rows:
         if not name.strip() or not reason.strip():
             raise QuantityError.of(
                 "accept",
                 f"'{name[:60]}' needs a check and a reason: --accept \"CHECK=REASON\"",
             )
-        if key_of(name) in map(key_of, accepted):
+        if key_of(name) in map(key_of, reasons):
             raise QuantityError.of("accept", f"check '{name.strip()}' is named twice")
-        accepted[name.strip()] = reason.strip()
-    return accepted
+        reasons[name.strip()] = reason.strip()
+    return reasons
 
 
-def accepted_rows(accepted: Iterable[Acceptance]) -> list[dict[str, Any]]:
+def accepted_rows(decisions: Iterable[Acceptance]) -> list[dict[str, Any]]:
     """Return acceptances as rows of a JSON answer."""
-    return [{**asdict(one), "numbers": list(one.numbers)} for one in accepted]
+    return [{**asdict(entry), "numbers": list(entry.numbers)} for entry in decisions]
 
 
 def key_of(name: str) -> str:

@@ -17,7 +17,7 @@ def test_a_scatter_is_a_number_however_the_source_prints_it():
     assert KAPTON.sources["film.static"].sd == pytest.approx(0.0818, rel=1e-15)
     assert Source(spread="SD 0.02").sd is None and Source(spread="0.3 to 0.4").sd is None
     for source in (Source(sd=0.07), Source(spread="SD 8.18 % of 5"), Source(spread="x", sd=0.1)):
-        assert Source.read({"value": 1, **source.written()}, "film.static") == (1, source)
+        assert Source.read({"value": 1, **source.to_toml()}, "film.static") == (1, source)
 
 
 def test_an_sd_of_a_file_reaches_the_robustness_of_a_design():

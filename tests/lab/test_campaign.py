@@ -65,7 +65,7 @@ def test_the_example_says_what_is_allowed_and_reads_as_itself() -> None:
             assert f"\n{place.name} =" in text or f"\n# {place.name} =" in text, (table, place.name)
             spec = place.metadata.get("quantity")
             if spec is not None:
-                assert f"# {spec.text}" in text and spec.allowed() in text
+                assert f"# {spec.text}" in text and spec.limits() in text
 
 
 def test_the_pages_campaign_can_be_run() -> None:

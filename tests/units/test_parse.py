@@ -250,7 +250,7 @@ def test_every_field_of_the_brake_round_trips_its_bounds():
         for bound in (spec.lo, spec.hi):
             if not math.isfinite(bound):
                 continue
-            text = spec.written(bound)
+            text = spec.to_toml(bound)
             if spec.open_lo and bound == spec.lo:
                 with pytest.raises(LayerjamError, match="more than"):
                     spec.read(text, path)

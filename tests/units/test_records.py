@@ -73,6 +73,6 @@ def test_whole_numbers_are_read_as_int():
 
 
 def test_allowed_phrases():
-    assert QuantitySpec("m", "x").allowed() == "zero or more"
-    assert QuantitySpec("m", "x", open_lo=True).allowed() == "more than zero"
-    assert QuantitySpec("m", "x", lo=1e-3, hi=0.5).allowed() == "at least 1 mm and at most 500 mm"
+    assert QuantitySpec("m", "x").limits() == "zero or more"
+    assert QuantitySpec("m", "x", open_lo=True).limits() == "more than zero"
+    assert QuantitySpec("m", "x", lo=1e-3, hi=0.5).limits() == "at least 1 mm and at most 500 mm"

@@ -66,7 +66,7 @@ def url_of(db: str | Path | None) -> URL:
     except (ArgumentError, ValueError):
         raise RecordsError(f"db: this is no URL of a database; {allowed}") from None
     if url.drivername in POSTGRES:
-        with MissingExtraError.without("records in PostgreSQL (psycopg)", "postgres"):
+        with MissingExtraError.raise_if_missing("records in PostgreSQL (psycopg)", "postgres"):
             import psycopg  # noqa: F401
         return url.set(drivername="postgresql+psycopg")
     if url.drivername == "sqlite" and url.database and url.database != ":memory:":

@@ -141,7 +141,7 @@ def demo(
 
 def _demo(out: Path) -> Demonstrated:
     began = time.perf_counter()
-    with MissingExtraError.without("the demo (it draws, builds and publishes)", "all"):
+    with MissingExtraError.raise_if_missing("the demo (it draws, builds and publishes)", "all"):
         for name in USED:
             importlib.import_module(name)
     _clear(out)

@@ -166,7 +166,7 @@ def bench_run(
         moved = _crosshead(crosshead, bench, brake, line, steps)
         meta = {"brake": brake.name, "brake_toml": brake.rendered(brake.name)}
         meta["line_toml"] = line.rendered(line.name)
-        meta["accepted"] = json.dumps([one.written() for one in verdict.decisions])
+        meta["accepted"] = json.dumps([one.to_toml() for one in verdict.decisions])
         made = bench.run(
             steps, out=out, crosshead=moved, meta=meta, force=force, rig=rig, say=_report
         )

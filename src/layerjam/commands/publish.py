@@ -107,7 +107,7 @@ def publish(
     from layerjam.commands.publishing import write
     from layerjam.dataset.people import Stated, author_of
 
-    with MissingExtraError.without("a published dataset (pypdfium2)", "publish"):
+    with MissingExtraError.raise_if_missing("a published dataset (pypdfium2)", "publish"):
         import pypdfium2  # noqa: F401
     how = HowTested(
         test=test,

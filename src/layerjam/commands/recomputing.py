@@ -97,7 +97,7 @@ def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
         unlisted = {checksums.NAME, *((METADATA,) if recipe.format < FORMAT else ())}
         added = [n for n in checksums.everything(root) if n not in {*listed, *unlisted}]
         if (root / REPORT / "report.pdf").is_file():
-            with MissingExtraError.without("the PDF of a dataset (typst)", "publish"):
+            with MissingExtraError.raise_if_missing("the PDF of a dataset (typst)", "publish"):
                 import typst  # noqa: F401
         if strange or not listed:
             changed.append(checksums.NAME)

@@ -142,7 +142,7 @@ def _line(row: Mapping[str, Any]) -> str:
 def _database(db: str | None) -> Any:
     """The database; MissingExtraError without SQLAlchemy."""
     extra = "postgres" if str(db).startswith("postgres") else "records"
-    with MissingExtraError.without("a database of records (SQLAlchemy)", extra):
+    with MissingExtraError.raise_if_missing("a database of records (SQLAlchemy)", extra):
         import sqlalchemy  # noqa: F401
     from layerjam.archive.database import Database
 

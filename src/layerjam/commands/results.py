@@ -225,7 +225,7 @@ class Result:
         if hasattr(self.record, "to_xarray"):
             made: xarray.Dataset = self.record.to_xarray()
             return made
-        with MissingExtraError.without("a labelled result (xarray)", "labelled"):
+        with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
             import xarray
         data = xarray.Dataset.from_dataframe(self.to_frame())
         for name in data.data_vars:

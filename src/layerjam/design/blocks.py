@@ -35,7 +35,7 @@ COUNTED = ("examined", "built", "feasible", "failed", "low", "high")
 
 def parquet() -> Any:
     """pyarrow's Parquet; raises MissingExtraError without it."""
-    with MissingExtraError.without("a sweep on disk (pyarrow)", "sweep"):
+    with MissingExtraError.raise_if_missing("a sweep on disk (pyarrow)", "sweep"):
         import pyarrow.parquet  # type: ignore[import-untyped]
     return pyarrow.parquet
 

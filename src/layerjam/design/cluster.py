@@ -64,7 +64,7 @@ def work(packed: bytes, index: int) -> bytes:
 @contextlib.contextmanager
 def _joined(scheduler: str) -> Iterator[tuple[Any, Any]]:
     """(Dask's module, a client) of a cluster that has a worker."""
-    with MissingExtraError.without("a sweep on a cluster (dask)", "cluster"):
+    with MissingExtraError.raise_if_missing("a sweep on a cluster (dask)", "cluster"):
         import distributed
     untyped: Any = distributed
     try:

@@ -64,9 +64,9 @@ class AxisSpec(AsItIs):
         """The variable's meaning."""
         return self.each.text
 
-    def allowed(self) -> str:
+    def limits(self) -> str:
         """What is allowed of each value."""
-        return self.each.allowed()
+        return self.each.limits()
 
     def read(self, text: object, name: str) -> Axis:
         """The values in SI; raises QuantityError where there is none, too many, or one twice."""
@@ -88,9 +88,9 @@ class AxisSpec(AsItIs):
             raise QuantityError.of(name, f"more than {MOST_VALUES} values")
         return Range(first, last, step)
 
-    def written(self, value: Any) -> object:
+    def to_toml(self, value: Any) -> object:
         """What a file holds of them."""
-        texts = [self.each.written(v) for v in value]
+        texts = [self.each.to_toml(v) for v in value]
         if isinstance(value, Range):
             return dict(zip(_RANGE, texts, strict=True))
         return texts if len(texts) > 1 else texts[0]

@@ -82,14 +82,14 @@ class ConstraintSpec(AsItIs):
 
     text: str = "what must hold, such as 'mass <= 30 g'"
 
-    def allowed(self) -> str:
+    def limits(self) -> str:
         """The form."""
         return "'mass <= 30 g' or 'holding_force >= 300 N'"
 
     def read(self, text: object, name: str) -> Constraint:
         """The constraint; errors are about its own text."""
         pattern = r"\s*(\w+)\s*(<=|>=)\s*(.+?)\s*"
-        wanted, sense, limit = _words(pattern, text, name, "constraint", self.allowed())
+        wanted, sense, limit = _words(pattern, text, name, "constraint", self.limits())
         unit = _known("constraint", wanted, text).unit
         try:
             return Constraint(wanted, sense == "<=", parse(limit, unit, wanted))
@@ -97,7 +97,7 @@ class ConstraintSpec(AsItIs):
             err.quantity = str(text)
             raise
 
-    def written(self, value: Constraint) -> object:
+    def to_toml(self, value: Constraint) -> object:
         """The text that `read` turns back into it."""
         limit = repr(value.limit) if value.unit == "1" else exact_text(value.limit, value.unit)
         return value.saying(limit)
@@ -109,18 +109,18 @@ class ObjectiveSpec(AsItIs):
 
     text: str = "what is wanted, such as 'minimise mass'"
 
-    def allowed(self) -> str:
+    def limits(self) -> str:
         """The form."""
         return "'minimise mass' or 'maximise force_density'"
 
     def read(self, text: object, name: str) -> Objective:
         """The objective, of weight 1; errors are about its own text."""
         pattern = r"\s*(minimi[sz]e|maximi[sz]e)\s+(\w+)\s*"
-        sense, wanted = _words(pattern, text, name, "objective", self.allowed())
+        sense, wanted = _words(pattern, text, name, "objective", self.limits())
         _known("objective", wanted, text)
         return Objective(wanted, sense.startswith("min"))
 
-    def written(self, value: Objective) -> object:
+    def to_toml(self, value: Objective) -> object:
         """The text; the weight stands in a list of its own."""
         return str(value)
 

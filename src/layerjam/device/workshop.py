@@ -31,9 +31,9 @@ class PortSpec(AsItIs):
 
     text: str = "air port: 'M5', or the outer diameter of a tube that is glued in"
 
-    def allowed(self) -> str:
+    def limits(self) -> str:
         """Both ways."""
-        return f"M5, or a tube's diameter {TUBE.allowed()}"
+        return f"M5, or a tube's diameter {TUBE.limits()}"
 
     def read(self, text: object, name: str) -> str | float:
         """The word M5, or a diameter [m]."""
@@ -51,7 +51,7 @@ class PortSpec(AsItIs):
         """`value`, if it is the word or an allowed diameter."""
         return value if value == M5 else TUBE.check(value, name)
 
-    def written(self, value: Any) -> object:
+    def to_toml(self, value: Any) -> object:
         """The word, or text with a unit."""
         return value if isinstance(value, str) else exact_text(float(value), "m")
 
@@ -63,9 +63,9 @@ class SizeSpec(AsItIs):
     text: str
     sides: int
 
-    def allowed(self) -> str:
+    def limits(self) -> str:
         """How many sides, and how they are written."""
-        return f"{self.sides} lengths such as '{self.example}', each {SIDE.allowed()}"
+        return f"{self.sides} lengths such as '{self.example}', each {SIDE.limits()}"
 
     @property
     def example(self) -> str:
@@ -93,7 +93,7 @@ class SizeSpec(AsItIs):
             SIDE.check(side, name)
         return value
 
-    def written(self, value: Any) -> object:
+    def to_toml(self, value: Any) -> object:
         """Text with units."""
         return " x ".join(exact_text(float(side), "m") for side in value)
 

@@ -118,7 +118,7 @@ class Drawing:
             value, spec = getattr(self.build, name), known[name].spec
             if value is None:
                 continue
-            said.append(f"build.{name} = {spec.written(value)}: {BASIS[name]}")
+            said.append(f"build.{name} = {spec.to_toml(value)}: {BASIS[name]}")
         if self.file.brake.mount.screws is None:
             said.append(f"mount.screws = {self.lengths.screws}: {SCREWS}")
         return [*said, *DRAWN]

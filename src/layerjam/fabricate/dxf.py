@@ -38,7 +38,7 @@ def dxf(parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[st
     oldest version that can state the unit and hold arcs in an outline. Raises MissingExtraError
     without ezdxf.
     """
-    with MissingExtraError.without("film patterns as DXF (ezdxf)", "build"):
+    with MissingExtraError.raise_if_missing("film patterns as DXF (ezdxf)", "build"):
         import ezdxf
     with _same_bytes():
         document = ezdxf.new("R2000", units=4)

@@ -45,7 +45,7 @@ def mesh(part: Solid) -> Mesh:
     Raises MissingExtraError without the extra `build`, and RuntimeError for a mesh that is not
     closed, which would be an error of this program.
     """
-    with MissingExtraError.without("the mesh of a printed part (manifold3d)", "build"):
+    with MissingExtraError.raise_if_missing("the mesh of a printed part (manifold3d)", "build"):
         from manifold3d import Error, Manifold, OpType
 
     added = [_swept(p) for p in part.prisms if not p.cut]

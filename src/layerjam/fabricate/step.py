@@ -38,7 +38,7 @@ def step(part: Solid, version: str = "") -> bytes:
     Raises MissingExtraError without the extra `step`, and RuntimeError where the library fails,
     which would be an error of this program.
     """
-    with MissingExtraError.without("a STEP file (Open CASCADE)", "step"):
+    with MissingExtraError.raise_if_missing("a STEP file (Open CASCADE)", "step"):
         import OCP.STEPCAFControl  # noqa: F401
     _quiet()
     shape = shape_of(part)

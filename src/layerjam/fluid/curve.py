@@ -89,7 +89,7 @@ class CurveSpec(AsItIs):
     unit: str = "m^3/s"
     """Of the flows; vacuums are in Pa."""
 
-    def allowed(self) -> str:
+    def limits(self) -> str:
         """The form of its points."""
         return "points (vacuum, flow), from no vacuum to no flow"
 
@@ -106,7 +106,7 @@ class CurveSpec(AsItIs):
         """The points, if they are a flow curve."""
         return check_curve(value, name)
 
-    def written(self, value: Any) -> object:
+    def to_toml(self, value: Any) -> object:
         """The points as pairs of texts."""
         return [[exact_text(v, "Pa"), exact_text(f, "m^3/s")] for v, f in value]
 

@@ -72,7 +72,7 @@ def brake(
     UnknownNameError, QuantityError for a tendon that cannot carry the brake and for what MJX would
     take and not compute, MissingExtraError.
     """
-    with MissingExtraError.without("a brake in MJX", "mjx"):
+    with MissingExtraError.raise_if_missing("a brake in MJX", "mjx"):
         from mujoco import mjx as _  # noqa: F401
     _check(model)
     numbers = parameters(brake_file(brake), rope_stiffness)

@@ -43,7 +43,7 @@ def plugin() -> Path:
 
 def installed() -> Any:
     """The module mujoco; MissingExtraError where it is not installed."""
-    with MissingExtraError.without("a brake in MuJoCo", "mujoco"):
+    with MissingExtraError.raise_if_missing("a brake in MuJoCo", "mujoco"):
         import mujoco
     return mujoco
 

@@ -89,6 +89,6 @@ def _values(record: Any, cls: type) -> list[str]:
         value = getattr(record, name)
         lines.append(meaning(entry.spec))
         lines.append(
-            f"# {name} =" if value is None else f"{name} = {literal(entry.spec.written(value))}"
+            f"# {name} =" if value is None else f"{name} = {literal(entry.spec.to_toml(value))}"
         )
     return lines

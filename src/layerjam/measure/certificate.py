@@ -33,7 +33,7 @@ class CertificateSpec(AsItIs):
 
     text: str = ""
 
-    def allowed(self) -> str:
+    def limits(self) -> str:
         """Return the keys of the table."""
         return (
             'a table with number, date, laboratory and, if known, due, such as { number = "K-17", '
@@ -43,21 +43,21 @@ class CertificateSpec(AsItIs):
     def read(self, text: object, name: str) -> Certificate:
         """Return the certificate; QuantityError if a key or a day is not as it must be."""
         if not isinstance(text, Mapping):
-            raise QuantityError.of(name, f"must be {self.allowed()}")
+            raise QuantityError.of(name, f"must be {self.limits()}")
         unknown = ", ".join(sorted(set(text) - set(KEYS)))[:60]
         if unknown:
-            raise QuantityError.of(name, f"does not know {unknown}; it must be {self.allowed()}")
+            raise QuantityError.of(name, f"does not know {unknown}; it must be {self.limits()}")
         texts = {key: _text(text.get(key, ""), f"{name}.{key}", key) for key in KEYS}
         empty = [key for key in KEYS if key != "due" and not texts[key]]
         if empty:
-            raise QuantityError.of(name, f"{', '.join(empty)} missing; it must be {self.allowed()}")
+            raise QuantityError.of(name, f"{', '.join(empty)} missing; it must be {self.limits()}")
         if texts["due"] and texts["due"] < texts["date"]:
             raise QuantityError.of(
                 f"{name}.due", f"{texts['due']} is before the calibration of {texts['date']}"
             )
         return Certificate(**texts)
 
-    def written(self, value: Any) -> dict[str, str]:
+    def to_toml(self, value: Any) -> dict[str, str]:
         """Return the table of a certificate, without empty entries."""
         return {key: text for key, text in asdict(value).items() if text}
 

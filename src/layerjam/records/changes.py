@@ -205,7 +205,7 @@ class RecordFile(ABC, Generic[R]):
         lines += commented(rows, self.given, self.sources)
         for one in self.accepted:
             lines += ["", "[[accepted]]"]
-            lines += [f"{key} = {literal(entry)}" for key, entry in one.written().items()]
+            lines += [f"{key} = {literal(entry)}" for key, entry in one.to_toml().items()]
         return "\n".join(lines) + "\n"
 
 

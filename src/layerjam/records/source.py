@@ -89,7 +89,7 @@ class Source:
         sd = _SD.read(table["sd"], f"{name}.sd") if "sd" in table else None
         return table["value"], cls(**words, sd=sd)
 
-    def written(self) -> dict[str, str]:
+    def to_toml(self) -> dict[str, str]:
         """What a file holds of it beside the value; what is empty is left out."""
         words = {key: getattr(self, field) for key, field in _KEYS.items()}
         if self.sd != _printed(self.spread):

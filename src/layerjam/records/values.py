@@ -19,7 +19,7 @@ class ValueSpec(Protocol):
     def text(self) -> str:
         """Its meaning."""
 
-    def allowed(self) -> str:
+    def limits(self) -> str:
         """What is allowed, as a phrase."""
 
     def read(self, text: object, name: str) -> Any:
@@ -28,14 +28,14 @@ class ValueSpec(Protocol):
     def check(self, value: Any, name: str) -> Any:
         """`value`, if it is allowed; raises as `read` does."""
 
-    def written(self, value: Any) -> object:
+    def to_toml(self, value: Any) -> object:
         """What TOML holds of a value in SI; `read` gives the same value back."""
 
 
 class AsItIs:
     """The usual answers of a ValueSpec: everything that can be read is allowed, and written so."""
 
-    def allowed(self) -> str:
+    def limits(self) -> str:
         """Nothing to add."""
         return "any"
 
@@ -43,7 +43,7 @@ class AsItIs:
         """`value` itself."""
         return value
 
-    def written(self, value: Any) -> object:
+    def to_toml(self, value: Any) -> object:
         """`value` itself."""
         return value
 
@@ -57,7 +57,7 @@ class TextSpec(AsItIs):
     blank: bool = True
     """Whether it may be empty."""
 
-    def allowed(self) -> str:
+    def limits(self) -> str:
         """The choices."""
         return f"one of {', '.join(self.choices)}" if self.choices else "a text in quotes"
 
@@ -75,7 +75,7 @@ class TextSpec(AsItIs):
             raise UnknownNameError(leaf, str(value), self.choices, quantity=name)
         return value
 
-    def written(self, value: Any) -> object:
+    def to_toml(self, value: Any) -> object:
         """The text, or the name of the record that stands in its place."""
         return value if isinstance(value, str) else value.name
 
@@ -95,9 +95,9 @@ class ListSpec(AsItIs):
         """The meaning of its entries."""
         return self.each.text
 
-    def allowed(self) -> str:
+    def limits(self) -> str:
         """What is allowed of each entry."""
-        return self.each.allowed()
+        return self.each.limits()
 
     def read(self, text: object, name: str) -> tuple[Any, ...]:
         """The values as a tuple."""
@@ -115,9 +115,9 @@ class ListSpec(AsItIs):
             raise QuantityError.of(name, "holds the same value twice")
         return value
 
-    def written(self, value: Any) -> object:
+    def to_toml(self, value: Any) -> object:
         """The entries as a list."""
-        return [self.each.written(entry) for entry in value]
+        return [self.each.to_toml(entry) for entry in value]
 
 
 def value(spec: ValueSpec, default: Any = MISSING, table: bool = False) -> Any:

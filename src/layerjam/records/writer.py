@@ -13,7 +13,7 @@ from layerjam.records.values import Entry, ValueSpec
 from layerjam.units import QuantitySpec
 from layerjam.verdict import Acceptance, remaining
 
-_UNSTATED = Source().written()
+_UNSTATED = Source().to_toml()
 WIDE = 100
 """Characters of a line beyond which a list takes a line for each entry."""
 
@@ -37,7 +37,7 @@ def meaning(spec: ValueSpec) -> str:
     if isinstance(spec, QuantitySpec):
         symbol = f"{spec.symbol}: " if spec.symbol else ""
         unit = "" if spec.unit == "1" else f" [{spec.unit}]"
-    return f"# {symbol}{spec.text}{unit}; {spec.allowed()}"
+    return f"# {symbol}{spec.text}{unit}; {spec.limits()}"
 
 
 def plain(rows: Mapping[str, Entry], values: Mapping[str, Any]) -> list[str]:
@@ -51,7 +51,7 @@ def plain(rows: Mapping[str, Entry], values: Mapping[str, Any]) -> list[str]:
         if head != table:
             lines += ["", f"[{head}]"]
             table = head
-        written = entry.spec.written(value)
+        written = entry.spec.to_toml(value)
         text = f"{key} = {literal(written)}"
         if len(text) > WIDE and isinstance(written, list):
             text = "\n".join([f"{key} = [", *(f"    {literal(w)}," for w in written), "]"])
@@ -77,11 +77,11 @@ def commented(
         if value is None:
             lines.append(f"# {key} =        (not known)")
             continue
-        text = literal(entry.spec.written(value))
+        text = literal(entry.spec.to_toml(value))
         if source is None and value == entry.default:
             lines.append(f"# {key} = {text}        (the default)")
             continue
-        words = {} if source is None else source.written()
+        words = {} if source is None else source.to_toml()
         inner = "".join(f", {k} = {quoted(w)}" for k, w in words.items() if words != _UNSTATED)
         lines.append(f"{key} = {{ value = {text}{inner} }}" if inner else f"{key} = {text}")
     return lines
@@ -124,7 +124,7 @@ def updated(
         place: Any = document[table] if table else document
         value, source = change
         item = tomlkit.inline_table()
-        item.update({"value": fields[path].spec.written(value), **source.written()})
+        item.update({"value": fields[path].spec.to_toml(value), **source.to_toml()})
         old = place.get(key)
         if isinstance(old, tomlkit.items.Table):
             for word in set(old) - set(item):
@@ -140,7 +140,7 @@ def updated(
     if decisions:
         rows = tomlkit.aot()
         for one in decisions:
-            rows.append(tomlkit.item(one.written()))
+            rows.append(tomlkit.item(one.to_toml()))
         document["accepted"] = rows
     return tomlkit.dumps(document)
 

@@ -245,6 +245,6 @@ def check_extras() -> None:
 
 def page_environment() -> jinja2.Environment:
     """The templates' environment; raises MissingExtraError without jinja2."""
-    with MissingExtraError.without("the report (jinja2)", "report"):
+    with MissingExtraError.raise_if_missing("the report (jinja2)", "report"):
         import jinja2
     return jinja2.Environment(autoescape=True, trim_blocks=True, undefined=jinja2.StrictUndefined)

@@ -85,7 +85,7 @@ def look(words: bool = False) -> Iterator[None]:
 
     With `words` an SVG keeps its words as text, else they are drawn as curves.
     """
-    with MissingExtraError.without("drawing (matplotlib)", "figures"):
+    with MissingExtraError.raise_if_missing("drawing (matplotlib)", "figures"):
         import matplotlib
     with matplotlib.rc_context({**_RC, "svg.fonttype": "none" if words else "path"}):
         yield

@@ -37,7 +37,7 @@ def typeset(
     The template reads `data` from data.json; `pictures` lie beside it by their file names. Fonts
     are those inside typst, so that no machine's fonts change a page.
     """
-    with MissingExtraError.without("a page as PDF (typst)", "pdf"):
+    with MissingExtraError.raise_if_missing("a page as PDF (typst)", "pdf"):
         import typst
     text = (files("layerjam.report") / f"{template}.typ").read_text(encoding="utf-8")
     beside: dict[str, str | bytes] = {**(pictures or {}), "main.typ": text}

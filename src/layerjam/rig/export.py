@@ -94,7 +94,7 @@ def said(run: Run) -> Mapping[str, str]:
 
 def _table(columns: Mapping[str, Array], stated: Mapping[str, str], out: Path, force: bool) -> None:
     """Parquet."""
-    with MissingExtraError.without("Parquet (pyarrow)", "sweep"):
+    with MissingExtraError.raise_if_missing("Parquet (pyarrow)", "sweep"):
         import pyarrow as pa  # type: ignore[import-untyped]
         import pyarrow.parquet as parquet  # type: ignore[import-untyped]
     fields = []

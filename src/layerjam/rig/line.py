@@ -121,7 +121,7 @@ class Serial:
     """A serial port, kept from everybody else."""
 
     def __init__(self, port: str) -> None:
-        with MissingExtraError.without("a serial port", "bench"):
+        with MissingExtraError.raise_if_missing("a serial port", "bench"):
             import serial
         try:
             self._port = serial.Serial(port, 115200, timeout=0, write_timeout=2, exclusive=True)

@@ -313,7 +313,7 @@ def _with(record: Any, path: list[str], value: Any) -> Any:
 def _labelled(
     whole: Mapping[str, Array], swept: list[Swept], sizes: Mapping[Any, int], law: str, done: int
 ) -> xarray.Dataset:
-    with MissingExtraError.without("a labelled result (xarray)", "labelled"):
+    with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
         import xarray
     shape, axes = tuple(sizes.values()), tuple(sizes)
     fields = {f"brake.{path}": m.unit for path, m, _ in quantities(Brake)}

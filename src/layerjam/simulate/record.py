@@ -73,7 +73,7 @@ class Record:
 
     def to_xarray(self) -> xarray.Dataset:
         """A Dataset along `time`, with units, meanings and everything to run it again."""
-        with MissingExtraError.without("a labelled result (xarray)", "labelled"):
+        with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
             import xarray
         time = next(values for name, values, _ in self.columns() if name == "time")
         coordinate = ("sample", time, {"units": "s"})

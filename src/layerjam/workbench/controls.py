@@ -50,7 +50,7 @@ class Control:
     @property
     def help(self) -> str:
         """What it means and its bounds, as a sentence."""
-        return f"{(self.text_of or self.spec.text).rstrip('.,')}: {self.spec.allowed()}"
+        return f"{(self.text_of or self.spec.text).rstrip('.,')}: {self.spec.limits()}"
 
     def text(self, value: float) -> str:
         """The value as the commands take it, with its unit."""

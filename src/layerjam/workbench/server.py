@@ -56,7 +56,7 @@ def serve(
 
     Raises MissingExtraError without NiceGUI, and QuantityError where it cannot listen.
     """
-    with MissingExtraError.without("the workbench (nicegui)", "workbench"):
+    with MissingExtraError.raise_if_missing("the workbench (nicegui)", "workbench"):
         from nicegui import app, run, ui
     if not is_loopback(host):
         token = token or secrets.token_urlsafe(18)

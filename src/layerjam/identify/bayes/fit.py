@@ -67,7 +67,7 @@ def fit_bayes(
     chain. Raises FitError for a curve that cannot be used, MissingExtraError without NumPyro,
     PrecisionError with JAX in single precision.
     """
-    with MissingExtraError.without("Bayesian calibration (numpyro)", "bayes"):
+    with MissingExtraError.raise_if_missing("Bayesian calibration (numpyro)", "bayes"):
         import numpyro  # type: ignore[import-untyped]  # noqa: F401
     from layerjam.identify.bayes.sampler import sample
 

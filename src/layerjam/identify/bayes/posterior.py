@@ -198,7 +198,7 @@ class BayesFit:
 
     def to_xarray(self) -> xarray.Dataset:
         """All draws, labelled; MissingExtraError without xarray."""
-        with MissingExtraError.without("a labelled result (xarray)", "labelled"):
+        with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
             import xarray
         dims = ("chain", "draw", "curve")
         data = {

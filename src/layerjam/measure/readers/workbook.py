@@ -33,7 +33,7 @@ _TIMES = re.compile(rb"""number-(?:rows|columns)-repeated\s*=\s*["'](\d{1,20})["
 
 def sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
     """The sheets that hold anything, or the one asked for; FileError where there is none."""
-    with MissingExtraError.without(f"{path}: reading a workbook", "excel"):
+    with MissingExtraError.raise_if_missing(f"{path}: reading a workbook", "excel"):
         import python_calamine
 
     try:

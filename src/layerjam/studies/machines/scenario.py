@@ -198,7 +198,7 @@ def _in_words(value: Any, spec: Any) -> str:
         return f"{len(value)} values"
     if isinstance(spec, QuantitySpec):
         return show(float(value), spec.unit)
-    return str(spec.written(value))
+    return str(spec.to_toml(value))
 
 
 def read_scenario(

@@ -270,7 +270,7 @@ class FieldRow:
         symbol = f" {self.spec.symbol}:" if self.spec.symbol else ""
         with ui.column().classes("w-full gap-0"):
             with ui.row().classes("w-full items-center justify-between no-wrap gap-2"):
-                about = f"{path}:{symbol} {self.spec.text}; {self.spec.allowed()}"
+                about = f"{path}:{symbol} {self.spec.text}; {self.spec.limits()}"
                 ui.label(name.capitalize()).classes("text-sm").tooltip(on_page(about))
                 self.field = number_field(f"{name}, {self.spec.text}", "w-40")
                 dressed(self.field, ident, placeholder="" if required else "not known")
