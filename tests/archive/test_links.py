@@ -211,7 +211,7 @@ def test_a_run_brings_its_brake_line_board_and_sensor(tmp_path: Path) -> None:
         and lj.records_show("b.ljrun", db=db).record_["outcome"] is None
     )
     # the same brake as a file of its own is the same record, and an export is one of its run
-    (tmp_path / "own.toml").write_text(BRAKE.rendered(BRAKE.name), encoding="utf-8")
+    (tmp_path / "own.toml").write_text(BRAKE.render(BRAKE.name), encoding="utf-8")
     assert lj.records_add(tmp_path / "own.toml", db=db).ids == {
         str(tmp_path / "own.toml"): rows[BRAKE.name]["id"]
     }

@@ -66,7 +66,7 @@ def test_a_key_of_thousands_of_parts_is_refused_at_once(
     assert "line 1: has a line of more than 300 dots" in capsys.readouterr().err
     path.write_text('name = "x"\nnote = "\\u001b[31mred"\nwidth = 0.254 mm\n')
     assert main(["show", str(path)]) == 2
-    assert "a quantity stands in quotes" in capsys.readouterr().err
+    assert "put a quantity in quotes" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -152,7 +152,7 @@ def test_what_is_computed_and_exported_says_so(
     brake = chain[1]
     for found in (show(brake), force(brake, slip="10 mm", vacuum="50 kPa")):
         assert "synthetic-brake" in keys(found)
-    assert 'kind = "synthetic"' in brake.rendered("again")  # above the columns of every simulation
+    assert 'kind = "synthetic"' in brake.render("again")  # above the columns of every simulation
     mark = "film.kinetic of fitted: synthetic"
     export_c(brake, out=tmp_path / "c")
     export_mujoco(brake, out=tmp_path / "mujoco", no_build=True)

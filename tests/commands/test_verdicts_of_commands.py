@@ -213,7 +213,7 @@ def test_an_acceptance_of_a_line_travels_through_reading_changing_and_writing(
     file = lj.load_line(path)
     (decision,) = file.accepted
     assert isinstance(decision, Acceptance) and decision.reason == "new operator"
-    assert type(file).read(file.rendered("again"), "again").accepted[0].check == "agreement"
+    assert type(file).read(file.render("again"), "again").accepted[0].check == "agreement"
     assert file.with_(count=2).accepted[0].date == "2026-11-24"
     assert file.with_(chamber_volume="9 mL").accepted == ()
     assert main(["rise", str(path), "--target", "60kPa", "--json"]) == 0

@@ -72,7 +72,7 @@ def read_all(seed: int, count: int) -> tuple[int, float]:
             read += 1
             validate(file.brake)
             if read % 5 == 0:
-                assert BrakeFile.read(file.rendered("x"), "x").brake == file.brake
+                assert BrakeFile.read(file.render("x"), "x").brake == file.brake
                 changes = {"scale_factor": (0.5, Source())}
                 text = updated_text(file, "y", changes)
                 assert BrakeFile.read(text, "y").brake.scale_factor == 0.5

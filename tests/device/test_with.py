@@ -163,7 +163,7 @@ def test_spacers_are_true_false_or_unstated_however_they_are_said():
         without = KAPTON.with_(spacers=said)
         assert without.brake.mount.spacers is False
         assert KAPTON.brake.with_(spacers=said) == without.brake
-        assert BrakeFile.read(without.rendered("x"), "x").brake == without.brake
+        assert BrakeFile.read(without.render("x"), "x").brake == without.brake
     assert "spacers = {" not in KAPTON.text and "spacers = {value = true" in (
         KAPTON.with_(spacers=True).text
     )

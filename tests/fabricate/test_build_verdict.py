@@ -110,7 +110,7 @@ def test_acceptances_that_make_no_sense(tmp_path: Path, capsys) -> None:
 
 def test_the_command_line_has_the_exit_codes(tmp_path: Path, capsys) -> None:
     brake = tmp_path / "thin.toml"
-    brake.write_text(THIN.rendered("thin"), "utf-8")
+    brake.write_text(THIN.render("thin"), "utf-8")
     words = ["build", str(brake), "--out", str(tmp_path / "x"), "--no-step"]
     assert main([*words, "--json"]) == 4
     said = json.loads(capsys.readouterr().out)

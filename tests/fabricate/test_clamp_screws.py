@@ -84,7 +84,7 @@ def test_what_only_build_states_counts_in_the_stress() -> None:
     once, twice = KAPTON.brake, drawn.brake
     ratio = float(clamp_stress(FORCE, twice)) / float(clamp_stress(FORCE, once))
     assert ratio == pytest.approx(10 / 7, rel=1e-12)
-    again = BrakeFile.read(drawn.rendered("again"), "again.toml")
+    again = BrakeFile.read(drawn.render("again"), "again.toml")
     assert again.brake == twice and again.making == drawn.making
 
 

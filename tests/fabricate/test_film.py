@@ -160,7 +160,7 @@ def test_holes_that_nobody_can_cut() -> None:
         made(KAPTON.with_(width="95 mm", length="86 mm"), tip_radius=45e-3, clamp_radius=42e-3)
 
 
-TEXT = KAPTON.rendered("mine")
+TEXT = KAPTON.render("mine")
 
 
 def own(laser: str, use: str = "kapton-hn") -> BrakeFile:

@@ -70,7 +70,7 @@ def test_the_table_is_read_with_its_sources_and_written_again() -> None:
     file = built('kerf = { value = "0.2 mm", kind = "measured", source = "comb" }\nport = "4 mm"')
     assert file.making.build == replace(Build(), kerf=0.2e-3, port=4e-3)
     assert file.sources["build.kerf"].text == "comb"
-    again = BrakeFile.read(file.rendered("again"), "again.toml")
+    again = BrakeFile.read(file.render("again"), "again.toml")
     assert again.making == file.making and again.brake == file.brake
     assert file.with_(width="14 mm").making == file.making
 

@@ -10,7 +10,7 @@ import pytest
 
 from built_parts import KAPTON, lengths_of
 from layerjam.device.file import BrakeFile
-from layerjam.device.gauge import unsold
+from layerjam.device.gauge import notices_of_gauge
 from layerjam.device.load import catalogue, load
 from layerjam.device.workshop import Build
 from layerjam.fabricate.checks import screw_notices
@@ -76,15 +76,15 @@ def test_a_hole_that_may_jam_is_warned_of() -> None:
 
 
 def test_only_what_nobody_sells_is_warned_of() -> None:
-    said = {name: [n.key for n in unsold(load(name))] for name in catalogue()}
+    said = {name: [n.key for n in notices_of_gauge(load(name))] for name in catalogue()}
     kapton = {name for name in said if "kapton" in name}
     assert {name for name, notices in said.items() if notices} == kapton
     assert all(notices in ([], ["film-gauge"]) for notices in said.values())
     assert "film-gauge" in keys(drawn())
     for thickness, sold in (("127 um", True), ("0.118 mm", True), ("200 um", False)):
-        assert (not [*unsold(KAPTON.with_(thickness=thickness))]) is sold
+        assert (not [*notices_of_gauge(KAPTON.with_(thickness=thickness))]) is sold
     bare = replace(KAPTON, making=replace(KAPTON.making, film=type(KAPTON.making.film)()))
-    assert not [*unsold(bare)]  # nothing is known of this film
+    assert not [*notices_of_gauge(bare)]  # nothing is known of this film
 
 
 def test_a_film_and_a_silicone_bear_their_names() -> None:
@@ -92,7 +92,7 @@ def test_a_film_and_a_silicone_bear_their_names() -> None:
     assert KAPTON.making.enclosure.product == "Ecoflex 5"
     mine = KAPTON.text.replace('use = "kapton-hn"', 'use = "kapton-hn"\nproduct = "roll 7"')
     assert BrakeFile.read(mine, "mine").making.film.product == "roll 7"
-    assert BrakeFile.read(KAPTON.rendered("again"), "again").making == KAPTON.making
+    assert BrakeFile.read(KAPTON.render("again"), "again").making == KAPTON.making
 
 
 def test_the_tray_is_a_beam_pulled_beside_its_middle() -> None:

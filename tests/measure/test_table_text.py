@@ -105,9 +105,9 @@ def test_a_brake_above_a_simulation_comes_back_to_the_letter(tmp_path: Path) -> 
     procedure = ["# procedure: pull at 1 mm/s until 20 mm", *lines[1:]]
     path.write_text("\n".join([lines[0], *procedure, ""]), encoding="utf-8")
     again, _ = read_header(path)
-    assert again.text == file.rendered(file.name)
+    assert again.text == file.render(file.name)
     cited = [c.key for c in read(path).cited]
-    assert cited == [BrakeFile.read(file.rendered(file.name), "x").sha256]
+    assert cited == [BrakeFile.read(file.render(file.name), "x").sha256]
 
 
 def test_a_list_of_conditions_names_such_a_file(tmp_path: Path) -> None:

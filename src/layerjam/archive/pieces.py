@@ -66,7 +66,7 @@ def made_of_text(kind: str, text: str, path: str) -> Piece:
         "name": file.name,
         "toml": text,
         "sha256": text_digest(text),
-        "rendered_sha256": text_digest(file.rendered(file.name)),
+        "rendered_sha256": text_digest(file.render(file.name)),
         "parent": hex_of(notes.get("brake_sha256")),
     }
     return Piece(kind=kind, columns=columns)

@@ -164,8 +164,8 @@ def bench_run(
         bench.safe_state, bench.vent_rest = regulator.safe_state, vent_rest
         bench.regulator = regulator
         moved = _crosshead(crosshead, bench, brake, line, steps)
-        meta = {"brake": brake.name, "brake_toml": brake.rendered(brake.name)}
-        meta["line_toml"] = line.rendered(line.name)
+        meta = {"brake": brake.name, "brake_toml": brake.render(brake.name)}
+        meta["line_toml"] = line.render(line.name)
         meta["accepted"] = json.dumps([one.to_toml() for one in verdict.decisions])
         made = bench.run(
             steps, out=out, crosshead=moved, meta=meta, force=force, rig=rig, say=_report

@@ -291,11 +291,11 @@ def best(
 
 def _of_the_chosen(spec: DesignSpecification, file: BrakeFile) -> Iterator[Notice]:
     """What spacers would change in the brake that was chosen, and whether its film is sold."""
-    from layerjam.device.gauge import unsold
+    from layerjam.device.gauge import notices_of_gauge
 
     known = {notice.key for notice in spec.brake.fanning()}
     yield from (notice for notice in file.fanning() if notice.key not in known)
-    yield from unsold(file)
+    yield from notices_of_gauge(file)
 
 
 def _about(

@@ -82,7 +82,7 @@ def new(
     """
     # the title names the brake it was; the new one is its owner's to name
     file = replace(load(start), title="")
-    text = file.rendered(name)
+    text = file.render(name)
     BrakeFile.read(text, f"brake named '{name[:80]}'")
     write_whole(out, text, force)
     return NewBrake(name=name, file=str(out)).judged_by([file])
@@ -142,7 +142,7 @@ class BrakeSummary(Result):
 def show(brake: BrakeInput, *, atmosphere: Atmosphere = None) -> BrakeSummary:
     """What a brake weighs, holds, stores and bears, and where each of its numbers comes from."""
     from layerjam.device.brake import mass
-    from layerjam.device.gauge import unsold
+    from layerjam.device.gauge import notices_of_gauge
     from layerjam.fabricate.drawn_mass import drawn_mass
     from layerjam.mechanics import energy, friction, limits, pull, stiffness
 
@@ -152,7 +152,7 @@ def show(brake: BrakeInput, *, atmosphere: Atmosphere = None) -> BrakeSummary:
     weight, strength = mass(device), device.film.strength
     clamped = float(limits.clamp_stress(peak.force, device))
     mount = float(stiffness.mount_stiffness(device))
-    notices = [*brake.warnings(), *unsold(brake)]
+    notices = [*brake.warnings(), *notices_of_gauge(brake)]
     if brake.brake.hyperelastic is not None:
         said = "these numbers take the enclosure's one modulus, not its [hyperelastic] law"
         notices.append(Notice(said, "one-modulus"))

@@ -58,7 +58,7 @@ def write(
         with hidden_folder(out.absolute().parent) as hidden:
             staging = hidden / "dataset"
             _copy(found, staging)
-            texts = {BRAKE: file.text or file.rendered(file.name), LINE: other}
+            texts = {BRAKE: file.text or file.render(file.name), LINE: other}
             write_files(staging, {name: text for name, text in texts.items() if text is not None})
             try:
                 recipe, content = _derive(staging, found, given, how, stated, tell)

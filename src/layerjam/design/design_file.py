@@ -63,7 +63,7 @@ def design_file(
         accepted=(*kept, *accepted),
         title=f"{spec.name}, designed from {base.name}",
     )
-    return BrakeFile.read(file.rendered(name), name)
+    return BrakeFile.read(file.render(name), name)
 
 
 def design_brake(spec: DesignSpecification, point: Point) -> Brake:

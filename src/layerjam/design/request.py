@@ -181,7 +181,7 @@ def read_request(reader: Reader) -> DesignRequest:
     reader.require()
     made = reader.record(DesignRequest)
     weights = reader.values.get("weights", (1.0,) * len(made.objectives))
-    with reader.located():
+    with reader.locate_errors():
         return replace(
             made,
             name=made.name or Path(str(reader.path)).stem,

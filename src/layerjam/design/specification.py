@@ -60,7 +60,7 @@ def read_spec(
     """
     reader = reader_of(text, path)
     request = read_request(reader)
-    with reader.located():
+    with reader.locate_errors():
         return specification(request, Named(Path(str(path)).parent, beside), text)
 
 

@@ -1,1 +1,1 @@
-"""What the brake is: sheets, film, enclosure, mount, rope, and where each number comes from."""
+"""Records of a brake: sheets, film, enclosure, mount and rope, with the source of each number."""

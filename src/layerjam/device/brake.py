@@ -11,7 +11,7 @@ from layerjam.device.mount import Mount, Rope, Site
 from layerjam.device.sheets import Film, Sheets
 from layerjam.device.speed_law import SpeedLaw
 from layerjam.errors import QuantityError
-from layerjam.records.changes import Change, changed
+from layerjam.records.changes import Change, with_changes
 from layerjam.units import check, nested, quantity, record, show
 
 
@@ -67,15 +67,15 @@ class Brake:
     site: Site = nested(Site, default=Site())
 
     def with_(self, **changes: Change) -> Brake:
-        """The brake with other numbers by name, such as width="14 mm" or film_modulus="2.5 GPa".
+        """Return the brake with some numbers changed by name, such as width="14 mm".
 
         Text carries its unit, a number is SI, None is "not known" or the default. Raises
         UnknownNameError with the nearest names, or QuantityError for a number out of bounds or
         numbers that contradict each other.
         """
-        made = changed(self, changes)
-        validate(made)
-        return made
+        brake = with_changes(self, changes)
+        validate(brake)
+        return brake
 
 
 def validate(brake: Brake) -> None:
@@ -88,12 +88,12 @@ def validate(brake: Brake) -> None:
             f"{show(sheets.usable_travel, 'm')} is more than the overlap of "
             f"{show(sheets.overlap, 'm')}",
         )
-    needed = sheets.overlap + max(sheets.free_left, sheets.free_right) + mount.clamped_length
-    if needed > sheets.length * (1 + 1e-9):
+    least = sheets.overlap + max(sheets.free_left, sheets.free_right) + mount.clamped_length
+    if least > sheets.length * (1 + 1e-9):
         raise QuantityError.of(
             "sheets.length",
             f"{show(sheets.length, 'm')} is shorter than free length, overlap and "
-            f"clamped part together, {show(needed, 'm')}",
+            f"clamped part together, {show(least, 'm')}",
         )
     screws = mount.screws_across(sheets.width)
     if screws * mount.screw_hole >= sheets.width:
@@ -152,7 +152,7 @@ def enclosure_mass(brake: Brake) -> float:
 
 
 def mass(brake: Brake) -> float:
-    """Mass of the brake [kg]: as weighed, otherwise sheets, enclosure and fittings."""
+    """Mass of the brake [kg]: the weighed one if known, else of sheets, enclosure and fittings."""
     if brake.weighed_mass is not None:
         return brake.weighed_mass
     return brake.sheets.count * sheet_mass(brake) + enclosure_mass(brake) + brake.fittings_mass

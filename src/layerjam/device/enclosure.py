@@ -5,17 +5,17 @@ from __future__ import annotations
 from layerjam.units import quantity, record
 
 FORCE_UNCERTAINTY = 0.3
-"""Standard uncertainty of the enclosure's force, over its value, if nobody states it.
+"""Relative standard uncertainty of the enclosure's force, unless the file states one.
 
 The moduli published for one silicone differ 1.6 and 2.3 times (catalogue: Ecoflex 00-50, 00-30) and
-its friction is known within a factor of 1.5. The force goes with the root of their product. That is
-0.27 in all, rounded up.
+its friction is known within a factor of 1.5. The force is proportional to the root of their
+product, which gives 0.27, rounded up.
 """
 
 
 @record
 class Enclosure:
-    """What encloses the stack; two faces of it carry load (paper, section II-B)."""
+    """Enclosure of the stack; two of its faces carry load (paper, section II-B)."""
 
     wall: float = quantity("m", "wall thickness of the enclosure", lo=1e-5, hi=0.05, symbol="w_e")
     modulus: float = quantity(
@@ -31,5 +31,5 @@ class Enclosure:
 
     @property
     def force_sd(self) -> float:
-        """Standard uncertainty of its force, over its value: as stated, else the default."""
+        """Relative standard uncertainty of its force: as stated, else the default."""
         return FORCE_UNCERTAINTY if self.force_uncertainty is None else self.force_uncertainty

@@ -11,11 +11,11 @@ from layerjam.errors import QuantityError
 from layerjam.units import show
 
 MATTERS = 0.1
-"""Share of the friction from which an answer says what spacers would change."""
+"""Relative change of the friction from which a result mentions spacers."""
 
 
 def fan_exponent(brake: Any) -> float:
-    """alpha [-] of the sheets at rest, without spacers: a mu_k t (n/4)^2 (1/L1 + 1/L3)."""
+    """Return alpha [-] of the sheets at rest, without spacers: a mu_k t (n/4)^2 (1/L1 + 1/L3)."""
     sheets = brake.sheets
     friction = brake.scale_factor / (brake.amplification_held or 1.0) * brake.film.kinetic
     free = 1 / sheets.free_left + 1 / sheets.free_right
@@ -23,7 +23,7 @@ def fan_exponent(brake: Any) -> float:
 
 
 def fan_factor(alpha: float) -> float:
-    """The factor on the friction, sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha)), as its series."""
+    """Return the factor on the friction: sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha)), a series."""
     total = term = 1.0
     for k in range(1, 2000):
         term *= alpha / (k + 0.5)
@@ -36,9 +36,9 @@ def fan_factor(alpha: float) -> float:
 def check_exponent_of_fan(brake: Any) -> None:
     """Raise QuantityError for a pressure exponent that sheets without spacers cannot have.
 
-    Their friction grows exponentially with the coefficient, so that a coefficient which rises
-    without bound as the vacuum falls would hold without any vacuum. A negative exponent needs the
-    range of pressures in which it was measured, and friction must rise with the vacuum there.
+    Their friction grows exponentially with the coefficient. A coefficient that rises without bound
+    as the vacuum falls would hold without any vacuum. A negative exponent therefore needs the range
+    of pressures in which it was measured, and friction must rise with the vacuum there.
     """
     exponent, lowest = brake.pressure_exponent, brake.lowest_pressure
     fans_out = brake.mount.spacers is not None and not brake.mount.spacers
@@ -53,8 +53,8 @@ def check_exponent_of_fan(brake: Any) -> None:
     if lowest is None:
         raise QuantityError.of(
             "lowest_pressure",
-            f"is missing: with a pressure_exponent of {exponent:g} and without spacers, friction "
-            "would grow without bound as the vacuum falls; give the lowest contact pressure at "
+            f"is missing: with a pressure_exponent of {exponent:g} and no spacers, friction would "
+            "grow without bound as the vacuum falls. Give the lowest contact pressure at "
             'which the exponent was measured, such as "20 kPa"',
         )
     alpha = fan_exponent(brake) * (lowest / (brake.test_pressure or lowest)) ** exponent

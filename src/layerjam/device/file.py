@@ -1,9 +1,8 @@
 """The brake's TOML file: read, checked, changed in place, written (docs/file-format.md).
 
-A quantity is text with its unit (``width = "13 mm"``) or a table that also says where the number
-comes from (``width = { value = "13 mm", source = "caliper", kind = "measured" }``).
-``use = "kapton-hn"`` in [film] or [enclosure] takes what is not given from the materials of the
-catalogue.
+A quantity is text with its unit (``width = "13 mm"``) or a table that also gives its source
+(``width = { value = "13 mm", source = "caliper", kind = "measured" }``). ``use = "kapton-hn"`` in
+[film] or [enclosure] takes missing values from a material of the catalogue.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from typing import Any, ClassVar, Self
 
 from layerjam.device.brake import Brake, validate
 from layerjam.device.fan import MATTERS, fan_exponent, fan_factor
-from layerjam.device.workshop import FilmCutting, Making, agree
+from layerjam.device.workshop import FilmCutting, Making, check_build
 from layerjam.errors import Notice, UnknownNameError
 from layerjam.records.changes import RecordFile, paths_of, values_of
 from layerjam.records.reader import DESCRIBING, Reader
@@ -23,7 +22,7 @@ from layerjam.records.shipped import shipped
 from layerjam.records.source import Source
 from layerjam.records.toml import parse_toml
 from layerjam.records.values import Entry, entries
-from layerjam.records.writer import updated
+from layerjam.records.writer import update_text
 from layerjam.units import check
 from layerjam.verdict import Acceptance
 
@@ -43,19 +42,19 @@ _MATTERS = {
 
 
 def _fields() -> Mapping[str, Entry]:
-    """All that a brake's file may set; what belongs to one table stands together."""
-    known = dict(entries(Brake)) | dict(entries(Making))
-    tables = list(dict.fromkeys(path.rpartition(".")[0] for path in known))
-    rows = sorted(known.items(), key=lambda row: tables.index(row[0].rpartition(".")[0]))
+    """Return everything that a brake's file may set, table by table."""
+    fields = dict(entries(Brake)) | dict(entries(Making))
+    tables = list(dict.fromkeys(path.rpartition(".")[0] for path in fields))
+    rows = sorted(fields.items(), key=lambda row: tables.index(row[0].rpartition(".")[0]))
     return MappingProxyType(dict(rows))
 
 
 @dataclass(frozen=True, kw_only=True)
 class BrakeFile(RecordFile[Brake]):
-    """A brake with its name and where each of its numbers comes from.
+    """A brake with its name and the source of each of its numbers.
 
-    `brake` holds the numbers, `making` what is said of building it (``[build]``), `sources` a
-    Source for every dotted path that was given, `text` the file.
+    `brake` holds the numbers, `making` the data for building it (``[build]``), `sources` a Source
+    for every dotted path in the file, `text` the file.
     """
 
     brake: Brake
@@ -66,17 +65,17 @@ class BrakeFile(RecordFile[Brake]):
     heading: ClassVar[str] = "A layer-jamming brake."
     kind: ClassVar[type] = Brake
     check = staticmethod(validate)
-    named = (
+    name_rule = (
         r"[\w][\w .+-]{0,79}",
         "name is missing or not a short text of letters, digits, '-', '_', '.' and '+'",
     )
 
     @classmethod
     def read(cls, text: str, path: object) -> Self:
-        """The file from its TOML text; ``use`` takes from the materials of the catalogue.
+        """Return the file from its TOML text; ``use`` takes values from a catalogue's material.
 
-        Raises FileError with file and line for broken TOML, an unknown or missing key, a value
-        without unit, of the wrong dimension or out of bounds, or values that contradict each other.
+        Raises FileError with file and line if the text is not TOML, a key is unknown or missing, or
+        values lack a unit, are out of bounds or contradict each other.
         """
         reader = Reader(text, path, cls.fields)
         tables = parse_toml(text, path)
@@ -88,29 +87,29 @@ class BrakeFile(RecordFile[Brake]):
         reader.take(tables)
         _remember(reader, *before)
         _count_screws(reader)
-        with reader.located():
+        with reader.locate_errors():
             making = reader.record(Making)
             check(making)
-        file = cls.taken(reader, making=making)
+        file = cls.from_reader(reader, making=making)
         if any(path.startswith("build.") for path in reader.sources):
-            with reader.located():
-                agree(file.brake, making.build)
+            with reader.locate_errors():
+                check_build(file.brake, making.build)
         return file
 
     @property
-    def given(self) -> dict[str, Any]:
-        """{dotted path: value in SI} of all that is known."""
+    def known_values(self) -> dict[str, Any]:
+        """{dotted path: value in SI} of all known values."""
         return values_of(self.brake) | values_of(self.making)
 
     @property
     def calibrated(self) -> bool:
-        """Whether its scale factor was found on pulls, by whomever, and not just set to a value."""
+        """Whether the scale factor was fitted to pulls, by anyone, and not just set to a value."""
         source = self.sources.get("scale_factor")
         return source is not None and source.kind not in ("assumed", "unstated")
 
     @property
     def synthetic(self) -> list[str]:
-        """Dotted paths of numbers that were found in files that a program wrote."""
+        """Dotted paths of numbers that were found in files written by a program."""
         return paths_of(self.sources, "synthetic")
 
     def synthetic_mark(self, without: Collection[str] = ()) -> str:
@@ -127,40 +126,40 @@ class BrakeFile(RecordFile[Brake]):
         )
 
     def warnings(self, without: Collection[str] = ()) -> list[str]:
-        """What every result made with this brake has to say about its numbers.
+        """Return the warnings about the brake's numbers that every result repeats.
 
-        `without`: paths of numbers the result does not rest on.
+        `without` are paths of numbers that do not affect the result.
         """
         out: list[str] = []
         for kind, word in (("handbook", "handbook values"), ("assumed", "assumed values")):
             paths = [p for p in paths_of(self.sources, kind) if p in _MATTERS - {*without}]
             if paths:
-                which = ", ".join(paths)
-                out.append(f"{which} of {self.name}: {word}, not measured on this brake")
+                numbers = ", ".join(paths)
+                out.append(f"{numbers} of {self.name}: {word}, not measured on this brake")
         if mark := self.synthetic_mark(without):
             out.append(Notice(mark, "synthetic-brake"))
         if self.brake.stiffness_measured is None and "stiffness_measured" not in without:
             out.append(
-                f"no stiffness was measured for {self.name}: the sheets' computed one stands in, "
-                "a real rig is several times softer"
+                f"no stiffness was measured for {self.name}: the sheets' computed stiffness is "
+                "used; a real rig is several times softer"
             )
         return out + list(self.fanning())
 
     def fanning(self) -> Iterator[Notice]:
-        """What is not known of the sheets' way out of the caps, where it matters."""
+        """Yield notices about unknown spacers, if they would change the friction."""
         brake = self.brake
-        held, sheets = brake.amplification_held, brake.sheets
+        fitted_factor, sheets = brake.amplification_held, brake.sheets
         factor = fan_factor(min(fan_exponent(brake), 50.0))
-        more = factor / (held or 1.0)
-        if brake.mount.spacers is None and abs(more - 1) > MATTERS:
-            size = f"{more:.3g} times" if more < 100 else "more than 100 times"
+        ratio = factor / (fitted_factor or 1.0)
+        if brake.mount.spacers is None and abs(ratio - 1) > MATTERS:
+            size = f"{ratio:.3g} times" if ratio < 100 else "more than 100 times"
             yield Notice(
-                f"whether {self.name} has spacers in its caps is not stated: without them "
-                f"{sheets.count} sheets would hold {size} the friction computed here, and their "
-                "stress would rise with it; say spacers = true or false in [mount]",
+                f"{self.name} does not state whether its caps have spacers: without them "
+                f"{sheets.count} sheets would hold {size} the computed friction, at a higher "
+                "stress; write spacers = true or false in [mount]",
                 "spacers-unstated",
             )
-        fitted = brake.scale_factor != 1.0 and held is None
+        fitted = brake.scale_factor != 1.0 and fitted_factor is None
         if brake.mount.spacers is not None and fitted and factor - 1 > MATTERS:
             yield Notice(
                 f"scale_factor of {self.name} is taken to hold no self-amplification; if it was "
@@ -171,39 +170,39 @@ class BrakeFile(RecordFile[Brake]):
 
 
 def materials() -> dict[str, dict[str, str]]:
-    """{"films": {name: TOML text}, "silicones": ...} of the catalogue."""
+    """Return {"films": {name: TOML text}, "silicones": ...} of the catalogue."""
     return {folder: shipped("layerjam.device", "catalogue", folder) for folder in _USE.values()}
 
 
 def film_cutting(use: str) -> tuple[FilmCutting, Mapping[str, Source]]:
-    """What the catalogue says of buying and cutting a film, and where from by dotted path."""
+    """Return the catalogue's data for buying and cutting a film, and {dotted path: source}."""
     reader = Reader("", f"material {use}", BrakeFile.fields)
     _take_material(reader, "film", use, materials()["films"])
     return reader.record(FilmCutting, "film."), reader.sources
 
 
-def _take_material(reader: Reader, table: str, use: object, known: Mapping[str, str]) -> None:
-    """What a `use` names, from the catalogue."""
-    if not isinstance(use, str) or use not in known:
-        unknown = UnknownNameError(f"material for [{table}]", str(use), known)
+def _take_material(reader: Reader, table: str, use: object, texts: Mapping[str, str]) -> None:
+    """Take the values of the catalogue's material that `use` names."""
+    if not isinstance(use, str) or use not in texts:
+        unknown = UnknownNameError(f"material for [{table}]", str(use), texts)
         raise reader.fail(f"{table}.use", unknown)
-    inner = Reader(known[use], f"material {use}", reader.fields)
-    material = parse_toml(known[use], f"material {use}")
+    inner = Reader(texts[use], f"material {use}", reader.fields)
+    material = parse_toml(texts[use], f"material {use}")
     inner.take({k: v for k, v in material.items() if k not in DESCRIBING}, table)
     reader.values |= {f"{table}.product": material["name"], **inner.values}
     reader.sources |= inner.sources
 
 
 def _remember(reader: Reader, values: Mapping[str, Any], sources: Mapping[str, Source]) -> None:
-    """What the catalogue says against a laser is not forgotten where the file lifts it."""
-    now = reader.values.get(_LASER)
-    if values.get(_LASER) == "never" and now != "never" and not reader.sources[_LASER].was:
+    """Keep the catalogue's warning against a laser as `was` if the file overrides it."""
+    choice = reader.values.get(_LASER)
+    if values.get(_LASER) == "never" and choice != "never" and not reader.sources[_LASER].was:
         was = f"never: {sources[_LASER].text}"
         reader.sources[_LASER] = replace(reader.sources[_LASER], was=was)
 
 
 def _count_screws(reader: Reader) -> None:
-    """Screws that only [build] states are those of [mount]: a brake has them once."""
+    """Copy screws that only [build] states to [mount]."""
     if _DRAWN in reader.values:
         reader.values.setdefault(_SCREWS, reader.values[_DRAWN])
         reader.sources.setdefault(_SCREWS, reader.sources[_DRAWN])
@@ -216,17 +215,17 @@ def updated_text(
     made_by: Mapping[str, Any] | None = None,
     accepted: Sequence[Acceptance] = (),
 ) -> str:
-    """The file's text with a new name and some values changed, comments and the rest kept.
+    """Return the file's text with a new name and some values changed; all else stays.
 
-    `made_by` becomes the [made_by] table, which describes and does not count; it names the file
-    that was changed by its digest. `accepted` are the failed checks that somebody accepted.
+    `made_by` becomes the [made_by] table, which only describes; it gets the digest of the file that
+    was changed. `accepted` are the failed checks that somebody accepted.
     """
     if made_by is not None:
         made_by = {**made_by, "brake_sha256": file.sha256}
-    made: dict[str, tuple[Any, Source] | None] = dict(changes)
+    edits: dict[str, tuple[Any, Source] | None] = dict(changes)
     held = file.brake.amplification_held is not None and "amplification_held" in file.sources
     if held and "scale_factor" in changes and file.brake.mount.spacers is None:
-        made["amplification_held"] = None  # it belonged to the old one
-    return updated(
-        file.text, file.fields, made, name=name, tables={"made_by": made_by}, accepted=accepted
+        edits["amplification_held"] = None  # it belonged to the old one
+    return update_text(
+        file.text, file.fields, edits, name=name, tables={"made_by": made_by}, new=accepted
     )

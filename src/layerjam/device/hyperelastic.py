@@ -1,4 +1,4 @@
-"""A hyperelastic law of the enclosure's rubber, in place of its one modulus."""
+"""Hyperelastic law of the enclosure's rubber, in place of its single modulus."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from layerjam.errors import QuantityError
 from layerjam.units import quantity, record
 
-_MOST = 1e9
+_LIMIT = 1e9
 _STEEPEST = 20.0
 
 
@@ -17,33 +17,33 @@ _STEEPEST = 20.0
 class Hyperelastic:
     """W = C10 (I1 - 3) + C01 (I2 - 3) + C20 (I1 - 3)^2 + C30 (I1 - 3)^3 + Ogden's terms.
 
-    An Ogden term is mu/alpha (l1^alpha + l2^alpha + l3^alpha - 3). What is not given is no part of
-    the law. The rubber is incompressible; the law holds in tension up to the strain it was fitted
-    to. It is the curve of the first loading; what is softer afterwards is Ogden and Roxburgh's
-    eta = 1 - erf((W_max - W)/(m + beta W_max))/r (1999, Proc. R. Soc. Lond. A 455, 2861).
+    An Ogden term is mu/alpha (l1^alpha + l2^alpha + l3^alpha - 3). Missing terms are zero. The
+    rubber is incompressible; the law holds in tension up to the fitted strain. It describes first
+    loading; the softer reloading follows Ogden and Roxburgh's eta = 1 - erf((W_max - W)/(m + beta
+    W_max))/r (1999, Proc. R. Soc. Lond. A 455, 2861).
     """
 
     strain: float = quantity(
         "1", "greatest strain that was fitted; the law is not used beyond", lo=1e-3, hi=30
     )
     c10: float | None = quantity(
-        "Pa", "coefficient of I1 - 3", lo=-_MOST, hi=_MOST, symbol="C10", default=None
+        "Pa", "coefficient of I1 - 3", lo=-_LIMIT, hi=_LIMIT, symbol="C10", default=None
     )
     c01: float | None = quantity(
-        "Pa", "coefficient of I2 - 3", lo=-_MOST, hi=_MOST, symbol="C01", default=None
+        "Pa", "coefficient of I2 - 3", lo=-_LIMIT, hi=_LIMIT, symbol="C01", default=None
     )
     c20: float | None = quantity(
-        "Pa", "coefficient of (I1 - 3)^2", lo=-_MOST, hi=_MOST, symbol="C20", default=None
+        "Pa", "coefficient of (I1 - 3)^2", lo=-_LIMIT, hi=_LIMIT, symbol="C20", default=None
     )
     c30: float | None = quantity(
-        "Pa", "coefficient of (I1 - 3)^3", lo=-_MOST, hi=_MOST, symbol="C30", default=None
+        "Pa", "coefficient of (I1 - 3)^3", lo=-_LIMIT, hi=_LIMIT, symbol="C30", default=None
     )
     mu1: float | None = quantity(
-        "Pa", "stress of the first Ogden term", lo=-_MOST, hi=_MOST, default=None
+        "Pa", "stress of the first Ogden term", lo=-_LIMIT, hi=_LIMIT, default=None
     )
     alpha1: float | None = quantity("1", "its exponent", lo=-_STEEPEST, hi=_STEEPEST, default=None)
     mu2: float | None = quantity(
-        "Pa", "stress of the second Ogden term", lo=-_MOST, hi=_MOST, default=None
+        "Pa", "stress of the second Ogden term", lo=-_LIMIT, hi=_LIMIT, default=None
     )
     alpha2: float | None = quantity("1", "its exponent", lo=-_STEEPEST, hi=_STEEPEST, default=None)
     softening_r: float | None = quantity(
@@ -55,10 +55,10 @@ class Hyperelastic:
         default=None,
     )
     softening_m: float | None = quantity(
-        "Pa", "energy a volume by which the stress has softened", lo=1, hi=_MOST, default=None
+        "Pa", "energy a volume by which the stress has softened", lo=1, hi=_LIMIT, default=None
     )
     softening_beta: float | None = quantity(
-        "1", "what the greatest energy so far adds to that, as a share of it", hi=100, default=None
+        "1", "share of the greatest energy so far that is added to m", hi=100, default=None
     )
 
 
@@ -69,21 +69,21 @@ NAMES: Mapping[str, Mapping[str, str]] = {
     "ogden-1": {"mu1": "mu1", "alpha1": "alpha1"},
     "ogden-2": {"mu1": "mu1", "alpha1": "alpha1", "mu2": "mu2", "alpha2": "alpha2"},
 }
-"""The models that `sleeve` fits, and what their parameters are called here."""
+"""Names of the parameters here, for each model that `sleeve` fits."""
 _STEPS = 2000
 _SOFTENING = ("softening_r", "softening_m", "softening_beta")
 
 
 def validate_hyperelastic(rubber: Hyperelastic) -> None:
     """Raise QuantityError for half an Ogden term or softening, or a stress that does not rise."""
-    for one in "12":
-        mu, alpha = getattr(rubber, f"mu{one}"), getattr(rubber, f"alpha{one}")
+    for term in "12":
+        mu, alpha = getattr(rubber, f"mu{term}"), getattr(rubber, f"alpha{term}")
         if (mu is None) != (alpha is None):
             raise QuantityError.of(
-                f"hyperelastic.mu{one}", f"give it together with alpha{one}, or neither of them"
+                f"hyperelastic.mu{term}", f"give it together with alpha{term}, or neither of them"
             )
         if alpha == 0:
-            raise QuantityError.of(f"hyperelastic.alpha{one}", "must not be zero")
+            raise QuantityError.of(f"hyperelastic.alpha{term}", "must not be zero")
     missing = [name for name in _SOFTENING if getattr(rubber, name) is None]
     if 0 < len(missing) < len(_SOFTENING):
         raise QuantityError.of(
@@ -92,19 +92,19 @@ def validate_hyperelastic(rubber: Hyperelastic) -> None:
     stresses = [_stress(rubber, rubber.strain * i / _STEPS) for i in range(_STEPS + 1)]
     rises = [b > a for a, b in itertools.pairwise(stresses)]
     if not all(rises):
-        where = rubber.strain * rises.index(False) / _STEPS
+        strain = rubber.strain * rises.index(False) / _STEPS
         raise QuantityError.of(
             "hyperelastic",
-            f"its stress does not rise at a strain of {where:.3g}; a law that rises up to "
+            f"its stress does not rise at a strain of {strain:.3g}; a law that rises up to "
             f"strain = {rubber.strain:g} is needed",
         )
 
 
 def _stress(rubber: Hyperelastic, strain: float) -> float:
     stretch = 1 + strain
-    over = stretch**2 + 2 / stretch - 3
+    invariant = stretch**2 + 2 / stretch - 3
     shear = (rubber.c10 or 0.0) + (rubber.c01 or 0.0) / stretch
-    shear += 2 * (rubber.c20 or 0.0) * over + 3 * (rubber.c30 or 0.0) * over**2
+    shear += 2 * (rubber.c20 or 0.0) * invariant + 3 * (rubber.c30 or 0.0) * invariant**2
     total = 2 * (stretch - stretch**-2) * shear
     for mu, alpha in ((rubber.mu1, rubber.alpha1), (rubber.mu2, rubber.alpha2)):
         if mu is not None and alpha is not None:

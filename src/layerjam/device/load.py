@@ -1,4 +1,4 @@
-"""Brakes by catalogue name or path, and files that appear whole or not at all."""
+"""Brakes by catalogue name or path, and files that are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from layerjam.records.shipped import shipped, text_of
 from layerjam.records.windows import reason, refusal
 
 READING = "-eq9"
-"""Ending of a brake whose factor and stiffness are what the paper's eq. 8 and 9 were given."""
+"""Ending of a brake that has the factor and stiffness given for the paper's eq. 8 and 9."""
 
 
 def _texts() -> dict[str, str]:
@@ -29,29 +29,29 @@ def catalogue() -> list[str]:
 
 
 def devices() -> list[str]:
-    """Names of the brakes in the catalogue, without second readings of one device's numbers."""
+    """Names of the brakes in the catalogue, each device once."""
     return [name for name in catalogue() if not name.endswith(READING)]
 
 
 def load(brake: str | Path) -> BrakeFile:
-    """A brake by catalogue name, or from the path of its TOML file.
+    """Return a brake by catalogue name, or from the path of its TOML file.
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
     name = str(brake)
     if name not in _texts():
         return BrakeFile.read(*text_of("brake", brake, _texts()))
-    found = _shipped(name)
-    return replace(found, sources=dict(found.sources), notes=dict(found.notes))
+    file = _load_shipped(name)
+    return replace(file, sources=dict(file.sources), notes=dict(file.notes))
 
 
 @cache
-def _shipped(name: str) -> BrakeFile:
+def _load_shipped(name: str) -> BrakeFile:
     return BrakeFile.read(*text_of("brake", name, _texts()))
 
 
 def brake_of(anything: str | Path | BrakeFile | Brake) -> Brake:
-    """The brake itself, checked: from its name or path, its file, or the plain record.
+    """Return the brake itself, checked, from its name or path, its file, or the plain record.
 
     Raises UnknownNameError, FileError, or QuantityError for a record that contradicts itself.
     """
@@ -65,27 +65,26 @@ def brake_of(anything: str | Path | BrakeFile | Brake) -> Brake:
 def write_whole(
     path: str | Path, content: str | bytes | Callable[[Path], object], force: bool = False
 ) -> Path:
-    """Fill a temporary file beside `path`, then move it there in one step.
+    """Fill a temporary file next to `path`, then move it there in one step.
 
-    `content` is the text (written in UTF-8), the bytes, or what fills the file of a given path.
-
-    Raises FileError where `path` exists and `force` is not set, or cannot be written; nothing is
-    left behind then.
+    `content` is the text (written in UTF-8), the bytes, or a function that fills the file of a
+    path. Raises FileError, and leaves nothing behind, if the file cannot be written, or if it
+    exists and `force` is not set.
     """
     path = Path(path)
     try:
-        there = os.path.lexists(path)
+        exists = os.path.lexists(path)
     except (OSError, ValueError) as err:
         raise FileError(str(path)[:200], f"cannot be written: {err}") from None
-    if there and not force:
+    if exists and not force:
         raise FileError(path, "exists already; --force replaces it")
     if path.is_dir():
         raise FileError(path, "is a folder, not a file")
-    if why := refusal(path):
-        raise FileError(path, f"cannot be written: {why}")
+    if problem := refusal(path):
+        raise FileError(path, f"cannot be written: {problem}")
     temporary = None
     try:
-        temporary = _new_beside(path)
+        temporary = _make_temporary(path)
         if isinstance(content, str | bytes):
             temporary.write_bytes(content if isinstance(content, bytes) else content.encode())
         else:
@@ -100,13 +99,13 @@ def write_whole(
     return path
 
 
-def _new_beside(path: Path) -> Path:
-    """A new, empty file of a random name, with the rights that the user's umask leaves."""
+def _make_temporary(path: Path) -> Path:
+    """Make an empty file of a random name, with the permissions of the user's umask."""
     name = f".{path.stem[:40]}-{secrets.token_hex(8)}{path.suffix}"
-    made = path.with_name(name)
-    # asked of the system for this one file: the umask itself belongs to the whole process
-    os.close(os.open(made, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
-    return made
+    path_of_file = path.with_name(name)
+    # let the system apply the umask: reading it would change it for the whole process
+    os.close(os.open(path_of_file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+    return path_of_file
 
 
 __all__ = ["brake_of", "catalogue", "load", "materials", "write_whole"]

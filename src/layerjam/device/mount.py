@@ -1,4 +1,4 @@
-"""What holds the brake: the clamp in the caps, and the rope of the drop test."""
+"""Mount of the brake: the clamp in the caps, the rope of the drop test, and the site."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import Any
 from layerjam.units import flag, quantity, record
 
 WIDTH_OF_A_SCREW = 20e-3
-"""Width of the sheets to which a cap has one screw, unless it is stated how many there are [m]."""
+"""Width of the sheets for each screw of a cap, unless the number of screws is stated [m]."""
 
 
 @record
 class Mount:
-    """How the sheets are held in the caps."""
+    """Clamp of the sheets in the caps."""
 
     clamped_length: float = quantity("m", "length of a sheet inside the cap", lo=0, hi=1)
     screw_hole: float = quantity("m", "diameter of the screw's hole through the sheets", hi=0.1)
@@ -29,10 +29,7 @@ class Mount:
     )
 
     def screws_across(self, width: Any) -> Any:
-        """How many screws each cap has: as stated, or as many as sheets of a width [m] get.
-
-        Takes arrays too.
-        """
+        """Return the screws in each cap: as stated, or for a sheet width [m] (arrays too)."""
         if self.screws is not None:
             return self.screws
         share = width / WIDTH_OF_A_SCREW
@@ -56,7 +53,7 @@ class Rope:
 
 @record
 class Site:
-    """Where the brake is used."""
+    """Surroundings of the brake."""
 
     atmosphere: float = quantity(
         "Pa", "atmospheric pressure at the site", lo=1e4, hi=1.2e5, symbol="p_atm", default=101325.0

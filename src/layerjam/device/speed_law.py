@@ -1,4 +1,4 @@
-"""How the friction of the sheets grows with the speed at which they slide."""
+"""Friction of the sheets as a function of their sliding speed."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from layerjam.units import quantity, record
 class SpeedLaw:
     """Friction at a sliding speed v over that at `test_speed`: ((v_0 + v)/(v_0 + v_test))^n.
 
-    Ours, fitted to tests of this pair of surfaces; at n = 1 the linear growth of Stribeck's curve.
-    The film's kinetic friction and the scale factor are those at `test_speed`.
+    An empirical law for one pair of surfaces; n = 1 is the linear growth of Stribeck's curve. The
+    film's kinetic friction and the scale factor are those at `test_speed`.
     """
 
     power: float = quantity(

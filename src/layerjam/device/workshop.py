@@ -1,6 +1,6 @@
-"""What a brake's file may say about making it: the [build] table, and notes on film and silicone.
+"""Data for making a brake: the [build] table, and notes on film and silicone.
 
-Nothing here changes what a brake does; these records stand beside Brake and are never traced.
+Nothing here changes a brake's behaviour; these records are separate from Brake and never traced.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ LASER = ("never", "with care", "yes")
 TUBE = QuantitySpec("m", "outer diameter of the tube", lo=1e-3, hi=0.02)
 SIDE = QuantitySpec("m", "side", lo=1e-3, hi=100)
 GAUGE = QuantitySpec("m", "a thickness in which the film is sold", lo=1e-6, hi=0.01)
-PRODUCT = TextSpec(text="what it is called in a shop", blank=False)
+PRODUCT = TextSpec(text="name of the product in a shop", blank=False)
 M5 = "M5"
 LEAST_SCREW_HOLE = 2e-3
-"""The smallest screw that is drawn is M2."""
+"""Diameter of the smallest screw that is drawn, M2 [m]."""
 
 
 @dataclass(frozen=True)
@@ -32,27 +32,27 @@ class PortSpec(AsItIs):
     text: str = "air port: 'M5', or the outer diameter of a tube that is glued in"
 
     def limits(self) -> str:
-        """Both ways."""
+        """Return both choices as a phrase."""
         return f"M5, or a tube's diameter {TUBE.limits()}"
 
     def read(self, text: object, name: str) -> str | float:
-        """The word M5, or a diameter [m]."""
+        """Return the word M5, or a diameter [m]."""
         if isinstance(text, str) and text.strip().upper() == M5:
             return M5
         try:
             return float(TUBE.read(text, name))
         except QuantityError:
-            said = f"'{text}'" if isinstance(text, str) else f"{text}"
+            value_text = f"'{text}'" if isinstance(text, str) else f"{text}"
             raise QuantityError.of(
-                name, f"{said[:60]} is not known; give M5 or a tube's diameter such as '4 mm'"
+                name, f"{value_text[:60]} is not known; give M5 or a tube's diameter such as '4 mm'"
             ) from None
 
     def check(self, value: Any, name: str) -> Any:
-        """`value`, if it is the word or an allowed diameter."""
+        """Return `value` if it is the word or an allowed diameter."""
         return value if value == M5 else TUBE.check(value, name)
 
     def to_toml(self, value: Any) -> object:
-        """The word, or text with a unit."""
+        """Return the word, or text with a unit."""
         return value if isinstance(value, str) else exact_text(float(value), "m")
 
 
@@ -64,7 +64,7 @@ class SizeSpec(AsItIs):
     sides: int
 
     def limits(self) -> str:
-        """How many sides, and how they are written."""
+        """Return the number of sides and an example."""
         return f"{self.sides} lengths such as '{self.example}', each {SIDE.limits()}"
 
     @property
@@ -73,7 +73,7 @@ class SizeSpec(AsItIs):
         return " x ".join(f"{side} mm" for side in (600, 400, 300)[: self.sides])
 
     def read(self, text: object, name: str) -> tuple[float, ...]:
-        """The sides [m]; a unit behind the last one holds for all."""
+        """Return the sides [m]; a unit after the last one applies to all."""
         if not isinstance(text, str):
             raise QuantityError.of(name, f"must be a text such as '{self.example}'")
         parts = [part.strip() for part in text.lower().replace("×", "x").split("x")]
@@ -86,7 +86,7 @@ class SizeSpec(AsItIs):
         return tuple(float(SIDE.read(part, name)) for part in texts)
 
     def check(self, value: Any, name: str) -> Any:
-        """`value`, if it has the right number of allowed sides."""
+        """Return `value` if it has the right number of allowed sides."""
         if len(value) != self.sides:
             raise QuantityError.of(name, f"needs {self.sides} lengths, such as '{self.example}'")
         for side in value:
@@ -94,7 +94,7 @@ class SizeSpec(AsItIs):
         return value
 
     def to_toml(self, value: Any) -> object:
-        """Text with units."""
+        """Return text with units."""
         return " x ".join(exact_text(float(side), "m") for side in value)
 
 
@@ -104,7 +104,7 @@ def _length(text: str, default: float | None, lo: float = 0.0, hi: float = 0.1) 
 
 @record
 class Build:
-    """[build]: choices of who makes the brake; what is not given is the default (fabrication)."""
+    """[build]: choices of the maker; a missing value takes the default of the fabrication."""
 
     cutter: str = value(TextSpec(text="who cuts the film", choices=CUTTERS), "service")
     kerf: float = _length("full width of the cut", 0.0, hi=1e-3)
@@ -176,7 +176,7 @@ class Build:
 
 @record
 class FilmCutting:
-    """What is known of buying and cutting a film; beside the numbers of [film]."""
+    """Data for buying and cutting a film, in addition to the numbers of [film]."""
 
     product: str | None = value(PRODUCT, None)
     gauges: tuple[float, ...] | None = value(ListSpec(each=GAUGE), None)
@@ -187,7 +187,7 @@ class FilmCutting:
 
 @record
 class Casting:
-    """What is known of buying and casting a silicone; beside the numbers of [enclosure]."""
+    """Data for buying and casting a silicone, in addition to the numbers of [enclosure]."""
 
     product: str | None = value(PRODUCT, None)
     mix: str | None = value(TextSpec(text="parts to mix, such as '1A:1B'"), None)
@@ -205,7 +205,7 @@ class Casting:
 
 @record
 class Making:
-    """All that a brake's file may say about making it."""
+    """Everything that a brake's file may state about making it."""
 
     build: Build = nested(Build, default=Build())
     film: FilmCutting = nested(FilmCutting, default=FilmCutting())
@@ -213,41 +213,41 @@ class Making:
 
 
 def changed_input(build: Build, *names: str) -> str:
-    """Return the first of some inputs that is not at its default, or the first of all.
+    """Return the first input that is not at its default, or else the first one.
 
-    Where inputs contradict each other, an error is about the one that somebody typed.
+    If inputs contradict each other, the error should name the one that somebody typed.
     """
     usual = Build()
     return next((n for n in names if getattr(build, n) != getattr(usual, n)), names[0])
 
 
-def agree(brake: Brake, build: Build) -> None:
-    """Raise QuantityError for choices that contradict each other or the brake."""
+def check_build(brake: Brake, build: Build) -> None:
+    """Raise QuantityError if choices contradict each other or the brake."""
     hole, width = brake.mount.screw_hole, brake.sheets.width
 
-    def refuse(key: str, what: str, unit: str = "m") -> None:
-        raise QuantityError.of(f"build.{key}", f"{show(getattr(build, key), unit)} {what}")
+    def refuse(key: str, problem: str, unit: str = "m") -> None:
+        raise QuantityError.of(f"build.{key}", f"{show(getattr(build, key), unit)} {problem}")
 
     def order(small: str, large: str, equal: bool, unit: str = "m") -> None:
-        """Refuse an input that is not below another one; they may be `equal` or not."""
-        less, more = getattr(build, small), getattr(build, large)
-        if less < more or (equal and less == more):
+        """Refuse `small` unless it is below `large`, or `equal` to it if that is allowed."""
+        low, high = getattr(build, small), getattr(build, large)
+        if low < high or (equal and low == high):
             return
-        named = changed_input(build, small, large)
+        key = changed_input(build, small, large)
         words = (
             ("is more than", "is less than") if equal else ("is not less than", "is not more than")
         )
-        what, other = (words[0], large) if named == small else (words[1], small)
-        refuse(named, f"{what} build.{other}, {show(getattr(build, other), unit)}", unit)
+        problem, limit = (words[0], large) if key == small else (words[1], small)
+        refuse(key, f"{problem} build.{limit}, {show(getattr(build, limit), unit)}", unit)
 
     screws = int(brake.mount.screws_across(width))
     if build.screws not in (None, screws):
-        said = f"it states {screws}"
+        detail = f"it states {screws}"
         if brake.mount.screws is None:
-            said = f"it states none, and sheets {show(width, 'm')} wide get {screws}"
+            detail = f"it states none, and sheets {show(width, 'm')} wide get {screws}"
         raise QuantityError.of(
             "build.screws",
-            f"{build.screws} contradicts [mount], which decides: {said}; write "
+            f"{build.screws} contradicts [mount], which decides: {detail}; write "
             f"screws = {build.screws} in [mount]",
         )
     if build.kerf and build.cutter == "knife":
@@ -270,6 +270,6 @@ def agree(brake: Brake, build: Build) -> None:
     order("tie_width", "tie_slot", equal=True)
     order("tie_slot", "neck_length", equal=False)
     order("tie_tension", "tie_strength", equal=True, unit="N")
-    for one, other in (("stock_length", "stock_width"), ("stock_width", "stock_length")):
-        if getattr(build, one) is not None and getattr(build, other) is None:
-            refuse(one, f"is given without build.{other}; give both or neither")
+    for key, pair in (("stock_length", "stock_width"), ("stock_width", "stock_length")):
+        if getattr(build, key) is not None and getattr(build, pair) is None:
+            refuse(key, f"is given without build.{pair}; give both or neither")

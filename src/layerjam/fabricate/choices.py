@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from layerjam.device.file import BrakeFile
-from layerjam.device.workshop import Build, Making, agree
+from layerjam.device.workshop import Build, Making, check_build
 from layerjam.errors import FileError, QuantityError
 from layerjam.records.reader import Reader
 from layerjam.records.source import Source
@@ -76,7 +76,7 @@ def choices(
     made = replace(Build(), **{p.removeprefix("build."): v for p, v in values.items()})
     with _located(texts):
         check(made, "build.")
-        agree(file.brake, made)
+        check_build(file.brake, made)
     return Choices(build=made, sources=sources, texts=texts)
 
 

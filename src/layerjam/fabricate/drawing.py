@@ -9,7 +9,7 @@ from importlib.resources import files
 from types import MappingProxyType
 
 from layerjam.device.file import BrakeFile
-from layerjam.device.gauge import unsold
+from layerjam.device.gauge import notices_of_gauge
 from layerjam.device.workshop import Build
 from layerjam.errors import Notice
 from layerjam.fabricate import checks as rules
@@ -165,7 +165,7 @@ def drawing(
 
 def _notices(made: Drawing) -> list[Notice]:
     brake, found = made.file.brake, made.lengths
-    said = [*unsold(made.file), *rules.screw_notices(found)]
+    said = [*notices_of_gauge(made.file), *rules.screw_notices(found)]
     for side in found.sides:
         surplus = side.clamped * 1e-3 - brake.mount.clamped_length
         if surplus > 1e-6:

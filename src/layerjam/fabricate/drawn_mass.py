@@ -12,7 +12,7 @@ import numpy as np
 from layerjam.design.bill import Bill
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.device.workshop import Build, Casting, agree
+from layerjam.device.workshop import Build, Casting, check_build
 from layerjam.errors import FileError, QuantityError
 from layerjam.fabricate import checks as rules
 from layerjam.fabricate.choices import choices
@@ -104,7 +104,7 @@ class Draws:
     def reason(self, brake: Brake, force: float) -> str | None:
         """Return the first reason why one brake cannot be built; None if it can."""
         try:
-            agree(brake, self.build)
+            check_build(brake, self.build)
             found = lengths(brake, self.build)
             rules.agree_drawn(brake, self.build, found)
         except (CannotBuildError, QuantityError) as error:

@@ -42,7 +42,7 @@ class LineFile(RecordFile[Line]):
         reader = Reader(text, path, cls.fields)
         parts = _with_parts(tables, reader)
         reader.take(tables)
-        return cls.taken(
+        return cls.from_reader(
             reader, *([] if "pump.curve" in reader.values else ["pump.flow"]), parts=parts
         )
 
@@ -80,7 +80,7 @@ def _with_parts(tables: dict[str, Any], reader: Reader) -> dict[str, str]:
         if not isinstance(table, dict) or "part" not in table:
             continue
         beside = {k: v for k, v in table.items() if k != "part"}
-        with reader.located(f"{family}.part"):
+        with reader.locate_errors(f"{family}.part"):
             tables[family] = part_entries(family, table["part"], beside)
         found[family] = table["part"]
     return found

@@ -93,7 +93,7 @@ def _part(name: str, table: Any, text: str, path: object, family: str) -> Part:
     reader = Reader(text, path, known)
     if not isinstance(table, dict):
         raise reader.fail(name, f"{name} must be a table, [{name}]")
-    with reader.located(name):
+    with reader.locate_errors(name):
         words = {k: spec.read(table.get(k, ""), f"{name}.{k}") for k, spec in _TEXTS.items()}
     entries = {k: _in_full(v, table) for k, v in table.items() if k not in _TEXTS}
     ends = entries.get("free_flow"), entries.get("ultimate_vacuum")

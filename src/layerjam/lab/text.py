@@ -50,7 +50,7 @@ def parse_spec(text: str, path: object, folder: Path | None = None) -> Spec:
     if "brakes" in tables:
         brakes = reader.rows("brakes", _placed(tables.pop("brakes"), folder), Truth)
     reader.take(tables)
-    with reader.located():
+    with reader.locate_errors():
         return checked(replace(reader.record(Spec), brakes=brakes))
 
 

@@ -17,22 +17,22 @@ from layerjam.records.reader import Reader
 from layerjam.records.source import KINDS, Source
 from layerjam.records.toml import quoted
 from layerjam.records.values import Entry, entries
-from layerjam.records.writer import commented, literal, updated
+from layerjam.records.writer import commented_lines, literal, update_text
 from layerjam.units import build, get, quantities
 from layerjam.verdict import Acceptance
 
 R = TypeVar("R")
 Change = str | float | None
-"""Text with a unit, an SI number, or None: not known, or as the default says."""
-WITH = Source(kind="assumed", text="set with with_()")
+"""Text with a unit, an SI number, or None: not known, or the default."""
+SET_BY_HAND = Source(kind="assumed", text="set with with_()")
 
 
 @cache
 def names(cls: type) -> Mapping[str, str]:
-    """{name to change it by: dotted path} of every quantity of a record class.
+    """Return {short name: dotted path} of every quantity of a record class.
 
-    The name is that of the field where it is the only one and its record is always there; otherwise
-    the record's name stands before it: `width`, `film_modulus`, `rope_stiffness`.
+    The short name is the field's name if it is unique and its record is always present. Otherwise
+    the record's name comes first: `width`, `film_modulus`, `rope_stiffness`.
     """
     paths = {path: path.rpartition(".")[2] for path, _, _ in quantities(cls)}
     count = Counter(paths.values())
@@ -46,65 +46,65 @@ def names(cls: type) -> Mapping[str, str]:
 
 
 def by_path(cls: type, changes: Mapping[str, Change]) -> dict[str, float | None]:
-    """{dotted path: SI value or None} of changes by name.
+    """Return {dotted path: SI value or None} of changes by name.
 
     Raises UnknownNameError with the nearest names, or QuantityError.
     """
-    known = names(cls)
+    paths = names(cls)
     specs = {path: (spec, required) for path, spec, required in quantities(cls)}
-    made: dict[str, float | None] = {}
+    values: dict[str, float | None] = {}
     for name, change in changes.items():
-        if name not in known:
-            raise UnknownNameError("quantity", name, known, quantity=name)
-        spec, required = specs[known[name]]
+        if name not in paths:
+            raise UnknownNameError("quantity", name, paths, quantity=name)
+        spec, required = specs[paths[name]]
         if change is None and required:
-            raise QuantityError(f"{name}: {spec.text} cannot be left out", quantity=known[name])
-        made[known[name]] = None if change is None else spec.si(change, known[name])
-    return made
+            raise QuantityError(f"{name}: {spec.text} cannot be left out", quantity=paths[name])
+        values[paths[name]] = None if change is None else spec.si(change, paths[name])
+    return values
 
 
-def changed(rec: R, changes: Mapping[str, Change]) -> R:
-    """The record with other numbers by name, each within its bounds; raises as `by_path` does."""
+def with_changes(rec: R, changes: Mapping[str, Change]) -> R:
+    """Return the record with numbers changed by name; raises as `by_path` does."""
     values = values_of(rec) | by_path(type(rec), changes)
     return build(type(rec), {path: v for path, v in values.items() if v is not None})
 
 
 def values_of(rec: Any) -> dict[str, Any]:
-    """{dotted path: value} of all that is known of a record."""
-    found = {path: get(rec, path) for path, _ in entries(type(rec))}
-    return {path: value for path, value in found.items() if value is not None}
+    """Return {dotted path: value} of all known values of a record."""
+    values = {path: get(rec, path) for path, _ in entries(type(rec))}
+    return {path: value for path, value in values.items() if value is not None}
 
 
 @dataclass(frozen=True, kw_only=True)
 class RecordFile(ABC, Generic[R]):
-    """A record with its name, the text of its file, and where each of its numbers comes from."""
+    """A record with its name, the text of its file, and the source of each of its numbers."""
 
     name: str
     sources: Mapping[str, Source] = field(repr=False)
     text: str = field(repr=False)
     title: str = ""
     path: str = field(default="", repr=False, compare=False)
-    """What the text was read from, for errors that are found later; empty where there is none."""
+    """Path or description of the text's origin, for later errors; may be empty."""
     notes: Mapping[str, Any] = field(default_factory=dict)
-    """The table [made_by], which describes and does not count."""
+    """The table [made_by], which only describes."""
     accepted: tuple[Acceptance, ...] = ()
     """Failed checks of the numbers that somebody accepted, from [[accepted]]."""
 
     fields: ClassVar[Mapping[str, Entry]]
-    """All that such a file may set, by dotted path."""
+    """{dotted path: Entry} of everything that such a file may set."""
     holds: ClassVar[str]
     """Name of the attribute that holds the record."""
     heading: ClassVar[str]
-    """What such a file describes, as its first comment."""
+    """First comment of such a file."""
     kind: ClassVar[type]
     """Class of the record."""
-    named: ClassVar[tuple[str, str]] = (r"(?s).*\S.*", "name is missing")
-    """Pattern of its name, and what is said of another."""
+    name_rule: ClassVar[tuple[str, str]] = (r"(?s).*\S.*", "name is missing")
+    """Pattern of its name, and the error for another name."""
 
     @classmethod
     @abstractmethod
     def read(cls, text: str, path: object) -> Self:
-        """The file from its TOML text; raises FileError with file and line."""
+        """Return the file from its TOML text; raises FileError with file and line."""
 
     @staticmethod
     @abstractmethod
@@ -112,43 +112,43 @@ class RecordFile(ABC, Generic[R]):
         """Raise QuantityError for a record that is out of bounds or contradicts itself."""
 
     @classmethod
-    def taken(cls, reader: Reader, *required: str, **more: Any) -> Self:
-        """The file of what a reader has taken, complete and checked; raises FileError."""
+    def from_reader(cls, reader: Reader, *required: str, **more: Any) -> Self:
+        """Return the file of a filled reader, complete and checked; raises FileError."""
         reader.require(*required)
-        with reader.located():
+        with reader.locate_errors():
             record: R = reader.record(cls.kind)
             cls.check(record)
-        name, (pattern, wrong) = reader.words.get("name", ""), cls.named
+        name, (pattern, wrong) = reader.words.get("name", ""), cls.name_rule
         if not re.fullmatch(pattern, name):
             raise reader.fail("name", wrong)
-        held: dict[str, Any] = {cls.holds: record, "path": str(reader.path), **more}
+        fields: dict[str, Any] = {cls.holds: record, "path": str(reader.path), **more}
         title = reader.words.get("title", "")
-        held["accepted"] = tuple(replace(one, file=str(reader.path)) for one in reader.accepted)
-        held["notes"] = reader.notes
-        return cls(name=name, title=title, sources=reader.sources, text=reader.text, **held)
+        fields["accepted"] = tuple(replace(a, file=str(reader.path)) for a in reader.accepted)
+        fields["notes"] = reader.notes
+        return cls(name=name, title=title, sources=reader.sources, text=reader.text, **fields)
 
     @classmethod
     def of(cls, record: R, name: str = "unnamed") -> Self:
-        """The file of a record that has none; raises FileError for what such a file cannot hold."""
-        held: dict[str, Any] = {cls.holds: record}
-        bare = cls(name=name, sources={}, text="", **held)
-        return cls.read(bare.rendered(name), f"{cls.holds} {name[:80]}")
+        """Return the file of a plain record; raises FileError if a file cannot hold it."""
+        fields: dict[str, Any] = {cls.holds: record}
+        bare = cls(name=name, sources={}, text="", **fields)
+        return cls.read(bare.render(name), f"{cls.holds} {name[:80]}")
 
     @property
     def record(self) -> R:
         """The record itself."""
-        made: R = getattr(self, self.holds)
-        return made
+        record: R = getattr(self, self.holds)
+        return record
 
     @property
-    def given(self) -> dict[str, Any]:
-        """{dotted path: value in SI} of all that is known."""
+    def known_values(self) -> dict[str, Any]:
+        """{dotted path: value in SI} of all known values."""
         return values_of(self.record)
 
     @property
     def sha256(self) -> str:
-        """Digest of its text; of the rendered one where it has none."""
-        return hashlib.sha256((self.text or self.rendered(self.name)).encode()).hexdigest()
+        """Digest of the text, or of the rendered text if there is none."""
+        return hashlib.sha256((self.text or self.render(self.name)).encode()).hexdigest()
 
     @property
     def verdict(self) -> str | None:
@@ -156,14 +156,14 @@ class RecordFile(ABC, Generic[R]):
         return "accepted" if self.accepted else "passed" if "verdict" in self.notes else None
 
     def with_(self, **changes: Change) -> Self:
-        """The file with other numbers by name, such as width="14 mm" or film_modulus="2.5 GPa".
+        """Return the file with some numbers changed by name: width="14 mm", film_modulus="2.5 GPa".
 
-        Text carries its unit, a number is SI, None is "not known" or the default. What is not
-        changed keeps its source. Raises UnknownNameError with the nearest names, QuantityError for
-        a number out of bounds, FileError for numbers that contradict each other.
+        Text carries its unit, a number is SI, None is "not known" or the default. Other values keep
+        their sources. Raises UnknownNameError with the nearest names, QuantityError for a number
+        out of bounds, FileError for numbers that contradict each other.
         """
-        given = by_path(type(self.record), changes)
-        return self.edited({p: None if v is None else (v, WITH) for p, v in given.items()})
+        values = by_path(type(self.record), changes)
+        return self.edited({p: None if v is None else (v, SET_BY_HAND) for p, v in values.items()})
 
     def edited(
         self,
@@ -172,26 +172,26 @@ class RecordFile(ABC, Generic[R]):
         name: str | None = None,
         tables: Mapping[str, Mapping[str, Any] | None] = MappingProxyType({}),
     ) -> Self:
-        """The file with other values by dotted path, its text in step; None takes a key out.
+        """Return the file with changed values by dotted path, text included; None removes a key.
 
-        `tables` are replaced as a whole, or taken out, before. Raises FileError for values that
+        `tables` are replaced or removed as a whole, before. Raises FileError for values that
         contradict each other.
         """
-        text = self.text if self._in_step() else self.rendered(self.name)
-        # what is not known already need not be taken out
-        wanted = {p: c for p, c in changes.items() if c or p in self.given}
-        made = updated(text, self.fields, wanted, name=name, tables=tables)
-        return self.read(made, f"{self.holds} {(name or self.name)[:80]}")
+        text = self.text if self._in_step() else self.render(self.name)
+        # a key that is not in the file need not be removed
+        edits = {p: c for p, c in changes.items() if c or p in self.known_values}
+        new_text = update_text(text, self.fields, edits, name=name, tables=tables)
+        return self.read(new_text, f"{self.holds} {(name or self.name)[:80]}")
 
     def _in_step(self) -> bool:
-        """Whether the text says what the record holds; a replaced record may differ."""
+        """Whether the text describes the record; a replaced record may differ."""
         try:
             return self.read(self.text, self.name).record == self.record
         except FileError:
             return False
 
-    def rendered(self, name: str) -> str:
-        """A complete, commented file: every field with its meaning and what is allowed."""
+    def render(self, name: str) -> str:
+        """Return a complete, commented file: every field with its meaning and bounds."""
         lines = [
             f"# {self.heading} Every quantity carries its unit; edit what differs for yours.",
             "# A number can say where it comes from:",
@@ -202,10 +202,10 @@ class RecordFile(ABC, Generic[R]):
         if self.title:
             lines.append(f"title = {quoted(self.title)}")
         rows = sorted(self.fields.items(), key=lambda row: "." in row[0])
-        lines += commented(rows, self.given, self.sources)
-        for one in self.accepted:
+        lines += commented_lines(rows, self.known_values, self.sources)
+        for entry in self.accepted:
             lines += ["", "[[accepted]]"]
-            lines += [f"{key} = {literal(entry)}" for key, entry in one.to_toml().items()]
+            lines += [f"{key} = {literal(word)}" for key, word in entry.to_toml().items()]
         return "\n".join(lines) + "\n"
 
 
@@ -223,5 +223,5 @@ def record_files(values: Iterable[Any]) -> Iterator[RecordFile[Any]]:
 
 
 def paths_of(sources: Mapping[str, Source], kind: str) -> list[str]:
-    """Dotted paths of the numbers that come from one kind of source."""
+    """Return the dotted paths of the numbers that come from one kind of source."""
     return [path for path, source in sources.items() if source.kind == kind]

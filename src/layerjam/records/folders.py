@@ -1,4 +1,4 @@
-"""Folders that appear whole or not at all, and leftovers of runs that were killed."""
+"""Folders that are written completely or not at all, and leftovers of killed runs."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 HIDDEN = re.compile(r"\.layerjam-(?:[0-9a-f]{16}|(?:report|dataset)-[0-9a-f]{32})")
-"""Names of hidden folders; those with a word are from earlier versions."""
+"""Names of hidden folders; those that contain a word are from earlier versions."""
 TARGET, OLD = "target", "old"
-HERE, EXCHANGE = -100, 2
+AT_FDCWD, EXCHANGE = -100, 2
 DAY = 86_400.0
 
 
@@ -27,34 +27,34 @@ def hidden_folder(parent: Path) -> Iterator[Path]:
     """
     clear_leftovers(parent)
     while True:
-        made = parent / f".layerjam-{secrets.token_hex(8)}"
-        made.mkdir()
-        lock = _lock(made, wait=True)
-        if made.is_dir():  # another run may have removed it before it was locked
+        folder = parent / f".layerjam-{secrets.token_hex(8)}"
+        folder.mkdir()
+        lock = _lock(folder, wait=True)
+        if folder.is_dir():  # another run may have removed it before it was locked
             break
         _unlock(lock)
     try:
-        yield made
+        yield folder
     finally:
-        shutil.rmtree(made, ignore_errors=True)
+        shutil.rmtree(folder, ignore_errors=True)
         _unlock(lock)
 
 
 def clear_leftovers(parent: Path) -> None:
-    """Remove the hidden folders of killed runs; one that a live run has locked stays.
+    """Remove the hidden folders of killed runs, except those that a live run has locked.
 
-    A folder that such a run had moved away, to put a new one in its place, is put back.
+    A folder that a killed run had moved away, to put a new one in its place, is restored.
     """
     with contextlib.suppress(OSError):
-        for left in [p for p in parent.iterdir() if HIDDEN.fullmatch(p.name)]:
+        for folder in [p for p in parent.iterdir() if HIDDEN.fullmatch(p.name)]:
             with contextlib.suppress(OSError):
-                if left.is_symlink() or not left.is_dir():
+                if folder.is_symlink() or not folder.is_dir():
                     continue
-                lock = _lock(left)
-                if lock is None and not _without_locks(left):
+                lock = _lock(folder)
+                if lock is None and not _without_locks(folder):
                     continue
-                _restore(left)
-                shutil.rmtree(left, ignore_errors=True)
+                _restore(folder)
+                shutil.rmtree(folder, ignore_errors=True)
                 _unlock(lock)
 
 
@@ -66,27 +66,27 @@ def write_files(folder: Path, content: Mapping[str, str | bytes]) -> None:
         target.write_bytes(text if isinstance(text, bytes) else text.encode())
 
 
-def replace_folder(made: Path, out: Path) -> None:
-    """Move `made`, which is inside a hidden folder, to `out`.
+def replace_folder(source: Path, out: Path) -> None:
+    """Move `source`, which is inside a hidden folder, to `out`.
 
-    An existing folder changes places with it, in one step where the system can do that, and goes
+    An existing folder changes places with it, in one step if the system can do that, and is removed
     with the hidden folder. Raises OSError.
     """
     if not out.exists():
-        os.rename(made, out)
-    elif not _exchange(made, out):
-        old = made.with_name(OLD)
-        made.with_name(TARGET).write_text(str(out.absolute()), encoding="utf-8")
+        os.rename(source, out)
+    elif not _exchange(source, out):
+        old = source.with_name(OLD)
+        source.with_name(TARGET).write_text(str(out.absolute()), encoding="utf-8")
         os.rename(out, old)
         try:
-            os.rename(made, out)
+            os.rename(source, out)
         except OSError:
             os.rename(old, out)
             raise
 
 
 def _restore(left: Path) -> None:
-    """Put a folder back that a killed run had moved away."""
+    """Restore a folder that a killed run had moved away."""
     if (left / OLD).is_dir() and (left / TARGET).is_file():
         target = Path((left / TARGET).read_text(encoding="utf-8"))
         if not os.path.lexists(target):
@@ -94,9 +94,9 @@ def _restore(left: Path) -> None:
 
 
 def _lock(folder: Path, wait: bool = False) -> int | None:
-    """Lock a folder for as long as this process lives; None if another one has locked it.
+    """Lock a folder while this process lives; None if another process has locked it.
 
-    None too on systems that do not lock folders.
+    Also None on systems that cannot lock folders.
     """
     try:
         import fcntl
@@ -118,14 +118,14 @@ def _unlock(handle: int | None) -> None:
 
 
 def _without_locks(folder: Path) -> bool:
-    """Whether the system does not lock folders and this one has not changed for a day."""
+    """Whether the system cannot lock folders and this one is unchanged for a day."""
     return os.name == "nt" and time.time() - folder.stat().st_mtime > DAY
 
 
-def _exchange(one: Path, other: Path) -> bool:
+def _exchange(first: Path, second: Path) -> bool:
     """Exchange two paths in one step (renameat2 of Linux); False if the system cannot."""
     with contextlib.suppress(OSError, AttributeError):
         library = ctypes.CDLL(None, use_errno=True)
-        names = os.fsencode(one), os.fsencode(other)
-        return bool(library.renameat2(HERE, names[0], HERE, names[1], EXCHANGE) == 0)
+        names = os.fsencode(first), os.fsencode(second)
+        return bool(library.renameat2(AT_FDCWD, names[0], AT_FDCWD, names[1], EXCHANGE) == 0)
     return False

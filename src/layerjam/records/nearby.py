@@ -1,21 +1,21 @@
-"""What a file that is not there may have been meant to be."""
+"""Suggestion of an existing file in place of a missing one."""
 
 from __future__ import annotations
 
 import difflib
 from pathlib import Path
 
-MOST = 5_000
-"""Names of a folder that are compared."""
+MAX_NAMES = 5_000
+"""Number of names in a folder that are compared."""
 
 
 def nearby(path: Path) -> str:
-    """The end of a sentence about a missing file: the nearest name in its folder, or nothing."""
+    """Return a suggestion of the nearest name in a missing file's folder, or ""."""
     try:
         if path.exists():
             return ""
-        there = [one.name for one, _ in zip(path.parent.iterdir(), range(MOST), strict=False)]
+        names = [p.name for p, _ in zip(path.parent.iterdir(), range(MAX_NAMES), strict=False)]
     except (OSError, ValueError):
         return ""
-    near = difflib.get_close_matches(path.name, there, n=1, cutoff=0.8)
-    return f"; did you mean {path.with_name(near[0])}?" if near else ""
+    matches = difflib.get_close_matches(path.name, names, n=1, cutoff=0.8)
+    return f"; did you mean {path.with_name(matches[0])}?" if matches else ""

@@ -1,4 +1,4 @@
-"""Files that come with the program, by name; or a file of the user's, by path."""
+"""Files that come with the program, by name, or a user's file, by path."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from layerjam.records.toml import read_text
 
 
 def shipped(package: str, *folders: str) -> dict[str, str]:
-    """{name: TOML text} of a folder inside a package, in the order of names; a fresh copy."""
-    return dict(_shipped(package, *folders))
+    """Return {name: TOML text} of a folder in a package, sorted by name; a fresh copy."""
+    return dict(_read_shipped(package, *folders))
 
 
 @cache
-def _shipped(package: str, *folders: str) -> dict[str, str]:
+def _read_shipped(package: str, *folders: str) -> dict[str, str]:
     place = files(package).joinpath(*folders)
     return {
         f.name.removesuffix(".toml"): f.read_text(encoding="utf-8")
@@ -27,16 +27,16 @@ def _shipped(package: str, *folders: str) -> dict[str, str]:
     }
 
 
-def text_of(what: str, wanted: str | Path, texts: Mapping[str, str]) -> tuple[str, str]:
-    """(TOML text, its name or path) of a shipped `what`, or of the user's file.
+def text_of(kind: str, source: str | Path, texts: Mapping[str, str]) -> tuple[str, str]:
+    """Return the TOML text and the name or path of a `kind` of shipped file, or of a user's file.
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
-    name = str(wanted)
+    name = str(source)
     if name in texts:
         return texts[name], name
     looks_like_path = name.endswith(".toml") or os.sep in name
     if not looks_like_path and not Path(name[:200]).is_file():
-        own = [f"{name}.toml"] if Path(f"{name[:200]}.toml").is_file() else []
-        raise UnknownNameError(what, name, own or texts)
+        suggestion = [f"{name}.toml"] if Path(f"{name[:200]}.toml").is_file() else []
+        raise UnknownNameError(kind, name, suggestion or texts)
     return read_text(Path(name)), name

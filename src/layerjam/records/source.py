@@ -1,4 +1,4 @@
-"""Where a number comes from."""
+"""Provenance of a number."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ _KEYS = {
     "spread": "spread",
     "conflict": "conflict",
 }
-"""Key of a file: field of Source."""
+"""{key of a file: field of Source}."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Source:
     """Provenance of one number.
 
-    `kind` is one of KINDS; `text` names the source; `was` is what stood there, with its source,
-    before the number was set by hand; `spread` says what scatter is known (as the source prints it)
-    and `sd` is its standard deviation over the mean; `conflict` records a source that disagrees.
+    `kind` is one of KINDS and `text` names the source. `was` is the earlier value with its source,
+    if the number was set by hand. `spread` is the known scatter as printed by the source, and `sd`
+    its standard deviation over the mean. `conflict` records a source that disagrees.
     """
 
     kind: str = "unstated"
@@ -53,10 +53,10 @@ class Source:
 
     def __post_init__(self) -> None:
         if self.sd is None:
-            object.__setattr__(self, "sd", _printed(self.spread))
+            object.__setattr__(self, "sd", _relative_sd(self.spread))
 
     def sentence(self) -> str:
-        """All of it on one line."""
+        """Return everything on one line."""
         parts = [f"{self.kind}: {self.text}" if self.text else self.kind]
         if self.was:
             parts.append(f"was {self.was}")
@@ -67,19 +67,19 @@ class Source:
         return "; ".join(parts)
 
     def from_synthetic(self) -> Self:
-        """The same for a number that was found in files that a program wrote."""
-        found = self.kind in ("measured", "calibrated")
-        return replace(self, kind="synthetic") if found else self
+        """Return the source for a number found in files that a program wrote."""
+        measured_here = self.kind in ("measured", "calibrated")
+        return replace(self, kind="synthetic") if measured_here else self
 
     @classmethod
     def read(cls, table: Mapping[str, Any], name: str) -> tuple[Any, Self]:
-        """(value, its source) from a table such as { value = "13 mm", source = "caliper" }."""
+        """Return a value and its source from { value = "13 mm", source = "caliper" }."""
         keys = {"value", "sd", *_KEYS}
         odd = ", ".join(sorted(set(table) - keys))[:60]
         if odd or "value" not in table:
-            what = f"does not know {odd}" if odd else "has no value"
-            known = ", ".join(sorted(keys))
-            raise QuantityError(f"{name} {what}; a table holds {known}", quantity=name)
+            problem = f"does not know {odd}" if odd else "has no value"
+            keys_text = ", ".join(sorted(keys))
+            raise QuantityError(f"{name} {problem}; a table holds {keys_text}", quantity=name)
         words = {field: table[key] for key, field in _KEYS.items() if key in table}
         for field, word in words.items():
             if not isinstance(word, str):
@@ -90,14 +90,14 @@ class Source:
         return table["value"], cls(**words, sd=sd)
 
     def to_toml(self) -> dict[str, str]:
-        """What a file holds of it beside the value; what is empty is left out."""
+        """Return its entries for a file, except the value; empty ones are left out."""
         words = {key: getattr(self, field) for key, field in _KEYS.items()}
-        if self.sd != _printed(self.spread):
+        if self.sd != _relative_sd(self.spread):
             words["sd"] = repr(self.sd)
         return {key: word for key, word in words.items() if word}
 
 
-def _printed(spread: str) -> float | None:
-    """The standard deviation over the mean that a spread of the form "SD 8.18 %" states."""
+def _relative_sd(spread: str) -> float | None:
+    """Return the standard deviation over the mean in a spread such as "SD 8.18 %", or None."""
     match = re.match(r"SD\s+([\d.]+\s*%)", spread)
     return float(_SD.read(match.group(1), "spread")) if match else None

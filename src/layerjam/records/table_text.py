@@ -1,9 +1,9 @@
-"""CSV as every file of ours is written: no text in it is a formula to a spreadsheet.
+"""CSV text in which no cell is a formula to a spreadsheet.
 
-A cell that begins with `=`, `+`, `-`, `@`, a tab or a carriage return, and is no number, gets an
-apostrophe in front, which spreadsheets take as "text". So does such a piece of a comment line,
-which a spreadsheet cuts at commas, semicolons or tabs. `plain_cell` and `plain_comment` take it off
-again: every text comes back as it was.
+A cell that begins with `=`, `+`, `-`, `@`, a tab or a carriage return, and is not a number, gets a
+leading apostrophe, which spreadsheets take as "text". So does such a piece of a comment line,
+because a spreadsheet splits it at commas, semicolons or tabs. `plain_cell` and `plain_comment`
+remove it again, so that every text is restored exactly.
 """
 
 from __future__ import annotations
@@ -16,45 +16,45 @@ _FORMULA = re.compile(rf"(?!(?:{_NUMBER})\Z)['\"]*[=+\-@\t\r]")
 _MARKED = re.compile(r"'['\"]*[=+\-@\t\r]")
 _QUOTED = re.compile(r'[",\r\n]')
 _PIECES = (re.compile(r"(?<=\t)[^\t]*"), re.compile(r"(?<=[,;])[^,;]*"))
-"""A tab may begin a piece between semicolons, so tabs come first."""
+"""Tabs come first: a tab may begin a piece between semicolons."""
 Cell = str | float | None
 
 
 def cell(value: Cell) -> str:
-    """A value as a cell: a number in all its digits, None as nothing."""
+    """Return a value as a cell: a number with all its digits, None as an empty text."""
     if isinstance(value, str):
-        return _guarded(value)
+        return _guard(value)
     return "" if value is None else repr(value)
 
 
 def plain_cell(text: str) -> str:
-    """The text that `cell` was given."""
+    """Return the text that `cell` received."""
     return text[1:] if _MARKED.match(text) else text
 
 
 def rows_text(rows: Iterable[Sequence[Cell]]) -> str:
-    """Rows of a table as CSV, a line each."""
-    return "".join(",".join(_quoted(cell(one)) for one in row) + "\n" for row in rows)
+    """Return the rows of a table as CSV, one line each."""
+    return "".join(",".join(_quote(cell(value)) for value in row) + "\n" for row in rows)
 
 
 def comment(text: str) -> str:
-    """A line above a table, `# ` before the text; line ends in it become spaces."""
+    """Return a comment line above a table; line ends in the text become spaces."""
     line = "# " + " ".join(text.splitlines())
     for piece in _PIECES:
-        line = piece.sub(lambda m: _guarded(m[0]), line)
+        line = piece.sub(lambda m: _guard(m[0]), line)
     return line
 
 
 def plain_comment(line: str) -> str:
-    """A comment line as it was before it was made safe."""
+    """Return the comment line that `comment` received."""
     for piece in reversed(_PIECES):
         line = piece.sub(lambda m: plain_cell(m[0]), line)
     return line
 
 
-def _guarded(text: str) -> str:
+def _guard(text: str) -> str:
     return f"'{text}" if _FORMULA.match(text) else text
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     return '"' + text.replace('"', '""') + '"' if _QUOTED.search(text) else text

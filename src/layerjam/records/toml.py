@@ -1,4 +1,4 @@
-"""TOML text: parsed, found again by line, and quoted."""
+"""TOML text: parsing, line numbers of keys, and quoting."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MAX_BYTES = 1_000_000
 
 
 def parse_toml(text: str, path: object) -> dict[str, Any]:
-    """The tables of a TOML text; raises FileError with the line for anything that is not TOML."""
+    """Return the tables of a TOML text; raises FileError with the line if it is not TOML."""
     if len(text) > MAX_BYTES:
         raise FileError(path, f"is larger than {MAX_BYTES // 1000} kB, too large for such a file")
     for number, row in enumerate(text.split("\n"), 1):
@@ -28,25 +28,25 @@ def parse_toml(text: str, path: object) -> dict[str, Any]:
         line = int(match.group(1)) if match else text.count("\n") + 1
         wrong = text.splitlines()[line - 1 : line] if line <= text.count("\n") + 1 else []
         if wrong and re.search(r"=\s*[\d.]+\s*[A-Za-z%µ]", wrong[0][:200]):
-            reason += '; a quantity stands in quotes, such as "0.254 mm"'
+            reason += '; put a quantity in quotes, such as "0.254 mm"'
         raise FileError(path, f"is not TOML: {reason}", line) from None
     except (ValueError, RecursionError) as err:
         raise FileError(path, f"is not TOML that can be read: {str(err)[:80]}") from None
 
 
 def read_text(path: Path) -> str:
-    """The text of a small UTF-8 file; raises FileError where there is none."""
+    """Return the text of a small UTF-8 file; raises FileError if it cannot be read."""
     try:
         if path.is_dir():
             raise FileError(path, "is a folder, not a file")
-        # opening a pipe or a device may wait for ever
+        # opening a pipe or a device may block for ever
         if path.exists() and not path.is_file():
-            raise FileError(path, "is no regular file")
+            raise FileError(path, "is not a regular file")
         with path.open("rb") as handle:
             raw = handle.read(MAX_BYTES + 1)
     except (OSError, ValueError) as err:
-        why = f"cannot be read: {getattr(err, 'strerror', None) or err}"
-        raise FileError(path, why, how=nearby(path)) from None
+        problem = f"cannot be read: {getattr(err, 'strerror', None) or err}"
+        raise FileError(path, problem, how=nearby(path)) from None
     if len(raw) > MAX_BYTES:
         raise FileError(path, f"is larger than {MAX_BYTES // 1000} kB, too large for such a file")
     try:
@@ -57,38 +57,38 @@ def read_text(path: Path) -> str:
 
 
 def line_of(text: str, path: str) -> int | None:
-    """The line on which a dotted path is set, None where it cannot be found.
+    """Return the line on which a dotted path is set, or None.
 
-    Of an array of tables, [[name]], the first one that sets it counts.
+    In an array of tables, [[name]], the first table that sets it counts.
     """
     table, _, key = path.rpartition(".")
-    here = ""
+    section = ""
     table_line = None
     for number, line in enumerate(text.splitlines(), 1):
-        if len(line) > 400:  # no key stands so far in, and the pattern below takes its time
+        if len(line) > 400:  # keys never start that far in, and the pattern below is slow here
             continue
         head = re.match(r"\[{1,2}([^\[\]]+)\]", line.strip())
         if head:
-            here = head.group(1).strip()
-            if here in (path, table):
+            section = head.group(1).strip()
+            if section in (path, table):
                 table_line = table_line or number
-            if here == path:
+            if section == path:
                 return number
-        elif (here == table and re.match(rf"\s*\"?{re.escape(key)}\"?\s*[=.]", line)) or (
-            not here and re.match(rf"\s*{re.escape(path)}\s*[=.]", line)
+        elif (section == table and re.match(rf"\s*\"?{re.escape(key)}\"?\s*[=.]", line)) or (
+            not section and re.match(rf"\s*{re.escape(path)}\s*[=.]", line)
         ):
             return number
     return table_line
 
 
 def row_with(text: str, words: str) -> int | None:
-    """The first line that holds some words, None where none does."""
+    """Return the number of the first line that contains some words, or None."""
     rows = enumerate(text.splitlines(), 1)
     return next((number for number, row in rows if words and words in row), None)
 
 
 def quoted(text: str) -> str:
-    """A TOML string."""
+    """Return a TOML string."""
     out = []
     for char in text:
         if char in '"\\':

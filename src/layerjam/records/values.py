@@ -1,6 +1,6 @@
-"""What else than a quantity a file may hold: texts and lists; each reads and writes itself.
+"""Texts and lists as values of a file; each kind reads and writes itself.
 
-`QuantitySpec` answers the same questions, so that a reader need not know which one it has.
+`QuantitySpec` has the same methods, so that a reader need not distinguish them.
 """
 
 from __future__ import annotations
@@ -13,44 +13,44 @@ from layerjam.errors import QuantityError, UnknownNameError
 
 
 class ValueSpec(Protocol):
-    """What is known of one value of a file: its meaning, what is allowed, how it is written."""
+    """Definition of one value of a file: its meaning, allowed values and written form."""
 
     @property
     def text(self) -> str:
-        """Its meaning."""
+        """Meaning of the value."""
 
     def limits(self) -> str:
-        """What is allowed, as a phrase."""
+        """Return the allowed values as a phrase."""
 
     def read(self, text: object, name: str) -> Any:
-        """The value in SI from what TOML holds; raises QuantityError or UnknownNameError."""
+        """Return the value in SI from a TOML value; raises QuantityError or UnknownNameError."""
 
     def check(self, value: Any, name: str) -> Any:
-        """`value`, if it is allowed; raises as `read` does."""
+        """Return `value` if it is allowed; raises as `read` does."""
 
     def to_toml(self, value: Any) -> object:
-        """What TOML holds of a value in SI; `read` gives the same value back."""
+        """Return the TOML value of an SI value; `read` reverses it."""
 
 
 class AsItIs:
-    """The usual answers of a ValueSpec: everything that can be read is allowed, and written so."""
+    """Defaults of a ValueSpec: every readable value is allowed, and written unchanged."""
 
     def limits(self) -> str:
-        """Nothing to add."""
+        """Return the phrase for any value."""
         return "any"
 
     def check(self, value: Any, name: str) -> Any:
-        """`value` itself."""
+        """Return `value` unchanged."""
         return value
 
     def to_toml(self, value: Any) -> object:
-        """`value` itself."""
+        """Return `value` unchanged."""
         return value
 
 
 @dataclass(frozen=True, kw_only=True)
 class TextSpec(AsItIs):
-    """A text, one of `choices` where there are any."""
+    """A text, one of `choices` if there are any."""
 
     text: str = ""
     choices: tuple[str, ...] = ()
@@ -58,25 +58,25 @@ class TextSpec(AsItIs):
     """Whether it may be empty."""
 
     def limits(self) -> str:
-        """The choices."""
+        """Return the choices as a phrase."""
         return f"one of {', '.join(self.choices)}" if self.choices else "a text in quotes"
 
     def read(self, text: object, name: str) -> str:
-        """The text itself."""
+        """Return the text."""
         if not isinstance(text, str) or not (self.blank or text.strip()):
             meaning = f", {self.text}" if self.text else ""
             raise QuantityError.of(name, f"must be a text in quotes{meaning}")
         return self.check(text, name)
 
     def check(self, value: Any, name: str) -> Any:
-        """`value`, if it is one of the choices; a record in a text's place is not looked at."""
+        """Return `value` if it is one of the choices; a record in place of a text passes."""
         if self.choices and value not in self.choices:
             leaf = name.rpartition(".")[2]
             raise UnknownNameError(leaf, str(value), self.choices, quantity=name)
         return value
 
     def to_toml(self, value: Any) -> object:
-        """The text, or the name of the record that stands in its place."""
+        """Return the text, or the name of the record in its place."""
         return value if isinstance(value, str) else value.name
 
 
@@ -86,21 +86,21 @@ class ListSpec(AsItIs):
 
     each: ValueSpec
     distinct: bool = False
-    """Whether a value may stand only once."""
+    """Whether each value may occur only once."""
     single: bool = False
-    """Whether a value may stand without brackets."""
+    """Whether a single value may omit the brackets."""
 
     @property
     def text(self) -> str:
-        """The meaning of its entries."""
+        """Meaning of the entries."""
         return self.each.text
 
     def limits(self) -> str:
-        """What is allowed of each entry."""
+        """Return the allowed values of an entry as a phrase."""
         return self.each.limits()
 
     def read(self, text: object, name: str) -> tuple[Any, ...]:
-        """The values as a tuple."""
+        """Return the values as a tuple."""
         if self.single and not isinstance(text, list):
             text = [text]
         if not isinstance(text, list):
@@ -108,7 +108,7 @@ class ListSpec(AsItIs):
         return self.check(tuple(self.each.read(entry, name) for entry in text), name)
 
     def check(self, value: Any, name: str) -> Any:
-        """`value`, if each entry is allowed."""
+        """Return `value` if each entry is allowed."""
         for entry in value:
             self.each.check(entry, name)
         if self.distinct and len(set(value)) < len(value):
@@ -116,12 +116,12 @@ class ListSpec(AsItIs):
         return value
 
     def to_toml(self, value: Any) -> object:
-        """The entries as a list."""
+        """Return the entries as a list."""
         return [self.each.to_toml(entry) for entry in value]
 
 
 def value(spec: ValueSpec, default: Any = MISSING, table: bool = False) -> Any:
-    """A dataclass field that a file may set and that is not a plain quantity.
+    """Return a dataclass field of a file's value that is not a plain quantity.
 
     `table` is as in an Entry.
     """
@@ -134,14 +134,14 @@ class Entry(NamedTuple):
     spec: ValueSpec
     required: bool = False
     in_optional: bool = False
-    """Whether it belongs to a table that may be absent; it is then due only with the table."""
+    """Whether it belongs to an optional table; it is then required only with the table."""
     default: Any = None
     table: bool = False
     """Whether a table is the value itself, not a value with its source."""
 
 
 def entries(cls: type, prefix: str = "", in_optional: bool = False) -> Iterator[tuple[str, Entry]]:
-    """(dotted path, Entry) of everything a file may set in a record class, and nested."""
+    """Iterate over (dotted path, Entry) of everything a file may set in a record class."""
     for f in fields(cls):  # type: ignore[arg-type]
         spec = f.metadata.get("quantity") or f.metadata.get("value")
         required = f.default is MISSING

@@ -1,4 +1,4 @@
-"""What Windows allows of a file's name, and says where another program has the file open."""
+"""Rules of Windows for file names, and its advice for files that another program has open."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ DEVICES = {"CON", "PRN", "AUX", "NUL", "CONIN$", "CONOUT$"} | {
     f"{port}{n}" for port in ("COM", "LPT") for n in "123456789¹²³"
 }
 LONGEST = 260
-"""Characters of a path, its end counted, that Windows takes as it is usually set."""
+"""Longest path that Windows accepts by default, with its end, in characters."""
 
 
 def is_windows() -> bool:
@@ -19,9 +19,9 @@ def is_windows() -> bool:
 
 
 def refusal(path: PurePath) -> str | None:
-    """Why Windows takes no file of this name; None where it does, and on other systems.
+    """Return the reason why Windows rejects a file name; None if it accepts it, or elsewhere.
 
-    A device's name is one with any ending: what is written to `con.toml` goes to the console.
+    A device's name counts with any ending: text written to `con.toml` goes to the console.
     """
     if not WINDOWS:
         return None
@@ -36,12 +36,12 @@ def refusal(path: PurePath) -> str | None:
 
 
 def reason(error: OSError, path: PurePath) -> str:
-    """What the system says, and on Windows what may be done about it."""
-    said = error.strerror or str(error)
+    """Return the system's message, with advice on Windows."""
+    message = error.strerror or str(error)
     if not WINDOWS:
-        return said
+        return message
     if isinstance(error, PermissionError) and os.path.isfile(path):
-        return f"{said}; if another program, such as a spreadsheet, has it open, close it there"
+        return f"{message}; if another program, such as a spreadsheet, has it open, close it there"
     if len(os.path.abspath(path)) >= LONGEST:
-        return f"{said}; the path is longer than the {LONGEST - 1} characters that Windows takes"
-    return said
+        return f"{message}; the path is longer than the {LONGEST - 1} characters that Windows takes"
+    return message

@@ -1,4 +1,4 @@
-"""Records as TOML text: complete and commented, or a user's own text with some values changed."""
+"""Records as TOML text: complete and commented, or a user's text with some values changed."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from layerjam.verdict import Acceptance, remaining
 
 _UNSTATED = Source().to_toml()
 WIDE = 100
-"""Characters of a line beyond which a list takes a line for each entry."""
+"""Length of a line beyond which a list takes one line for each entry."""
 
 
 def literal(value: object) -> str:
-    """A value as TOML text: texts, switches, numbers and lists of them."""
+    """Return a value as TOML text: texts, switches, numbers and lists of them."""
     if isinstance(value, str):
         return quoted(value)
     if isinstance(value, bool):
@@ -32,7 +32,7 @@ def literal(value: object) -> str:
 
 
 def meaning(spec: ValueSpec) -> str:
-    """A comment line: symbol, meaning, unit and what is allowed."""
+    """Return a comment line: symbol, meaning, unit and bounds."""
     symbol, unit = "", ""
     if isinstance(spec, QuantitySpec):
         symbol = f"{spec.symbol}: " if spec.symbol else ""
@@ -41,7 +41,7 @@ def meaning(spec: ValueSpec) -> str:
 
 
 def plain(rows: Mapping[str, Entry], values: Mapping[str, Any]) -> list[str]:
-    """Lines that set every value that is not its default, tables under their headings."""
+    """Return lines that set every value that is not its default, tables under their headings."""
     lines, table = [], ""
     for path, entry in rows.items():
         head, _, key = path.rpartition(".")
@@ -51,20 +51,20 @@ def plain(rows: Mapping[str, Entry], values: Mapping[str, Any]) -> list[str]:
         if head != table:
             lines += ["", f"[{head}]"]
             table = head
-        written = entry.spec.to_toml(value)
-        text = f"{key} = {literal(written)}"
-        if len(text) > WIDE and isinstance(written, list):
-            text = "\n".join([f"{key} = [", *(f"    {literal(w)}," for w in written), "]"])
+        toml_value = entry.spec.to_toml(value)
+        text = f"{key} = {literal(toml_value)}"
+        if len(text) > WIDE and isinstance(toml_value, list):
+            text = "\n".join([f"{key} = [", *(f"    {literal(w)}," for w in toml_value), "]"])
         lines.append(text)
     return lines
 
 
-def commented(
+def commented_lines(
     rows: Iterable[tuple[str, Entry]], values: Mapping[str, Any], sources: Mapping[str, Source]
 ) -> list[str]:
-    """Lines that set every value under a heading for its table, each below its meaning.
+    """Return lines that set every value under the heading of its table, after its meaning.
 
-    A value that is not known, or that is the default and has no source, becomes a comment.
+    An unknown value, or a default without a source, becomes a comment.
     """
     lines, table = [], ""
     for path, entry in rows:
@@ -87,21 +87,21 @@ def commented(
     return lines
 
 
-def updated(
+def update_text(
     text: str,
     fields: Mapping[str, Entry],
     changes: Mapping[str, tuple[Any, Source] | None],
     *,
     name: str | None = None,
     tables: Mapping[str, Mapping[str, Any] | None] = MappingProxyType({}),
-    accepted: Sequence[Acceptance] = (),
+    new: Sequence[Acceptance] = (),
 ) -> str:
-    """A file's text with some values changed, comments and the rest kept.
+    """Return a file's text with some values changed; comments and all else stay.
 
-    A change is (value in SI, its source), or None: the key is taken out. `tables` are replaced as a
-    whole, or taken out where they are None or empty; they come first. `accepted` are added to the
-    acceptances of the file; an earlier one ends when all its numbers change. Raises QuantityError
-    for a key to be taken out that is not there.
+    A change is (value in SI, its source), or None to remove the key. `tables` are replaced as a
+    whole, or removed if None or empty, before. `accepted` are added to the acceptances of the file;
+    an earlier one ends when all its numbers change. Raises QuantityError if a key to remove is
+    missing.
     """
     import tomlkit
 
@@ -132,15 +132,15 @@ def updated(
             old.update(item)
         elif table or key in place:
             place[key] = item
-        else:  # behind tables a plain key would belong to the last of them
+        else:  # after tables, a plain key would belong to the last of them
             full = tomlkit.table()
             full.update(item)
             place.append(key, full)
-    decisions = [*remaining(earlier, changes), *accepted]
+    decisions = [*remaining(earlier, changes), *new]
     if decisions:
         rows = tomlkit.aot()
-        for one in decisions:
-            rows.append(tomlkit.item(one.to_toml()))
+        for decision in decisions:
+            rows.append(tomlkit.item(decision.to_toml()))
         document["accepted"] = rows
     return tomlkit.dumps(document)
 

@@ -121,11 +121,11 @@ class WiringFile(RecordFile[Wiring]):
         """The file from its TOML text; FileError with file and line for what it cannot be."""
         reader = Reader(text, path, cls.fields)
         reader.take()
-        return cls.taken(reader)
+        return cls.from_reader(reader)
 
     def wired(self) -> dict[str, Any]:
         """What the firmware reads: one flat table in SI, without what is not known."""
-        made = dict(self.given)
+        made = dict(self.known_values)
         return {
             "name": self.title or self.name,
             **{path.rpartition(".")[2]: known for path, known in made.items() if known is not None},

@@ -92,7 +92,7 @@ class Record:
             **self.conditions(),
             "outcome": str(self.outcome),
             "warnings": " | ".join(self.warnings),
-            "brake": self.brake.rendered(self.brake.name),
+            "brake": self.brake.render(self.brake.name),
         }
 
     def to_csv(self, path: str | Path, *, force: bool = False) -> Path:

@@ -38,13 +38,13 @@ def film_range(file: BrakeFile) -> tuple[float, float]:
 
     It spans the brake's own value and all of the catalogue for that film, widened by `MARGIN`.
     """
-    product = file.given.get("film.product")
+    product = file.known_values.get("film.product")
     known = [file.brake.film.kinetic]
     for name, text in materials()["films"].items():
         film = parse_toml(text, name)
         if film["name"] == product:
             known.append(film["kinetic"]["value"])
-    listed = [one for one in map(load, devices()) if one.given.get("film.product") == product]
+    listed = [f for f in map(load, devices()) if f.known_values.get("film.product") == product]
     known += [one.brake.film.kinetic for one in listed]
     return min(known) / MARGIN, max(known) * MARGIN
 

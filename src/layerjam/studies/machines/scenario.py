@@ -221,7 +221,7 @@ def read_scenario(
     reader.take(tables)
     reader.require()
     where = folder or Path()
-    with reader.located():
+    with reader.locate_errors():
         read: Any = reader.record(machines[named])
         check(read)
         scenario: S = replace(
