@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from layerjam.dataset import checksums, comparison
 from layerjam.dataset.people import author_of, licence_notices
 from layerjam.dataset.recipe import FORMAT, RECIPE, Recipe, read_recipe
-from layerjam.dataset.unpack import opened
+from layerjam.dataset.unpack import open_root
 from layerjam.errors import FileError, QuantityError
 
 GOOD = {"versions": {"layerjam": "0.1.0"}, "brake": "brake.toml", "results": "results.json"}
@@ -152,7 +152,7 @@ def zipped(path: Path, *entries: tuple[str | zipfile.ZipInfo, str]) -> Path:
 
 def test_a_zip_file_is_looked_into_and_forgotten(tmp_path: Path) -> None:
     path = zipped(tmp_path / "d.zip", ("mine/recipe.json", "{}"), ("mine/data/a.csv", "1"))
-    with opened(path) as root:
+    with open_root(path) as root:
         assert (root / "data" / "a.csv").read_text() == "1"
     assert not root.exists()
 
@@ -180,7 +180,7 @@ def test_a_zip_file_of_a_stranger_is_looked_at(
     inner = tmp_path / "inner"
     inner.mkdir()
     path = zipped(inner / "d.zip", entry)
-    with pytest.raises(FileError, match=words), opened(path):
+    with pytest.raises(FileError, match=words), open_root(path):
         pass
     assert [p.name for p in tmp_path.rglob("*") if p.is_file()] == ["d.zip"]
 
@@ -188,5 +188,5 @@ def test_a_zip_file_of_a_stranger_is_looked_at(
 def test_what_is_no_dataset_is_refused(tmp_path: Path) -> None:
     (tmp_path / "broken.zip").write_bytes(b"PK\x03\x04 and no more")
     for path in (tmp_path, tmp_path / "broken.zip", tmp_path / "none"):
-        with pytest.raises(FileError), opened(path):
+        with pytest.raises(FileError), open_root(path):
             pass

@@ -1,4 +1,4 @@
-"""Where the records are: a file of SQLite, or a PostgreSQL server by URL."""
+"""Database of the records: a SQLite file, or a PostgreSQL server by URL."""
 
 from __future__ import annotations
 
@@ -30,48 +30,48 @@ from layerjam.archive.version_1 import move_typed_tables
 from layerjam.errors import LayerjamError, MissingExtraError
 
 PATIENCE = 60
-"""Seconds to wait for another writer."""
+"""Longest wait for another writer [s]."""
 REACHED = 10
-"""Seconds in which a server must answer at all."""
+"""Longest wait for the first response of a server [s]."""
 LOCK = 0x4C4A5243
-"""PostgreSQL's advisory lock of the writers: one after the other, as with SQLite."""
+"""PostgreSQL's advisory lock of the writers: one at a time, as with SQLite."""
 POSTGRES = ("postgresql", "postgres", "postgresql+psycopg")
 STEPS: dict[int, Callable[[Connection], None]] = {1: move_typed_tables}
-"""{version: function that brings the tables of that version to the next}."""
+"""{version: function that upgrades the tables of that version to the next}."""
 
 
 class RecordsError(LayerjamError):
-    """A database of records that cannot be had, or is none."""
+    """A database of records that is not available, or that contains something else."""
 
     key = "records"
 
 
 def default_file() -> Path:
-    """Where the records are unless somebody says otherwise."""
+    """Return the default file of the records."""
     return Path(platformdirs.user_data_dir("layerjam")) / "records.db"
 
 
 def url_of(db: str | Path | None) -> URL:
-    """The database of a URL or of a path to a file of SQLite.
+    """Return the database of a URL or of a path to a SQLite file.
 
-    Raises RecordsError for a URL of another kind, MissingExtraError without psycopg.
+    Raises RecordsError for a URL of another kind, MissingExtraError if psycopg is not installed.
     """
     if db is None:
         return URL.create("sqlite", database=str(default_file()))
     if not re.match(r"[\w+]{2,}:|:", str(db)):
         return URL.create("sqlite", database=str(db))
-    allowed = "use sqlite:///FILE, postgresql://USER@HOST/NAME, or the path of a file"
+    hint = "use sqlite:///FILE, postgresql://USER@HOST/NAME, or the path of a file"
     try:
         url = make_url(str(db))
     except (ArgumentError, ValueError):
-        raise RecordsError(f"db: this is no URL of a database; {allowed}") from None
+        raise RecordsError(f"db: is not the URL of a database; {hint}") from None
     if url.drivername in POSTGRES:
         with MissingExtraError.raise_if_missing("records in PostgreSQL (psycopg)", "postgres"):
             import psycopg  # noqa: F401
         return url.set(drivername="postgresql+psycopg")
     if url.drivername == "sqlite" and url.database and url.database != ":memory:":
         return url
-    raise RecordsError(f"db: {url.render_as_string(hide_password=True)} cannot be used; {allowed}")
+    raise RecordsError(f"db: {url.render_as_string(hide_password=True)} cannot be used; {hint}")
 
 
 class Database:
@@ -85,11 +85,11 @@ class Database:
 
     @contextlib.contextmanager
     def writing(self) -> Iterator[Connection]:
-        """One transaction that writes, after all others: whole or not at all.
+        """Open a transaction that writes, after all others: complete or not at all.
 
         Makes the database if there is none. Raises RecordsError.
         """
-        with self._errors_named():
+        with self._report_errors():
             if self.file is not None:
                 self.file.parent.mkdir(parents=True, exist_ok=True)
             with self._engine.connect().execution_options(writes=True) as db, db.begin():
@@ -101,21 +101,21 @@ class Database:
 
     @contextlib.contextmanager
     def reading(self) -> Iterator[Connection | None]:
-        """A view of the records that does not move, or None if there is no database yet."""
+        """Open a view of the records that does not change, or None if there is no database yet."""
         if self.file is not None and not self.file.exists():
             yield None
             return
-        with self._errors_named(), self._engine.connect() as db, db.begin():
+        with self._report_errors(), self._engine.connect() as db, db.begin():
             older = (_version_of(db, self.where) or VERSION) < VERSION
         if older:
             with self.writing():
                 pass
-        with self._errors_named(), self._engine.connect() as db, db.begin():
+        with self._report_errors(), self._engine.connect() as db, db.begin():
             yield None if _version_of(db, self.where) is None else db
 
     @contextlib.contextmanager
-    def _errors_named(self) -> Iterator[None]:
-        """Raise what the database or the disk reports as a RecordsError of one sentence."""
+    def _report_errors(self) -> Iterator[None]:
+        """Raise an error of the database or the disk as a RecordsError of one sentence."""
         try:
             yield
         except DBAPIError as error:
@@ -125,50 +125,50 @@ class Database:
             raise RecordsError(f"{self.where}: cannot be written: {error.strerror}") from None
 
 
-def _version_of(db: Connection, where: str) -> int | None:
+def _version_of(db: Connection, place: str) -> int | None:
     """Return the version of the tables, None for an empty database.
 
-    Raises RecordsError for tables of another program, or of a version that cannot be brought up.
+    Raises RecordsError for another program's tables, or a version that cannot be upgraded.
     """
     tables = set(inspect(db).get_table_names())
     if not tables:
         return None
-    found = None
+    current = None
     if {VERSIONS.name, "entries"} <= tables:
-        found = db.execute(select(func.max(VERSIONS.c.version))).scalar()
-    if found is None:
-        some = ", ".join(sorted(tables)[:3])
+        current = db.execute(select(func.max(VERSIONS.c.version))).scalar()
+    if current is None:
+        names = ", ".join(sorted(tables)[:3])
         raise RecordsError(
-            f"{where}: holds other tables ({some}), no records of layerjam; name another database"
+            f"{place}: holds other tables ({names}), no records of layerjam; name another database"
         )
-    if found > VERSION:
+    if current > VERSION:
         raise RecordsError(
-            f"{where}: its tables have version {found}, and this layerjam ({__version__}) knows "
+            f"{place}: its tables have version {current}, and this layerjam ({__version__}) knows "
             f"versions up to {VERSION}; update layerjam"
         )
-    missing = [version for version in range(found, VERSION) if version not in STEPS]
+    missing = [version for version in range(current, VERSION) if version not in STEPS]
     if missing:
         raise RecordsError(
-            f"{where}: its tables have version {found}, and no step leads from version "
+            f"{place}: its tables have version {current}, and no step leads from version "
             f"{missing[0]} to {VERSION}; use the layerjam that made them"
         )
-    return int(found)
+    return int(current)
 
 
-def _bring_up(db: Connection, where: str) -> None:
-    """Make the tables, or bring older ones up; inside a transaction of the caller."""
-    found = _version_of(db, where)
-    if found is None:
+def _bring_up(db: Connection, place: str) -> None:
+    """Make the tables or upgrade older ones, inside a transaction of the caller."""
+    current = _version_of(db, place)
+    if current is None:
         METADATA.create_all(db, checkfirst=False)
-    for version in range(found or VERSION, VERSION):
+    for version in range(current or VERSION, VERSION):
         STEPS[version](db)
-    if found != VERSION:
-        made = {"made_at": utc_timestamp(), "software": f"layerjam {__version__}"}
-        db.execute(VERSIONS.insert().values(version=VERSION, **made))
+    if current != VERSION:
+        origin = {"made_at": utc_timestamp(), "software": f"layerjam {__version__}"}
+        db.execute(VERSIONS.insert().values(version=VERSION, **origin))
 
 
 def _engine(url: URL) -> Engine:
-    """SQLite checks foreign keys only if each connection asks it to."""
+    """Return an engine; each SQLite connection must turn on the check of foreign keys."""
     if url.drivername != "sqlite":
         options = {"connect_timeout": REACHED}
         return create_engine(
@@ -177,13 +177,13 @@ def _engine(url: URL) -> Engine:
     engine = create_engine(url, poolclass=NullPool, connect_args={"timeout": PATIENCE})
 
     @event.listens_for(engine, "connect")
-    def _connected(connection: Any, _record: Any) -> None:
-        connection.isolation_level = None  # transactions begin where we say
+    def _set_up_connection(connection: Any, _record: Any) -> None:
+        connection.isolation_level = None  # this module begins the transactions
         connection.execute("PRAGMA foreign_keys = ON")
         connection.execute("PRAGMA synchronous = FULL")
 
     @event.listens_for(engine, "begin")
-    def _begun(db: Connection) -> None:
+    def _begin(db: Connection) -> None:
         writes = db.get_execution_options().get("writes")
         db.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
 

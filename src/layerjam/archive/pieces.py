@@ -1,4 +1,4 @@
-"""What a file holds for the records: a record, others inside it, and what they come from."""
+"""Content of a file for the database: its record, others inside it, and their sources."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from layerjam.records.changes import RecordFile
 
 @dataclass(frozen=True)
 class Cited:
-    """What a record says it comes from: a digest or the number of a run, its role, its name."""
+    """Source that a record cites: a digest or the number of a run, its role, its name."""
 
     key: str
     role: str
@@ -24,7 +24,7 @@ class Cited:
 
 @dataclass(frozen=True, kw_only=True)
 class Piece:
-    """One record: its kind, the columns of its table but the common ones, what it cites."""
+    """One record: its kind, its own columns, and its citations."""
 
     kind: str
     columns: Mapping[str, Any]
@@ -33,33 +33,33 @@ class Piece:
 
 @dataclass(frozen=True, kw_only=True)
 class Content:
-    """A file: `file` are the columns of `files`, `what` the record it is, if it is one.
+    """A file: `file` are the columns of `files`, `piece` its record, if it is one.
 
-    `others` are records inside it that stand for themselves, by the role in which it comes from
-    them; `notes` is what is to be said of it.
+    `others` are independent records inside it, by the role in which it comes from them. `notes` are
+    messages about it.
     """
 
     path: str
     file: Mapping[str, Any]
-    what: Piece | None = None
+    piece: Piece | None = None
     cited: tuple[Cited, ...] = ()
     others: Mapping[str, Piece] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
 
 def storable(text: str) -> str:
-    """A text without what a database refuses: NUL, and bytes of a name that are no UTF-8."""
+    """Return a text that a database accepts: without NUL and bytes that are not UTF-8."""
     return text.replace("\0", "\ufffd").encode("utf-8", "replace").decode("utf-8")
 
 
 def hex_of(value: Any) -> str | None:
-    """A SHA-256 in hex, None for anything else."""
+    """Return a SHA-256 in hex, or None for anything else."""
     right = isinstance(value, str) and re.fullmatch("[0-9a-f]{64}", value)
     return str(value) if right else None
 
 
-def made_of_text(kind: str, text: str, path: str) -> Piece:
-    """The record of a brake or a line of this text; raises FileError."""
+def piece_of_text(kind: str, text: str, path: str) -> Piece:
+    """Return the record of a brake or a line of this text; raises FileError."""
     file: RecordFile[Any] = (BrakeFile if kind == "brake" else LineFile).read(text, path)
     notes: Mapping[str, Any] = getattr(file, "notes", {})
     columns = {
@@ -73,5 +73,5 @@ def made_of_text(kind: str, text: str, path: str) -> Piece:
 
 
 def text_digest(text: str) -> str:
-    """SHA-256 of a text in UTF-8."""
+    """Return the SHA-256 of a text in UTF-8."""
     return sha256(text.encode()).hexdigest()

@@ -1,9 +1,9 @@
-"""The tables of the records. The database itself refuses to change or delete a row.
+"""The tables of the records. The database itself rejects changes and deletion of rows.
 
-`entries` holds every record, whatever its kind, with its own facts as JSON; a view shows each kind
-as a table of its own. `keys` holds what others may cite a record by, `cited` what a record says it
-comes from. The view `derived_from` joins these two, so that a link is there as soon as both ends
-are. Times are text, UTC in RFC 3339 with `Z`, because SQLite loses the zone of a time. An `id` is a
+`entries` holds every record of any kind, with its own facts as JSON; a view shows each kind as a
+table. `keys` holds the keys by which others may cite a record, `cited` the sources that a record
+cites. The view `derived_from` joins these two, so that a link appears as soon as both ends exist.
+Times are text, UTC in RFC 3339 with `Z`, because SQLite loses the zone of a time. An `id` is a
 UUID.
 """
 
@@ -38,13 +38,13 @@ METADATA = MetaData()
 NEVER = "a row of the records is never changed; withdraw the record instead"
 
 
-def _stamped() -> Iterable[Column[Any]]:
-    """When, by what and by whom a row was made."""
+def _origin_columns() -> Iterable[Column[Any]]:
+    """Return columns for the time, the program and the user that made a row."""
     return [Column(name, Text, nullable=False) for name in ("made_at", "software", "by")]
 
 
 def _entry(name: str) -> Column[Any]:
-    """A record's id, as a part of the primary key."""
+    """Return a column for a record's id, as a part of the primary key."""
     return Column(name, Text, ForeignKey("entries.id"), primary_key=True)
 
 
@@ -61,18 +61,18 @@ ENTRIES = Table(
     Column("id", Text, primary_key=True),
     Column("kind", Text, nullable=False),
     Column("name", Text, nullable=False),
-    *_stamped(),
+    *_origin_columns(),
     Column("simulated", Boolean),
     Column("identity", Text, nullable=False, unique=True),
     Column("content", JSON, nullable=False),
 )
-"""Every record. `identity` distinguishes it from all others of its kind; `simulated` is NULL if
-nobody says; `content` has the columns of its kind."""
+"""Every record. `identity` distinguishes it from all others of its kind. `simulated` is NULL if
+unknown, and `content` has the columns of its kind."""
 FILES = Table(
     "files",
     METADATA,
     _entry("id"),
-    *_stamped(),
+    *_origin_columns(),
     Column("sha256", Text, nullable=False, unique=True),
     Column("bytes", Integer, nullable=False),
     Column("kind", Text, nullable=False),
@@ -81,9 +81,9 @@ FILES = Table(
     Column("host", Text, nullable=False),
     Column("simulated", Boolean),
 )
-"""Files that were added, by the record they are: `folder` and `host` say where they were then."""
+"""Files that were added, by their record; `folder` and `host` are their place at that time."""
 KEYS = Table("keys", METADATA, _entry("id"), Column("key", Text, primary_key=True, index=True))
-"""Digests of a record's file and text, the number of a run, and its own id."""
+"""Digests of a record's file and text, the number of a run, and the record's id."""
 CITED = Table(
     "cited",
     METADATA,
@@ -93,7 +93,7 @@ CITED = Table(
     Column("name", Text, nullable=False),
     Index("cited_by_key", "key"),
 )
-"""Keys of the records that a record comes from; such a record may be added later."""
+"""Keys of the sources of a record; a source may be added later."""
 WITHDRAWN = Table(
     "withdrawn",
     METADATA,
@@ -109,16 +109,16 @@ LINKS = (
     .distinct()
 )
 DERIVED_FROM = LINKS.subquery("derived_from")
-"""Which record was derived from which, and in what role."""
+"""Links between records: child, parent and role."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Kind:
-    """A kind of record: its view and columns, and which of them name, identify and cite one."""
+    """A kind of record: its view and columns; some of them name, identify and cite a record."""
 
     view: str | None = None
     columns: tuple[str, ...] = ()
-    called: str = "name"
+    name_column: str = "name"
     identity: tuple[str, ...] = ("sha256",)
     keys: tuple[str, ...] = ()
 
@@ -130,13 +130,13 @@ TYPES = {
     "gain": "as_float",
     "simulated": "as_boolean",
 }
-"""{column: how a view reads it}; the others are text."""
+"""{column: accessor in a view}; the others are text."""
 _BRAKE = Kind(
     view="brakes",
     columns=("name", "serial", "toml", "sha256", "rendered_sha256", "parent"),
     keys=("sha256", "rendered_sha256"),
 )
-"""`parent` is the digest of the text that this one was made from."""
+"""`parent` is the digest of the text from which this one was made."""
 _FILE = Kind()
 KINDS = {
     "brake": _BRAKE,
@@ -144,13 +144,13 @@ KINDS = {
     "board": Kind(
         view="boards",
         columns=("serial", "model", "firmware"),
-        called="serial",
+        name_column="serial",
         identity=("serial",),
     ),
     "sensor calibration": Kind(
         view="sensor_calibrations",
         columns=("board", "said", "zero", "gain", "name"),
-        called="said",
+        name_column="said",
         identity=("board", "said"),
     ),
     "run": Kind(
@@ -160,7 +160,7 @@ KINDS = {
             *("simulated", "samples", "gaps", "started", "ended", "firmware", "law_sha256"),
             *("file_sha256", "file", "settings_hex", "safe_state"),
         ),
-        called="file",
+        name_column="file",
         identity=("file_sha256",),
         keys=("run_id",),
     ),
@@ -170,18 +170,18 @@ KINDS = {
             *("brake", "kind", "result", "covariance", "checks", "result_toml", "sha256"),
             "simulated",
         ),
-        called="kind",
+        name_column="kind",
     ),
     "data": _FILE,
     "facts": _FILE,
     "export": _FILE,
 }
-"""{kind of record: what it has}. The `brake` of a calibration is the one that was calibrated, if it
-was in the records then. Data, facts and exports have nothing but their file."""
+"""{kind of record: definition}. The `brake` of a calibration is the calibrated brake, if it was in
+the database at that time. Data, facts and exports only have their file."""
 
 
 def utc_timestamp() -> str:
-    """Return the moment, UTC in RFC 3339 to the millisecond: 2026-11-23T03:27:39.123Z."""
+    """Return the present time, UTC in RFC 3339 to the millisecond: 2026-11-23T03:27:39.123Z."""
     return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
@@ -191,39 +191,39 @@ def identity(kind: str, columns: Mapping[str, Any]) -> str:
 
 
 def enter(
-    db: Connection, ident: str, kind: str, made: Mapping[str, str], columns: Mapping[str, Any]
+    db: Connection, ident: str, kind: str, origin: Mapping[str, str], columns: Mapping[str, Any]
 ) -> None:
-    """Write one record with its keys; `made` has when, by what and by whom it is made."""
-    about = KINDS[kind]
+    """Write one record with its keys; `origin` has the time, the program and the user."""
+    spec = KINDS[kind]
     row = {
         "id": ident,
         "kind": kind,
-        "name": columns[about.called],
+        "name": columns[spec.name_column],
         "simulated": columns.get("simulated"),
         "identity": identity(kind, columns),
-        "content": {name: columns.get(name) for name in about.columns},
+        "content": {name: columns.get(name) for name in spec.columns},
     }
-    db.execute(ENTRIES.insert().values(**row, **made))
-    add_keys(db, ident, [ident, *(columns[name] for name in about.keys)])
+    db.execute(ENTRIES.insert().values(**row, **origin))
+    add_keys(db, ident, [ident, *(columns[name] for name in spec.keys)])
 
 
 def add_keys(db: Connection, ident: str, keys: Iterable[str | None]) -> None:
-    """Let others cite a record by these keys too."""
-    there = {row.key for row in db.execute(select(KEYS.c.key).where(KEYS.c.id == ident))}
+    """Add keys by which others may cite a record."""
+    keys_before = {row.key for row in db.execute(select(KEYS.c.key).where(KEYS.c.id == ident))}
     for key in dict.fromkeys(keys):
-        if key and key not in there:
+        if key and key not in keys_before:
             db.execute(KEYS.insert().values(id=ident, key=key))
 
 
 def cite(db: Connection, child: str, cited: Iterable[Cited]) -> None:
-    """Write what a record says it comes from."""
-    unique = {(one.key, one.role): one.name for one in cited}
+    """Write the sources of a record."""
+    unique = {(citation.key, citation.role): citation.name for citation in cited}
     for (key, role), name in unique.items():
         db.execute(CITED.insert().values(child=child, key=key, role=role, name=name))
 
 
 def _view(name: str, query: Select[Any]) -> None:
-    """Have a view made after the tables."""
+    """Create a view after the tables."""
 
     def create(_target: MetaData, db: Connection, **_: Any) -> None:
         columns = ", ".join(f'"{column.name}"' for column in query.selected_columns)
@@ -233,14 +233,14 @@ def _view(name: str, query: Select[Any]) -> None:
     event.listen(METADATA, "after_create", create)
 
 
-def _of_kind(kind: str, about: Kind) -> Select[Any]:
-    """Select the records of a kind with their content as columns."""
+def _of_kind(kind: str, spec: Kind) -> Select[Any]:
+    """Return a query of the records of a kind, their content as columns."""
     common = [ENTRIES.c[name] for name in ("id", "made_at", "software", "by")]
-    own = [
+    columns = [
         getattr(ENTRIES.c.content[name], TYPES.get(name, "as_string"))().label(name)
-        for name in about.columns
+        for name in spec.columns
     ]
-    return select(*common, *own).where(ENTRIES.c.kind == kind)
+    return select(*common, *columns).where(ENTRIES.c.kind == kind)
 
 
 _FUNCTION = f"""
@@ -250,7 +250,7 @@ BEGIN RAISE EXCEPTION '{NEVER}'; END $$
 
 
 def _guard(table: Table) -> None:
-    """Have triggers made with a table that refuse a change of its rows."""
+    """Create triggers with a table that reject changes of its rows."""
     for act in ("update", "delete"):
         head = f'CREATE TRIGGER "{table.name}_no_{act}" BEFORE {act.upper()} ON "{table.name}" '
         sqlite = DDL(head + f"BEGIN SELECT RAISE(ABORT, '{NEVER}'); END")
@@ -260,9 +260,9 @@ def _guard(table: Table) -> None:
 
 
 event.listen(METADATA, "before_create", DDL(_FUNCTION).execute_if(dialect="postgresql"))
-for _each in METADATA.tables.values():
-    _guard(_each)
+for _table in METADATA.tables.values():
+    _guard(_table)
 _view("derived_from", LINKS)
-for _kind, _about in KINDS.items():
-    if _about.view:
-        _view(_about.view, _of_kind(_kind, _about))
+for _kind, _spec in KINDS.items():
+    if _spec.view:
+        _view(_spec.view, _of_kind(_kind, _spec))

@@ -1,4 +1,4 @@
-"""What is written into the records: files with what they are, links between them, withdrawals."""
+"""Additions to the database: files with their records, links between them, withdrawals."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING
 
 
 @dataclass
-class Added:
-    """What a call added.
+class Additions:
+    """Result of an addition.
 
-    `ids` is {path: id}, `others` {id: what it is and which file it was in}, `refused` {path: why},
-    `unlinked` (path, role, name, key) of what a file comes from and the records do not hold.
+    `ids` is {path: id}, `others` {id: kind and file}, `refused` {path: reason}. `unlinked` are
+    (path, role, name, key) of sources that are not in the database.
     """
 
     ids: dict[str, str] = field(default_factory=dict)
@@ -50,197 +50,197 @@ class Added:
     notes: list[tuple[str, str]] = field(default_factory=list)
 
 
-def add(database: Database, paths: Iterable[str | Path], serial: str | None = None) -> Added:
-    """Add files in one transaction; those that cannot be are refused and the others go in.
+def add(database: Database, paths: Iterable[str | Path], serial: str | None = None) -> Additions:
+    """Add files in one transaction; rejected files do not stop the others.
 
-    `serial` is that of the one brake or line that is given. Raises RecordsError where the database
-    takes nothing; then nothing was added.
+    `serial` belongs to the only brake or line of the call. Raises RecordsError if the database
+    cannot be written; then nothing was added.
     """
-    made = Added()
+    result = Additions()
     contents: list[Content] = []
-    given = list(dict.fromkeys(map(str, paths)))
-    if serial is not None and len(given) > 1:
+    names = list(dict.fromkeys(map(str, paths)))
+    if serial is not None and len(names) > 1:
         raise RecordsError("serial: it belongs to one brake or one line; add that one alone")
-    for path in given:
+    for path in names:
         try:
             contents.append(_with_serial(read(path), serial))
         except LayerjamError as error:
             if isinstance(error, FileError) and error.path == path:
-                made.refused[path] = error.reason
+                result.refused[path] = error.reason
             else:
-                made.refused[path] = str(error)
+                result.refused[path] = str(error)
     if contents:
         with database.writing() as db:
-            _add(db, contents, made)
-    return made
+            _add(db, contents, result)
+    return result
 
 
 def _with_serial(content: Content, serial: str | None) -> Content:
-    """A brake or a line with the number that is stamped on it."""
+    """Return a brake or a line with its serial number."""
     if serial is None:
         return content
-    what = content.what
-    if what is None or what.kind not in ("brake", "line"):
-        raise FileError(content.path, "is no brake and no line, which alone have a serial number")
+    piece = content.piece
+    if piece is None or piece.kind not in ("brake", "line"):
+        raise FileError(content.path, "is not a brake or a line: only these have a serial number")
     return replace(
-        content, what=replace(what, columns={**what.columns, "serial": storable(serial)})
+        content, piece=replace(piece, columns={**piece.columns, "serial": storable(serial)})
     )
 
 
-def _add(db: Connection, contents: Iterable[Content], made: Added) -> None:
-    """Enter files one after the other, then look which of their sources are missing."""
+def _add(db: Connection, contents: Iterable[Content], result: Additions) -> None:
+    """Enter files one by one, then list their missing sources."""
     fresh: dict[str, str] = {}
     for content in contents:
-        why = refusal(db, content)
-        if why is not None:
-            made.refused[content.path] = why
+        problem = refusal(db, content)
+        if problem is not None:
+            result.refused[content.path] = problem
             continue
         inside: dict[str, str] = {}
         ident = _enter_file(db, content, inside)
-        made.ids[content.path] = ident
-        made.others |= {one: f"{kind} in {content.path}" for one, kind in inside.items()}
-        made.notes += [(content.path, note) for note in content.notes]
+        result.ids[content.path] = ident
+        result.others |= {c: f"{kind} in {content.path}" for c, kind in inside.items()}
+        result.notes += [(content.path, note) for note in content.notes]
         fresh |= dict.fromkeys((ident, *inside), content.path)
         _cite_later_facts(db, content)
     for child, path in fresh.items():
-        made.unlinked += [(path, one.role, one.name, one.key) for one in unlinked(db, child)]
+        result.unlinked += [(path, c.role, c.name, c.key) for c in unlinked(db, child)]
 
 
 def _cite_later_facts(db: Connection, content: Content) -> None:
-    """Note that measurements which were added before the facts beside them come from these.
+    """Link new facts to their measurements, if these were added before.
 
-    The digest of the file beside them must be that of the measurement in the records.
+    The file next to them must still have the digest of the measurement in the database.
     """
     file = content.file
     if file["kind"] != "facts":
         return
-    wanted = [FILES.c.folder == file["folder"], FILES.c.host == node()]
-    wanted.append(FILES.c.kind.in_(["data", "export"]))
+    terms = [FILES.c.folder == file["folder"], FILES.c.host == node()]
+    terms.append(FILES.c.kind.in_(["data", "export"]))
     if file["name"] != FOLDER:
-        wanted.append(FILES.c.name == file["name"].removesuffix(SIDECAR_ENDING))
+        terms.append(FILES.c.name == file["name"].removesuffix(SIDECAR_ENDING))
     facts = Cited(file["sha256"], "conditions", file["name"])
-    for row in db.execute(select(FILES.c.id, FILES.c.name, FILES.c.sha256).where(*wanted)).all():
-        there = select(CITED.c.child).where(
+    for row in db.execute(select(FILES.c.id, FILES.c.name, FILES.c.sha256).where(*terms)).all():
+        link = select(CITED.c.child).where(
             CITED.c.child == row.id, CITED.c.key == facts.key, CITED.c.role == facts.role
         )
-        if db.execute(there).first() is None and _same(Path(file["folder"]) / row.name, row.sha256):
+        if db.execute(link).first() is None and _same(Path(file["folder"]) / row.name, row.sha256):
             cite(db, row.id, [facts])
 
 
 def _same(path: Path, digest: str) -> bool:
-    """Whether a file is there and has this digest."""
+    """Whether a file exists and has this digest."""
     with suppress(OSError):
         return path.is_file() and sha256(str(path)) == digest
     return False
 
 
 def refusal(db: Connection, content: Content) -> str | None:
-    """Return why a file cannot be added, or None if it can."""
-    what = content.what
+    """Return the reason why a file cannot be added, or None."""
+    piece = content.piece
     same = [FILES.c.sha256 == content.file["sha256"]]
-    if what is not None:  # a byte order mark makes other bytes of the same text
-        same.append(FILES.c.id == _known(db, what))
-    found = db.execute(select(FILES.c.id, FILES.c.name, FILES.c.made_at).where(or_(*same))).first()
-    if found is not None:
-        ident, name, made_at = found
-        gone = _why_withdrawn(db, ident)
-        more = f", and was withdrawn: {gone}" if gone else ""
-        return f"is in the records already: {name}, added {made_at} as {ident}{more}"
-    if what is not None and what.kind == "run" and what.columns["run_id"]:
-        there = db.execute(
+    if piece is not None:  # a byte order mark changes the bytes, not the text
+        same.append(FILES.c.id == _existing_id(db, piece))
+    row = db.execute(select(FILES.c.id, FILES.c.name, FILES.c.made_at).where(or_(*same))).first()
+    if row is not None:
+        ident, name, made_at = row
+        reason = _why_withdrawn(db, ident)
+        detail = f", and was withdrawn: {reason}" if reason else ""
+        return f"is in the records already: {name}, added {made_at} as {ident}{detail}"
+    if piece is not None and piece.kind == "run" and piece.columns["run_id"]:
+        run = db.execute(
             select(ENTRIES.c.id, ENTRIES.c.name)
             .join(KEYS)
             .outerjoin(WITHDRAWN)
-            .where(ENTRIES.c.kind == "run", KEYS.c.key == what.columns["run_id"])
+            .where(ENTRIES.c.kind == "run", KEYS.c.key == piece.columns["run_id"])
             .where(WITHDRAWN.c.id.is_(None))
         ).first()
-        if there is not None:
+        if run is not None:
             return (
-                f"is another state of a run that is in the records already: {there.name} as "
-                f"{there.id}; withdraw that one first"
+                f"is another state of a run that is in the records already: {run.name} as "
+                f"{run.id}; withdraw that one first"
             )
     return None
 
 
 def _why_withdrawn(db: Connection, ident: str) -> str | None:
     """Return the reason for which a record was withdrawn, or None."""
-    found = db.execute(select(WITHDRAWN.c.why).where(WITHDRAWN.c.id == ident)).scalar()
-    return None if found is None else str(found)
+    reason = db.execute(select(WITHDRAWN.c.why).where(WITHDRAWN.c.id == ident)).scalar()
+    return None if reason is None else str(reason)
 
 
 def _enter_file(db: Connection, content: Content, inside: dict[str, str]) -> str:
-    """Enter a file and the record that it is; its id. `inside` gets {id: kind} of new others."""
-    made = stamp()
+    """Enter a file and its record; return its id. `inside` gets {id: kind} of new others."""
+    origin = stamp()
     parents: dict[str, str] = {}
-    for role, other in content.others.items():
-        piece = other
+    for role, content_piece in content.others.items():
+        piece = content_piece
         if piece.kind == "sensor calibration":
             piece = replace(piece, columns={**piece.columns, "board": parents["board"]})
-        ident = _known(db, piece)
+        ident = _existing_id(db, piece)
         if ident is None and piece.kind in ("brake", "line"):
             digests = (piece.columns[name] for name in ("sha256", "rendered_sha256"))
             ident = holder(db, piece.kind, *digests)
         if ident is None:
-            ident = _enter(db, piece, made)
+            ident = _enter(db, piece, origin)
             inside[ident] = piece.kind
         parents[role] = ident
     file = {"host": node(), "simulated": None, **content.file}
-    what = content.what or Piece(kind=str(file["kind"]), columns=file)
-    if what.kind == "run":
-        own = {role.replace(" ", "_"): parent for role, parent in parents.items()}
-        what = replace(what, columns={**what.columns, **own})
-    ident = _known(db, what) or _enter(db, what, made)
-    db.execute(FILES.insert().values(id=ident, **made, **file))
+    record = content.piece or Piece(kind=str(file["kind"]), columns=file)
+    if record.kind == "run":
+        links = {role.replace(" ", "_"): parent for role, parent in parents.items()}
+        record = replace(record, columns={**record.columns, **links})
+    ident = _existing_id(db, record) or _enter(db, record, origin)
+    db.execute(FILES.insert().values(id=ident, **origin, **file))
     add_keys(db, ident, [file["sha256"]])
     cite(db, ident, [*content.cited, *(Cited(key, role, "") for role, key in parents.items())])
     return ident
 
 
-def _known(db: Connection, piece: Piece) -> str | None:
-    """The id of a record that is there already."""
+def _existing_id(db: Connection, piece: Piece) -> str | None:
+    """Return the id of a record that exists already, or None."""
     same = ENTRIES.c.identity == identity(piece.kind, piece.columns)
     return db.execute(select(ENTRIES.c.id).where(same)).scalar()
 
 
-def _enter(db: Connection, piece: Piece, made: Mapping[str, str]) -> str:
+def _enter(db: Connection, piece: Piece, origin: Mapping[str, str]) -> str:
     """Enter one record with a new id."""
     columns, ident = dict(piece.columns), str(uuid.uuid4())
     if piece.kind == "calibration":
         columns["brake"] = holder(
-            db, "brake", *(one.key for one in piece.cited if one.role == "start")
+            db, "brake", *(source.key for source in piece.cited if source.role == "start")
         )
-    enter(db, ident, piece.kind, made, columns)
+    enter(db, ident, piece.kind, origin, columns)
     cite(db, ident, piece.cited)
     return ident
 
 
 def stamp() -> dict[str, str]:
-    """What every row says of its making."""
+    """Return the time, the program and the user, for every row."""
     return {"made_at": utc_timestamp(), "software": f"layerjam {__version__}", "by": user()}
 
 
 def user() -> str:
-    """Return the name of the user, or an empty text if the system knows none."""
+    """Return the name of the user, or an empty text if the system does not know it."""
     with suppress(OSError, KeyError, ImportError):
         return getpass.getuser()
     return ""
 
 
 def withdraw(database: Database, ident: str, why: str) -> tuple[str, list[str]]:
-    """Withdraw a record: it stays, and says when and why; its id, and the ids that rest on it.
+    """Mark a record as withdrawn; return its id and the ids that derive from it.
 
     Raises RecordsError for an unknown record, one that was withdrawn before, or no reason.
     """
     if not why.strip():
-        raise RecordsError("why: is empty; say in a few words what is wrong with the record")
+        raise RecordsError("why: is empty; write in a few words what is wrong with the record")
     with database.reading() as db:
         resolve_record_id(db, ident, database.where)
     with database.writing() as db:
-        whole = resolve_record_id(db, ident, database.where)
-        before = _why_withdrawn(db, whole)
+        full_id = resolve_record_id(db, ident, database.where)
+        before = _why_withdrawn(db, full_id)
         if before is not None:
-            raise RecordsError(f"{whole}: was withdrawn before, because: {before}")
-        made = {"id": whole, "when": utc_timestamp(), "why": storable(why.strip()), "by": user()}
-        db.execute(WITHDRAWN.insert().values(**made))
-        children = select(DERIVED_FROM.c.child).where(DERIVED_FROM.c.parent == whole).distinct()
-        return whole, sorted(str(row[0]) for row in db.execute(children))
+            raise RecordsError(f"{full_id}: was withdrawn before, because: {before}")
+        entry = {"id": full_id, "when": utc_timestamp(), "why": storable(why.strip()), "by": user()}
+        db.execute(WITHDRAWN.insert().values(**entry))
+        children = select(DERIVED_FROM.c.child).where(DERIVED_FROM.c.parent == full_id).distinct()
+        return full_id, sorted(str(row[0]) for row in db.execute(children))

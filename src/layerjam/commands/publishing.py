@@ -140,7 +140,7 @@ def _inside(found: campaigns.Campaign, name: str) -> str:
     """A file, or a specimen of one, by its path inside the dataset; a bare name stays as it is."""
     path, of, specimen = name.partition(OF)
     try:
-        (own,) = campaigns.within(found.folder, [path])
+        (own,) = campaigns.relative_paths(found.folder, [path])
     except FileError:
         return name
     return f"{RAW}/{own}{of}{specimen}"
@@ -174,7 +174,7 @@ def _tested(
 def _given(found: campaigns.Campaign, asked: Measurements) -> Measurements:
     """The files by their use, as paths inside the campaign's folder."""
     lists = {
-        f.name: list(campaigns.within(found.folder, _listed(getattr(asked, f.name))))
+        f.name: list(campaigns.relative_paths(found.folder, _listed(getattr(asked, f.name))))
         for f in fields(asked)
         if f.name != "holdout"
     }
@@ -182,7 +182,7 @@ def _given(found: campaigns.Campaign, asked: Measurements) -> Measurements:
         return Measurements(**lists, holdout=asked.holdout)
     lists |= {"friction": list(found.friction), "pulls": list(found.pulls)}
     if not (asked.holdout or lists["calibrate_on"]):
-        fitted, others = campaigns.apart(found)
+        fitted, others = campaigns.split_calibration_pulls(found)
         lists |= {"pulls": fitted or others, "validate": others if fitted else []}
     return Measurements(**lists, holdout=asked.holdout)
 

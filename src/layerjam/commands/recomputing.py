@@ -19,11 +19,11 @@ from layerjam.dataset.comparison import (
     differences,
     file_differences,
     number_differences,
-    without,
+    prune,
 )
 from layerjam.dataset.crate import BRAKE, LINE, METADATA, RAW, README, REPORT, RESULTS
 from layerjam.dataset.recipe import FORMAT, RECIPE, Recipe, read_recipe, versions
-from layerjam.dataset.unpack import opened
+from layerjam.dataset.unpack import open_root
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
 from layerjam.identify.provenance import sha256
 from layerjam.verdict import Acceptance
@@ -67,7 +67,7 @@ class _Comparison:
         except (ValueError, RecursionError):
             published = {}
         left_out = {crate.address(name) for name in self.changed}
-        was, now = (by_name(without(d, left_out)) for d in (published, json.loads(recomputed)))
+        was, now = (by_name(prune(d, left_out)) for d in (published, json.loads(recomputed)))
         self.found += differences(was, now, METADATA, words=True)
 
     def _numbers(self, name: str, published: bytes, recomputed: bytes) -> Iterator[Difference]:
@@ -91,7 +91,7 @@ def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
 
     Returns the values of the result's keys, and as `decisions` the failed checks that are accepted.
     """
-    with opened(source) as root, tempfile.TemporaryDirectory(prefix="layerjam-again-") as made:
+    with open_root(source) as root, tempfile.TemporaryDirectory(prefix="layerjam-again-") as made:
         recipe, (listed, strange) = read_recipe(root), checksums.read(root)
         changed = checksums.changed(root, listed)
         unlisted = {checksums.NAME, *((METADATA,) if recipe.format < FORMAT else ())}

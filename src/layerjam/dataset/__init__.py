@@ -1,1 +1,1 @@
-"""A campaign as a dataset that stands alone, and what recomputing it needs."""
+"""A campaign as a self-contained dataset, and the data for recomputing it."""

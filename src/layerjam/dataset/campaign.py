@@ -1,4 +1,4 @@
-"""What lies in a campaign's folder, and what each file of it is for."""
+"""Files in a campaign's folder, and their uses."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.read import open_traces
 from layerjam.measure.sidecar import FOLDER, Facts, sidecar_path
 
-MOST = 5_000
-"""Files of a campaign."""
+LIMIT = 5_000
+"""Largest number of files in a campaign."""
 FITTED = "depth"
-"""Note that a calibration leaves in the brake's file."""
+"""Note that a calibration writes into the brake's file."""
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """Paths inside the folder: measurements by their use, and every file there is."""
+    """Paths inside the folder: measurements by their use, and every file."""
 
     folder: Path
     files: tuple[str, ...]
@@ -32,7 +32,7 @@ class Campaign:
     pulls: tuple[str, ...]
     brakes: tuple[str, ...]
     facts: tuple[Facts, ...]
-    """Of the measurements."""
+    """Facts of the measurements."""
 
     @property
     def measurements(self) -> tuple[str, ...]:
@@ -41,65 +41,65 @@ class Campaign:
 
 
 def campaign(folder: str | Path, options: ReadingOptions) -> Campaign:
-    """What a folder holds; what states a normal force is a friction test, else a pull.
+    """Return the files of a folder; one that states a normal force is a friction test, else a pull.
 
-    A file is a measurement where facts stand beside it or a reader can open it; hidden files and
-    links are left out. Raises FileError for what is no folder, or holds no measurement.
+    A file is a measurement if it has facts next to it or a reader can open it. Hidden files and
+    links are left out. Raises FileError if there is no such folder, or no measurement in it.
     """
     root = Path(folder)
     if not root.is_dir():
-        raise FileError(folder, "is no folder; name the one that holds the measurements")
+        raise FileError(folder, "is not a folder; name the one that contains the measurements")
     names = [n for n in checksums.inside(root) if not any(p[0] == "." for p in n.split("/"))]
-    if len(names) > MOST:
-        raise FileError(folder, f"holds {len(names)} files; at most {MOST} are published at once")
+    if len(names) > LIMIT:
+        raise FileError(folder, f"holds {len(names)} files; at most {LIMIT} are published at once")
     friction: list[str] = []
     pulls: list[str] = []
     facts: list[Facts] = []
     for name in names:
         if not _measured(root / name, options):
             continue
-        known = _facts(root / name, options)
-        facts.append(known)
-        (friction if known.normal_force else pulls).append(name)
+        entry = _facts(root / name, options)
+        facts.append(entry)
+        (friction if entry.normal_force else pulls).append(name)
     if not facts:
         raise FileError(folder, "holds no measurement that could be read")
     brakes = [n for n in names if n.endswith(".toml") and _brake(root / n) is not None]
     return Campaign(root, tuple(names), tuple(friction), tuple(pulls), tuple(brakes), tuple(facts))
 
 
-def brake_of(found: Campaign) -> str:
-    """The brake that was measured: a path inside the folder, or a name of the catalogue.
+def brake_of(tests: Campaign) -> str:
+    """Return the tested brake: a path inside the folder, or a name of the catalogue.
 
-    The folder's only brake that no calibration made, else the one all facts name. Raises FileError
-    where neither says.
+    It is the folder's only brake that was not calibrated, or else the one that all facts name.
+    Raises FileError if neither identifies it.
     """
-    plain = [n for n in found.brakes if FITTED not in load(found.folder / n).notes]
+    plain = [n for n in tests.brakes if FITTED not in load(tests.folder / n).notes]
     if len(plain) == 1:
         return plain[0]
-    named = {facts.brake for facts in found.facts}
-    name = str(next(iter(named))) if len(named) == 1 else ""
+    names = {facts.brake for facts in tests.facts}
+    name = str(next(iter(names))) if len(names) == 1 else ""
     if name in catalogue():
         return name
-    own = [n for n in plain if load(found.folder / n).name == name]
-    if len(own) == 1:
-        return own[0]
-    which = ", ".join(plain[:4]) if plain else "no brake's file"
-    raise FileError(found.folder, f"holds {which}; say which one was tested (--brake)")
+    matches = [n for n in plain if load(tests.folder / n).name == name]
+    if len(matches) == 1:
+        return matches[0]
+    brakes = ", ".join(plain[:4]) if plain else "no brake's file"
+    raise FileError(tests.folder, f"holds {brakes}; say which one was tested (--brake)")
 
 
-def apart(found: Campaign) -> tuple[list[str], list[str]]:
-    """The pulls that a calibrated brake of the folder was fitted on, and the others.
+def split_calibration_pulls(tests: Campaign) -> tuple[list[str], list[str]]:
+    """Return the pulls that a calibrated brake of the folder was fitted to, and the others.
 
-    None of the first where there is no such brake, or where it knows all of them or none.
+    The first list is empty if there is no such brake, or if it was fitted to all of them or none.
     """
-    for name in found.brakes:
-        file = load(found.folder / name)
+    for name in tests.brakes:
+        file = load(tests.folder / name)
         if FITTED in file.notes:
-            known = set(calibrated_on(file, [str(found.folder / p) for p in found.pulls]))
-            fitted = [p for p in found.pulls if str(found.folder / p) in known]
-            if 0 < len(fitted) < len(found.pulls):
-                return fitted, [p for p in found.pulls if p not in fitted]
-    return [], list(found.pulls)
+            paths = set(calibrated_on(file, [str(tests.folder / p) for p in tests.pulls]))
+            pulls = [p for p in tests.pulls if str(tests.folder / p) in paths]
+            if 0 < len(pulls) < len(tests.pulls):
+                return pulls, [p for p in tests.pulls if p not in pulls]
+    return [], list(tests.pulls)
 
 
 def _measured(path: Path, options: ReadingOptions) -> bool:
@@ -114,7 +114,7 @@ def _measured(path: Path, options: ReadingOptions) -> bool:
 
 
 def _facts(path: Path, options: ReadingOptions) -> Facts:
-    """Unknown where they cannot be read: the stage that uses the file says why."""
+    """Return the facts, unknown if unreadable: the stage that uses the file reports it."""
     try:
         return conditions(path, options)
     except LayerjamError:
@@ -128,13 +128,13 @@ def _brake(path: Path) -> BrakeFile | None:
         return None
 
 
-def within(folder: Path, files: Sequence[str | Path]) -> Iterator[str]:
-    """Paths inside the folder; FileError for a file outside."""
+def relative_paths(folder: Path, files: Sequence[str | Path]) -> Iterator[str]:
+    """Yield paths inside the folder; raises FileError for a file outside."""
     for file in files:
         path = Path(file)
-        here = path if path.exists() else folder / path
-        if not here.is_file():
+        location = path if path.exists() else folder / path
+        if not location.is_file():
             raise FileError(file, "is not there")
-        if not here.resolve().is_relative_to(folder.resolve()):
+        if not location.resolve().is_relative_to(folder.resolve()):
             raise FileError(file, f"does not lie in {folder}; a dataset holds one folder's files")
-        yield here.resolve().relative_to(folder.resolve()).as_posix()
+        yield location.resolve().relative_to(folder.resolve()).as_posix()

@@ -22,7 +22,7 @@ MISSING = object()
 Number = float | int | bool | None
 Leaf = Number | str
 DRAWN = 0.01
-"""Distance up to which two points of a drawing are the same [pt]."""
+"""Distance up to which two points of a drawing are equal [pt]."""
 _SVG = re.compile(r"(<svg\b.*?</svg>)", re.DOTALL)
 _ID = re.compile(r"\b[a-zA-Z]\w*?[0-9a-f]{10}\b")
 """Names in a drawing that are digests of the shape they name."""
@@ -30,7 +30,7 @@ _ID = re.compile(r"\b[a-zA-Z]\w*?[0-9a-f]{10}\b")
 
 @dataclass(frozen=True)
 class Difference:
-    """A number or word that came out otherwise; `share` is the difference over the published one.
+    """A number or word that differs; `share` is the difference over the published number.
 
     `number` names it inside the file. `recomputed` is None if this version has no such number,
     `share` if there is no ratio.
@@ -43,70 +43,68 @@ class Difference:
     share: float | None = None
 
 
-def file_differences(file: str, published: bytes, recomputed: bytes) -> Iterator[Difference]:
+def file_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
     """Yield all differences between a published file and the same file computed here.
 
     In drawings points may differ by `DRAWN`, and only the first difference is named.
     """
-    if published == recomputed:
+    if old == new:
         return
     kind = PurePosixPath(file).suffix
     if kind == ".pdf":
-        yield from _pdf_differences(file, published, recomputed)
+        yield from _pdf_differences(file, old, new)
         return
     try:
-        one, other = published.decode(), recomputed.decode()
+        left, right = old.decode(), new.decode()
         if kind in _READERS:
-            yield from differences(_READERS[kind](one), _READERS[kind](other), file, words=True)
+            yield from differences(_READERS[kind](left), _READERS[kind](right), file, words=True)
         else:
-            yield from _page_differences(file, one, other)
+            yield from _page_differences(file, left, right)
     except (ValueError, RecursionError):
         yield Difference("text", file, "cannot be read", None)
 
 
-def number_differences(file: str, published: bytes, recomputed: bytes) -> Iterator[Difference]:
+def number_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
     """Yield the published numbers that other versions of the programs do not reproduce.
 
     Words, drawings, and the order of numbers on a page or in a table are not compared.
     """
     kind = PurePosixPath(file).suffix
     if kind in _READERS and kind != ".csv":
-        was, now = (_READERS[kind](text.decode()) for text in (published, recomputed))
-        yield from differences(was, now, file)
+        before, after = (_READERS[kind](text.decode()) for text in (old, new))
+        yield from differences(before, after, file)
         return
-    left = Counter(printed.numbers(file, recomputed))
-    for number in printed.numbers(file, published):
+    left = Counter(printed.numbers(file, new))
+    for number in printed.numbers(file, old):
         others = (n for n in left if left[n] and _same(number, n))
-        near = number if left[number] else next(others, None)
-        if near is None:
+        match = number if left[number] else next(others, None)
+        if match is None:
             yield Difference("a number", file, number, None)
         else:
-            left[near] -= 1
+            left[match] -= 1
 
 
-def differences(
-    published: Any, recomputed: Any, file: str, words: bool = False
-) -> Iterator[Difference]:
-    """Yield the numbers of `published` (JSON) that `recomputed` does not hold, in order.
+def differences(old: Any, new: Any, file: str, words: bool = False) -> Iterator[Difference]:
+    """Yield the numbers of `old` (JSON) that `new` does not contain, in order.
 
-    With `words` words are compared too, and what only `recomputed` holds is a difference.
+    `words` compares words too, and also yields entries that only `new` contains.
     """
-    was: dict[str, Any] = dict(_leaves(published))
-    now: dict[str, Any] = dict(_leaves(recomputed))
-    for path in dict.fromkeys((*was, *(now if words else ()))):
-        one, other = was.get(path, MISSING), now.get(path, MISSING)
-        if isinstance(one, str) and not words:
+    before: dict[str, Any] = dict(_leaves(old))
+    after: dict[str, Any] = dict(_leaves(new))
+    for path in dict.fromkeys((*before, *(after if words else ()))):
+        left, right = before.get(path, MISSING), after.get(path, MISSING)
+        if isinstance(left, str) and not words:
             continue
-        if isinstance(other, str) and not words:
-            other = MISSING
-        if not _same(one, other):
-            name, share = path[1:].replace("\0", "."), _share(one, other)
-            was_leaf, now_leaf = (None if leaf is MISSING else leaf for leaf in (one, other))
+        if isinstance(right, str) and not words:
+            right = MISSING
+        if not _same(left, right):
+            name, share = path[1:].replace("\0", "."), _share(left, right)
+            was_leaf, now_leaf = (None if leaf is MISSING else leaf for leaf in (left, right))
             yield Difference(name, file, was_leaf, now_leaf, share)
 
 
 def count(file: str, content: bytes) -> int:
-    """Return how many numbers of a file are compared; those of drawings are not counted."""
+    """Return the number of numbers in a file that are compared; drawings are not counted."""
     kind = PurePosixPath(file).suffix
     if kind in _READERS:
         leaves = _leaves(_READERS[kind](content.decode()))
@@ -115,32 +113,32 @@ def count(file: str, content: bytes) -> int:
 
 
 def by_name(document: Any) -> Any:
-    """A linked document with its entries by their name instead of their place."""
+    """Return a linked document with its entries by name instead of by position."""
     graph = document.get("@graph") if isinstance(document, dict) else None
     if isinstance(graph, list) and all(isinstance(e, dict) and "@id" in e for e in graph):
         return {str(entry["@id"]): entry for entry in graph}
     return document
 
 
-def without(document: Any, names: Collection[str]) -> Any:
-    """A linked document without the entries of these names and all references to them."""
+def prune(document: Any, names: Collection[str]) -> Any:
+    """Return a linked document without the entries of these names and references to them."""
     if isinstance(document, dict):
-        return {key: without(inner, names) for key, inner in document.items()}
+        return {key: prune(inner, names) for key, inner in document.items()}
     if isinstance(document, list):
-        kept = (v for v in document if not (isinstance(v, dict) and v.get("@id") in names))
-        return [without(inner, names) for inner in kept]
+        others = (v for v in document if not (isinstance(v, dict) and v.get("@id") in names))
+        return [prune(inner, names) for inner in others]
     return document
 
 
 def _table(text: str) -> Any:
-    """The rows of a CSV file by their first cell, the cells by the names of the columns."""
+    """Return the rows of a CSV file by their first cell, the cells by the names of the columns."""
     rows = list(csv.reader(io.StringIO(text)))
-    seen: Counter[str] = Counter()
+    counts: Counter[str] = Counter()
     table = {}
     for row in rows[1:]:
         name = row[0] if row else ""
-        seen[name] += 1
-        key = name if seen[name] == 1 else f"{name} ({seen[name]})"
+        counts[name] += 1
+        key = name if counts[name] == 1 else f"{name} ({counts[name]})"
         head = [*rows[0], *(f"column {n}" for n in range(len(rows[0]), len(row)))]
         table[key] = dict(zip(head, map(_cell, row), strict=False))
     return {"columns": rows[:1], "rows": table}
@@ -173,57 +171,57 @@ def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Leaf]]:
         yield path, str(value)
 
 
-def _same(one: Any, other: Any) -> bool:
-    if not (_plain(one) and _plain(other)):
-        return one is other or (isinstance(one, str) and one == other)
-    return one == other or abs(one - other) <= SAME * max(abs(one), abs(other))
+def _same(a: Any, b: Any) -> bool:
+    if not (_plain(a) and _plain(b)):
+        return a is b or (isinstance(a, str) and a == b)
+    return a == b or abs(a - b) <= SAME * max(abs(a), abs(b))
 
 
 def _plain(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _share(one: Any, other: Any) -> float | None:
-    if not (_plain(one) and _plain(other) and one):
+def _share(a: Any, b: Any) -> float | None:
+    if not (_plain(a) and _plain(b) and a):
         return None
-    return abs(other - one) / abs(one)
+    return abs(b - a) / abs(a)
 
 
-def _page_differences(file: str, one: str, other: str) -> Iterator[Difference]:
-    """Text and drawings of a page, in turn."""
-    pair = [_SVG.split(text) for text in (one, other)]
+def _page_differences(file: str, old: str, new: str) -> Iterator[Difference]:
+    """Yield the differences of the text and the drawings of a page, in turn."""
+    pair = [_SVG.split(text) for text in (old, new)]
     if len(pair[0]) != len(pair[1]):
         count = [len(parts) // 2 for parts in pair]
         yield Difference("number of drawings", file, count[0], count[1])
         return
-    for index, (was, now) in enumerate(zip(*pair, strict=True)):
+    for index, (before, after) in enumerate(zip(*pair, strict=True)):
         if index % 2:
-            found = _text_differences(file, _renamed(was), _renamed(now), DRAWN)
-            first = next(found, None)
+            texts = _text_differences(file, _number_digests(before), _number_digests(after), DRAWN)
+            first = next(texts, None)
             if first is not None:
                 name = f"drawing {index // 2 + 1}, {first.number}"
                 yield Difference(name, file, first.published, first.recomputed, first.share)
         else:
-            yield from _text_differences(file, was, now)
+            yield from _text_differences(file, before, after)
 
 
-def _renamed(drawing: str) -> str:
-    """A drawing whose digests are replaced by the order in which they appear."""
-    known: dict[str, str] = {}
-    return _ID.sub(lambda m: known.setdefault(m[0], f"id-{len(known)}"), drawing)
+def _number_digests(drawing: str) -> str:
+    """Return a drawing whose digests are replaced by numbers in order of appearance."""
+    ids: dict[str, str] = {}
+    return _ID.sub(lambda m: ids.setdefault(m[0], f"id-{len(ids)}"), drawing)
 
 
-def _text_differences(file: str, one: str, other: str, room: float = 0.0) -> Iterator[Difference]:
-    """Differences of two texts line by line; decimals may differ by `room` or `SAME`."""
-    was, now = one.split("\n"), other.split("\n")
-    if len(was) != len(now):
-        yield Difference("number of lines", file, len(was), len(now))
-    for number, (left, right) in enumerate(zip(was, now, strict=False), 1):
+def _text_differences(file: str, old: str, new: str, room: float = 0.0) -> Iterator[Difference]:
+    """Yield the differences of two texts by line; decimals may differ by `room` or `SAME`."""
+    before, after = old.split("\n"), new.split("\n")
+    if len(before) != len(after):
+        yield Difference("number of lines", file, len(before), len(after))
+    for number, (left, right) in enumerate(zip(before, after, strict=False), 1):
         if left == right:
             continue
         pieces = [printed.NUMBER.split(line) for line in (left, right)]
         if pieces[0][::2] != pieces[1][::2]:
-            yield Difference(f"line {number}", file, *_apart(left, right))
+            yield Difference(f"line {number}", file, *_changed_words(left, right))
             continue
         for a, b in zip(pieces[0][1::2], pieces[1][1::2], strict=True):
             if a == b:
@@ -234,9 +232,9 @@ def _text_differences(file: str, one: str, other: str, room: float = 0.0) -> Ite
                 yield Difference(f"line {number}", file, x, y, _share(x, y))
 
 
-def _apart(one: str, other: str) -> tuple[str, str]:
-    """The words in which two lines differ: without what they share at start and end."""
-    left, right = one.split(" "), other.split(" ")
+def _changed_words(old: str, new: str) -> tuple[str, str]:
+    """Return the words in which two lines differ, without a common start and end."""
+    left, right = old.split(" "), new.split(" ")
     while left and right and left[0] == right[0]:
         del left[0], right[0]
     while left and right and left[-1] == right[-1]:
@@ -244,16 +242,16 @@ def _apart(one: str, other: str) -> tuple[str, str]:
     return " ".join(left), " ".join(right)
 
 
-def _pdf_differences(file: str, published: bytes, recomputed: bytes) -> Iterator[Difference]:
-    """Text and looks of two PDFs whose bytes differ."""
+def _pdf_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
+    """Yield the differences in text and looks of two PDFs whose bytes differ."""
     if not printed.reads_pdf():
         yield Difference("bytes (pypdfium2, which reads PDFs, is not installed)", file, None, None)
         return
-    was, now = printed.pdf_pages(published), printed.pdf_pages(recomputed)
-    if was is None or now is None:
+    before, after = printed.pdf_pages(old), printed.pdf_pages(new)
+    if before is None or after is None:
         yield Difference("text", file, "cannot be read", None)
         return
-    found = list(_text_differences(file, "\n".join(was), "\n".join(now)))
-    yield from found
-    if not found and (page := printed.other_looks(published, recomputed)):
+    texts = list(_text_differences(file, "\n".join(before), "\n".join(after)))
+    yield from texts
+    if not texts and (page := printed.other_looks(old, new)):
         yield Difference(f"looks of page {page}", file, None, None)

@@ -1,4 +1,4 @@
-"""The description of a dataset, for repositories (RO-Crate 1.1) and for people."""
+"""Description of a dataset, for repositories (RO-Crate 1.1) and for people."""
 
 from __future__ import annotations
 
@@ -33,21 +33,21 @@ TYPES = {
     ".xlsx": "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
 }
 CONTEXT = ["https://w3id.org/ro/crate/1.1/context", {"sha256": "https://schema.org/sha256"}]
-"""RO-Crate 1.1's own words end before schema.org took `sha256`."""
+"""RO-Crate 1.1 does not define `sha256`; schema.org does."""
 
 
 def readme(
-    recipe: Recipe, stated: Stated, brake: str, synthetic: bool, accepted: Iterable[Acceptance]
+    recipe: Recipe, stated: Stated, brake: str, synthetic: bool, entries: Iterable[Acceptance]
 ) -> str:
-    """README.md, which a stranger reads first; `brake` is the brake's name."""
+    """Return README.md for a reader who does not know the dataset; `brake` is the brake's name."""
     lines = [f"# {stated.name}", ""]
     if synthetic:
         lines += ["**Synthetic**: files here were written by a program, not measured.", ""]
-    for one in accepted:
-        lines += [f"**Accepted**: {one.notice()}", ""]
+    for entry in entries:
+        lines += [f"**Accepted**: {entry.notice()}", ""]
     lines += [
         f"Brake: {brake}. {_counts(recipe)}.",
-        *(f"Not used: `{name}`, {one['why']}" for name, one in recipe.unused.items()),
+        *(f"Not used: `{name}`, {entry['why']}" for name, entry in recipe.unused.items()),
         "",
         f"- `{RAW}/`: the files as they came from the machine, with their sidecars",
         f"- `{BRAKE}`: the brake before, `{FITTED}`: after friction tests and calibration",
@@ -67,7 +67,7 @@ def readme(
 
 
 def _counts(recipe: Recipe) -> str:
-    """Return how many files of each use there are, in words."""
+    """Return the number of files of each use, in words."""
     return (
         f"{count_of(len(recipe.friction), 'friction test')}, "
         f"{count_of(len(recipe.calibrate), 'calibration pull')} and "
@@ -83,10 +83,10 @@ def metadata(
     brake: str,
     synthetic: bool,
 ) -> dict[str, Any]:
-    """ro-crate-metadata.json for files of a folder, as JSON; `brake` is the brake's name."""
+    """Return ro-crate-metadata.json for files of a folder; `brake` is the brake's name."""
     names = sorted({*files, checksums.NAME} - {METADATA})
     kind = "Synthetic tests" if synthetic else "Tests"
-    people = [{"@id": one.id, "@type": "Person", "name": one.name} for one in stated.authors]
+    people = [{"@id": p.id, "@type": "Person", "name": p.name} for p in stated.authors]
     root: dict[str, Any] = {
         "@id": "./",
         "@type": "Dataset",
@@ -100,12 +100,12 @@ def metadata(
         "mentions": {"@id": "#computed"},
     }
     if people:
-        root["author"] = root["creator"] = _references(one["@id"] for one in people)
-    about = {"@id": METADATA, "@type": "CreativeWork", "about": {"@id": "./"}}
+        root["author"] = root["creator"] = _references(p["@id"] for p in people)
+    entry = {"@id": METADATA, "@type": "CreativeWork", "about": {"@id": "./"}}
     graph = [
-        about | {"conformsTo": {"@id": "https://w3id.org/ro/crate/1.1"}},
+        entry | {"conformsTo": {"@id": "https://w3id.org/ro/crate/1.1"}},
         root,
-        *(_described(folder, name) for name in names),
+        *(_file_entry(folder, name) for name in names),
         *people,
         *_licence(stated),
         *_computation(recipe, stated, names),
@@ -118,7 +118,7 @@ def _references(names: Iterable[str]) -> list[dict[str, str]]:
 
 
 def address(name: str) -> str:
-    """A file's path as the relative address that identifies it."""
+    """Return a file's path as the relative address that identifies it."""
     return quote(name)
 
 
@@ -129,22 +129,22 @@ def _licence(stated: Stated) -> list[dict[str, str]]:
     return [{"@id": SPDX + name, "@type": "CreativeWork", "name": name, "identifier": name}]
 
 
-def _described(folder: Path, name: str) -> dict[str, str]:
-    """The entry of a file; the list of checksums has no checksum, since it holds this file's."""
+def _file_entry(folder: Path, name: str) -> dict[str, str]:
+    """Return the entry of a file; the list of checksums has no checksum: it lists this file."""
     path = folder / name
-    about = {
+    entry = {
         "@id": address(name),
         "@type": "File",
         "encodingFormat": TYPES.get(path.suffix.lower(), "application/octet-stream"),
     }
     if name == checksums.NAME:
-        return about
+        return entry
     size = str(path.stat().st_size)
-    return about | {"contentSize": size, "sha256": sha256(path)}
+    return entry | {"contentSize": size, "sha256": sha256(path)}
 
 
 def _computation(recipe: Recipe, stated: Stated, names: Sequence[str]) -> list[Mapping[str, Any]]:
-    """The computation: its raw files, its results, and the programs."""
+    """Return the computation: its raw files, its results, and the programs."""
     others = ", ".join(f"{k} {v}" for k, v in recipe.versions.items() if k != "layerjam")
     raw = [recipe.brake, *recipe.friction, *recipe.calibrate, *recipe.validate]
     program = {
@@ -155,7 +155,7 @@ def _computation(recipe: Recipe, stated: Stated, names: Sequence[str]) -> list[M
         "softwareRequirements": others,
         "description": "computes soft layer-jamming brakes; `layerjam recompute` checks this",
     }
-    made = [address(n) for n in names if n == FITTED or n.startswith(f"{REPORT}/")]
+    results = [address(n) for n in names if n == FITTED or n.startswith(f"{REPORT}/")]
     action = {
         "@id": "#computed",
         "@type": "CreateAction",
@@ -163,6 +163,6 @@ def _computation(recipe: Recipe, stated: Stated, names: Sequence[str]) -> list[M
         "endTime": stated.date,
         "instrument": {"@id": program["@id"]},
         "object": _references(map(address, raw)),
-        "result": _references(made),
+        "result": _references(results),
     }
     return [program, action]

@@ -1,4 +1,4 @@
-"""Who made a dataset, and under which licence others may use it."""
+"""Authors of a dataset, and the licence under which others may use it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ USUAL = (
     "BSD-3-Clause",
     "MIT",
 )
-"""SPDX identifiers that data are usually published under."""
+"""SPDX identifiers of the usual licences of data."""
 SPDX = "https://spdx.org/licenses/"
 ORCID = "https://orcid.org/"
 LONGEST = 200
@@ -30,14 +30,14 @@ LONGEST = 200
 
 @dataclass(frozen=True)
 class Author:
-    """A person by name, with the ORCID iD where one is known (16 digits in groups of four)."""
+    """A person by name, with the ORCID iD if known (16 digits in groups of four)."""
 
     name: str
     orcid: str = ""
 
     @property
     def id(self) -> str:
-        """The address of the ORCID iD, else a name inside the dataset."""
+        """Address of the ORCID iD, or else a name inside the dataset."""
         if self.orcid:
             return ORCID + self.orcid
         return "#" + (re.sub(r"[^\w-]+", "-", self.name).strip("-") or "author")
@@ -54,9 +54,9 @@ class Stated:
 
     @classmethod
     def read(cls, row: Mapping[str, Any]) -> Self:
-        """Return what a recipe states; KeyError, TypeError or ValueError for another table."""
-        authors = [Author(**one) for one in row["authors"]]
-        texts = [row["name"], row["date"], *(t for one in authors for t in vars(one).values())]
+        """Return the statements in a table; KeyError, TypeError or ValueError if not."""
+        authors = [Author(**a) for a in row["authors"]]
+        texts = [row["name"], row["date"], *(t for a in authors for t in vars(a).values())]
         if not all(isinstance(text, str) for text in texts):
             raise TypeError("a text is expected")
         date.fromisoformat(row["date"])
@@ -64,14 +64,14 @@ class Stated:
         return cls(name=row["name"], licence=row["licence"], authors=authors, date=row["date"])
 
     def notices(self) -> list[Notice]:
-        """Notices of missing licence and authors; QuantityError for an invalid licence."""
+        """Return notices of missing licence and authors; QuantityError for an invalid licence."""
         return licence_notices(self.licence, self.authors)
 
 
 def author_of(text: str) -> Author:
-    """The author in "NAME" or "NAME,ORCID".
+    """Return the author in "NAME" or "NAME,ORCID".
 
-    Raises QuantityError for an empty name, or an ORCID iD whose check digit does not fit.
+    Raises QuantityError for an empty name, or an ORCID iD whose check digit is wrong.
     """
     name, comma, orcid = (part.strip() for part in text.rpartition(","))
     if not comma or not re.search(r"\d", orcid):
@@ -82,8 +82,8 @@ def author_of(text: str) -> Author:
     if number and not _is_orcid(number):
         raise QuantityError.of(
             "author",
-            f"'{orcid[:60]}' is no ORCID iD (16 digits, the last one a check); "
-            "write such as 0000-0002-1825-0097",
+            f"'{orcid[:60]}' is not an ORCID iD (16 digits, the last one a check); "
+            "write it as in 0000-0002-1825-0097",
         )
     return Author(name, number)
 
@@ -100,23 +100,23 @@ def _is_orcid(number: str) -> bool:
 
 
 def licence_notices(licence: str | None, authors: Sequence[Author]) -> list[Notice]:
-    """What a dataset lacks for others to use and cite it.
+    """Return notices of a missing licence and missing authors.
 
-    Raises QuantityError for a licence that is no SPDX identifier.
+    Raises QuantityError for a licence that is not an SPDX identifier.
     """
-    made = []
+    notices = []
     if licence is None:
-        said = "no licence is stated, so nobody may use the data; give one: --licence CC-BY-4.0"
-        made.append(Notice(said, "no-licence"))
+        text = "no licence is stated, so nobody may use the data; give one: --licence CC-BY-4.0"
+        notices.append(Notice(text, "no-licence"))
     elif not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.+-]{1,60}", licence):
         usual = ", ".join(USUAL[:4])
         raise QuantityError.of(
-            "licence", f"'{licence[:60]}' is no SPDX identifier; write such as {usual}"
+            "licence", f"'{licence[:60]}' is not an SPDX identifier; write one such as {usual}"
         )
     elif licence not in USUAL:
-        said = f"the licence {licence} is not one we know; see that {SPDX}{licence}.html is there"
-        made.append(Notice(said, "unknown-licence"))
+        text = f"the licence {licence} is not one we know; see that {SPDX}{licence}.html is there"
+        notices.append(Notice(text, "unknown-licence"))
     if not authors:
-        said = "no author is stated; give each: --author 'NAME,ORCID'"
-        made.append(Notice(said, "no-author"))
-    return made
+        text = "no author is stated; give each: --author 'NAME,ORCID'"
+        notices.append(Notice(text, "no-author"))
+    return notices

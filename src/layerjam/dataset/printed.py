@@ -8,12 +8,12 @@ import re
 from typing import Any
 
 NUMBER = re.compile(r"(?<![\w.])([-−]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?!\w|\.\w)")
-"""A number that is not a part of a word, a digest or a version."""
+"""A number that is not part of a word, a digest or a version."""
 _HIDDEN = re.compile(r"<(style|script|svg|title)\b.*?</\1>|<!--.*?-->", re.DOTALL)
 _SHOWN = re.compile(r"<!--(.*?)-->", re.DOTALL)
 DPI = 100.0
 SHADES = 48
-"""Difference of two points of a page, of 255, that is not seen; edges shift between machines."""
+"""Largest difference of two points of a page, of 255, that is ignored: edges shift."""
 
 
 def reads_pdf() -> bool:
@@ -22,18 +22,18 @@ def reads_pdf() -> bool:
 
 
 def numbers(file: str, content: bytes) -> list[float]:
-    """The numbers that a reader of a file sees, in order; a drawing has its words as comments."""
+    """Return the numbers that a reader of a file sees, in order; a drawing's words are comments."""
     if file.endswith(".pdf"):
         text = "\n".join(pdf_pages(content) or ())
     elif file.endswith(".svg"):
         text = "\n".join(_SHOWN.findall(content.decode()))
     else:
         text = html.unescape(re.sub(r"<[^>]*>", " ", _HIDDEN.sub(" ", content.decode())))
-    return [float(found.replace("−", "-")) for found in NUMBER.findall(text)]
+    return [float(text_.replace("−", "-")) for text_ in NUMBER.findall(text)]
 
 
 def pdf_pages(content: bytes) -> list[str] | None:
-    """The text of each page; None for bytes that are not a PDF."""
+    """Return the text of each page, or None for bytes that are not a PDF."""
     import pypdfium2
 
     try:
@@ -47,14 +47,14 @@ def _page_text(page: Any) -> str:
     return str(page.get_textpage().get_text_range()).replace("\r\n", "\n")
 
 
-def other_looks(one: bytes, other: bytes) -> int | None:
-    """The first page (from 1) on which two PDFs of equal text look different, or None."""
+def other_looks(old: bytes, new: bytes) -> int | None:
+    """Return the first page (from 1) on which two PDFs of equal text look different, or None."""
     import numpy as np
     import pypdfium2
 
-    with pypdfium2.PdfDocument(one) as was, pypdfium2.PdfDocument(other) as now:
-        for number in range(len(was)):
-            pages = (was[number], now[number])
+    with pypdfium2.PdfDocument(old) as before, pypdfium2.PdfDocument(new) as after:
+        for number in range(len(before)):
+            pages = (before[number], after[number])
             pair = [page.render(scale=DPI / 72).to_numpy().astype(int) for page in pages]
             if pair[0].shape != pair[1].shape or np.abs(pair[0] - pair[1]).max() > SHADES:
                 return number + 1

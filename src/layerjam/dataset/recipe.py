@@ -1,4 +1,4 @@
-"""How the numbers of a dataset were computed from its raw files, for a program to do it again."""
+"""Recipe of a dataset: the data with which a program recomputes its numbers from the raw files."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from layerjam.errors import FileError, QuantityError
 
 RECIPE = "recipe.json"
 FORMAT = 2
-"""Number of the recipe's form; a program reads its own and every lower one. A recipe of form 1 does
-not state title and authors, and its dataset has no checksum of the description."""
+"""Version of the recipe's format; a program reads its own and every lower one. Format 1 does not
+state title and authors, and its dataset has no checksum of the description."""
 LIBRARIES = ("numpy", "scipy", "jax", "matplotlib", "jinja2", "typst")
 Paths = tuple[str, ...]
 
@@ -27,8 +27,8 @@ Paths = tuple[str, ...]
 class Recipe:
     """Files by their paths inside the dataset.
 
-    `options` {name in Python: value} of `report`, if they differ from their defaults; `unused`
-    {file: {"use": ..., "why": ...}} of measurements that were refused.
+    `options` are {name in Python: value} of `report` that differ from the defaults. `unused` is
+    {file: {"use": ..., "why": ...}} of rejected measurements.
     """
 
     format: int = FORMAT
@@ -49,21 +49,21 @@ class Recipe:
         return (self.brake, self.results, *used, *self.unused)
 
     def text(self) -> str:
-        """The file's text."""
+        """Return the file's text."""
         return json.dumps(asdict(self), indent=2, ensure_ascii=False) + "\n"
 
 
 def versions() -> dict[str, str]:
-    """{program: version} of the programs that compute and draw here."""
-    found = {"layerjam": __version__, "python": platform.python_version()}
+    """Return {program: version} of the programs that compute and draw here."""
+    programs = {"layerjam": __version__, "python": platform.python_version()}
     for name in LIBRARIES:
         with suppress(metadata.PackageNotFoundError):
-            found[name] = metadata.version(name)
-    return found
+            programs[name] = metadata.version(name)
+    return programs
 
 
 def read_recipe(folder: Path) -> Recipe:
-    """The recipe of a dataset; FileError for one that is broken, newer, or points outside."""
+    """Return the recipe of a dataset; FileError if it is broken, newer, or points outside."""
     path = folder / RECIPE
     try:
         plain = json.loads(path.read_text(encoding="utf-8"))
@@ -73,22 +73,22 @@ def read_recipe(folder: Path) -> Recipe:
     if form > FORMAT:
         newer = f"is of form {form}; this layerjam ({__version__}) reads up to {FORMAT}"
         raise FileError(path, f"{newer}: take a newer one")
-    known = {f.name: plain[f.name] for f in fields(Recipe) if f.name in plain}
-    lacking = [name for name in ("versions", "brake", "results") if name not in known]
+    values = {f.name: plain[f.name] for f in fields(Recipe) if f.name in plain}
+    lacking = [name for name in ("versions", "brake", "results") if name not in values]
     if lacking:
         raise FileError(path, f"{lacking[0]} is missing")
-    for name, value in known.items():
-        known[name] = _checked(path, name, value)
-    made = Recipe(**known)
-    for name in made.files:
+    for name, value in values.items():
+        values[name] = _check_value(path, name, value)
+    recipe = Recipe(**values)
+    for name in recipe.files:
         inside = PurePosixPath(name)
         if inside.is_absolute() or ".." in inside.parts or ":" in name or "\\" in name:
             raise FileError(path, f"names a file outside the dataset: {name[:80]!r}")
-    return made
+    return recipe
 
 
-def _checked(path: Path, name: str, value: Any) -> Any:
-    """A value of the kind that its field holds; FileError for another."""
+def _check_value(path: Path, name: str, value: Any) -> Any:
+    """Return a value of the type of its field; FileError for another type."""
     if name == "stated":
         try:
             return value and Stated.read(value)

@@ -1,4 +1,4 @@
-"""A dataset from its folder or from a zip file of it, which may come from a stranger."""
+"""A dataset from its folder or from a zip file, which may come from a stranger."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from layerjam.errors import FileError
 
 MOST_FILES = 20_000
 LARGEST = 20 * 2**30
-"""Bytes of all files together."""
+"""Largest size of all files together [bytes]."""
 RATIO = 1_000
-"""Times a file may unfold; numbers as text shrink to a tenth at best."""
+"""Largest ratio of unpacked to packed size; numbers as text shrink to a tenth at best."""
 
 
 @contextlib.contextmanager
-def opened(source: str | Path) -> Iterator[Path]:
-    """The folder of a dataset; that of a zip file is made for as long as it is looked at.
+def open_root(source: str | Path) -> Iterator[Path]:
+    """Open the folder of a dataset; a zip file is unpacked into a temporary folder.
 
-    Raises FileError for what is neither, and for a zip file that would write outside its folder,
-    unfold to more than 20 GB, or holds links.
+    Raises FileError for anything else, and for a zip file that would write outside its folder,
+    unpack to more than 20 GB, or contains links.
     """
     path = Path(source)
     if path.is_dir():
@@ -33,8 +33,8 @@ def opened(source: str | Path) -> Iterator[Path]:
         return
     if not path.is_file():
         raise FileError(source, "is not there")
-    with tempfile.TemporaryDirectory(prefix="layerjam-dataset-") as made:
-        folder = Path(made)
+    with tempfile.TemporaryDirectory(prefix="layerjam-dataset-") as name:
+        folder = Path(name)
         try:
             with zipfile.ZipFile(path) as archive:
                 _unpack(archive, folder, path)
@@ -44,12 +44,12 @@ def opened(source: str | Path) -> Iterator[Path]:
 
 
 def _root(folder: Path, source: Path) -> Path:
-    """The folder with the recipe: this one, or the only one in it."""
+    """Return the folder with the recipe: this one, or the only one in it."""
     if (folder / RECIPE).is_file():
         return folder
     inner = [p for p in folder.iterdir() if p.is_dir() and (p / RECIPE).is_file()]
     if len(inner) != 1:
-        raise FileError(source, f"is no dataset of `layerjam publish`: it holds no {RECIPE}")
+        raise FileError(source, f"is not a dataset of `layerjam publish`: {RECIPE} is missing")
     return inner[0]
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from layerjam.device.mount import Site
 from layerjam.errors import QuantityError
 from layerjam.fluid.curve import CURVE, Curve
-from layerjam.records.changes import Change, changed
+from layerjam.records.changes import Change, with_changes
 from layerjam.records.values import value
 from layerjam.units import check, nested, quantity, record, show
 
@@ -174,7 +174,7 @@ class Line:
 
         Checked as `Brake.with_` is; raises UnknownNameError or QuantityError.
         """
-        made = changed(self, changes)
+        made = with_changes(self, changes)
         validate(made)
         return made
 

@@ -64,7 +64,7 @@ class Log:
 
     path: str
     columns: Mapping[str, Array]
-    from_reader: Mapping[str, Column]
+    taken: Mapping[str, Column]
     head: Mapping[str, tuple[str, ...]]
     understood: tuple[str, ...]
     synthetic: bool = False
@@ -91,7 +91,7 @@ class Log:
 
         One of `options.REFERENCES`; FileError where neither the column nor `given` says so.
         """
-        column = self.from_reader["pressure"]
+        column = self.taken["pressure"]
         says = reference_of(column)
         if given is None and says is None:
             raise FileError(

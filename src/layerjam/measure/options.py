@@ -150,6 +150,6 @@ def _read(place: Path) -> ReadingOptions:
     reader = Reader(text, place, _FIELDS)
     reader.take({k: v for k, v in parse_toml(text, place).items() if k == READ})
     options = reader.record(ReadingOptions, f"{READ}.")
-    with reader.located(READ):
+    with reader.locate_errors(READ):
         options.entries(ROLES)
     return options

@@ -36,7 +36,7 @@ class Preview:
     names: tuple[str, ...]
     units: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
-    from_reader: Mapping[int, tuple[str, str]] = field(default_factory=dict)
+    taken: Mapping[int, tuple[str, str]] = field(default_factory=dict)
     sheets: tuple[str, ...] = ()
     ours: bool = False
 
@@ -45,7 +45,7 @@ class Preview:
 
         Another column that had the role loses it; empty where no column is left.
         """
-        said = {i: one for i, one in self.from_reader.items() if i != index and one[0] != role}
+        said = {i: one for i, one in self.taken.items() if i != index and one[0] != role}
         if role:
             said[index] = (role, unit)
         entries = [":".join(said[i]) if i in said else SKIP for i in range(len(self.names))]
