@@ -42,7 +42,7 @@ def sanitized_kernel(tmp_path, monkeypatch):
     target = tmp_path / "kernel.so"
     build([*SANITIZED, *map(str, kernels.CODE)], target)
     loaded = kernels.bound(target, "double")
-    monkeypatch.setattr(kernels, "loaded", lambda precision: loaded)
+    monkeypatch.setattr(kernels, "load_library", lambda precision: loaded)
     return Kernel(KAPTON)
 
 

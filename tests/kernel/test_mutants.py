@@ -94,7 +94,7 @@ def test_a_changed_line_of_a_formula_is_noticed(tmp_path, monkeypatch):
         target = tmp_path / f"mutant{number}.so"
         build([*compiler(), "-std=c99", "-O0", "-shared", "-fPIC", *code], target)
         loaded = kernels.bound(target, "double")
-        monkeypatch.setattr(kernels, "loaded", lambda precision, loaded=loaded: loaded)
+        monkeypatch.setattr(kernels, "load_library", lambda precision, loaded=loaded: loaded)
         made += 1
         if all(agrees(Kernel(brake), brake, one) for brake, _, one in known):
             alive.append(re.sub(r"\s+", " ", changed.split("\n")[number]))

@@ -35,7 +35,7 @@ from layerjam.lab.spec import (
     Scatter,
     Spec,
     Truth,
-    checked,
+    check_spec,
 )
 from layerjam.lab.text import example, parse_spec, read_spec, spec_text
 from layerjam.measure.readers.read import read_trace
@@ -165,10 +165,10 @@ def test_damaged_specs_end_in_one_sentence(seed: int, cuts: int) -> None:
 
 def test_too_much_is_refused() -> None:
     with pytest.raises(QuantityError, match="at most 10000 are allowed"):
-        checked(replace(SMALL, pulls=Pulls(
+        check_spec(replace(SMALL, pulls=Pulls(
             vacuums=tuple(1e3 * n for n in range(1, 91)), repeats=1000)))  # fmt: skip
     with pytest.raises(QuantityError, match="nothing to test"):
-        checked(replace(SMALL, pulls=Pulls()))
+        check_spec(replace(SMALL, pulls=Pulls()))
     with pytest.raises(QuantityError, match="samples; 10 to 5000000"):
         campaign(made(SMALL, machine={"sampling_rate": 1e6}, pulls={"speeds": (1e-4,)}))
     with pytest.raises(QuantityError, match="at most the atmosphere"):
@@ -330,7 +330,7 @@ def test_every_layout_is_read_back_in_every_language_and_encoding(
         np.testing.assert_allclose(back.time, truth.time, rtol=5e-6, atol=1e-6)
         assert back.facts == truth.facts and any("synthetic" in w for w in back.warnings)
         count += 1
-        if form.made.fixed:
+        if form.details.fixed:
             break
     assert count == 1 if layout == "own" else count > 20
 

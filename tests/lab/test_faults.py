@@ -94,10 +94,10 @@ def test_a_saturated_cell_shows_its_end_and_no_more(perfect: Trace) -> None:
 
 @given(step=st.floats(1e-6, 10.0), value=st.floats(-1e3, 1e3))
 def test_steps(step: float, value: float) -> None:
-    got = float(faults.stepped(np.array([value]), step)[0])
+    got = float(faults.round_to_step(np.array([value]), step)[0])
     assert abs(got - value) <= step / 2 * (1 + 1e-9) + 1e-12
     assert abs(got / step - round(got / step)) < 1e-6
-    assert faults.stepped(np.array([value]), 0.0)[0] == value
+    assert faults.round_to_step(np.array([value]), 0.0)[0] == value
 
 
 def test_steps_in_the_record() -> None:
@@ -235,7 +235,7 @@ def test_scatter_shared_by_the_pulls_of_a_repeat() -> None:
 
 def test_scatter_is_the_brakes_own() -> None:
     spec = replace(SPEC, scatter=Scatter(friction=0.1, stiffness=0.1, enclosure=0.3))
-    test, trace = next(campaign(spec).each())
+    test, trace = next(campaign(spec).records())
     own = change(
         KAPTON,
         scale_factor=KAPTON.scale_factor * test.friction,
@@ -269,7 +269,7 @@ def test_friction_tests_show_their_coefficients() -> None:
     tests = FrictionTests(repeats=40, kinetic_scatter=0.1, static_scatter=0.2, texture=0.0,
                           normal_force=2.0)  # fmt: skip
     made = campaign(replace(SPEC, pulls=Pulls(), friction=tests))
-    for test, trace in made.each():
+    for test, trace in made.records():
         window = (trace.elongation > 0.04) & (trace.elongation < 0.1)
         kinetic = trace.force[window].mean() / 2.0
         assert kinetic == pytest.approx(0.24 * test.friction, rel=1e-12)

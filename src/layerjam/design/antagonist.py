@@ -12,7 +12,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
-from layerjam.kernel.engine import followed
+from layerjam.kernel.engine import follow_history
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.units import QuantitySpec
 
@@ -69,7 +69,7 @@ def pair(
         elongation = np.concatenate([[0.0, pretension], pretension + sign * radius * turns])
         # shorter than at rest it is slack, as at rest: nothing of it moves there
         elongation = np.maximum(elongation, 0.0)
-        cycle, _ = followed(elongation, np.full(len(elongation), float(vacuum)), brake)
+        cycle, _ = follow_history(elongation, np.full(len(elongation), float(vacuum)), brake)
         wrong = {"comes apart": cycle.separated, "snaps on its stiffness": cycle.snapped}
         for what, where in wrong.items():
             if where.any():

@@ -1,1 +1,1 @@
-"""The brake's law once more, as a small kernel in C that steps it fast."""
+"""The brake's law as a small kernel in C for fast stepping."""

@@ -1,4 +1,4 @@
-"""The machine's C compiler, and libraries built by it once and kept."""
+"""The machine's C compiler, and a cache of the libraries that it builds."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from layerjam.errors import CompilerError
 
 SOURCES = Path(__file__).parent / "c"
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno")
-"""No contraction: a fused multiply-add would give other last bits on other processors."""
+"""No contraction: a fused multiply-add gives different last bits on other processors."""
 KNOWN = ("cc", "gcc", "clang")
 ENDINGS = {"darwin": ".dylib", "win32": ".dll"}
 
 
 def compiler() -> tuple[str, ...]:
-    """The command of a C compiler: $CC, cc, gcc, clang, or that of the Python package ziglang.
+    """Return the command of a C compiler: $CC, cc, gcc, clang, or of the Python package ziglang.
 
-    Raises CompilerError where there is none.
+    Raises CompilerError if there is none.
     """
     on_path = compiler_on_path()
     if on_path is not None:
@@ -38,20 +38,20 @@ def compiler() -> tuple[str, ...]:
 
 
 def compiler_on_path() -> tuple[str, ...] | None:
-    """The command of $CC, cc, gcc or clang; None where none of them is installed.
+    """Return the command of $CC, cc, gcc or clang, or None if none is installed.
 
-    Raises CompilerError where $CC names what is not there.
+    Raises CompilerError if $CC names a command that does not exist.
     """
-    named = _words(os.environ.get("CC", ""))
-    if named:
-        if shutil.which(named[0]) is None:
-            raise CompilerError(f"CC: '{named[0]}' is not found; name a C compiler, or unset CC")
-        return tuple(named)
+    words = _words(os.environ.get("CC", ""))
+    if words:
+        if shutil.which(words[0]) is None:
+            raise CompilerError(f"CC: '{words[0]}' is not found; name a C compiler, or unset CC")
+        return tuple(words)
     return next(((name,) for name in KNOWN if shutil.which(name) is not None), None)
 
 
 def _words(text: str) -> list[str]:
-    """The words of a command as it would be typed; a backslash parts folders on Windows."""
+    """Return the words of a typed command; a backslash separates folders on Windows."""
     if os.name != "nt":
         return shlex.split(text)
     return [word.strip('"') for word in shlex.split(text, posix=False)]
@@ -59,13 +59,13 @@ def _words(text: str) -> list[str]:
 
 @functools.cache
 def version(command: tuple[str, ...]) -> str:
-    """What the compiler says of itself, first line."""
-    done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
-    return (done.stdout or done.stderr).strip().split("\n")[0]
+    """Return the first line of the compiler's version message."""
+    run = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
+    return (run.stdout or run.stderr).strip().split("\n")[0]
 
 
 def cache() -> Path:
-    """The folder where libraries are kept: the user's cache, else the system's for short files."""
+    """Return the folder of the libraries: the user's cache, else the system's temporary folder."""
     import platformdirs
 
     for folder in (
@@ -86,14 +86,14 @@ def _has_users() -> bool:
 
 
 def _is_ours(folder: Path) -> bool:
-    """Nobody else may put a library there that we would load."""
+    """Whether the folder belongs to this user, so that nobody else can replace a library."""
     return not _has_users() or folder.stat().st_uid == os.getuid()
 
 
 def cross_compiler(target: str) -> tuple[str, ...]:
-    """The command that compiles for another machine, such as "aarch64-macos".
+    """Return the command that compiles for another machine, such as "aarch64-macos".
 
-    Raises CompilerError without the Python package ziglang, which alone knows them all.
+    Raises CompilerError if the Python package ziglang, the only cross-compiler, is missing.
     """
     if importlib.util.find_spec("ziglang") is None:
         raise CompilerError(
@@ -113,41 +113,41 @@ def library(
     target: str | None = None,
     limit: float | None = None,
 ) -> Path:
-    """The path of a shared library of C sources, compiled unless that was done before.
+    """Return the path of a shared library of C sources; compile it unless it is in the cache.
 
-    Every file beside the sources and in `includes` counts: when one changes, or the compiler does,
-    it is compiled again. `target` names another machine than this one, as `cross_compiler` takes
-    it. Raises CompilerError with what the compiler said, or where it takes longer than `limit` [s].
+    A change of a file in the folders of the sources or in `includes`, or of the compiler, compiles
+    it again. `target` names another machine, as in `cross_compiler`. Raises CompilerError with the
+    compiler's message, or if it takes longer than `limit` [s].
     """
     command = compiler() if target is None else cross_compiler(target)
-    more = [*FLAGS, *flags, *(f"-D{name}" for name in defines)]
+    options = [*FLAGS, *flags, *(f"-D{name}" for name in defines)]
     ending = ending or ENDINGS.get(sys.platform, ".so")
     made_by = hashlib.sha256("\n".join([*command, version(command)]).encode()).hexdigest()[:12]
-    name = _name(sources, includes, [*more, *libraries])
-    kept = cache() / f"{name}-{made_by}{ending}"
-    if not kept.exists():
-        shared = ["-shared"] if ending == ENDINGS["win32"] else ["-shared", "-fPIC"]
-        about = [f"-I{folder}" for folder in _folders(sources, includes)]
-        made = [*command, *more, *shared, *about, *map(str, sources)]
-        build(made, kept, libraries=(*libraries, "-lm"), limit=limit)
-    return kept
+    name = _name(sources, includes, [*options, *libraries])
+    path = cache() / f"{name}-{made_by}{ending}"
+    if not path.exists():
+        kind = ["-shared"] if ending == ENDINGS["win32"] else ["-shared", "-fPIC"]
+        folders = [f"-I{folder}" for folder in _folders(sources, includes)]
+        words = [*command, *options, *kind, *folders, *map(str, sources)]
+        build(words, path, libraries=(*libraries, "-lm"), limit=limit)
+    return path
 
 
-def built(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path | None:
-    """A library of these sources that was compiled before, by whichever compiler; None if none."""
-    name = _name(sources, (), [*FLAGS, *(f"-D{one}" for one in defines)])
-    found = cache().glob(f"{name}-*{ENDINGS.get(sys.platform, '.so')}")
-    return min(found, default=None)
+def find_built(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path | None:
+    """Return a library of these sources in the cache, from any compiler, or None."""
+    name = _name(sources, (), [*FLAGS, *(f"-D{d}" for d in defines)])
+    paths = cache().glob(f"{name}-*{ENDINGS.get(sys.platform, '.so')}")
+    return min(paths, default=None)
 
 
 def _folders(sources: Sequence[Path], includes: Sequence[Path]) -> list[Path]:
     return list(dict.fromkeys([*(source.parent for source in sources), *includes]))
 
 
-def _name(sources: Sequence[Path], includes: Sequence[Path], more: Sequence[str]) -> str:
-    """The name of a library, which says what it is made of and for which machine."""
-    said = [sys.platform, platform.machine(), *more, *(source.name for source in sources)]
-    stamp = hashlib.sha256("\n".join(said).encode())
+def _name(sources: Sequence[Path], includes: Sequence[Path], options: Sequence[str]) -> str:
+    """Return the name of a library, a digest of its content and its machine."""
+    parts = [sys.platform, platform.machine(), *options, *(source.name for source in sources)]
+    stamp = hashlib.sha256("\n".join(parts).encode())
     for folder in _folders(sources, includes):
         for file in sorted(folder.glob("*.[ch]")):
             stamp.update(file.name.encode() + file.read_bytes())
@@ -161,18 +161,18 @@ def build(
     libraries: Sequence[str] = (),
     limit: float | None = None,
 ) -> None:
-    """Run a compiler that writes `target`, whole or not at all; CompilerError with what it says.
+    """Run a compiler that writes `target` completely or not at all.
 
-    One that takes longer than `limit` [s] is stopped; that is a CompilerError, too.
+    Raises CompilerError with the compiler's message, or if it takes longer than `limit` [s].
     """
     with tempfile.TemporaryDirectory(dir=target.parent, prefix=".build-") as folder:
-        made = Path(folder) / target.name
-        words = [*command, "-o", str(made), *libraries]
+        output = Path(folder) / target.name
+        words = [*command, "-o", str(output), *libraries]
         try:
-            done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=limit)
+            run = subprocess.run(words, capture_output=True, text=True, check=False, timeout=limit)
         except (OSError, subprocess.TimeoutExpired) as error:
             raise CompilerError(f"{command[0]} cannot build {target.stem}: {error}") from None
-        if done.returncode or not made.exists():
-            said = "\n".join((done.stderr or done.stdout).strip().split("\n")[:12])
-            raise CompilerError(f"{command[0]} cannot build {target.stem}: {said}")
-        os.replace(made, target)
+        if run.returncode or not output.exists():
+            message = "\n".join((run.stderr or run.stdout).strip().split("\n")[:12])
+            raise CompilerError(f"{command[0]} cannot build {target.stem}: {message}")
+        os.replace(output, target)

@@ -1,8 +1,7 @@
-"""A whole history of a brake by the kernel where it gives the law's answer, by the law elsewhere.
+"""History of a brake by the kernel if it follows the same law, or else by the law in JAX.
 
-`brake_cycle` is traced and compiled anew in every process and for every length; the kernel is
-compiled once on a machine. Both give the same numbers to rounding, so that which of them ran shows
-in nothing but the time.
+Every process traces and compiles `brake_cycle` again for every length; a machine compiles the
+kernel once. Both give the same numbers to rounding, so that the choice affects only the time.
 """
 
 from __future__ import annotations
@@ -17,29 +16,29 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import CompilerError, QuantityError
-from layerjam.kernel.compiler import built, compiler_on_path, library
-from layerjam.kernel.kernel import CODE, Kernel, loaded
+from layerjam.kernel.compiler import compiler_on_path, find_built, library
+from layerjam.kernel.kernel import CODE, Kernel, load_library
 from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.hysteresis import brake_cycle
 from layerjam.mechanics.threads import once
 
 SWITCH = "LAYERJAM_KERNEL"
-"""Environment variable; `off` keeps every simulation on `brake_cycle`."""
+"""Environment variable; `off` runs every simulation with `brake_cycle`."""
 LONGEST = 10.0
-"""Seconds that a compiler may take before nobody waits for it; gcc takes a third of one."""
+"""Longest time for a compiler [s]; gcc needs a third of a second."""
 BLOCK = 512
-"""Samples; JAX compiles a law anew for every other length of a history."""
+"""Number of samples in a block: JAX compiles a law again for every length of a history."""
 Engine = Literal["kernel", "law"]
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 def quick_kernel(brake: Brake, vacuum: float) -> Kernel | None:
-    """The kernel of a brake at vacuums [Pa] up to one; None where only `brake_cycle` will do.
+    """Return the kernel of a brake up to a vacuum [Pa], or None if only `brake_cycle` works.
 
-    That is where the kernel lacks the brake's law (sheets that fan out, a speed law, a
-    hyperelastic enclosure), where the brake snaps on its stiffness, where there is neither a
-    library nor a compiler to make one, and where LAYERJAM_KERNEL=off. Raises QuantityError for
-    another value of that variable.
+    `brake_cycle` is needed if the kernel lacks the brake's law (sheets that fan out, a speed law, a
+    hyperelastic enclosure) or if the brake snaps on its stiffness. It is also needed if there is
+    neither a library nor a compiler, or if LAYERJAM_KERNEL=off. Raises QuantityError for another
+    value of that variable.
     """
     if not _switched_on() or not _is_there():
         return None
@@ -51,16 +50,16 @@ def quick_kernel(brake: Brake, vacuum: float) -> Kernel | None:
     if not all(map(math.isfinite, numbers)) or min(numbers[:6]) <= 0:
         return None
     least = numbers.contact * vacuum * (vacuum / numbers.test_pressure) ** numbers.exponent
-    # where both are equal rounding decides whether it snaps, and that is the law's to say
+    # if both are equal, rounding decides whether it snaps: leave that to the law
     return kernel if numbers.stiffness > least * (1 + 1e-9) else None
 
 
-def followed(
+def follow_history(
     elongation: Array, vacuum: Array, brake: Brake, speed: Array | None = None
 ) -> tuple[Cycle, Engine]:
-    """`brake_cycle` along a history, shape (N,), in NumPy arrays, and what computed it.
+    """Return `brake_cycle` along a history, shape (N,), in NumPy arrays, and the engine used.
 
-    With `speed` [m/s] a speed law counts; without, friction is that at the law's test speed.
+    `speed` [m/s] applies a speed law; otherwise the friction is that at the law's test speed.
     """
     kernel = None
     if speed is None:
@@ -69,33 +68,33 @@ def followed(
     twin = None if kernel is None else kernel.twin(elongation, vacuum)
     if twin is not None:
         return twin, "kernel"
-    given = (elongation, vacuum) if speed is None else (elongation, vacuum, speed)
-    return in_blocks(lambda u, p, *v: brake_cycle(u, p, brake, *v), *given), "law"
+    histories = (elongation, vacuum) if speed is None else (elongation, vacuum, speed)
+    return in_blocks(lambda u, p, *v: brake_cycle(u, p, brake, *v), *histories), "law"
 
 
 def in_blocks(run: Callable[..., Cycle], *histories: Array) -> Cycle:
-    """What `run` makes of histories, shape (N,), that it is given in whole blocks of samples."""
+    """Return the result of `run` for histories, shape (N,), padded to whole blocks of samples."""
     count = len(histories[0])
-    longer = [np.pad(each, (0, -count % BLOCK), mode="edge") for each in histories]
+    longer = [np.pad(history, (0, -count % BLOCK), mode="edge") for history in histories]
     return Cycle(*(np.asarray(values)[:count] for values in run(*longer)))
 
 
 def _switched_on() -> bool:
-    said = os.environ.get(SWITCH, "")
-    if said not in ("", "on", "off"):
-        raise QuantityError.of(SWITCH, f"'{said}' is not known; set it to off, or leave it out")
-    return said != "off"
+    setting = os.environ.get(SWITCH, "")
+    if setting not in ("", "on", "off"):
+        raise QuantityError.of(SWITCH, f"'{setting}' is not known; set it to off, or leave it out")
+    return setting != "off"
 
 
 @once
 def _is_there() -> bool:
-    """Whether the library is there or can be made at once; asked once in a process."""
+    """Whether the library exists or can be built at once; checked once per process."""
     try:
-        if built(CODE) is None:
+        if find_built(CODE) is None:
             if compiler_on_path() is None:
                 return False
             library(CODE, limit=LONGEST)
-        loaded("double")
+        load_library("double")
     except (CompilerError, OSError):
         return False
     return True

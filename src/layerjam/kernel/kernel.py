@@ -1,4 +1,4 @@
-"""The C kernel in Python: the brake move by move, a hundred times faster than `brake_cycle`."""
+"""The C kernel in Python: moves of a brake, a hundred times faster than `brake_cycle`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import CompilerError, QuantityError
-from layerjam.kernel.compiler import SOURCES, built, library
+from layerjam.kernel.compiler import SOURCES, find_built, library
 from layerjam.kernel.parameters import parameters
 from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.threads import once
@@ -23,7 +23,7 @@ REFUSED, SLACK, SEPARATED, CLOSED, SNAPPED, OVERFLOW = (1 << bit for bit in rang
 """Flags of a state, as in `layerjam.h`."""
 DEPTH = 16
 PARTED = 1e-12
-"""Share of the overlap within which it counts as used up, as `brake_cycle` has it."""
+"""Share of the overlap within which it counts as used up, as in `brake_cycle`."""
 _REALS: dict[Precision, Any] = {"double": ctypes.c_double, "single": ctypes.c_float}
 
 
@@ -32,13 +32,13 @@ class _Structures:
 
     def __init__(self, precision: Precision) -> None:
         self.real = _REALS[precision]
-        made = _read_headers(self.real)
-        self.brake, self.state, self.row = made["lj_brake"], made["lj_state"], made["lj_row"]
+        types = _read_headers(self.real)
+        self.brake, self.state, self.row = types["lj_brake"], types["lj_state"], types["lj_row"]
 
 
 def _read_headers(real: Any) -> dict[str, Any]:
     """Return {name: type} of the structures that the headers declare."""
-    known = {"lj_real": real, "uint32_t": ctypes.c_uint32, "uint8_t": ctypes.c_uint8}
+    types = {"lj_real": real, "uint32_t": ctypes.c_uint32, "uint8_t": ctypes.c_uint8}
     text = "".join((SOURCES / name).read_text("utf-8") for name in ("layerjam.h", "history.h"))
     lengths = {name: int(number) for name, number in re.findall(r"#define (\w+) (\d+)\n", text)}
     text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
@@ -46,9 +46,9 @@ def _read_headers(real: Any) -> dict[str, Any]:
         fields = []
         for kind, members in re.findall(r"(\w+) ([^;]+);", body):
             for member, length in re.findall(r"(\w+)(?:\[(\w+)\])?", members):
-                fields.append((member, known[kind] * lengths[length] if length else known[kind]))
-        known[name] = type(name, (ctypes.Structure,), {"_fields_": fields})
-    return known
+                fields.append((member, types[kind] * lengths[length] if length else types[kind]))
+        types[name] = type(name, (ctypes.Structure,), {"_fields_": fields})
+    return types
 
 
 def state_bytes(precision: Precision) -> int:
@@ -60,13 +60,13 @@ CODE = (SOURCES / "layerjam.c", SOURCES / "history.c")
 
 
 @once
-def loaded(precision: Precision) -> tuple[Any, _Structures]:
-    """The library, compiled unless that was done before, and its structures.
+def load_library(precision: Precision) -> tuple[Any, _Structures]:
+    """Return the library, compiled if necessary, and its structures.
 
-    Raises CompilerError where it can be neither compiled nor loaded.
+    Raises CompilerError if it cannot be compiled or loaded.
     """
     defines = () if precision == "double" else ("LJ_SINGLE",)
-    path = built(CODE, defines) or library(CODE, defines)
+    path = find_built(CODE, defines) or library(CODE, defines)
     try:
         return bound(path, precision)
     except OSError as error:
@@ -74,10 +74,10 @@ def loaded(precision: Precision) -> tuple[Any, _Structures]:
 
 
 def bound(path: Path, precision: Precision) -> tuple[Any, _Structures]:
-    """A compiled library, told what its functions take, and its structures."""
-    library_, made = ctypes.CDLL(str(path)), _Structures(precision)
-    brake, state, real = ctypes.POINTER(made.brake), ctypes.POINTER(made.state), made.real
-    at = ctypes.c_void_p
+    """Return a compiled library with declared functions, and its structures."""
+    library_, types = ctypes.CDLL(str(path)), _Structures(precision)
+    brake, state, real = ctypes.POINTER(types.brake), ctypes.POINTER(types.state), types.real
+    address = ctypes.c_void_p
     for name, arguments, answer in (
         ("lj_start", (state, real), None),
         ("lj_move", (brake, state, real, real, real), real),
@@ -85,20 +85,20 @@ def bound(path: Path, precision: Precision) -> tuple[Any, _Structures]:
         ("lj_vacuum_tangent", (brake, state, real), real),
         ("lj_stored", (brake, state), real),
         ("lj_fault", (state,), ctypes.c_char_p),
-        ("lj_history", (brake, state, ctypes.c_int64, at, at, at), None),
+        ("lj_history", (brake, state, ctypes.c_int64, address, address, address), None),
     ):
         function = getattr(library_, name)
         function.argtypes, function.restype = arguments, answer
-    if library_.lj_state_size() != ctypes.sizeof(made.state):
+    if library_.lj_state_size() != ctypes.sizeof(types.state):
         raise RuntimeError("the compiled lj_state is not that of layerjam.h")
-    return library_, made
+    return library_, types
 
 
 class Kernel:
-    """One brake, stepped by the C kernel; it starts at rest under no vacuum.
+    """One brake, stepped by the C kernel; it starts at rest without vacuum.
 
     Raises QuantityError for a brake whose law is not in the kernel (sheets that fan out, a speed
-    law, a hyperelastic enclosure), CompilerError where no C compiler is installed.
+    law, a hyperelastic enclosure), CompilerError if no C compiler is installed.
     """
 
     def __init__(
@@ -109,30 +109,30 @@ class Kernel:
         precision: Precision = "double",
     ) -> None:
         self.parameters = parameters(brake, rope_stiffness)
-        self._library, self._made = loaded(precision)
+        self._library, self._made = load_library(precision)
         self._brake = self._made.brake(**self.parameters._asdict())
         self._state: Any = self._made.state()
         self.start()
 
     def start(self, vacuum: float = 0.0) -> None:
-        """Back to rest: no slip, no force, no elongation, under a vacuum [Pa]."""
+        """Return to rest: no slip, no force, no elongation, under a vacuum [Pa]."""
         self._library.lj_start(self._state, vacuum)
 
     def move(self, elongation: float, vacuum: float, compliance: float = 0.0) -> float:
-        """Take a vacuum [Pa], then move to an elongation [m]; the force [N].
+        """Apply a vacuum [Pa], then move to an elongation [m]; return the force [N].
 
         `compliance` [m/N] in series is for solvers; see `layerjam.h`. Raises QuantityError for
-        numbers that are not allowed; nothing has changed then.
+        numbers that are not allowed; the state is then unchanged.
         """
-        given = (elongation, vacuum, compliance)
-        force = self._library.lj_move(self._brake, self._state, *given)
+        numbers = (elongation, vacuum, compliance)
+        force = self._library.lj_move(self._brake, self._state, *numbers)
         if self._state.flags & REFUSED:
             self._state.flags &= ~REFUSED
-            _refuse(*given)
+            _refuse(*numbers)
         return force
 
     def peek(self, elongation: float, vacuum: float, compliance: float = 0.0) -> float:
-        """The force [N] that `move` would return; nothing changes."""
+        """Return the force [N] that `move` would return; the state is unchanged."""
         copy = self._made.state.from_buffer_copy(self._state)
         force = self._library.lj_move(self._brake, copy, elongation, vacuum, compliance)
         if copy.flags & REFUSED:
@@ -140,27 +140,27 @@ class Kernel:
         return force
 
     def tangent(self, compliance: float = 0.0) -> float:
-        """Slope of the force over the elongation [N/m], going on as in the last move."""
+        """Return the slope of the force over the elongation [N/m], continuing the last move."""
         return self._library.lj_tangent(self._brake, self._state, compliance)
 
     def vacuum_tangent(self, compliance: float = 0.0) -> float:
-        """Slope of the force over a falling vacuum [N/Pa]; a rising one moves nothing at rest."""
+        """Return the slope of the force over a falling vacuum [N/Pa]; a rise moves nothing."""
         return self._library.lj_vacuum_tangent(self._brake, self._state, compliance)
 
     @property
     def state(self) -> bytes:
-        """All that the brake remembers; assign it to go back there.
+        """Complete state of the brake; assign it to restore the state.
 
-        Raises QuantityError for bytes that are not the state of a brake; nothing has changed then.
+        Raises QuantityError for bytes that are not the state of a brake; nothing changes then.
         """
         return bytes(self._state)
 
     @state.setter
-    def state(self, given: bytes) -> None:
+    def state(self, data: bytes) -> None:
         size = ctypes.sizeof(self._state)
-        if len(given) != size:
-            raise QuantityError.of("state", f"expected {size} bytes, got {len(given)}")
-        state = self._made.state.from_buffer_copy(given)
+        if len(data) != size:
+            raise QuantityError.of("state", f"expected {size} bytes, got {len(data)}")
+        state = self._made.state.from_buffer_copy(data)
         if fault := self._library.lj_fault(state):
             raise QuantityError.of("state", f"the bytes are damaged: {fault.decode()}")
         self._state = state
@@ -201,12 +201,11 @@ class Kernel:
         return self._state.flags
 
     def cycle(self, elongation: ArrayLike, vacuum: ArrayLike) -> Cycle:
-        """What `brake_cycle` answers, as NumPy arrays: from rest along an elongation history [m].
+        """Return `brake_cycle` as NumPy arrays: from rest along an elongation history [m].
 
-        `vacuum` [Pa] is one number or a history of the same shape. As there, force is NaN from
-        where the brake snaps or its memory of turns is exceeded; past the end of the overlap the
-        kernel goes on with the enclosure alone, `brake_cycle` does not. The kernel's own state
-        stays as it is.
+        `vacuum` [Pa] is one number or a history of the same shape. Force is NaN after the brake
+        snaps or exceeds its memory of turns. Past the end of the overlap the kernel continues with
+        the enclosure alone, unlike `brake_cycle`. The kernel's own state is unchanged.
         """
         path, rows = self._history(elongation, vacuum)
         flags = rows["flags"]
@@ -214,20 +213,20 @@ class Kernel:
         return self._cycle(rows, np.where(void, np.nan, rows["force"]), flags & SEPARATED > 0)
 
     def twin(self, elongation: ArrayLike, vacuum: ArrayLike) -> Cycle | None:
-        """What `brake_cycle` answers to rounding; None where the kernel may answer otherwise.
+        """Return `brake_cycle` to rounding, or None if the kernel may differ.
 
-        That is where the brake snaps, a number is not allowed, nearly as many turns are nested as
-        are remembered, or the sheets come apart between two samples. Where a sample meets the end
-        of the overlap `separated` is true from there on, and what comes after it does not count.
+        It may differ if the brake snaps, a number is not allowed, nearly as many turns are nested
+        as are remembered, or the sheets separate between two samples. If a sample meets the end of
+        the overlap, `separated` is true from there on and later samples do not count.
         """
         path, rows = self._history(elongation, vacuum)
         overlap = self.parameters.overlap
         separated = rows["slip"] >= overlap * (1 - PARTED)
         count = int(np.argmax(separated)) + 1 if separated.any() else len(rows)
-        counted = rows[:count]
-        refused = counted["flags"] & (REFUSED | SNAPPED | OVERFLOW) > 0
-        unsure = refused | (counted["turns"] >= DEPTH - 1) | (path[:count] < 0)
-        if unsure.any() or counted["slip"][-1] > overlap * (1 + PARTED):
+        rows_used = rows[:count]
+        refused = rows_used["flags"] & (REFUSED | SNAPPED | OVERFLOW) > 0
+        unsure = refused | (rows_used["turns"] >= DEPTH - 1) | (path[:count] < 0)
+        if unsure.any() or rows_used["slip"][-1] > overlap * (1 + PARTED):
             return None
         return self._cycle(rows, rows["force"], np.logical_or.accumulate(separated))
 
@@ -250,21 +249,21 @@ class Kernel:
     def _history(self, elongation: ArrayLike, vacuum: ArrayLike) -> tuple[Any, NDArray[Any]]:
         real = np.dtype(self._made.real)
         path = np.ascontiguousarray(np.atleast_1d(np.asarray(elongation, real)))
-        under = np.ascontiguousarray(np.broadcast_to(np.asarray(vacuum, real), path.shape))
+        pressure = np.ascontiguousarray(np.broadcast_to(np.asarray(vacuum, real), path.shape))
         rows, state = np.empty(path.shape, np.dtype(self._made.row)), self._made.state()
-        self._library.lj_start(state, max(float(under[0]), 0.0) if path.size else 0.0)
-        places = (array.ctypes.data for array in (path, under, rows))
+        self._library.lj_start(state, max(float(pressure[0]), 0.0) if path.size else 0.0)
+        places = (array.ctypes.data for array in (path, pressure, rows))
         self._library.lj_history(self._brake, state, path.size, *places)
         return path, rows
 
 
 def _refuse(elongation: float, vacuum: float, compliance: float) -> None:
-    """Raise QuantityError for the first number that the kernel refuses."""
-    named = {"elongation": (elongation, "m"), "vacuum": (vacuum, "Pa")}
-    named["compliance"] = (compliance, "m/N")
-    for name, (value, unit) in named.items():
+    """Raise QuantityError for the first number that the kernel rejects."""
+    numbers = {"elongation": (elongation, "m"), "vacuum": (vacuum, "Pa")}
+    numbers["compliance"] = (compliance, "m/N")
+    for name, (value, unit) in numbers.items():
         if not np.isfinite(value):
-            raise QuantityError.of(name, f"{value} is no number that can be computed with")
+            raise QuantityError.of(name, f"{value} is not a finite number")
         if name != "elongation" and value < 0:
             raise QuantityError.of(name, f"{value:g} {unit} is not allowed; zero or more")
     raise QuantityError("elongation, vacuum or compliance is absurdly large")

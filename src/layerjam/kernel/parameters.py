@@ -15,14 +15,14 @@ from layerjam.mechanics.stiffness import working_stiffness
 
 
 class Parameters(NamedTuple):
-    """What `lj_brake` of `layerjam.h` holds, in its order and under its names."""
+    """Fields of `lj_brake` in `layerjam.h`, in its order and under its names."""
 
     contact: float
     """Friction of the sheets per vacuum and overlap, a mu_k (n-1) W [m]."""
     overlap: float
     """Overlap at rest [m]."""
     stiffness: float
-    """Of brake, mount and rope in series [N/m]."""
+    """Stiffness of brake, mount and rope in series [N/m]."""
     enclosure_stiffness: float
     """EA of one face [N]."""
     enclosure_contact: float
@@ -30,7 +30,7 @@ class Parameters(NamedTuple):
     reach: float
     """Half the free length of the enclosure [m]."""
     exponent: float
-    """Of the friction over pressure; 0: proportional."""
+    """Exponent of the friction over pressure; 0 if proportional."""
     test_pressure: float
     """Vacuum that the exponent refers to [Pa]."""
 
@@ -39,30 +39,30 @@ UNITS = dict(zip(Parameters._fields, ("m", "m", "N/m", "N", "m", "m", "1", "Pa")
 """{parameter: SI unit}."""
 
 
-def brake_of(given: Brake | BrakeFile) -> Brake:
-    """The brake as the kernel knows it; QuantityError for a law that is not in it.
+def brake_of(brake: Brake | BrakeFile) -> Brake:
+    """Return the brake for the kernel; QuantityError for a law that the kernel lacks.
 
-    Spacers leave their word, since without a fan they change nothing but the scale factor.
+    Spacers are left out: without a fan they change nothing but the scale factor.
     """
-    brake = given.brake if isinstance(given, BrakeFile) else given
+    brake = brake.brake if isinstance(brake, BrakeFile) else brake
     one_modulus(brake)
     if brake.speed_law is not None:
         raise QuantityError.of(
             "speed_law",
-            "the exported law knows the path only and no speed; without [speed_law] friction "
-            "counts as at the speed at which it was measured",
+            "the exported law depends on the path, not on speed; without [speed_law] friction "
+            "keeps its value at the speed at which it was measured",
         )
     return straight(brake, "the exported law")
 
 
-def parameters(given: Brake | BrakeFile, rope_stiffness: float | None = None) -> Parameters:
-    """The kernel's numbers; a rope [N/m] stands in series with the brake.
+def parameters(brake: Brake | BrakeFile, rope_stiffness: float | None = None) -> Parameters:
+    """Return the kernel's numbers, with a rope [N/m] in series with the brake.
 
     A share of the vacuum that presses the sheets is part of `contact` and `test_pressure`. Raises
-    QuantityError for what the kernel does not know: sheets that fan out, a speed law, a
-    hyperelastic enclosure.
+    QuantityError for laws that the kernel lacks: sheets that fan out, a speed law, a hyperelastic
+    enclosure.
     """
-    brake = brake_of(given)
+    brake = brake_of(brake)
     share = 1.0 if brake.vacuum_share is None else brake.vacuum_share
     face, face_contact, reach = face_of(brake)
     stiffness = float(working_stiffness(brake))
@@ -73,7 +73,7 @@ def parameters(given: Brake | BrakeFile, rope_stiffness: float | None = None) ->
             )
         stiffness = 1 / (1 / stiffness + 1 / rope_stiffness)
     exponent: Any = brake.pressure_exponent
-    # of a friction that grows with a power of the pressure, what it is at the test pressure
+    # for a friction that grows with a power of the pressure: its value at the test pressure
     proportional = replace(brake, pressure_exponent=None)
     return Parameters(
         contact=float(friction_per_contact(1.0, proportional)),

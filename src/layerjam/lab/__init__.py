@@ -1,1 +1,1 @@
-"""A virtual test machine and whole campaigns of it, from a stated truth."""
+"""A virtual test machine, and campaigns of tests with a known true brake."""

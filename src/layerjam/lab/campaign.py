@@ -1,7 +1,7 @@
-"""A whole campaign of the virtual laboratory: friction tests and pulls from a stated truth.
+"""A campaign of the virtual laboratory: friction tests and pulls of a known true brake.
 
-Nothing is written here (`campaign_files` does): `Campaign.traces` gives the records as a perfect
-reader would, so that a study over thousands of campaigns needs no files.
+This module writes nothing (`campaign_files` does). `Campaign.traces` gives the records as a perfect
+reader would, so that a study of thousands of campaigns needs no files.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from layerjam.lab.plan import Subject, Trial, duration, planned, samples
+from layerjam.lab.plan import Subject, Trial, duration, plan_tests, samples
 from layerjam.lab.records import friction_trace, pull_traces, pulls_at_once
-from layerjam.lab.spec import Spec, checked
+from layerjam.lab.spec import Spec, check_spec
 from layerjam.lab.text import read_spec
 from layerjam.measure.trace import Trace
 
 _CHUNK = 2_000_000
-"""Samples simulated at once."""
+"""Number of samples that are simulated at once."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,18 +29,18 @@ class Campaign:
     tests: tuple[Trial, ...]
 
     def traces(self, kind: str = "") -> list[Trace]:
-        """The records in order, of one kind ("pull", "friction") if it is given.
+        """Return the records in order, of one kind ("pull", "friction") if it is given.
 
-        As a perfect reader would give them: faults of the machine are in, the practice faults of
+        They are those of a perfect reader: faults of the machine are included, practice faults of
         files are not. Needs JAX in double precision (PrecisionError).
         """
-        made = {test.number: trace for test, trace in self.each(kind)}
-        return [made[number] for number in sorted(made)]
+        traces = {test.number: trace for test, trace in self.records(kind)}
+        return [traces[number] for number in sorted(traces)]
 
-    def each(self, kind: str = "") -> Iterator[tuple[Trial, Trace]]:
-        """Tests with their records, some at a time, so that memory holds them; order as it comes.
+    def records(self, kind: str = "") -> Iterator[tuple[Trial, Trace]]:
+        """Yield tests with their records in any order, in chunks that fit into memory.
 
-        Raises QuantityError for a pull that cannot be.
+        Raises QuantityError for an impossible pull.
         """
         sleds = [t for t in self.tests if t.kind == "friction" and kind in ("", "friction")]
         for test in sleds:
@@ -49,16 +49,16 @@ class Campaign:
             count = samples(duration(self.spec, speed), self.spec.machine)
             size = max(1, _CHUNK // count)
             for start in range(0, len(tests), size):
-                some = tests[start : start + size]
-                yield from zip(some, pull_traces(self.spec, some, count), strict=True)
+                chunk = tests[start : start + size]
+                yield from zip(chunk, pull_traces(self.spec, chunk, count), strict=True)
 
 
 def campaign(spec: Spec | str | Path, seed: int | None = None) -> Campaign:
-    """The campaign of a spec, or of the path of its TOML file; `seed` instead of the spec's.
+    """Return the campaign of a spec, or of the path of its TOML file; `seed` replaces the spec's.
 
-    Raises QuantityError or FileError for a spec that cannot be; nothing is simulated yet.
+    Raises QuantityError or FileError for an invalid spec; nothing is simulated yet.
     """
     spec = spec if isinstance(spec, Spec) else read_spec(spec)
-    spec = checked(spec if seed is None else replace(spec, seed=seed))
-    subjects, tests = planned(spec)
+    spec = check_spec(spec if seed is None else replace(spec, seed=seed))
+    subjects, tests = plan_tests(spec)
     return Campaign(spec=spec, subjects=subjects, tests=tests)

@@ -1,4 +1,4 @@
-"""A campaign's folder: the files a machine would leave, the truth beside them, what to do next."""
+"""A campaign's folder: the files of the machine, the truth, and a README with the next steps."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from layerjam.lab import faults
 from layerjam.lab.campaign import Campaign
 from layerjam.lab.exports import Form, file_bytes, write_pair
 from layerjam.lab.plan import Subject, Trial
-from layerjam.lab.records import possible
+from layerjam.lab.records import check_pulls
 from layerjam.lab.spec import Spec
 from layerjam.lab.text import spec_text
 from layerjam.measure.sidecar import sidecar_path
@@ -26,70 +26,70 @@ from layerjam.records.writer import literal
 from layerjam.units import exact_text
 
 SATURATED_AT = 0.8
-"""Part of the greatest force at which the practice fault's load cell ends."""
+"""Share of the greatest force at which the load cell of the practice fault saturates."""
 Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Written:
-    """What was written: data files in the campaign's order, samples in them, whether stopped."""
+class CampaignFiles:
+    """Files of a campaign in its order, number of samples, and whether writing was stopped."""
 
     folder: Path
     files: tuple[Path, ...]
     samples: int
     stopped: bool
     strangers: int
-    """Other files that lie in the folder, from before."""
+    """Other files that are in the folder already."""
 
 
 def form_of(campaign: Campaign, test: Trial) -> Form:
-    """The form of a test's file; each test takes the next layout."""
+    """Return the form of a test's file; each test takes the next layout."""
     forms = campaign.spec.files.forms()
     return forms[test.number % len(forms)]
 
 
 def name_of(campaign: Campaign, test: Trial) -> str:
-    """The name of a test's file."""
-    return test.name + form_of(campaign, test).made.ending
+    """Return the name of a test's file."""
+    return test.name + form_of(campaign, test).details.ending
 
 
 def write_campaign(
     campaign: Campaign, folder: str | Path, force: bool = False, progress: Progress | None = None
-) -> Written:
-    """Write all files of a campaign, each whole or not at all; the same bytes for the same spec.
+) -> CampaignFiles:
+    """Write all files of a campaign, each completely or not at all; reproducible for a spec.
 
-    A folder that is not empty is refused unless `force`. `progress` is called with (what, share);
-    KeyboardInterrupt ends the writing between two files. Raises FileError, and QuantityError for
-    a campaign that cannot be, before anything is written.
+    A folder that is not empty is refused unless `force`. `progress` is called with (stage, share).
+    KeyboardInterrupt ends the writing between two files. Raises FileError, and QuantityError for an
+    impossible campaign, before anything is written.
     """
     folder = Path(folder)
     tell = progress or (lambda _what, _share: None)
-    possible(campaign.spec, campaign.tests)
+    check_pulls(campaign.spec, campaign.tests)
     _prepare(folder, force)
     texts = {
         "README.txt": readme(campaign, folder),
-        "spec.toml": "# SYNTHETIC: the campaign that made the files beside this one.\n"
+        "spec.toml": "# SYNTHETIC: the campaign that made the files in this folder.\n"
         + spec_text(_portable(campaign)),
         "truth.toml": truth_text(campaign),
     }
     texts |= {brake_of(s): s.copied for s in campaign.subjects if s.copied}
-    done: dict[int, Path] = {}
-    samples, stopped = 0, False
+    paths: dict[int, Path] = {}
+    samples, interrupted = 0, False
     try:
         for name, text in texts.items():
             write_whole(folder / name, text, force)
-        for test, trace in campaign.each():
-            done[test.number] = _write(campaign, test, trace, folder, force)
+        for test, trace in campaign.records():
+            paths[test.number] = _write(campaign, test, trace, folder, force)
             samples += len(trace)
-            tell("writing files", len(done) / len(campaign.tests))
+            tell("writing files", len(paths) / len(campaign.tests))
     except KeyboardInterrupt:
-        stopped = True
-    expected = {name_of(campaign, t) for t in campaign.tests}
-    expected |= {f"{name}.toml" for name in expected} | {*texts}
-    strangers = sum(1 for p in folder.iterdir() if p.name not in expected)
-    files = tuple(done[n] for n in sorted(done))
-    return Written(
-        folder=folder, files=files, samples=samples, stopped=stopped, strangers=strangers
+        interrupted = True
+    names = {name_of(campaign, t) for t in campaign.tests}
+    names |= {f"{name}.toml" for name in names} | {*texts}
+    strangers = sum(1 for p in folder.iterdir() if p.name not in names)
+    files = tuple(paths[n] for n in sorted(paths))
+    return CampaignFiles(
+        folder=folder, files=files, samples=samples, stopped=interrupted, strangers=strangers
     )
 
 
@@ -126,21 +126,21 @@ def _write(campaign: Campaign, test: Trial, trace: Trace, folder: Path, force: b
 
 
 def brake_of(subject: Subject) -> str:
-    """The brake as a spec in the campaign's folder names it."""
+    """Return the brake as a spec in the campaign's folder names it."""
     return f"brake-{subject.label}.toml" if subject.copied else subject.name
 
 
 def _portable(campaign: Campaign) -> Spec:
-    """The spec with brakes that are found from the campaign's folder."""
+    """Return the spec with brakes that can be found from the campaign's folder."""
     brakes = tuple(replace(s.truth, brake=brake_of(s)) for s in campaign.subjects)
     return replace(campaign.spec, brakes=brakes)
 
 
 def truth_text(campaign: Campaign) -> str:
-    """The truth of a campaign as TOML: of each brake, and of each file."""
+    """Return the true values of each brake and file of a campaign as TOML."""
     lines = [
         f"# SYNTHETIC, layerjam {__version__} virtual laboratory, seed {campaign.spec.seed}.",
-        "# What the files beside this one were made from: solve the exercise first, then look.",
+        "# True values behind the files in this folder: solve the exercise first, then look.",
         "synthetic = true",
         f"seed = {campaign.spec.seed}",
     ]
@@ -154,10 +154,10 @@ def truth_text(campaign: Campaign) -> str:
 
 
 def _truth_of(subject: Subject, compliance: float) -> dict[str, Any]:
-    """What fits should find, SI texts; means over the campaign's scatter."""
-    true, known, truth = subject.true, subject.known, subject.truth
+    """Return the values that fits should find, SI texts; means over the campaign's scatter."""
+    true, file_brake, truth = subject.true, subject.known, subject.truth
     stiffness = float(true.stiffness_measured or 0.0)
-    seen = 1 / (1 / stiffness + compliance)
+    series = 1 / (1 / stiffness + compliance)
     exponent = true.pressure_exponent
     return {
         "label": subject.label,
@@ -168,12 +168,12 @@ def _truth_of(subject: Subject, compliance: float) -> dict[str, Any]:
         "ageing": true.film.ageing,
         "static_hold": _seconds(true.film.static_hold),
         "friction_product": true.scale_factor * true.film.kinetic,
-        # what `calibrate` finds with the friction of the brake's own file
+        # value that `calibrate` finds with the friction of the brake's own file
         "scale_factor_with_known_friction": true.scale_factor
         * true.film.kinetic
-        / known.film.kinetic,
+        / file_brake.film.kinetic,
         "stiffness": exact_text(stiffness, "N/m"),
-        "stiffness_with_machine": f"{seen:.9g} N/m",
+        "stiffness_with_machine": f"{series:.9g} N/m",
         "enclosure_factor": truth.enclosure_factor,
         "pressure_exponent": exponent,
         "test_pressure": None if exponent is None else exact_text(true.test_pressure or 0.0, "Pa"),
@@ -183,7 +183,7 @@ def _truth_of(subject: Subject, compliance: float) -> dict[str, Any]:
 
 
 def _truth_of_test(test: Trial, file: str) -> dict[str, Any]:
-    """What was so in one test."""
+    """Return the true values of one test."""
     pull = test.kind == "pull"
     return {
         "file": file,
@@ -209,47 +209,47 @@ def _seconds(value: float | None) -> str | None:
 
 
 def commands(campaign: Campaign, folder: Path) -> list[str]:
-    """Commands to try on the files, brake by brake."""
+    """Return commands to try on the files, brake by brake."""
     out = []
     for subject in campaign.subjects:
         brake = shlex.quote(str(folder / brake_of(subject)) if subject.copied else subject.name)
         mine = shlex.quote(str(folder / f"{subject.label}-tested.toml"))
-        fitted = shlex.quote(str(folder / f"{subject.label}-calibrated.toml"))
+        calibrated_file = shlex.quote(str(folder / f"{subject.label}-calibrated.toml"))
         tests = [t for t in campaign.tests if t.subject is subject]
         sleds = [t for t in tests if t.kind == "friction"]
         if sleds:
-            found = _patterns(campaign, folder, sleds)
+            patterns = _patterns(campaign, folder, sleds)
             if spec_holds := campaign.spec.friction.holds:
-                aged = shlex.quote(str(folder / f"{subject.label}-aged.toml"))
-                held = f"--hold {max(spec_holds):g}s"
-                out.append(f"layerjam ageing {found} {held} --brake {brake} --out {aged}")
-            out.append(f"layerjam friction {found} --brake {brake} --out {mine}")
+                aged_file = shlex.quote(str(folder / f"{subject.label}-aged.toml"))
+                hold = f"--hold {max(spec_holds):g}s"
+                out.append(f"layerjam ageing {patterns} {hold} --brake {brake} --out {aged_file}")
+            out.append(f"layerjam friction {patterns} --brake {brake} --out {mine}")
             brake = mine
         pulls = [t for t in tests if t.kind == "pull"]
         if pulls:
-            most = max(t.vacuum or 0.0 for t in pulls)
-            some = [t for t in pulls if t.vacuum == most]
-            others = [t for t in pulls if t.vacuum != most]
-            found = _patterns(campaign, folder, some)
-            out.append(f"layerjam calibrate {brake} {found} --out {fitted}")
+            highest = max(t.vacuum or 0.0 for t in pulls)
+            best = [t for t in pulls if t.vacuum == highest]
+            others = [t for t in pulls if t.vacuum != highest]
+            patterns = _patterns(campaign, folder, best)
+            out.append(f"layerjam calibrate {brake} {patterns} --out {calibrated_file}")
             if others:
-                found = _patterns(campaign, folder, others)
-                out.append(f"layerjam validate {fitted} {found}")
+                patterns = _patterns(campaign, folder, others)
+                out.append(f"layerjam validate {calibrated_file} {patterns}")
     return out
 
 
 def _patterns(campaign: Campaign, folder: Path, tests: Sequence[Trial]) -> str:
-    """Patterns of a shell that name the files of some tests, all speeds, and no sidecar."""
+    """Return shell patterns for the files of some tests, all speeds, without sidecars."""
     names = {}
     for test in tests:
         # all repeats, and of pulls all speeds
         parts = test.name.split("_")[: 3 if test.kind == "pull" else 2]
-        names["_".join([*parts, "*"]) + form_of(campaign, test).made.ending] = test
+        names["_".join([*parts, "*"]) + form_of(campaign, test).details.ending] = test
     return " ".join(f"{shlex.quote(str(folder))}/{name}" for name in names)
 
 
 def readme(campaign: Campaign, folder: Path) -> str:
-    """What the folder holds, for whoever finds it."""
+    """Return the README of the folder."""
     tests, spec = campaign.tests, campaign.spec
     sleds = sum(1 for t in tests if t.kind == "friction")
     faulty = sum(1 for t in tests if t.practice)
@@ -259,10 +259,10 @@ def readme(campaign: Campaign, folder: Path) -> str:
         "",
         f"{count_of(sleds, 'friction test')} and {count_of(len(tests) - sleds, 'pull')}, in these "
         f"layouts: {', '.join(spec.files.layouts)}.",
-        "Beside each file NAME stands NAME.toml with what the file does not say itself: vacuum,",
-        "speed, repeat, brake.",
+        "Each file NAME has a NAME.toml with the facts that the file lacks: vacuum, speed,",
+        "repeat, brake.",
         "spec.toml is the campaign; layerjam lab spec.toml --out ANOTHER writes it again.",
-        "truth.toml holds what the files were made from. Solve the exercise first, then look.",
+        "truth.toml holds the true values. Solve the exercise first, then look.",
     ]
     if faulty:
         lines += [

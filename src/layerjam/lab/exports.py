@@ -1,7 +1,7 @@
-"""Records written as test machines export them: one layout for each machine's software.
+"""Records written like exports of test machines: one layout for each machine's software.
 
-Every file says that it is synthetic, in its own text and in the sidecar beside it. The layouts are
-imitations, written from what such files look like, not by the machines.
+Every file states that it is synthetic, in its own text and in its sidecar. The layouts imitate the
+look of such files; the machines did not write them.
 """
 
 from __future__ import annotations
@@ -33,15 +33,14 @@ ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "latin-1", "cp1252", "cp932")
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """One software's layout: the lines above its numbers, its columns, and what is usual for it.
+    """Layout of a software: the lines above its numbers, its columns, and its defaults.
 
-    `head` holds the lines, with "|" for the mark between cells and words in braces for what differs
-    from file to file (`_said` says which). `columns` holds the format of each column: t, time [s];
-    x, travel [mm]; m, travel [m]; f, force [N]; of testXpert c, the absolute crosshead [mm], X and
-    F, its travel and force. `name` and `unit` are what a cell of the names and of the units looks
-    like, `second` is the unit of time. `english` are the names of time, travel and force where they
-    are not those of `LANGUAGES`; `fixed` says that encoding, decimal sign and language are always
-    the usual ones.
+    `head` holds the lines, with "|" for the mark between cells and words in braces for texts that
+    differ from file to file (see `_head_words`). `columns` holds the format of each column: t, time
+    [s]; x, travel [mm]; m, travel [m]; f, force [N]. testXpert also has c, the absolute crosshead
+    [mm], X and F, its travel and force. `name` and `unit` are the formats of a cell with a name or
+    a unit, `second` is the unit of time. `english` are the names of time, travel and force if they
+    differ from `LANGUAGES`. `fixed` means that encoding, decimal sign and language cannot change.
     """
 
     about: str
@@ -54,18 +53,18 @@ class Layout:
     second: str = "s"
     newline: str = "\n"
     mark: str = ""
-    """Between columns; a comma, or a semicolon beside decimal commas, where it is empty."""
+    """Mark between columns; if empty, a comma, or a semicolon with decimal commas."""
     decimal: str = "."
     english: Sequence[str] = ()
     fixed: bool = False
 
 
 def statement(facts: Facts) -> str:
-    """What stands in every file."""
+    """Return the statement that every file contains."""
     return f"SYNTHETIC, layerjam {__version__} virtual test machine, seed {facts.seed}"
 
 
-# Of each column: the place of its name in LANGUAGES, and its unit.
+# {column: (place of its name in LANGUAGES, unit)}
 _COLUMNS = {
     "t": (0, "s"),
     "x": (1, "mm"),
@@ -75,12 +74,12 @@ _COLUMNS = {
     "X": (4, "mm"),
     "F": (5, "N"),
 }
-LAYOUTS = {name: Layout(**about) for name, about in _DATA["layouts"].items()}
+LAYOUTS = {name: Layout(**layout) for name, layout in _DATA["layouts"].items()}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Form:
-    """The form of one file: a layout, and what differs from what is usual for it."""
+    """Form of one file: a layout, and choices that differ from its defaults."""
 
     layout: str = "own"
     encoding: str = "usual"
@@ -88,23 +87,23 @@ class Form:
     language: str = "en"
 
     @property
-    def made(self) -> Layout:
-        """The layout behind the name."""
+    def details(self) -> Layout:
+        """Layout of that name."""
         return LAYOUTS[self.layout]
 
-    def settled(self) -> tuple[str, str, str]:
-        """Encoding, decimal sign and language as they will be written."""
-        made = self.made
-        if made.fixed:
-            return made.encoding, made.decimal, "en"
-        encoding = made.encoding if self.encoding == "usual" else self.encoding
-        decimal = made.decimal if self.decimal == "usual" else self.decimal
+    def choices(self) -> tuple[str, str, str]:
+        """Return encoding, decimal sign and language of the file."""
+        layout = self.details
+        if layout.fixed:
+            return layout.encoding, layout.decimal, "en"
+        encoding = layout.encoding if self.encoding == "usual" else self.encoding
+        decimal = layout.decimal if self.decimal == "usual" else self.decimal
         return encoding, decimal, self.language
 
     def possible(self) -> None:
-        """Raise QuantityError where the encoding lacks letters of the language."""
-        encoding, _, language = self.settled()
-        words = "".join([*LANGUAGES[language], *self.made.head])
+        """Raise QuantityError if the encoding lacks letters of the language."""
+        encoding, _, language = self.choices()
+        words = "".join([*LANGUAGES[language], *self.details.head])
         try:
             words.encode(encoding)
         except UnicodeEncodeError as error:
@@ -117,29 +116,30 @@ class Form:
 
 
 def file_bytes(trace: Trace, form: Form, force_unit: str = "N", cut: float | None = None) -> bytes:
-    """The file of a trace; `cut` ends it in the middle of the line at that part of its rows."""
+    """Return the file of a trace; `cut` is the share of its rows after which it ends mid-line."""
     if trace.time is None:
         raise QuantityError("a trace without time cannot be written")
-    layout, (encoding, decimal, _) = form.made, form.settled()
+    layout, (encoding, decimal, _) = form.details, form.choices()
     mark = layout.mark or ("," if decimal == "." else ";")
     head = [line.replace("|", mark) for line in layout.head]
-    said = _said(trace, form, force_unit, mark)
-    text = layout.newline.join([*(line.format(**said) for line in head), ""])
+    words = _head_words(trace, form, force_unit, mark)
+    text = layout.newline.join([*(line.format(**words) for line in head), ""])
     text += _rows(layout, trace, trace.time, mark, decimal)
     if cut is not None:
         text = _cut_off(text, mark, len(trace), cut)
     return text.encode(encoding)
 
 
-def _said(trace: Trace, form: Form, force_unit: str, mark: str) -> dict[str, object]:
-    """What stands for the words in braces of a head."""
-    layout, (_, decimal, language) = form.made, form.settled()
+def _head_words(trace: Trace, form: Form, force_unit: str, mark: str) -> dict[str, object]:
+    """Return {word in braces of a head: text}."""
+    layout, (_, decimal, language) = form.details, form.choices()
     names: tuple[str, ...] = LANGUAGES[language]
     if language == "en" and layout.english:
         names = (*layout.english, *names[3:])
-    shown = {"s": layout.second, "N": force_unit}
+    units = {"s": layout.second, "N": force_unit}
     pairs = [
-        (names[at], shown.get(unit, unit)) for at, unit in (_COLUMNS[c] for c in layout.columns)
+        (names[place], units.get(unit, unit))
+        for place, unit in (_COLUMNS[c] for c in layout.columns)
     ]
     length = float(np.ptp(trace.elongation)) * 1e3 if len(trace) else 0.0
     speed = (trace.facts.speed or 0.0) * 60e3
@@ -159,13 +159,13 @@ def _rows(layout: Layout, trace: Trace, time: Array, mark: str, decimal: str) ->
     every = {"t": time, "m": trace.elongation, "f": force, "F": force}
     every |= {"x": travel, "X": travel, "c": travel + 250.0}
     flat = np.column_stack([every[c] for c in layout.columns]).ravel().tolist() if count else ()
-    # the mark goes in last: a comma between columns is no decimal sign
+    # insert the mark last: a comma between columns is not a decimal sign
     row = "\0".join(layout.columns.values()) + layout.newline
     return (row * count % tuple(flat)).replace(".", decimal).replace("\0", mark)
 
 
 def _cut_off(text: str, mark: str, rows: int, part: float) -> str:
-    """The text up to the second value of a row, half of that row's line."""
+    """Return the text up to the second value of a row, half of that row's line."""
     lines = text.splitlines(keepends=True)
     row = len(lines) - rows + min(int(part * rows), rows - 1)
     last = lines[row]
@@ -173,20 +173,20 @@ def _cut_off(text: str, mark: str, rows: int, part: float) -> str:
 
 
 def write_trace(trace: Trace, path: str | Path, layout: str = "own", force: bool = False) -> Path:
-    """Write a trace in a layout, with its sidecar; FileError where one of them exists already."""
+    """Write a trace in a layout, with its sidecar; FileError if one of them exists already."""
     return write_pair(trace, path, file_bytes(trace, Form(layout=layout)), force)
 
 
 def write_pair(
     trace: Trace, path: str | Path, data: bytes, force: bool, sidecar: bool = True
 ) -> Path:
-    """The data file and its sidecar; neither where one of them exists and `force` is not set."""
-    beside = sidecar_path(path)
+    """Write the data file and its sidecar, or neither if one exists and `force` is not set."""
+    sidecar_file = sidecar_path(path)
     if not force:
-        for there in (beside, Path(path)):
-            if there.exists():
-                raise FileError(there, "exists already; --force replaces it")
-    # the sidecar first: a file of numbers that was written always has its facts beside it
+        for file in (sidecar_file, Path(path)):
+            if file.exists():
+                raise FileError(file, "exists already; --force replaces it")
+    # write the sidecar first, so that a data file always has its facts
     if sidecar:
         write_facts(path, replace(trace.facts, synthetic=True), force)
     return write_whole(path, data, force)

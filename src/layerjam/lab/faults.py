@@ -1,7 +1,8 @@
-"""The faults of a test machine, each with a size, and what each does to a record.
+"""Faults of a test machine, each with a size, and their effects on a record.
 
-All arrays of force, travel and time have shape (M, N), M tests of N samples, and SI units. Random
-numbers are drawn by test and by fault, so that one fault more leaves the others' numbers alone.
+All arrays of force, travel and time have shape (M, N), M tests of N samples, and SI units. Each
+test and each fault draws its own random numbers, so that one more fault does not change the numbers
+of the others.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from layerjam.units import quantity
 
 Bools = npt.NDArray[np.bool_]
 
-# One number for each use of random numbers; part of the seed, so never to be changed.
+# one number for each use of random numbers; part of the seed, so never change it
 STREAMS = {
     "scatter": 1,
     "jitter": 2,
@@ -32,13 +33,13 @@ STREAMS = {
 
 
 def fault(unit: str, text: str, hi: float, lo: float = 0.0) -> Any:
-    """A field for the size of a fault, 0 for none."""
+    """Return a field for the size of a fault, 0 for none."""
     return quantity(unit, text, lo=lo, hi=hi, default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class LoadCell:
-    """A load cell and how it is recorded; as it stands here, one without any fault."""
+    """A load cell and its recording; without any fault by default."""
 
     sampling_rate: float = quantity("Hz", "samples per second", lo=0.1, hi=1e6, default=1000.0)
     force_noise: float = fault("N", "white noise of the load cell, standard deviation", 1e4)
@@ -51,7 +52,7 @@ class LoadCell:
 
 @dataclass(frozen=True, kw_only=True)
 class Faults(LoadCell):
-    """A test machine; as it stands here, one without any fault."""
+    """A test machine; without any fault by default."""
 
     force_drift: float = fault("N/s", "drift of the load cell's zero", 100, lo=-100)
     travel_step: float = fault("m", "step in which the travel is recorded", 1e-3)
@@ -109,31 +110,31 @@ def consistent(machine: Faults) -> None:
 
 
 def generator(seed: int, stream: str, test: int) -> np.random.Generator:
-    """The random numbers of one fault of one test."""
+    """Return the random numbers of one fault of one test."""
     return np.random.Generator(np.random.PCG64([seed, STREAMS[stream], test]))
 
 
 def normal(seed: int, stream: str, tests: npt.NDArray[np.int64], count: int) -> Array:
-    """Standard normal numbers for some tests, shape (len(tests), count)."""
+    """Return standard normal numbers for some tests, shape (len(tests), count)."""
     out = np.empty((len(tests), count))
     for row, test in zip(out, tests.tolist(), strict=True):
         generator(seed, stream, test).standard_normal(out=row)
     return out
 
 
-def stepped(values: Array, step: float) -> Array:
-    """Values as a converter with that step shows them; unchanged for a step of 0."""
+def round_to_step(values: Array, step: float) -> Array:
+    """Return values as a converter of that step reads them; unchanged for a step of 0."""
     return np.round(values / step) * step if step > 0 else values
 
 
 def spread(relative: float, draws: Array) -> Array:
-    """Factors of mean 1 and standard deviation `relative`, never negative (log-normal)."""
+    """Return factors of mean 1 and standard deviation `relative`, never negative (log-normal)."""
     width = float(np.sqrt(np.log1p(relative**2)))
     return np.exp(width * draws - width**2 / 2)
 
 
 def moments(machine: Faults, seed: int, tests: npt.NDArray[np.int64], count: int) -> Array:
-    """Moments of the samples [s], rising, shape (M, count)."""
+    """Return the moments of the samples [s], rising, shape (M, count)."""
     time = np.arange(count) / machine.sampling_rate
     if machine.jitter <= 0:
         return np.broadcast_to(time, (len(tests), count))
@@ -144,10 +145,10 @@ def moments(machine: Faults, seed: int, tests: npt.NDArray[np.int64], count: int
 
 
 def saw(slip: Array, amplitude: float, stiffness: Array) -> Array:
-    """Stick-slip about the mean force [N] over slip [m]: a saw with the spring's own period.
+    """Return stick-slip about the mean force [N] over slip [m]: a saw with the spring's period.
 
-    Between two events the force rises by `amplitude` along `stiffness` [N/m], so an event comes
-    each amplitude/stiffness of travel; zero before the first slip.
+    Between two slips the force rises by `amplitude` along `stiffness` [N/m], so that a slip occurs
+    after each amplitude/stiffness of travel; zero before the first slip.
     """
     if amplitude <= 0:
         return np.zeros_like(slip)
@@ -163,23 +164,23 @@ def shown_force(
     seed: int,
     tests: npt.NDArray[np.int64],
 ) -> Array:
-    """What the load cell shows of a true force; `warmer` [K] of each test, shape (M, 1)."""
-    shown = force * (1 + machine.span_per_kelvin * warmer)
-    shown += machine.force_offset + machine.zero_per_kelvin * warmer + machine.force_drift * time
+    """Return the reading of the load cell for a true force; `warmer` [K] has shape (M, 1)."""
+    reading = force * (1 + machine.span_per_kelvin * warmer)
+    reading += machine.force_offset + machine.zero_per_kelvin * warmer + machine.force_drift * time
     if machine.force_noise > 0:
-        shown += machine.force_noise * normal(seed, "noise", tests, force.shape[1])
+        reading += machine.force_noise * normal(seed, "noise", tests, force.shape[1])
     if machine.load_cell_range is not None:
-        np.clip(shown, -machine.load_cell_range, machine.load_cell_range, out=shown)
-    return stepped(shown, machine.force_step)
+        np.clip(reading, -machine.load_cell_range, machine.load_cell_range, out=reading)
+    return round_to_step(reading, machine.force_step)
 
 
 def shown_travel(travel: Array, machine: Faults) -> Array:
-    """What the crosshead shows of its travel."""
-    return stepped(travel + machine.crosshead_start, machine.travel_step)
+    """Return the reading of the crosshead for its travel."""
+    return round_to_step(travel + machine.crosshead_start, machine.travel_step)
 
 
-def kept(machine: Faults, seed: int, test: int, count: int) -> Bools | None:
-    """Which samples of a test are not lost, first and last never; None where all are there."""
+def sample_mask(machine: Faults, seed: int, test: int, count: int) -> Bools | None:
+    """Return a mask of the samples that are not lost (the first and last never), or None."""
     if machine.dropped <= 0:
         return None
     keep = generator(seed, "dropped", test).random(count) >= machine.dropped
@@ -188,10 +189,10 @@ def kept(machine: Faults, seed: int, test: int, count: int) -> Bools | None:
 
 
 def shown_stamps(time: Array, machine: Faults, seed: int, test: int) -> Array:
-    """The time stamps of a test, shape (N,); some repeat the one before."""
+    """Return the time stamps of a test, shape (N,); some repeat the one before."""
     if machine.repeated_stamps <= 0:
         return time
-    again = generator(seed, "repeated", test).random(len(time)) < machine.repeated_stamps
-    again[0] = False
-    shown = np.where(again, -np.inf, time)
-    return np.maximum.accumulate(shown)
+    repeats = generator(seed, "repeated", test).random(len(time)) < machine.repeated_stamps
+    repeats[0] = False
+    stamps = np.where(repeats, -np.inf, time)
+    return np.maximum.accumulate(stamps)

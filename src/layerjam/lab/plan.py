@@ -1,4 +1,4 @@
-"""The tests of a campaign before anything is simulated: which, at what, and what scatters."""
+"""The tests of a campaign before the simulation: their conditions and their scatter."""
 
 from __future__ import annotations
 
@@ -22,32 +22,32 @@ from layerjam.units import show
 
 @dataclass(frozen=True, kw_only=True)
 class Subject:
-    """A brake of the campaign as it truly is."""
+    """A brake of the campaign with its true values."""
 
     label: str
-    """In the names of its files, where "_" stands between the parts and so not in a label."""
+    """Label in the names of its files; without "_", which separates the parts of a name."""
     name: str
-    """Of the catalogue; a brake from elsewhere has its file copied into the campaign's folder."""
+    """Name in the catalogue; other brakes have their file copied into the campaign's folder."""
     copied: str
-    """The text of that file; empty for one of the catalogue."""
+    """Text of that file, or "" for a brake of the catalogue."""
     known: Brake
-    """As its file says."""
+    """Brake as its file states it."""
     true: Brake
-    """Its stiffness is stated; without scatter, speed law and the machine's compliance."""
+    """True brake, with its stiffness; without scatter, speed law and the machine's compliance."""
     truth: Truth
 
 
 @dataclass(frozen=True, kw_only=True)
 class Trial:
-    """One pull or friction test: what the gauge says, and what was so, in SI units.
+    """One pull or friction test: readings and true values, in SI units.
 
-    `kind` is "pull" or "friction", `name` that of its file without the ending, `vacuum` what the
-    gauge shows and `true_vacuum` what was so, both None in a friction test. `friction`, `static`,
-    `stiffness` and `enclosure` are factors on the brake's (or the film's) own, `overshoot` the part
-    by which the friction begins higher, `seating` [m] how far grips give way; `speed` is stated,
-    `true_speed` what was so. `warmer` is the temperature above that of the first test [K],
-    `practice` the fault of its file or empty, `odd` whether it is unlike the others,
-    `hold` how long the films of a friction test rested under load [s].
+    `kind` is "pull" or "friction", `name` that of its file without the ending. `vacuum` is the
+    gauge's reading and `true_vacuum` its true value, both None in a friction test. `friction`,
+    `static`, `stiffness` and `enclosure` are factors on the values of the brake or the film.
+    `overshoot` is the initial excess of the friction, `seating` [m] the yield of the grips. `speed`
+    is stated, `true_speed` its true value. `warmer` is the temperature above that of the first test
+    [K], `practice` the fault of its file or empty. `odd` marks an outlier, and `hold` is the rest
+    of the films of a friction test under load [s].
     """
 
     number: int = 0
@@ -71,8 +71,8 @@ class Trial:
     hold: float | None = None
 
 
-def planned(spec: Spec) -> tuple[tuple[Subject, ...], tuple[Trial, ...]]:
-    """The brakes and all tests of a checked spec; QuantityError for what cannot be."""
+def plan_tests(spec: Spec) -> tuple[tuple[Subject, ...], tuple[Trial, ...]]:
+    """Return the brakes and all tests of a checked spec; QuantityError for impossible tests."""
     subjects = tuple(_subject(truth) for truth in spec.brakes)
     labels = [s.label for s in subjects]
     if len(set(labels)) < len(labels):
@@ -91,7 +91,7 @@ def planned(spec: Spec) -> tuple[tuple[Subject, ...], tuple[Trial, ...]]:
         raise QuantityError.of("pulls", "two vacuums or speeds are alike to five digits")
     last = max(1, len(plain) - 1)
     tests = [
-        _scattered(spec, replace(t, number=n, warmer=spec.machine.warming * n / last))
+        _with_scatter(spec, replace(t, number=n, warmer=spec.machine.warming * n / last))
         for n, t in enumerate(plain)
     ]
     return subjects, _with_odd(spec, _with_practice(spec, tests))
@@ -101,18 +101,18 @@ def _subject(truth: Truth) -> Subject:
     from layerjam.mechanics.stiffness import working_stiffness
 
     file = truth.brake if isinstance(truth.brake, BrakeFile) else load(truth.brake)
-    known = file.brake
-    kinetic = truth.kinetic if truth.kinetic is not None else known.film.kinetic
-    static = truth.static if truth.static is not None else known.film.static
+    brake = file.brake
+    kinetic = truth.kinetic if truth.kinetic is not None else brake.film.kinetic
+    static = truth.static if truth.static is not None else brake.film.static
     if kinetic > static:
         raise QuantityError.of(
             "brakes.kinetic",
             f"{kinetic:g} is more than the static friction, {static:g}; kinetic "
             "friction is at most the static one",
         )
-    stiffness = truth.stiffness or float(working_stiffness(known))
-    factor = truth.scale_factor or known.scale_factor
-    true = with_shape(known, factor, stiffness, truth.enclosure_factor)
+    stiffness = truth.stiffness or float(working_stiffness(brake))
+    factor = truth.scale_factor or brake.scale_factor
+    true = with_shape(brake, factor, stiffness, truth.enclosure_factor)
     true = replace(true, film=replace(true.film, static=static, kinetic=kinetic))
     if truth.ageing is not None:
         aged = replace(true.film, ageing=truth.ageing, static_hold=truth.static_hold)
@@ -127,7 +127,7 @@ def _subject(truth: Truth) -> Subject:
         label=label,
         name=file.name,
         copied="" if known_name else file.text,
-        known=known,
+        known=brake,
         true=true,
         truth=truth,
     )
@@ -146,12 +146,12 @@ def _vacuum_allowed(subject: Subject, vacuum: float, machine: Faults) -> None:
 
 
 def duration(spec: Spec, speed: float) -> float:
-    """Of a pull [s]."""
+    """Return the duration of a pull [s]."""
     return (spec.machine.slack + spec.pulls.travel + spec.pulls.unload) / speed
 
 
 def samples(lasts: float, machine: Faults) -> int:
-    """Samples of one test."""
+    """Return the number of samples of one test."""
     count = int(np.floor(lasts * machine.sampling_rate * (1 + 1e-12))) + 1
     if not 10 <= count <= MOST_SAMPLES:
         raise QuantityError.of(
@@ -163,11 +163,11 @@ def samples(lasts: float, machine: Faults) -> int:
 
 
 def sled_machine(spec: Spec) -> Faults:
-    """The machine with the friction tests' own load cell."""
-    own = {f.name: getattr(spec.friction, f.name) for f in fields(LoadCell)}
+    """Return the machine with the friction tests' own load cell."""
+    cell = {f.name: getattr(spec.friction, f.name) for f in fields(LoadCell)}
     steady = {"force_drift": 0.0, "zero_per_kelvin": 0.0}
     jitter = min(spec.machine.jitter, 0.2 / spec.friction.sampling_rate)
-    return replace(spec.machine, **own, **steady, jitter=jitter)
+    return replace(spec.machine, **cell, **steady, jitter=jitter)
 
 
 def _pulls(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
@@ -189,29 +189,29 @@ def _pulls(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
 
 
 def _friction_tests(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
-    own = spec.friction
-    holds: Sequence[float | None] = own.holds or (None,)
-    for subject, hold, number in itertools.product(subjects, holds, _numbers(own.repeats)):
-        named = number if hold is None else f"hold{hold:.5g}s_{number}"
+    tests = spec.friction
+    holds: Sequence[float | None] = tests.holds or (None,)
+    for subject, hold, number in itertools.product(subjects, holds, _numbers(tests.repeats)):
+        ending = number if hold is None else f"hold{hold:.5g}s_{number}"
         yield Trial(
             kind="friction",
-            name=f"friction_{subject.label}_{named}",
+            name=f"friction_{subject.label}_{ending}",
             subject=subject,
             repeat=int(number),
-            speed=own.speed,
+            speed=tests.speed,
             hold=hold,
         )
 
 
 def _numbers(repeats: int) -> list[str]:
-    """1, 2, ... of equal length, so that files sort."""
+    """Return 1, 2, ... as texts of equal length, so that files sort."""
     return [f"{n:0{len(str(repeats))}d}" for n in range(1, repeats + 1)]
 
 
-def _scattered(spec: Spec, test: Trial) -> Trial:
-    """The test with its own draw of what scatters."""
+def _with_scatter(spec: Spec, test: Trial) -> Trial:
+    """Return the test with its own random scatter."""
     shared = test.kind == "pull" and spec.scatter.per == "repeat"
-    # draws of one repeat number of a brake are those of a test that has no number of its own
+    # one repeat number of a brake uses the draws of a test number that does not exist
     brake = next(n for n, t in enumerate(spec.brakes) if t is test.subject.truth)
     place = 10**6 * (brake + 1) + test.repeat if shared else test.number
     draws = faults.generator(spec.seed, "scatter", place).standard_normal(3)
@@ -220,45 +220,45 @@ def _scattered(spec: Spec, test: Trial) -> Trial:
         sizes = (spec.friction.kinetic_scatter, spec.friction.static_scatter)
         kinetic, static = (float(faults.spread(s, d)) for s, d in zip(sizes, draws, strict=False))
         return replace(test, friction=kinetic * warm, static=static * warm)
-    each = (spec.scatter.friction, spec.scatter.stiffness, spec.scatter.enclosure)
-    sheets, spring, sleeve = (float(faults.spread(s, d)) for s, d in zip(each, draws, strict=True))
+    sizes = (spec.scatter.friction, spec.scatter.stiffness, spec.scatter.enclosure)
+    sheets, spring, sleeve = (float(faults.spread(s, d)) for s, d in zip(sizes, draws, strict=True))
     truth = test.subject.truth
     faster = float(np.exp(truth.speed_slope * np.log10(test.speed / truth.speed_reference)))
     return replace(test, friction=sheets * warm * faster, stiffness=spring, enclosure=sleeve)
 
 
 def _with_practice(spec: Spec, tests: list[Trial]) -> tuple[Trial, ...]:
-    """The tests, some pulls among them marked with a practice fault."""
+    """Return the tests, some pulls among them with a practice fault."""
     pulls = [t.number for t in tests if t.kind == "pull"]
-    drawn = faults.generator(spec.seed, "practice", 0).permutation(len(pulls)).tolist()
-    for what, count in vars(spec.practice).items():
+    order = faults.generator(spec.seed, "practice", 0).permutation(len(pulls)).tolist()
+    for fault, count in vars(spec.practice).items():
         for _ in range(count):
-            number = pulls[drawn.pop()]
-            tests[number] = replace(tests[number], practice=what)
+            number = pulls[order.pop()]
+            tests[number] = replace(tests[number], practice=fault)
     return tuple(tests)
 
 
 def _with_odd(spec: Spec, tests: Sequence[Trial]) -> tuple[Trial, ...]:
-    """The tests, some pulls among them, or all at some vacuums, unlike the others."""
-    own = spec.odd
+    """Return the tests, with some pulls, or all at some vacuums, turned into outliers."""
+    odd = spec.odd
     places: dict[tuple[object, ...], list[int]] = {}
     for test in tests:
         if test.kind == "pull":
-            one = (test.subject.label, test.vacuum) if own.per == "vacuum" else (test.number,)
-            places.setdefault(one, []).append(test.number)
-    drawn = faults.generator(spec.seed, "odd", 0).permutation(len(places)).tolist()
+            key = (test.subject.label, test.vacuum) if odd.per == "vacuum" else (test.number,)
+            places.setdefault(key, []).append(test.number)
+    order = faults.generator(spec.seed, "odd", 0).permutation(len(places)).tolist()
     members = [*places.values()]
-    chosen = {number for place in drawn[: own.how_many] for number in members[place]}
-    return tuple(_odd(spec, test) if test.number in chosen else test for test in tests)
+    outliers = {number for place in order[: odd.how_many] for number in members[place]}
+    return tuple(_odd(spec, test) if test.number in outliers else test for test in tests)
 
 
 def _odd(spec: Spec, test: Trial) -> Trial:
-    own, atmosphere = spec.odd, test.subject.true.site.atmosphere
-    vacuum = (test.true_vacuum or 0.0) * (1 + own.vacuum_change)
+    odd, atmosphere = spec.odd, test.subject.true.site.atmosphere
+    vacuum = (test.true_vacuum or 0.0) * (1 + odd.vacuum_change)
     if vacuum > atmosphere:
         raise QuantityError.of(
             "odd.vacuum_change",
-            f"{own.vacuum_change:g} makes {show(vacuum, 'Pa', 6)} of "
+            f"{odd.vacuum_change:g} makes {show(vacuum, 'Pa', 6)} of "
             f"{show(test.vacuum or 0.0, 'Pa', 6)}; there is at most the atmosphere, "
             f"{show(atmosphere, 'Pa', 6)}",
         )
@@ -266,9 +266,9 @@ def _odd(spec: Spec, test: Trial) -> Trial:
         test,
         odd=True,
         true_vacuum=vacuum,
-        true_speed=test.speed * (1 + own.speed_change),
-        friction=test.friction * (1 + own.friction_change),
-        stiffness=test.stiffness * (1 + own.stiffness_change),
-        overshoot=own.overshoot or test.overshoot,
-        seating=own.seating or test.seating,
+        true_speed=test.speed * (1 + odd.speed_change),
+        friction=test.friction * (1 + odd.friction_change),
+        stiffness=test.stiffness * (1 + odd.stiffness_change),
+        overshoot=odd.overshoot or test.overshoot,
+        seating=odd.seating or test.seating,
     )

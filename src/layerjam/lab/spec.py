@@ -1,7 +1,7 @@
-"""What a campaign of the virtual laboratory is: brakes with their truth, tests, faults, files.
+"""Specification of a campaign: brakes with their true values, tests, faults, files.
 
-Unit, meaning and bounds of every number stand here (and in `faults`) once; the file reader, its
-error messages and the commented example come from them.
+Unit, meaning and bounds of every number are defined once, here and in `faults`. The file reader,
+its error messages and the commented example use them.
 """
 
 from __future__ import annotations
@@ -21,31 +21,31 @@ from layerjam.units import QuantitySpec, check, like, nested, quantity, show
 
 MOST_TESTS = 10_000
 MOST_SAMPLES = 5_000_000
-"""Of one test."""
+"""Largest number of samples of one test."""
 
 
 def _several(unit: str, text: str, default: tuple[float, ...], **bounds: Any) -> Any:
     return value(ListSpec(each=QuantitySpec(unit, text, **bounds), distinct=True), default)
 
 
-def _scatter(what: str) -> Any:
-    """A field for the scatter of something."""
-    return fault("1", f"{what}: standard deviation from repeat to repeat, part of the mean", 0.5)
+def _scatter(name: str) -> Any:
+    """Return a field for the scatter of a quantity."""
+    return fault("1", f"{name}: standard deviation from repeat to repeat, part of the mean", 0.5)
 
 
-def _faulty(which: str) -> Any:
-    """A field for a number of files."""
-    return quantity("1", f"files {which}", hi=1000, whole=True, default=0)
+def _faulty(fault_text: str) -> Any:
+    """Return a field for a number of faulty files."""
+    return quantity("1", f"files {fault_text}", hi=1000, whole=True, default=0)
 
 
 def _word(text: str, default: Any, choices: tuple[str, ...] = ()) -> Any:
-    """A field that holds a text, one of `choices` where there are any."""
+    """Return a field that holds a text, one of `choices` if there are any."""
     return value(TextSpec(text=text, choices=choices), default)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Truth:
-    """A brake and what is true of it where that differs from its file; None: as the file says."""
+    """A brake and its true values if they differ from its file; None takes the file's."""
 
     brake: str | BrakeFile = _word("name in the catalogue, or path of a brake's file", MISSING)
     label: str = _word("short name for its files; the brake's own name unless given", "")
@@ -132,13 +132,13 @@ class FrictionTests(LoadCell):
 
 @dataclass(frozen=True, kw_only=True)
 class Scatter:
-    """How the brake differs from pull to pull; each has mean 1 (log-normal)."""
+    """Scatter of the brake from pull to pull; each factor has mean 1 (log-normal)."""
 
     friction: float = _scatter("sheets' friction")
     stiffness: float = _scatter("stiffness")
     enclosure: float = _scatter("enclosure's force")
     per: str = _word(
-        "what shares one draw: each pull its own, or all pulls of one repeat number (a brake that "
+        "pulls with one draw: each pull alone, or all pulls of one repeat number (a brake that "
         "is taken apart between repeats)",
         "pull",
         ("pull", "repeat"),
@@ -147,7 +147,7 @@ class Scatter:
 
 @dataclass(frozen=True, kw_only=True)
 class Files:
-    """What the files look like; with several layouts each file takes the next one."""
+    """Look of the files; with several layouts each file takes the next one."""
 
     layouts: tuple[str, ...] = value(
         ListSpec(each=TextSpec(text="layouts, taken in turn", choices=tuple(LAYOUTS))), ("own",)
@@ -157,14 +157,14 @@ class Files:
     language: str = _word("language of the columns' names", "en", tuple(LANGUAGES))
 
     def forms(self) -> list[Form]:
-        """The forms that files take in turn."""
+        """Return the forms that files take in turn."""
         same = {"encoding": self.encoding, "decimal": self.decimal, "language": self.language}
         return [Form(layout=layout, **same) for layout in self.layouts]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Practice:
-    """How many of the pulls' files have a fault that a reader should find; drawn by the seed."""
+    """Numbers of the pulls' files with a fault that a reader should find; drawn by the seed."""
 
     cut_off: int = _faulty("that end in the middle of a line")
     header_only: int = _faulty("that hold a header and no numbers")
@@ -174,18 +174,18 @@ class Practice:
     no_sidecar: int = _faulty("without the sidecar that states the vacuum")
 
 
-def _unlike(what: str, lo: float = -0.9) -> Any:
-    """A field for what is other in the odd pulls."""
-    return quantity("1", f"{what}, part of what is stated", lo=lo, hi=1, default=0.0)
+def _unlike(name: str, lo: float = -0.9) -> Any:
+    """Return a field for a change in the outlying pulls."""
+    return quantity("1", f"{name}, as a share", lo=lo, hi=1, default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Odd:
-    """Pulls that are unlike the others, drawn by the seed; in every other way they are as all."""
+    """Outlying pulls, drawn by the seed; in every other way they are like all others."""
 
-    how_many: int = quantity("1", "odd pulls, or odd vacuums", hi=1000, whole=True, default=0)
+    how_many: int = quantity("1", "number of outliers", hi=1000, whole=True, default=0)
     per: str = _word(
-        "what is odd: single pulls, or all pulls of a brake at one vacuum",
+        "outliers: single pulls, or all pulls of a brake at one vacuum",
         "pull",
         ("pull", "vacuum"),
     )
@@ -220,8 +220,8 @@ TABLES: Mapping[str, type] = MappingProxyType(
 )
 
 
-def checked(spec: Spec) -> Spec:
-    """The spec, if every number lies within its bounds and the whole makes sense."""
+def check_spec(spec: Spec) -> Spec:
+    """Return the spec if every number lies within its bounds and the whole is consistent."""
     if not spec.brakes:
         raise QuantityError.of("brakes", "none is given; a campaign needs at least one [[brakes]]")
     for truth in spec.brakes:

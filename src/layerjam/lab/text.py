@@ -7,70 +7,70 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from layerjam.lab.spec import TABLES, Spec, Truth, checked
+from layerjam.lab.spec import TABLES, Spec, Truth, check_spec
 from layerjam.records.reader import Reader
 from layerjam.records.toml import parse_toml, read_text
 from layerjam.records.values import entries
 from layerjam.records.writer import literal, meaning
 
 _HEADINGS = {
-    "brakes": "One [[brakes]] for each brake: where it differs in truth from its file.",
+    "brakes": "One [[brakes]] for each brake: true values that differ from its file.",
     "pulls": "Pulls of each brake: every vacuum at every speed.",
     "friction": "Friction tests of each brake's film: a sled drawn over it by a string.",
-    "scatter": "How the brake differs from pull to pull.",
+    "scatter": "Scatter of the brake from pull to pull.",
     "machine": "The test machine and its faults; 0 for none.",
-    "files": "What the files look like.",
-    "practice": "How many of the pulls' files have a fault that should be found.",
-    "odd": "Pulls that are unlike the others, and in what.",
+    "files": "Layout of the files.",
+    "practice": "Numbers of the pulls' files that have a fault to find.",
+    "odd": "Outlying pulls, and their changes.",
 }
 _FIELDS = dict(entries(Spec))
 
 
 def example() -> Spec:
-    """A campaign to begin with: small, with the faults of an ordinary machine."""
+    """Return a campaign to start with: small, with the faults of an ordinary machine."""
     place = files("layerjam.lab") / "practice.toml"
     return parse_spec(place.read_text(encoding="utf-8"), "practice.toml")
 
 
 def read_spec(path: str | Path) -> Spec:
-    """The campaign in a TOML file; paths of brakes count from its folder.
+    """Return the campaign in a TOML file; paths of brakes are relative to its folder.
 
-    Raises FileError, with file and line, for broken TOML, an unknown key, a value without unit, of
-    the wrong dimension or out of bounds, or values that contradict each other.
+    Raises FileError, with file and line, if the text is not TOML, a key is unknown, or a value
+    lacks a unit, is out of bounds or contradicts another.
     """
     path = Path(path)
     return parse_spec(read_text(path), path, path.parent)
 
 
 def parse_spec(text: str, path: object, folder: Path | None = None) -> Spec:
-    """The campaign in a TOML text; `path` is what errors call it."""
+    """Return the campaign in a TOML text; errors name it by `path`."""
     tables = parse_toml(text, path)
     reader = Reader(text, path, _FIELDS, words={})
     brakes: tuple[Any, ...] = ()
     if "brakes" in tables:
-        brakes = reader.rows("brakes", _placed(tables.pop("brakes"), folder), Truth)
+        brakes = reader.rows("brakes", _resolve_paths(tables.pop("brakes"), folder), Truth)
     reader.take(tables)
     with reader.locate_errors():
-        return checked(replace(reader.record(Spec), brakes=brakes))
+        return check_spec(replace(reader.record(Spec), brakes=brakes))
 
 
-def _placed(rows: object, folder: Path | None) -> object:
-    """Tables of brakes whose paths count from the campaign's folder."""
+def _resolve_paths(rows: object, folder: Path | None) -> object:
+    """Return tables of brakes whose paths are relative to the campaign's folder."""
     if folder is None or not isinstance(rows, list):
         return rows
-    made = []
+    tables = []
     for row in rows:
         name = row.get("brake") if isinstance(row, dict) else None
         is_file = isinstance(name, str) and name.endswith(".toml")
-        made.append({**row, "brake": str(folder / str(name))} if is_file else row)
-    return made
+        tables.append({**row, "brake": str(folder / str(name))} if is_file else row)
+    return tables
 
 
 def spec_text(spec: Spec) -> str:
-    """The campaign as a commented file: every field, what it means and what is allowed."""
+    """Return the campaign as a commented file: every field with its meaning and bounds."""
     lines = [
         "# A campaign of the virtual laboratory: layerjam lab THIS.toml --out DIR",
-        "# Every quantity carries its unit; what is left out is as its comment says.",
+        "# Every quantity carries its unit; a missing value takes the default in its comment.",
         "",
         meaning(_FIELDS["seed"].spec),
         f"seed = {spec.seed}",

@@ -10,7 +10,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import ProcedureError, QuantityError
 from layerjam.fluid.closed_forms import held_vacuum
-from layerjam.kernel.engine import Engine, followed, in_blocks
+from layerjam.kernel.engine import Engine, follow_history, in_blocks
 from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.enclosure import enclosure_force
 from layerjam.mechanics.friction import at_speed, sheet_friction
@@ -113,7 +113,7 @@ def _run(elongation: Array, vacuum: Array, speed: Array, brake: Brake) -> tuple[
     """What the brake does along the history, and what computed it."""
     if brake.hyperelastic is not None and is_first_pull(elongation, vacuum):
         return in_blocks(lambda u, p: first_pull(u, p, brake), elongation, vacuum), "law"
-    return followed(elongation, vacuum, brake, speed if follows_speed(brake) else None)
+    return follow_history(elongation, vacuum, brake, speed if follows_speed(brake) else None)
 
 
 def _fell(slip: Array) -> float:
