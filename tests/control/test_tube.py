@@ -17,7 +17,7 @@ from layerjam.control.settings import KINDS, SAFELY, Regulator, validate
 from layerjam.errors import QuantityError
 from layerjam.fluid.line import Chamber, Leak, Line, Pump, Sensor, Tube, Valve
 from layerjam.fluid.network import Drive, advance, at_pressure
-from layerjam.fluid.timing import pumped
+from layerjam.fluid.timing import air_rise_time as pumped
 from layerjam.fluid.tube import area
 
 NOISY = Sensor(range=110e3, lag=0.005, noise=50.0, resolution=25.0)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from layerjam.fluid.flow import LAMINAR, NORMAL, leaking, passed, through_tube, through_valve
+from layerjam.fluid.flow import LAMINAR, NORMAL, choked_share, leaking, through_tube, through_valve
 from layerjam.identify.logs import leak
 
 PRESSURES = st.floats(1.0, 2e5)
@@ -15,10 +15,10 @@ PRESSURES = st.floats(1.0, 2e5)
 
 def test_the_ellipse_of_iso_6358():
     """Share of the choked flow at b = 0.3 as CKD prints it: 96, 82, 62 and 37 %."""
-    shares = [round(passed(r, 0.3) * 100) for r in (0.5, 0.7, 0.85, 0.95)]
+    shares = [round(choked_share(r, 0.3) * 100) for r in (0.5, 0.7, 0.85, 0.95)]
     assert shares == [96, 82, 62, 37]
-    assert passed(0.1) == passed(0.528) == 1.0
-    assert passed(1.0) == 0.0
+    assert choked_share(0.1) == choked_share(0.528) == 1.0
+    assert choked_share(1.0) == 0.0
 
 
 def test_mass_flow_of_a_worked_valve():
@@ -35,7 +35,7 @@ def test_flows_turn_round_with_the_pressures(a, b):
 
 
 def test_no_jump_where_the_straight_part_begins():
-    below, above = passed(LAMINAR * (1 - 1e-12)), passed(LAMINAR * (1 + 1e-12))
+    below, above = choked_share(LAMINAR * (1 - 1e-12)), choked_share(LAMINAR * (1 + 1e-12))
     assert below == pytest.approx(above, rel=1e-8)
 
 

@@ -23,7 +23,7 @@ from layerjam.fluid.network import (
     respond,
     side_volume,
 )
-from layerjam.fluid.timing import pumped
+from layerjam.fluid.timing import air_rise_time
 from layerjam.fluid.tube import area, filling_lag, in_cells, reynolds, sound_speed, wave_delay
 
 PAPER = load_line("choi2018").line
@@ -123,8 +123,8 @@ def test_the_wave_arrives_when_it_should():
 
 def test_cells_and_one_volume_agree_where_waves_do_not_matter():
     """A short tube: the rise time is that of the lumped one, and does not hang on the cells."""
-    lumped = pumped(40e3, with_tube(0, 0.3))[0]
-    few, more = (pumped(40e3, with_tube(n, 0.3))[0] for n in (2, 5))
+    lumped = air_rise_time(40e3, with_tube(0, 0.3))[0]
+    few, more = (air_rise_time(40e3, with_tube(n, 0.3))[0] for n in (2, 5))
     assert few == pytest.approx(more, rel=1e-5)
     assert few == pytest.approx(lumped, rel=2e-3)
 

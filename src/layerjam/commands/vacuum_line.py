@@ -87,7 +87,7 @@ def rise(
     from layerjam.fluid import closed_forms as forms
     from layerjam.fluid.energy import jam_work
     from layerjam.fluid.network import respond
-    from layerjam.fluid.timing import pumped, released
+    from layerjam.fluid.timing import air_fall_time, air_rise_time
     from layerjam.fluid.tube import filling_lag, wave_delay
 
     made, water = line.line, fluid == "water"
@@ -98,13 +98,13 @@ def rise(
     if water:
         rises = forms.rise_time(target, made, True)
     else:
-        rises, response = pumped(target, made, _share(progress, "rise"))
+        rises, response = air_rise_time(target, made, _share(progress, "rise"))
     falls, by = None, None
     if rises is not None and water:
         falls = forms.fall_by_pump(target, made, water=True)
         by = None if falls is None else "pumps run backwards"
     elif rises is not None:
-        falls, by = released(target, made, _share(progress, "fall"))
+        falls, by = air_fall_time(target, made, _share(progress, "fall"))
     if response is None:  # in air, of a line that never gets there: how far it comes
         response = (
             forms.filling(target, made) if water else respond(made, 8 * forms.time_constant(made))

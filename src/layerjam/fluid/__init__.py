@@ -1,1 +1,1 @@
-"""The vacuum line: what brings the vacuum into the brake, and how fast."""
+"""The vacuum line, which evacuates the brake, and its speed."""

@@ -1,9 +1,9 @@
 """Pumping down and venting a chamber of constant volume in closed form (mechanics, section 5).
 
-Air at one temperature, without a tube that matters: V p' = -F (p - p_u) + G (a^2 - p^2)/2a, with F
-the flow of all pumps, p_u the lowest pressure they reach, G a laminar leak and a the atmosphere.
-A pump by its flow curve has a closed form without leak, stretch by stretch. Water: C P' = F. Times
-are None where the pressure is never reached. `lowest` and `reachable` hold for every line.
+Air at one temperature with a negligible tube: V p' = -F (p - p_u) + G (a^2 - p^2)/2a. F is the flow
+of all pumps, p_u their lowest pressure, G a laminar leak and a the atmosphere. A pump with a flow
+curve has a closed form without leak, stretch by stretch. Water: C P' = F. Times are None if the
+pressure is never reached. `lowest` and `reachable` hold for every line.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from layerjam.fluid.pump import check_water, inlet_flow, intake, lowest_pressure
 def simple(line: Line) -> bool:
     """Whether the closed forms hold: one rigid volume at one temperature, no orifice leaks.
 
-    Pumps by their flow curve have none against a leak.
+    Pumps with a flow curve have none against a leak.
     """
     leak = line.leak
     rigid = line.tube is None and line.chamber.shrink == 0 and line.polytropic == 1
@@ -32,12 +32,12 @@ def simple(line: Line) -> bool:
 
 
 def pumps_flow(line: Line) -> float:
-    """Flow of all pumps at their inlet, without vacuum and with none kept back [m^3/s]."""
+    """Return the inlet flow of all pumps at no vacuum and zero ultimate pressure [m^3/s]."""
     return inlet_flow(line.pump) * line.pump.count
 
 
 def lowest(line: Line) -> float:
-    """Absolute pressure [Pa] that pumps, tube and leak come to in the end."""
+    """Return the final absolute pressure [Pa] of pumps, tube and leak."""
     leak, tightest = line.leak, lowest_pressure(line.pump, line.site.atmosphere)
     if leak.laminar == 0 and leak.orifice == 0:
         return tightest
@@ -54,17 +54,17 @@ def _against_laminar(line: Line) -> float:
 
 
 def _balance(line: Line, tightest: float) -> float:
-    """Where the pumps, through the tube, take out what leaks in; by bisection."""
+    """Return the pressure at which the pumps, through the tube, balance the leak; by bisection."""
     a, leak, tube = line.site.atmosphere, line.leak, line.tube
 
     def excess(p: float) -> float:
-        comes = leaking(p, a, leak.laminar, leak.orifice)
-        squared = p * p
+        leak_flow = leaking(p, a, leak.laminar, leak.orifice)
+        square = p * p
         if tube is not None:
-            squared -= comes / tube_conductance(tube.length, tube.bore)
-        if squared <= 0:
-            return -comes
-        return line.pump.count * intake(math.sqrt(squared), line.pump, a) - comes
+            square -= leak_flow / tube_conductance(tube.length, tube.bore)
+        if square <= 0:
+            return -leak_flow
+        return line.pump.count * intake(math.sqrt(square), line.pump, a) - leak_flow
 
     low, high = tightest, a
     for _ in range(100):
@@ -74,7 +74,7 @@ def _balance(line: Line, tightest: float) -> float:
 
 
 def reachable(line: Line, water: bool = False) -> float:
-    """Greatest vacuum [Pa] that can be reached; QuantityError for water by a flow curve of air."""
+    """Return the greatest vacuum [Pa]; QuantityError for water if only the flow of air is known."""
     if not water:
         return line.site.atmosphere - lowest(line)
     check_water(line.pump)
@@ -82,7 +82,7 @@ def reachable(line: Line, water: bool = False) -> float:
 
 
 def pumping_time(start: float, end: float, line: Line) -> float | None:
-    """Time [s] from one absolute pressure [Pa] down to another, pump full on; None if never."""
+    """Return the time [s] between two absolute pressures [Pa], pump full on; None if never."""
     flow, a, leak = pumps_flow(line), line.site.atmosphere, line.leak.laminar
     volume, low = line.chamber.volume, lowest(line)
     if end <= low:
@@ -97,19 +97,19 @@ def pumping_time(start: float, end: float, line: Line) -> float | None:
 
 
 def _by_stretches(start: float, end: float, line: Line) -> float:
-    """Without leak: between points q is straight in p, so V dp over the logarithmic mean of q."""
+    """Return the time [s] without leak, q linear in p between the points of the curve."""
     a, pump = line.site.atmosphere, line.pump
-    between = [p for p in points(pump, a) if end < p < start]
-    taken = 0.0
-    for high, low in pairwise([start, *between, end]):
-        more, less = intake(high, pump, a), intake(low, pump, a)
-        if more != less:
-            taken += (high - low) * math.log(more / less) / (more - less)
-    return line.chamber.volume * taken / pump.count
+    inner = [p for p in points(pump, a) if end < p < start]
+    total = 0.0
+    for high, low in pairwise([start, *inner, end]):
+        q_high, q_low = intake(high, pump, a), intake(low, pump, a)
+        if q_high != q_low:
+            total += (high - low) * math.log(q_high / q_low) / (q_high - q_low)
+    return line.chamber.volume * total / pump.count
 
 
 def held_vacuum(time: Any, start: Any, rate: Any, atmosphere: Any) -> Any:
-    """Vacuum [Pa] that a laminar leak leaves in a closed rigid chamber; times [s] broadcast.
+    """Return the vacuum [Pa] in a closed rigid chamber with a laminar leak; times [s] broadcast.
 
     V p' = G (a^2 - p^2)/(2a) from the vacuum `start` [Pa]; `rate` = G/V [1/s]. A small vacuum falls
     as exp(-rate t), a deep one more slowly. Pressure above the atmosphere is a negative vacuum.
@@ -119,13 +119,13 @@ def held_vacuum(time: Any, start: Any, rate: Any, atmosphere: Any) -> Any:
 
 
 def holding_time(end: Any, start: Any, rate: Any, atmosphere: Any) -> Any:
-    """Time [s] in which that leak takes a vacuum from `start` to `end` [Pa], both above zero."""
-    whole = 2 * atmosphere
-    return np.log(start * (whole - end) / (end * (whole - start))) / rate
+    """Return the time [s] of that leak from a vacuum `start` to `end` [Pa], both above zero."""
+    twice = 2 * atmosphere
+    return np.log(start * (twice - end) / (end * (twice - start))) / rate
 
 
 def rise_time(target: float, line: Line, water: bool = False) -> float | None:
-    """From 10 to 90 % of a vacuum [Pa], pump full on; None where the target is never reached."""
+    """Return the time from 10 to 90 % of a vacuum [Pa], pump full on, or None if never."""
     a = line.site.atmosphere
     if target > reachable(line, water) or (not water and target == reachable(line)):
         return None
@@ -135,9 +135,9 @@ def rise_time(target: float, line: Line, water: bool = False) -> float | None:
 
 
 def time_constant(line: Line, water: bool = False) -> float:
-    """V/F of air [s], F at the inlet without vacuum.
+    """Return V/F of air [s], F at the inlet without vacuum.
 
-    Of water the time to a vacuum of one atmosphere, C a/F, its only scale.
+    For water it is the time to a vacuum of one atmosphere, C a/F, its only scale.
     """
     if water:
         return water_compliance(line) * line.site.atmosphere / pumps_flow(line)
@@ -152,14 +152,14 @@ class Filling(NamedTuple):
 
 
 def filling(target: float, line: Line) -> Filling:
-    """Vacuum over time in water up to a target [Pa], or to where the water boils, and held."""
+    """Return vacuum over time in water, up to a target [Pa] or to boiling, and then constant."""
     end = min(target, reachable(line, water=True))
-    whole = end / line.site.atmosphere * time_constant(line, water=True)
-    return Filling(np.array([0.0, whole, 1.6 * whole]), np.array([0.0, end, end]))
+    duration = end / line.site.atmosphere * time_constant(line, water=True)
+    return Filling(np.array([0.0, duration, 1.6 * duration]), np.array([0.0, end, end]))
 
 
 def fall_by_valve(target: float, line: Line) -> float:
-    """From 90 to 10 % of a vacuum [Pa] through the vent valve (ISO 6358), with its leak left out.
+    """Return the time from 90 to 10 % of a vacuum [Pa] by the vent valve (ISO 6358), without leak.
 
     p' V = C p_0 a phi(p/a): linear while choked, then a = sin of a clock.
     """
@@ -170,14 +170,14 @@ def fall_by_valve(target: float, line: Line) -> float:
 
     def clock(vacuum: float) -> float:
         ratio = (a - vacuum) / a
-        over = (ratio - b) / (1 - b)
-        return ratio - b if over <= 0 else (1 - b) * math.asin(over)
+        x = (ratio - b) / (1 - b)
+        return ratio - b if x <= 0 else (1 - b) * math.asin(x)
 
     return (clock(0.1 * target) - clock(0.9 * target)) / rate
 
 
 def fall_by_pump(target: float, line: Line, water: bool = False) -> float | None:
-    """From 90 to 10 % of a vacuum [Pa], pumps run backwards; None where they cannot.
+    """Return the time from 90 to 10 % of a vacuum [Pa], pumps run backwards; None if they cannot.
 
     Backwards they push in air of the atmosphere: p' V = B a; water: C P' = -B.
     """

@@ -1,8 +1,8 @@
 """A pump's flow curve as data sheets print it: flow of free air over vacuum, point by point.
 
-The flow is that of free air, counted at the atmosphere the pump blows into; what goes in at the
-inlet at p is larger by p_atm/p. Vacuums are those below `STANDARD`. Between points the curve is
-straight: so it never rises between falling points, and pumping down has a closed form.
+The flow is that of free air at the pump's atmosphere; the flow at the inlet at p is larger by
+p_atm/p. Vacuums are those below `STANDARD`. The curve is straight between points: it never rises
+between falling points, and pumping down has a closed form.
 """
 
 from __future__ import annotations
@@ -13,22 +13,22 @@ from itertools import pairwise
 from typing import Any
 
 from layerjam.device.mount import Site
-from layerjam.errors import QuantityError
+from layerjam.errors import QuantityError, count_of
 from layerjam.records.values import AsItIs
 from layerjam.units import exact_text, parse, show
 
 Curve = tuple[tuple[float, float], ...]
 """Points (vacuum [Pa], flow of free air [m^3/s])."""
 STANDARD = Site().atmosphere
-"""Atmosphere at which data sheets count vacuum and free air [Pa]."""
+"""Atmosphere to which data sheets refer vacuum and free air [Pa]."""
 MOST_POINTS = 200
 MOST_FLOW = 1.0
 
 
 def check_curve(points: Curve, name: str) -> Curve:
-    """The points; QuantityError unless they fall from no vacuum to a last one without flow."""
+    """Return the points; QuantityError unless they fall from no vacuum to a last without flow."""
     if len(points) < 2:
-        raise QuantityError.of(name, f"{len(points)} point is none; a flow curve has at least two")
+        raise QuantityError.of(name, f"has {count_of(len(points), 'point')}; give two or more")
     if len(points) > MOST_POINTS:
         raise QuantityError.of(name, f"{len(points)} points; at most {MOST_POINTS} are allowed")
     for vacuum, flow in points:
@@ -42,17 +42,17 @@ def check_curve(points: Curve, name: str) -> Curve:
         raise QuantityError.of(
             name, f"begins at {show(points[0][0], 'Pa')}; its first point is at no vacuum"
         )
-    for one, two in pairwise(points):
-        if not two[0] > one[0]:
+    for first, second in pairwise(points):
+        if not second[0] > first[0]:
             raise QuantityError.of(
                 name,
-                f"the vacuum does not rise from {show(one[0], 'Pa')} to "
-                f"{show(two[0], 'Pa')}; points stand in the order of rising vacuum",
+                f"the vacuum does not rise from {show(first[0], 'Pa')} to "
+                f"{show(second[0], 'Pa')}; list the points in order of rising vacuum",
             )
-        if not two[1] < one[1]:
+        if not second[1] < first[1]:
             raise QuantityError.of(
                 name,
-                f"the flow does not fall from {_point(*one)} to {_point(*two)}; the free "
+                f"the flow does not fall from {_point(*first)} to {_point(*second)}; the free "
                 "air a pump moves falls strictly with vacuum",
             )
     if points[-1][1] != 0:
@@ -68,46 +68,46 @@ def _point(vacuum: float, flow: float) -> str:
 
 
 def free_flow(vacuum: float, points: Curve) -> float:
-    """Free air [m^3/s] at a vacuum below `STANDARD` [Pa].
+    """Return the free air [m^3/s] at a vacuum below `STANDARD` [Pa].
 
-    None beyond the last point. Above the atmosphere the inlet takes in what it does without vacuum.
+    It is zero beyond the last point. Above the atmosphere the inlet flow is that without vacuum.
     """
     if vacuum <= 0:
         return points[0][1] * (1 - vacuum / STANDARD)
     if vacuum >= points[-1][0]:
         return 0.0
     i = bisect_right(points, (vacuum, float("inf")))
-    (low, more), (high, less) = points[i - 1], points[i]
-    return more + (less - more) * (vacuum - low) / (high - low)
+    (low, flow_before), (high, flow_after) = points[i - 1], points[i]
+    return flow_before + (flow_after - flow_before) * (vacuum - low) / (high - low)
 
 
 @dataclass(frozen=True)
 class CurveSpec(AsItIs):
-    """What a file says of a curve: `[["0 kPa", "10 L/min"], ...]`."""
+    """Flow curve in a file: `[["0 kPa", "10 L/min"], ...]`."""
 
     text: str = "flow of free air over vacuum, point by point"
     unit: str = "m^3/s"
-    """Of the flows; vacuums are in Pa."""
+    """Unit of the flows; vacuums are in Pa."""
 
     def limits(self) -> str:
-        """The form of its points."""
+        """Return the form of the points."""
         return "points (vacuum, flow), from no vacuum to no flow"
 
     def read(self, text: object, name: str) -> Any:
-        """The points, in SI; raises QuantityError for what is no flow curve."""
+        """Return the points in SI; raises QuantityError if they are not a flow curve."""
         if not (isinstance(text, list) and all(isinstance(p, list) and len(p) == 2 for p in text)):
             raise QuantityError.of(
-                name, 'is no list of points such as [["0 kPa", "10 L/min"], ["60 kPa", "0 L/min"]]'
+                name, 'is not a list such as [["0 kPa", "10 L/min"], ["60 kPa", "0 L/min"]]'
             )
-        made = tuple((parse(v, "Pa", name), parse(f, "m^3/s", name)) for v, f in text)
-        return check_curve(made, name)
+        curve = tuple((parse(v, "Pa", name), parse(f, "m^3/s", name)) for v, f in text)
+        return check_curve(curve, name)
 
     def check(self, value: Any, name: str) -> Any:
-        """The points, if they are a flow curve."""
+        """Return the points if they are a flow curve."""
         return check_curve(value, name)
 
     def to_toml(self, value: Any) -> object:
-        """The points as pairs of texts."""
+        """Return the points as pairs of texts."""
         return [[exact_text(v, "Pa"), exact_text(f, "m^3/s")] for v, f in value]
 
 

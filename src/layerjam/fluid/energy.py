@@ -1,8 +1,8 @@
-"""What a vacuum costs: work of a jam, power to hold it, joules dissipated per joule pumped.
+"""Energy of a vacuum: work of a jam, power to hold it, joules dissipated per joule pumped.
 
-Least work is that of an isothermal, reversible pump that pushes the gas out into the atmosphere,
-dW = ln(a/p) dN, with N = p V counted at one temperature and a the atmosphere. Real pumps take many
-times as much; their electric energy is known where `pump.power` is.
+The least work is that of an isothermal, reversible pump to the atmosphere a: dW = ln(a/p) dN, with
+N = p V at one temperature. Real pumps take many times as much; their electric energy is known if
+`pump.power` is.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from layerjam.fluid.pump import intake
 
 
 def emptying_work(p: float, volume: float, atmosphere: float) -> float:
-    """Least work [J] to bring a vessel [m^3] from the atmosphere down to p [Pa absolute].
+    """Return the least work [J] to evacuate a vessel [m^3] from the atmosphere to p [Pa absolute].
 
     V (a - p - p ln(a/p)), at most V a.
     """
@@ -27,7 +27,7 @@ def emptying_work(p: float, volume: float, atmosphere: float) -> float:
 
 
 def jam_work(vacuum: float, line: Line, water: bool = False, standing: float = 0.0) -> float:
-    """Least work of a pump [J] for one jam, from a idle vacuum [Pa] to another, without leak.
+    """Return the least work of a pump [J] from an idle vacuum [Pa] to another, without leak.
 
     Air: the integral of ln(a/p) d(pV) with V = V0 - C_w vacuum; water: C P^2/2.
     """
@@ -43,49 +43,49 @@ def jam_work(vacuum: float, line: Line, water: bool = False, standing: float = 0
 
 
 def refill_work(before: float, after: float, line: Line) -> float:
-    """Least work [J] to bring the reservoir back from one absolute pressure [Pa] to another."""
+    """Return the least work [J] to pump the reservoir from pressure `before` to `after` [Pa]."""
     if line.reservoir is None:
         return 0.0
     volume, a = line.reservoir.volume, line.site.atmosphere
     return emptying_work(after, volume, a) - emptying_work(before, volume, a)
 
 
-def pumped_work(made: Response) -> float:
-    """Least work [J] of the gas that the pump took out along a run, the leak's share included.
+def pumped_work(response: Response) -> float:
+    """Return the least work [J] for the gas that was pumped along a run, leak included.
 
     Trapezoids over the samples of a Response.
     """
-    a = made.line.site.atmosphere
-    at = made.states[:, CHAMBER if made.line.tube is None else SIDE]
-    if not (at > 0).all():
+    a = response.line.site.atmosphere
+    inlet = response.states[:, CHAMBER if response.line.tube is None else SIDE]
+    if not (inlet > 0).all():
         return math.nan
-    ratio = np.log(a / at)
-    gone = np.diff(made.states[:, PUMPED])
-    return float(np.sum(gone * (ratio[1:] + ratio[:-1]) / 2))
+    ratio = np.log(a / inlet)
+    moved = np.diff(response.states[:, PUMPED])
+    return float(np.sum(moved * (ratio[1:] + ratio[:-1]) / 2))
 
 
 def electric_energy(duration: float, line: Line) -> float | None:
-    """What the pumps draw [J] while they run full on; None where their power is not known."""
+    """Return the electric energy [J] of the pumps, full on; None if their power is not known."""
     if line.pump.power is None:
         return None
     return line.pump.power * line.pump.count * duration
 
 
 class Holding(NamedTuple):
-    """What it takes to hold a vacuum against the leak."""
+    """Cost of holding a vacuum against the leak."""
 
     leak: float
     """Throughput of the leak [Pa m^3/s]."""
     least_power: float
-    """Isothermal and reversible [W]."""
+    """Isothermal and reversible power [W]."""
     duty: float
-    """Part of the time, or of the flow, that the pumps are needed; above 1 they cannot hold it."""
+    """Share of the time, or of the flow, for which the pumps are needed; above 1: too weak."""
     electric_power: float | None
-    """Duty times electric power [W]; None where that is not known or the duty is above 1."""
+    """Duty times electric power [W]; None if the power is not known or the duty is above 1."""
 
 
 def holding(vacuum: float, line: Line) -> Holding:
-    """Standing cost of a vacuum [Pa] in air; the leak's gas comes out through the pump at p."""
+    """Return the cost of holding a vacuum [Pa] in air, the leak's gas pumped out at p."""
     a = line.site.atmosphere
     p = a - vacuum
     leak = leaking(p, a, line.leak.laminar, line.leak.orifice)
@@ -99,6 +99,6 @@ def holding(vacuum: float, line: Line) -> Holding:
     return Holding(leak, least, duty, duty * line.pump.power * line.pump.count)
 
 
-def per_joule(dissipated: float, spent: float | None) -> float | None:
-    """Joules the brake turns into heat per joule spent on its vacuum; None where none is known."""
-    return None if spent is None or spent <= 0 else dissipated / spent
+def per_joule(heat: float, cost: float | None) -> float | None:
+    """Return joules of heat in the brake per joule spent on its vacuum, or None if not known."""
+    return None if cost is None or cost <= 0 else heat / cost

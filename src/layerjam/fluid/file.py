@@ -1,7 +1,7 @@
-"""A vacuum line's TOML file, from the catalogue or the user's own.
+"""A vacuum line's TOML file, from the catalogue or the user.
 
-`part = "NAME"` in [pump], [valve] or [sensor] takes a part of the catalogue with its sources; what
-stands beside it in the table comes before the part's own.
+`part = "NAME"` in [pump], [valve] or [sensor] takes a part of the catalogue with its sources; other
+keys of the table override the part's numbers.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from layerjam.records.values import Entry, entries
 
 @dataclass(frozen=True, kw_only=True)
 class LineFile(RecordFile[Line]):
-    """A line with its name, and where each of its numbers comes from."""
+    """A line with its name, and the source of each of its numbers."""
 
     line: Line
     parts: Mapping[str, str] = field(default_factory=dict)
@@ -37,7 +37,7 @@ class LineFile(RecordFile[Line]):
 
     @classmethod
     def read(cls, text: str, path: object) -> Self:
-        """The file from its TOML text; FileError with file and line for what it cannot be."""
+        """Return the file from its TOML text; FileError with file and line if it is invalid."""
         tables = parse_toml(text, path)
         reader = Reader(text, path, cls.fields)
         parts = _with_parts(tables, reader)
@@ -47,7 +47,7 @@ class LineFile(RecordFile[Line]):
         )
 
     def warnings(self) -> list[str]:
-        """What every result made with this line has to say about its numbers."""
+        """Return the warnings about the line's numbers that every result repeats."""
         return [
             f"{', '.join(paths)} of {self.name}: {word}, not measured"
             for kind, word in (("inferred", "inferred"), ("assumed", "assumed values"))
@@ -65,7 +65,7 @@ def lines() -> list[str]:
 
 
 def load_line(line: str | Path) -> LineFile:
-    """A line by catalogue name, or from the path of its TOML file.
+    """Return a line by catalogue name, or from the path of its TOML file.
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
@@ -73,14 +73,14 @@ def load_line(line: str | Path) -> LineFile:
 
 
 def _with_parts(tables: dict[str, Any], reader: Reader) -> dict[str, str]:
-    """Replace `part` in a line's tables by the part's entries; the names by table."""
-    found = {}
+    """Replace `part` in a line's tables by the part's entries; return the names by table."""
+    names = {}
     for family in FAMILIES:
         table = tables.get(family)
         if not isinstance(table, dict) or "part" not in table:
             continue
-        beside = {k: v for k, v in table.items() if k != "part"}
+        overrides = {k: v for k, v in table.items() if k != "part"}
         with reader.locate_errors(f"{family}.part"):
-            tables[family] = part_entries(family, table["part"], beside)
-        found[family] = table["part"]
-    return found
+            tables[family] = part_entries(family, table["part"], overrides)
+        names[family] = table["part"]
+    return names

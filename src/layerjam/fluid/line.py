@@ -1,7 +1,7 @@
 """A vacuum line: chamber, tube, pumps, vent valve, reservoir, leak, sensor (mechanics, section 5).
 
-Flows are volumes per time at the pressure where they are taken in; a throughput q is pressure times
-volume per time [Pa m^3/s], which counts gas at one temperature.
+A flow is a volume per time at the inlet pressure. A throughput q is pressure times volume per time
+[Pa m^3/s], which counts gas at one temperature.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from layerjam.units import check, nested, quantity, record, show
 
 @record
 class Chamber:
-    """What the pump empties: V = V0 + A_s slip - C_w vacuum for air, C vacuum for water."""
+    """Evacuated volume: V = V0 + A_s slip - C_w vacuum for air, C vacuum for water."""
 
     volume: float = quantity(
         "m^3", "gas in brake and fittings at no vacuum and no slip", lo=1e-9, hi=1, symbol="V_0"
@@ -47,7 +47,7 @@ class Chamber:
 
 @record
 class Tube:
-    """The tube between pump and brake; its gas counts with the pump's side unless in cells."""
+    """The tube between pump and brake; without cells its gas counts with the pump's side."""
 
     length: float = quantity("m", "length of the tube", lo=1e-3, hi=100)
     bore: float = quantity("m", "inner diameter of the tube", lo=1e-4, hi=0.1)
@@ -64,7 +64,7 @@ class Tube:
 class Pump:
     """One of `count` equal pumps in parallel, by its displacement or by a flow curve (`pump.py`).
 
-    By its displacement q = flow (p - ultimate) each; a curve stands in place of both.
+    A displacement gives q = flow (p - ultimate) for each pump; a curve replaces both numbers.
     """
 
     flow: float | None = quantity(
@@ -109,7 +109,7 @@ class Valve:
 
 @record
 class Leak:
-    """What comes in unasked; either or both."""
+    """Leak into the line, laminar, by an orifice, or both."""
 
     laminar: float = quantity(
         "m^3/s",
@@ -150,7 +150,7 @@ class Sensor:
 
 @record
 class Line:
-    """All of it. Without valve it is vented by the pump run backwards, if that can."""
+    """The whole line. Without a valve, a reversible pump vents it."""
 
     chamber: Chamber = nested(Chamber)
     pump: Pump = nested(Pump)
@@ -170,13 +170,13 @@ class Line:
     site: Site = nested(Site, default=Site())
 
     def with_(self, **changes: Change) -> Line:
-        """The line with other numbers by name, such as chamber_volume="8 mL" or flow="2 L/min".
+        """Return the line with numbers changed by name: chamber_volume="8 mL", flow="2 L/min".
 
         Checked as `Brake.with_` is; raises UnknownNameError or QuantityError.
         """
-        made = with_changes(self, changes)
-        validate(made)
-        return made
+        line = with_changes(self, changes)
+        validate(line)
+        return line
 
 
 def validate(line: Line) -> None:
@@ -196,7 +196,7 @@ def validate(line: Line) -> None:
     if line.pump.ultimate >= atmosphere:
         raise QuantityError.of(
             "pump.ultimate",
-            f"{show(line.pump.ultimate, 'Pa')} is no vacuum at an atmosphere of "
+            f"{show(line.pump.ultimate, 'Pa')} is not below the atmosphere, "
             f"{show(atmosphere, 'Pa')}",
         )
     if chamber.volume - chamber.shrink * atmosphere <= 0:
@@ -208,10 +208,10 @@ def validate(line: Line) -> None:
 
 
 def water_compliance(line: Line) -> float:
-    """Water that a vacuum draws out of a line [m^3/Pa]; QuantityError where it is not given."""
+    """Return the water drawn out per vacuum [m^3/Pa]; QuantityError if it is not given."""
     if line.chamber.compliance is None:
         raise QuantityError.of(
             "chamber.compliance",
-            "the line has none, so that nothing says how much water a vacuum draws out",
+            "the line has none, so that the water drawn out by a vacuum is unknown",
         )
     return line.chamber.compliance

@@ -1,8 +1,8 @@
-"""The catalogue of pumps, valves and sensors, and what a line takes from an entry.
+"""The catalogue of pumps, valves and sensors, and the values that a line takes from an entry.
 
-An entry's keys are the fields of the line's record (Pump, Valve, Sensor) where it has one; what
-else a data sheet prints is kept beside it (`PRINTED`) and counts for nothing. What a line needs and
-no source prints is assumed (`ASSUMED`) and says so.
+An entry's keys are the fields of the line's record (Pump, Valve, Sensor). Other numbers of a data
+sheet are kept for reference (`PRINTED`) and have no effect. Numbers that a line needs and no source
+prints are marked as assumed (`ASSUMED`).
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from layerjam.units import QuantitySpec, quantities
 
 FAMILIES: Mapping[str, type] = MappingProxyType({"pump": Pump, "valve": Valve, "sensor": Sensor})
 NEEDED = {"pump": "flow", "valve": "conductance", "sensor": "range"}
-"""Without which a part cannot stand in a line; a pump may have its curve instead."""
-_BESIDE: dict[str, Any] = tomllib.loads(
+"""Number without which a part cannot be used in a line; a pump may have its curve instead."""
+_EXTRA: dict[str, Any] = tomllib.loads(
     (files("layerjam.fluid") / "catalogue" / "beside.toml").read_text(encoding="utf-8")
 )
-ASSUMED: dict[str, dict[str, tuple[object, str]]] = _BESIDE["assumed"]
+ASSUMED: dict[str, dict[str, tuple[object, str]]] = _EXTRA["assumed"]
 _TEXTS = {word: TextSpec(blank=word == "note") for word in ("name", "kind", "note")}
 PRINTED: Mapping[str, QuantitySpec] = MappingProxyType(
-    {name: QuantitySpec(**about) for name, about in _BESIDE["printed"].items()}
+    {name: QuantitySpec(**spec) for name, spec in _EXTRA["printed"].items()}
 )
-"""What data sheets print beside the fields of a line; each in its unit."""
+"""Numbers that data sheets print in addition to the fields of a line, each with its unit."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,32 +48,32 @@ class Part:
     title: str
     kind: str
     values: Mapping[str, Any]
-    """Fields of the line's record, and what is assumed of it."""
+    """Fields of the line's record, including assumed ones."""
     printed: Mapping[str, float]
-    """What else its sources print (`PRINTED`)."""
+    """Other numbers that its sources print (`PRINTED`)."""
     sources: Mapping[str, Source] = field(repr=False)
     entries: Mapping[str, object] = field(repr=False)
-    """The fields as TOML has them, for a line's file."""
+    """Fields as TOML values, for a line's file."""
     note: str = ""
 
     @property
     def missing(self) -> str | None:
-        """What no source prints and a line cannot do without."""
+        """Number that a line needs and no source prints, or None."""
         need = NEEDED[self.family]
         return None if need in self.values or "curve" in self.values else need
 
 
 def family_fields(family: str) -> dict[str, QuantitySpec | CurveSpec]:
-    """Fields of a family's record, with a pump's curve."""
-    found: dict[str, QuantitySpec | CurveSpec] = {
+    """Return the fields of a family's record, including a pump's curve."""
+    specs: dict[str, QuantitySpec | CurveSpec] = {
         name: spec for name, spec, _ in quantities(FAMILIES[family])
     }
-    return {**found, "curve": CURVE} if family == "pump" else found
+    return {**specs, "curve": CURVE} if family == "pump" else specs
 
 
 @cache
 def parts(family: str) -> Mapping[str, Part]:
-    """Every entry of a family, "pump", "valve" or "sensor", by name; read only."""
+    """Return every entry of a family, "pump", "valve" or "sensor", by name; read only."""
     if family not in FAMILIES:
         raise UnknownNameError("family of parts", family, FAMILIES)
     place = files("layerjam.fluid") / "catalogue" / f"{family}s.toml"
@@ -82,15 +82,15 @@ def parts(family: str) -> Mapping[str, Part]:
 
 
 def read_parts(text: str, path: object, family: str) -> dict[str, Part]:
-    """The parts of a catalogue's text; FileError with the line for what it cannot be."""
+    """Return the parts in a catalogue's text; FileError with the line if it is invalid."""
     tables = parse_toml(text, path)
     return {name: _part(name, table, text, path, family) for name, table in tables.items()}
 
 
 def _part(name: str, table: Any, text: str, path: object, family: str) -> Part:
-    own = family_fields(family)
-    known = {f"{name}.{k}": Entry(spec) for k, spec in {**PRINTED, **own}.items()}
-    reader = Reader(text, path, known)
+    specs = family_fields(family)
+    fields = {f"{name}.{k}": Entry(spec) for k, spec in {**PRINTED, **specs}.items()}
+    reader = Reader(text, path, fields)
     if not isinstance(table, dict):
         raise reader.fail(name, f"{name} must be a table, [{name}]")
     with reader.locate_errors(name):
@@ -103,9 +103,9 @@ def _part(name: str, table: Any, text: str, path: object, family: str) -> Part:
         reader.entry(f"{name}.{key}", entry)
         if not reader.sources[f"{name}.{key}"].text:
             raise reader.fail(f"{name}.{key}", f"{name}.{key} names no source")
-    for key, (value, why) in ASSUMED[family].items():
+    for key, (value, reason) in ASSUMED[family].items():
         if key not in entries and not (key == "ultimate" and "curve" in entries):
-            entries[key] = assumed(value, why)
+            entries[key] = assumed_entry(value, reason)
             reader.entry(f"{name}.{key}", entries[key])
     short = {k.removeprefix(f"{name}."): v for k, v in reader.values.items()}
     return Part(
@@ -114,34 +114,37 @@ def _part(name: str, table: Any, text: str, path: object, family: str) -> Part:
         title=words["name"],
         kind=words["kind"],
         note=words["note"],
-        values={k: v for k, v in short.items() if k in own},
-        printed={k: v for k, v in short.items() if k not in own},
+        values={k: v for k, v in short.items() if k in specs},
+        printed={k: v for k, v in short.items() if k not in specs},
         sources={k.removeprefix(f"{name}."): s for k, s in reader.sources.items()},
-        entries={k: v for k, v in entries.items() if k in own},
+        entries={k: v for k, v in entries.items() if k in specs},
     )
 
 
 def _in_full(entry: Any, table: Mapping[str, Any]) -> Any:
-    """An entry whose source is "as KEY: ..." with that key's document named."""
+    """Return an entry whose source "as KEY: ..." is replaced by that key's document."""
     text = entry.get("source") if isinstance(entry, dict) else None
     match = re.match(r"as (\w+)(.*)", text, re.DOTALL) if isinstance(text, str) else None
     if match is None or match.group(1) not in table:
         return entry
-    # an entry cannot refer to itself, and a catalogue's entries to earlier ones alone
+    # an entry can refer only to earlier entries of the catalogue, never to itself
     before = dict(list(table.items())[: list(table.values()).index(entry)])
-    other = _in_full(before.get(match.group(1), ""), before)
-    whole = str(other.get("source", "")) if isinstance(other, dict) else ""
-    rest = match.group(2)
-    return {**entry, "source": whole.split(": '", maxsplit=1)[0] + rest if rest else whole}
+    source = _in_full(before.get(match.group(1), ""), before)
+    document = str(source.get("source", "")) if isinstance(source, dict) else ""
+    detail = match.group(2)
+    return {
+        **entry,
+        "source": document.split(": '", maxsplit=1)[0] + detail if detail else document,
+    }
 
 
-def assumed(value: object, why: str) -> dict[str, object]:
-    """An entry of a number that no source prints."""
-    return {"value": value, "kind": "assumed", "source": why}
+def assumed_entry(value: object, reason: str) -> dict[str, object]:
+    """Return an entry for a number that no source prints."""
+    return {"value": value, "kind": "assumed", "source": reason}
 
 
 def _straight(free: Any, greatest: Any) -> dict[str, object]:
-    """A flow curve from what a data sheet prints of its ends."""
+    """Return a straight flow curve between the two ends that a data sheet prints."""
     spread = "; ".join(e["spread"] for e in (free, greatest) if "spread" in e)
     return {
         "value": [["0 Pa", free["value"]], [greatest["value"], "0 m^3/s"]],
@@ -152,26 +155,26 @@ def _straight(free: Any, greatest: Any) -> dict[str, object]:
     }
 
 
-def part_entries(family: str, name: object, beside: Mapping[str, object]) -> dict[str, object]:
-    """A line's table for a part, with what its file says `beside` it in place of the part's own.
+def part_entries(family: str, name: object, overrides: Mapping[str, object]) -> dict[str, object]:
+    """Return a line's table for a part; `overrides` replace the part's own entries.
 
-    Raises UnknownNameError, or QuantityError where a number is missing that no source prints.
+    Raises UnknownNameError, or QuantityError if a number is missing that no source prints.
     """
-    known = parts(family)
-    if not isinstance(name, str) or name not in known:
-        raise UnknownNameError(family, str(name), known)
-    part = known[name]
-    if part.missing is not None and part.missing not in beside and "curve" not in beside:
+    entries = parts(family)
+    if not isinstance(name, str) or name not in entries:
+        raise UnknownNameError(family, str(name), entries)
+    part = entries[name]
+    if part.missing is not None and part.missing not in overrides and "curve" not in overrides:
         spec = family_fields(family)[part.missing]
         raise QuantityError.of(
             f"{family}.part",
             f"{name} has no {part.missing} ({spec.text}), which none of its "
-            f"sources prints; give {family}.{part.missing} beside it",
+            f"sources prints; give {family}.{part.missing} as well",
         )
-    taken = dict(part.entries)
-    if "flow" in beside and taken.pop("curve", None) is not None:
-        taken["ultimate"] = assumed(*ASSUMED["pump"]["ultimate"])
-    if "curve" in beside:
-        taken.pop("flow", None)
-        taken.pop("ultimate", None)
-    return {**taken, **beside}
+    values = dict(part.entries)
+    if "flow" in overrides and values.pop("curve", None) is not None:
+        values["ultimate"] = assumed_entry(*ASSUMED["pump"]["ultimate"])
+    if "curve" in overrides:
+        values.pop("flow", None)
+        values.pop("ultimate", None)
+    return {**values, **overrides}

@@ -1,7 +1,7 @@
-"""What a tube delays: the pressure wave, the lag of its resistance, and both in cells.
+"""Delay of a tube: the pressure wave, the lag of its resistance, and both in cells.
 
-A wave of small amplitude travels at c = sqrt(n R T), 290 m/s where the gas keeps its temperature
-(n = 1, narrow tubes) and 343 m/s where it exchanges no heat (n = 1.4). In N cells, per length,
+A wave of small amplitude travels at c = sqrt(n R T). That is 290 m/s at constant temperature
+(n = 1, narrow tubes) and 343 m/s without exchange of heat (n = 1.4). In N cells, per length,
 
     A dp/dt = -n dq/dx,    dq/dt = R T (-A dp/dx - 32 mu q / (p d^2)),
 
@@ -25,17 +25,17 @@ LAMINAR_UP_TO = 2300.0
 
 
 def sound_speed(polytropic: float = 1.0) -> float:
-    """Speed of a pressure wave [m/s] in air at 20 degC of this exponent."""
+    """Return the speed of a pressure wave [m/s] in air at 20 degC for this exponent."""
     return math.sqrt(polytropic * SPECIFIC_GAS * TEMPERATURE)
 
 
 def wave_delay(tube: Tube, polytropic: float = 1.0) -> float:
-    """Time [s] a pressure wave takes along the tube."""
+    """Return the travel time [s] of a pressure wave along the tube."""
     return tube.length / sound_speed(polytropic)
 
 
 def filling_lag(line: Line, p: float) -> float:
-    """Time constant [s] of chamber volume and the tube's resistance about p [Pa absolute].
+    """Return the time constant [s] of chamber volume and the tube's resistance at p [Pa absolute].
 
     V / (2 n K p): the thinner the gas, the longer. inf at p = 0; 0 without a tube.
     """
@@ -47,39 +47,39 @@ def filling_lag(line: Line, p: float) -> float:
 
 
 def reynolds(throughput: float, bore: float) -> float:
-    """Reynolds number of a throughput [Pa m^3/s]: 4 (q / R T) / (pi d mu)."""
+    """Return the Reynolds number of a throughput [Pa m^3/s]: 4 (q / R T) / (pi d mu)."""
     return 4 * throughput / (SPECIFIC_GAS * TEMPERATURE * math.pi * bore * VISCOSITY)
 
 
 def area(tube: Tube) -> float:
-    """Cross-section [m^2]."""
+    """Return the cross-section [m^2]."""
     return math.pi / 4 * tube.bore**2
 
 
 def share_at_chamber(tube: Tube) -> float:
-    """Gas of the tube that counts with the chamber [m^3]: half a cell."""
+    """Return the gas volume of the tube that counts with the chamber [m^3]: half a cell."""
     return area(tube) * tube.length / tube.cells / 2 if tube.cells else 0.0
 
 
 def cell_volumes(tube: Tube) -> Array:
-    """Gas at the cells' far ends [m^3], shape (N,): at the pump half a cell."""
+    """Return the gas volumes at the cells' far ends [m^3], shape (N,): at the pump half a cell."""
     volumes = np.full(tube.cells, area(tube) * (tube.length / tube.cells))
     volumes[-1] /= 2
     return volumes
 
 
 def in_cells(
-    p: float, nodes: Array, flows: Array, taken: float, tube: Tube, polytropic: float
+    p: float, nodes: Array, flows: Array, out: float, tube: Tube, polytropic: float
 ) -> tuple[Array, Array]:
-    """Rates of the pressures at the cells' far ends [Pa/s], shape (N,), and of the flows into them.
+    """Return the rates of the pressures [Pa/s] at the cells' far ends and of the flows, shape (N,).
 
-    `p` is the chamber's pressure, `taken` what leaves at the pump [Pa m^3/s]. Half a cell of gas
-    stands at either end, so that it is second order in 1/N.
+    `p` is the chamber's pressure, `out` the throughput that leaves at the pump [Pa m^3/s]. Each end
+    has half a cell of gas, so that the scheme is of second order in 1/N.
     """
     step = tube.length / tube.cells
     ends = np.concatenate(([p], nodes))
     mean = (ends[1:] + ends[:-1]) / 2
-    # a wild trial step of the integrator may pass through zero, where no gas flows
+    # a trial step of the integrator may pass through zero, where no gas flows
     drag = 32 * VISCOSITY * flows / (np.maximum(mean, 1e-3) * tube.bore**2)
     pace = SPECIFIC_GAS * TEMPERATURE * (-area(tube) * np.diff(ends) / step - drag)
-    return polytropic * (flows - np.append(flows[1:], taken)) / cell_volumes(tube), pace
+    return polytropic * (flows - np.append(flows[1:], out)) / cell_volumes(tube), pace
