@@ -31,7 +31,7 @@ def test_an_interrupt_in_jaxs_garbage_callback_is_not_lost() -> None:
         passed.append("callback")
 
     before = signal.getsignal(signal.SIGINT)
-    signal.signal(signal.SIGINT, engine._interrupted)
+    signal.signal(signal.SIGINT, engine._interrupt)
     try:
         with pytest.raises(KeyboardInterrupt):
             _xla_gc_callback()
@@ -49,7 +49,7 @@ def test_an_interrupt_amid_loading_waits_for_its_end() -> None:
     before = signal.getsignal(signal.SIGINT)
     signal.signal(signal.SIGINT, signal.default_int_handler)  # other tests may have left theirs
     try:
-        with pytest.raises(KeyboardInterrupt), engine._uninterrupted():
+        with pytest.raises(KeyboardInterrupt), engine._delay_interrupts():
             signal.raise_signal(signal.SIGINT)
             done.append("loaded")
         assert done == ["loaded"]
@@ -63,6 +63,6 @@ def test_a_command_that_computes_listens_so() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         engine.engine()
-        assert signal.getsignal(signal.SIGINT) is engine._interrupted
+        assert signal.getsignal(signal.SIGINT) is engine._interrupt
     finally:
         signal.signal(signal.SIGINT, before)

@@ -22,7 +22,7 @@ from layerjam.commands.export import export_fmu
 from layerjam.device.brake import Brake
 from layerjam.errors import FileError, QuantityError
 from layerjam.interop import fmi
-from layerjam.interop.fmi_variables import FILE, printed, token, variables
+from layerjam.interop.fmi_variables import FILE, print_header, token, variables
 from layerjam.kernel.kernel import Kernel
 from layerjam.units import quantities
 from strategies import KAPTON, PTFE, one, random_brakes
@@ -51,7 +51,7 @@ def made(tmp_path):
 
 def test_the_list_of_variables_is_that_of_the_c_code():
     """python -m layerjam.interop.fmi_variables writes it anew."""
-    assert FILE.read_text("utf-8") == printed()
+    assert FILE.read_text("utf-8") == print_header()
 
 
 @BOTH

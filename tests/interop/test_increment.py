@@ -11,14 +11,14 @@ import pytest
 
 from layerjam.device.load import load
 from layerjam.errors import QuantityError
-from layerjam.interop.increment import Increment, at_start, moved
+from layerjam.interop.increment import Increment, at_start, move_state
 from layerjam.kernel.kernel import SEPARATED, Kernel
 
 CC = pytest.mark.skipif(
     shutil.which("cc") is None and shutil.which("gcc") is None, reason="no C compiler here"
 )
 STEPS = 300
-COMPILED = jax.jit(moved)
+COMPILED = jax.jit(move_state)
 KAPTON = load("choi2018-kapton").brake
 NUMBERS = Kernel(KAPTON).parameters if shutil.which("cc") else None
 
@@ -34,7 +34,7 @@ def walk(seed):
 
 def traced(path, vacuum, compliance, dtype):
     def step(state, point):
-        state = moved(state, point[0], point[1], NUMBERS, point[2])
+        state = move_state(state, point[0], point[1], NUMBERS, point[2])
         return state, (state.force, state.slip, state.brake.heat)
 
     points = tuple(each.astype(dtype) for each in (path, vacuum, compliance))
@@ -103,7 +103,9 @@ def test_a_held_load_changes_no_bit_however_often_it_is_asked_for():
     hold = NUMBERS.contact * 94.5e3 * NUMBERS.overlap
     for dtype in (jnp.float64, jnp.float32):
         run = jax.jit(
-            lambda s, u: jax.lax.fori_loop(0, 10_000, lambda _, t: moved(t, u, 94.5e3, NUMBERS), s)
+            lambda s, u: jax.lax.fori_loop(
+                0, 10_000, lambda _, t: move_state(t, u, 94.5e3, NUMBERS), s
+            )
         )
         up = jnp.asarray(0.999 * hold / NUMBERS.stiffness, dtype)
         first = COMPILED(at_start(dtype), up, 94.5e3, NUMBERS)

@@ -190,7 +190,7 @@ def test_arm_over_a_drum_holds_and_slips():
         ("", None, "tendon 'cable': without stiffness it carries nothing"),
         ("", 1000.0, "its stiffness is 1000 N/m, the brake's with its rope 14890.3924 N/m"),
         ('frictionloss="3"', STIFFNESS, "frictionloss would resist a second time, and creep"),
-        ('springyield="0.01"', STIFFNESS, "springyield would slide a second time"),
+        ('springyield="0.01"', STIFFNESS, "springyield would slide in addition"),
     ],
 )
 def test_a_tendon_that_cannot_carry_it_is_refused(cable, stiffness, words):

@@ -323,7 +323,7 @@ def test_a_damaged_memory_is_said_and_the_simulation_reset(damage, tmp_path, mon
 
 def test_attach_refuses_what_would_act_beside_the_brake():
     spec = mj.MjSpec.from_string(falling())
-    with pytest.raises(QuantityError, match="stiffness would act beside the brake"):
+    with pytest.raises(QuantityError, match="stiffness would add to the brake"):
         brakes.attach(spec, "cable", KAPTON)
     spec = mj.MjSpec.from_string(falling(stiffness=None))
     with pytest.raises(UnknownNameError, match="unknown tendon 'rope'"):

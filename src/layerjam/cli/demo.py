@@ -1,6 +1,6 @@
 """`demo`: the main job on files, from friction tests to a vacuum, a report and a dataset.
 
-Every step is a command a user can type; what it prints is what they would see.
+Every step is a command that a user can type, with its usual output.
 """
 
 from __future__ import annotations
@@ -33,28 +33,28 @@ if TYPE_CHECKING:
 
 BRAKE = "choi2018-kapton"
 ROPE_STIFFNESS = 16.8e3
-"""Of the paper's drop test [N/m]."""
+"""Rope stiffness of the paper's drop test [N/m]."""
 BENCH = (
     "bench", "run", "sim:choi2018?speed=0",
     "--procedure", "evacuate to 40 kPa and hold 2 s; vent",
     "--line", "choi2018", "--sensor-range", "103kPa",
     "--safe-state", "release", "--vent-rest", "open",
 )  # fmt: skip
-SAID = ("--title", "The demo's campaign", "--licence", "CC0-1.0", "--author", "The demo")
+TITLE = ("--title", "The demo's campaign", "--licence", "CC0-1.0", "--author", "The demo")
 USED = ("ezdxf", "jinja2", "manifold3d", "matplotlib", "pypdfium2", "typst")
-"""What its steps need of the extras, asked for before the first one."""
+"""Packages of the extras that the steps need, checked before the first one."""
 MARKER = ".made-by-layerjam-demo"
-"""A file in the folder that says that the demo made it, and so may make it anew."""
+"""File in the folder that identifies it as the demo's, so that the demo may rebuild it."""
 
 
 def _clear(out: Path) -> None:
-    """An empty folder `out` with the demo's marker.
+    """Make an empty folder `out` with the demo's marker.
 
-    What an earlier demo left there is removed. Raises FileError where somebody else's folder or
-    file stands, and touches nothing of it.
+    Removes the files of an earlier demo. Raises FileError, and changes nothing, if another folder
+    or file is there.
     """
     if out.is_symlink() or (out.exists() and not out.is_dir()):
-        raise FileError(out, "is no folder; name one that the demo may make")
+        raise FileError(out, "is not a folder; choose a path that does not exist")
     if out.is_dir() and any(out.iterdir()):
         if not (out / MARKER).is_file():
             raise FileError(
@@ -70,8 +70,8 @@ def _clear(out: Path) -> None:
         raise FileError(out, f"cannot be made: {err.strerror}") from None
 
 
-def _shown(*words: str) -> None:
-    """Show a command and run it."""
+def _run_command(*words: str) -> None:
+    """Print a command and run it."""
     print(f"\n$ layerjam {shlex.join(words)}", flush=True)
     code = layerjam(words)
     if code:
@@ -79,37 +79,37 @@ def _shown(*words: str) -> None:
 
 
 def _command(*words: str) -> dict[str, Any]:
-    """Show a command, run it, and give its answer."""
-    _shown(*words)
-    # once more for the numbers, without writing anything
-    asked = [*words, "--json"]
+    """Print a command, run it, and return its answer."""
+    _run_command(*words)
+    # run it again for the numbers, without writing anything
+    words_json = [*words, "--json"]
     for option in ("--out", "--brake"):
-        if option in asked:
-            at = asked.index(option)
-            del asked[at : at + 2]
-    shown = io.StringIO()
-    with contextlib.redirect_stdout(shown):
-        layerjam(asked)
-    return dict(json.loads(shown.getvalue()))
+        if option in words_json:
+            index = words_json.index(option)
+            del words_json[index : index + 2]
+    output = io.StringIO()
+    with contextlib.redirect_stdout(output):
+        layerjam(words_json)
+    return dict(json.loads(output.getvalue()))
 
 
 def _files(folder: Path) -> tuple[list[Path], list[Path], list[Path]]:
-    """Friction tests, the calibration pull and the validation pulls, synthetic."""
+    """Return friction tests, the calibration pull and the validation pulls, synthetic."""
     from layerjam.device.load import load
     from layerjam.studies.choi2018 import lab
 
-    file, once = load(BRAKE), replace(lab.VALIDATED_ON, repeats=1)
+    file, validation = load(BRAKE), replace(lab.VALIDATED_ON, repeats=1)
     folder.mkdir(parents=True)
     return (
         lab.friction_files(file, folder),
         lab.pull_files(file, folder, lab.CALIBRATED_ON, "testxpert", "calibration"),
-        lab.pull_files(file, folder, once, "bluehill", "validation"),
+        lab.pull_files(file, folder, validation, "bluehill", "validation"),
     )
 
 
 @result
-class Demonstrated(Result):
-    """Where the demo left its files."""
+class DemoResult(Result):
+    """Files of the demo."""
 
     folder: str = fact("the folder")
     report: str = fact("the page")
@@ -127,19 +127,19 @@ def demo(
         str | Path, Help("Folder to make, or one that an earlier demo made.", metavar="DIR")
     ] = "out/demo",
     typed: Annotated[str, PythonOnly("The command line, if one was typed.", typed=True)] = "",
-) -> Demonstrated:
+) -> DemoResult:
     """Show all of it in about a minute: test, calibrate, predict, build, run a bench, publish.
 
-    Rebuilds the folder `out`, prints each command and its answer, and leaves a page with the
-    paper's claims beside ours. Raises FileError, and writes nothing, where the folder is not the
+    Rebuilds the folder `out`, prints each command and its answer, and writes a page that compares
+    the paper's claims with layerjam. Raises FileError, and writes nothing, if the folder is not the
     demo's own.
     """
-    said = sys.stderr if "--json" in typed.split() else sys.stdout
-    with contextlib.redirect_stdout(said):
+    stream = sys.stderr if "--json" in typed.split() else sys.stdout
+    with contextlib.redirect_stdout(stream):
         return _demo(Path(out))
 
 
-def _demo(out: Path) -> Demonstrated:
+def _demo(out: Path) -> DemoResult:
     began = time.perf_counter()
     with MissingExtraError.raise_if_missing("the demo (it draws, builds and publishes)", "all"):
         for name in USED:
@@ -152,43 +152,43 @@ def _demo(out: Path) -> Demonstrated:
     print("layerjam: the paper's brake, tested, calibrated, validated and inverted.")
     print("No raw curve of the paper is published, so the files are synthetic: a virtual test")
     print(f"machine writes them to {out / 'measurements'} with the paper's numbers as truth.")
-    mine, fitted = out / "my-brake.toml", out / "my-brake-calibrated.toml"
-    run, numbers, pull = _main_job(out, mine, fitted)
-    drawing, built = out / "brake.svg", out / "build"
-    _shown("show", str(fitted), "--figure", str(drawing))
-    _shown("build", str(fitted), "--out", str(built), "--no-step")
-    recorded, published = out / "bench.ljrun", out / "dataset"
-    _shown(*BENCH, "--brake", str(fitted), "--out", str(recorded))
+    mine, fit_file = out / "my-brake.toml", out / "my-brake-calibrated.toml"
+    run, numbers, pull = _main_job(out, mine, fit_file)
+    drawing, build_folder = out / "brake.svg", out / "build"
+    _run_command("show", str(fit_file), "--figure", str(drawing))
+    _run_command("build", str(fit_file), "--out", str(build_folder), "--no-step")
+    run_file, dataset = out / "bench.ljrun", out / "dataset"
+    _run_command(*BENCH, "--brake", str(fit_file), "--out", str(run_file))
     campaign = ("--brake", BRAKE, "--calibrate-on", str(pull))
-    _shown("publish", str(out / "measurements"), *campaign, "--out", str(published), *SAID)
-    _shown("recompute", str(published))
+    _run_command("publish", str(out / "measurements"), *campaign, "--out", str(dataset), *TITLE)
+    _run_command("recompute", str(dataset))
 
     print(f"\n$ layerjam reproduce --out {out}", flush=True)
-    extra = [_glance(load(fitted)), run]
-    counted = write_report(
+    extra = [_glance(load(fit_file)), run]
+    claims = write_report(
         out, progress=lambda what, _: print(f"  {what}"), extra=extra, numbers=numbers
     )
     print("\nThe five numbers that matter (from synthetic files):")
     for value, words in numbers:
         print(f"  {value:>12}  {words}")
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in counted.items())
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in claims.items())
     print(f"\nThe paper's claims: {counts}")
     print(f"Open {out / 'report.html'} (pictures in {out / 'figures'}).")
     took = time.perf_counter() - began
     print(f"Done in {took:.0f} s.")
-    return Demonstrated(
+    return DemoResult(
         folder=str(out),
         report=str(out / "report.html"),
-        brake=str(fitted),
-        build=str(built),
-        run=str(recorded),
-        dataset=str(published),
+        brake=str(fit_file),
+        build=str(build_folder),
+        run=str(run_file),
+        dataset=str(dataset),
         duration=took,
     )
 
 
-def _main_job(out: Path, mine: Path, fitted: Path) -> tuple[Part, list[tuple[str, str]], Path]:
-    """From files to a vacuum: the page's part about it, the five numbers that matter, the pull."""
+def _main_job(out: Path, mine: Path, fit_file: Path) -> tuple[Part, list[tuple[str, str]], Path]:
+    """Return the page's part about the main job, its five numbers, and the calibration pull."""
     from layerjam.device.load import load
     from layerjam.identify.calibration.peaks import calibrate
     from layerjam.identify.friction.reduction import reduce_friction
@@ -198,12 +198,12 @@ def _main_job(out: Path, mine: Path, fitted: Path) -> tuple[Part, list[tuple[str
     from layerjam.studies.choi2018.paper_report import main_job
 
     tests, pull, others = _files(out / "measurements")
-    named = ("--normal-force", f"{NORMAL_FORCE!r}N", "--brake", BRAKE, "--out", str(mine))
-    friction = _command("friction", *map(str, tests), *named)
-    calibration = _command("calibrate", str(mine), *map(str, pull), "--out", str(fitted))
-    validation = _command("validate", str(fitted), *map(str, others))
-    answer = _command("vacuum", str(fitted), "--slip", "20mm", "--force", "100N")
-    brake = load(fitted)
+    options = ("--normal-force", f"{NORMAL_FORCE!r}N", "--brake", BRAKE, "--out", str(mine))
+    friction = _command("friction", *map(str, tests), *options)
+    calibration = _command("calibrate", str(mine), *map(str, pull), "--out", str(fit_file))
+    validation = _command("validate", str(fit_file), *map(str, others))
+    answer = _command("vacuum", str(fit_file), "--slip", "20mm", "--force", "100N")
+    brake = load(fit_file)
     traces = [read_trace(p) for p in tests]
     spread = f"± {friction['kinetic_sd']:.4f} SD over three repeats (truth 0.24)"
     numbers = [
@@ -225,7 +225,7 @@ def _main_job(out: Path, mine: Path, fitted: Path) -> tuple[Part, list[tuple[str
 
 
 def _glance(brake: BrakeFile) -> Part:
-    """Five pictures: what it is, how it is built, pulled, stopped with, and pumped."""
+    """Return five pictures: the brake, its parts, a pull, a stop, and the pumps."""
     from layerjam.commands.build import verdict
     from layerjam.commands.impact import drop
     from layerjam.commands.tensile import tensile
@@ -235,16 +235,16 @@ def _glance(brake: BrakeFile) -> Part:
     from layerjam.report.device_drawing import device
     from layerjam.report.page import Part, Picture
 
-    drawn = verdict(brake).record
+    drawing = verdict(brake).record
     stop = drop(
         brake, mass=1.0, speed=2.5, vacuum="tuned", travel=0.04, rope_stiffness=ROPE_STIFFNESS
     )
-    pulled = tensile(brake, vacuum=94.5e3, speed=0.013, travel=0.04)
-    shot = build_pictures.shots(scene(drawn.build, drawn.lengths))["exploded"]
+    pull = tensile(brake, vacuum=94.5e3, speed=0.013, travel=0.04)
+    shot = build_pictures.shots(scene(drawing.build, drawing.lengths))["exploded"]
     drawers: dict[str, tuple[Callable[[], Figure], str]] = {
         "device": (partial(device, brake), "The brake at rest, pulled out, and across."),
         "exploded": (partial(build_pictures.labelled, *shot), "Its parts, apart."),
-        "pull": (pulled.draw, "A pull at 94.5 kPa, computed."),
+        "pull": (pull.draw, "A pull at 94.5 kPa, computed."),
         "stop": (stop.draw, "1 kg at 2.5 m/s, stopped within 40 mm, computed."),
         "rise": (rise("choi2018", target=80e3).draw, "The paper's pumps, computed."),
     }

@@ -1,4 +1,4 @@
-"""JAX for the command line: double precision, compiled code kept, interrupts heard."""
+"""JAX for the command line: double precision, cached compiled code, working interrupts."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from types import FrameType
 
 
 def engine() -> None:
-    """Switch JAX to double precision, with compiled code kept in the user's cache folder.
+    """Switch JAX to double precision, with compiled code in the user's cache folder.
 
-    Called by every command that computes, and only then: importing JAX takes half a second.
+    Only commands that compute call it: importing JAX takes half a second.
     """
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
-    with _uninterrupted():
+    with _delay_interrupts():
         import jax
         import platformdirs
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler and _is_main():
-        signal.signal(signal.SIGINT, _interrupted)
+        signal.signal(signal.SIGINT, _interrupt)
     jax.config.update("jax_enable_x64", True)
     cache = Path(platformdirs.user_cache_dir("layerjam")) / "compiled"
     try:
@@ -39,25 +39,25 @@ def _is_main() -> bool:
     return threading.current_thread() is threading.main_thread()
 
 
-def _interrupted(number: int, frame: FrameType | None) -> None:
+def _interrupt(number: int, frame: FrameType | None) -> None:
     """Raise KeyboardInterrupt, but not in JAX's callback of the garbage collector.
 
-    Python prints and drops what is raised there, and the program would go on: asked again later.
+    Python prints and drops an exception there, and the program would continue: try again later.
     """
-    at = frame
-    while at is not None:
-        if at.f_code.co_name == "_xla_gc_callback":
-            again = threading.Timer(0.02, signal.raise_signal, (number,))
-            again.daemon = True
-            again.start()
+    place = frame
+    while place is not None:
+        if place.f_code.co_name == "_xla_gc_callback":
+            timer = threading.Timer(0.02, signal.raise_signal, (number,))
+            timer.daemon = True
+            timer.start()
             return
-        at = at.f_back
+        place = place.f_back
     signal.default_int_handler(number, frame)
 
 
 @contextlib.contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Keep an interrupt until the end: amid the loading of compiled modules it crashes Python."""
+def _delay_interrupts() -> Iterator[None]:
+    """Delay an interrupt to the end: while compiled modules load it crashes Python."""
     before = signal.getsignal(signal.SIGINT)
     if before is None or not _is_main():
         yield

@@ -1,4 +1,4 @@
-"""The command line of a declared command: a signature that typer reads, and what runs behind it."""
+"""The command line of a declared command: the signature for typer, and the call."""
 
 from __future__ import annotations
 
@@ -29,44 +29,44 @@ FIGURE, RECORD, JSON, REPLACE = "figure_", "record_", "json_", "replace_"
 """Options that the command line adds to those of the function."""
 
 
-def build(declared: Command) -> Callable[..., int]:
-    """A function for typer with one parameter for each option of a command."""
-    shown = [p for p in declared.parameters if p.type not in (Progress, PYTHON_ONLY)]
-    places = [_place(p) for p in shown]
-    places += [_former(p, old) for p in shown for old in p.help.old]
-    places += _common(declared, {p.name for p in shown})
-    required = [p for p in places if p.default is inspect.Parameter.empty]
+def build(entry: Command) -> Callable[..., int]:
+    """Return a function for typer with one parameter for each option of a command."""
+    options = [p for p in entry.parameters if p.type not in (Progress, PYTHON_ONLY)]
+    places = [_place(p) for p in options]
+    places += [_former(p, old) for p in options for old in p.help.old]
+    places += _common(entry, {p.name for p in options})
+    mandatory = [p for p in places if p.default is inspect.Parameter.empty]
     optional = [p for p in places if p.default is not inspect.Parameter.empty]
 
-    def run(**given: Any) -> int:
-        return _run(declared, shown, given)
+    def run(**values: Any) -> int:
+        return _run(entry, options, values)
 
-    run.__name__ = declared.python_name
-    run.__doc__ = declared.summary
-    run.__signature__ = inspect.Signature([*required, *optional])  # type: ignore[attr-defined]
+    run.__name__ = entry.python_name
+    run.__doc__ = entry.summary
+    run.__signature__ = inspect.Signature([*mandatory, *optional])  # type: ignore[attr-defined]
     run.__annotations__ = {p.name: p.annotation for p in places}
     return run
 
 
-def command_class(declared: Command) -> type[TyperCommand]:
-    """A command some of whose options take all words up to the next option."""
-    greedy = {p.option for p in declared.parameters if p.help.greedy}
+def command_class(entry: Command) -> type[TyperCommand]:
+    """Return a command class; some options take all words up to the next option."""
+    greedy = {p.option for p in entry.parameters if p.help.greedy}
 
     class Greedy(TyperCommand):
         def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-            """Repeat the option before every word it takes."""
+            """Repeat the option before each of its words."""
             return super().parse_args(ctx, spread(args, greedy))
 
     return Greedy
 
 
 def spread(args: Sequence[str], greedy: Container[str]) -> list[str]:
-    """`--pulls a b --json` as `--pulls a --pulls b --json`."""
+    """Return `--pulls a b --json` as `--pulls a --pulls b --json`."""
     out: list[str] = []
     current, fresh = None, False
-    for at, word in enumerate(args):
+    for index, word in enumerate(args):
         if word == "--":
-            return [*out, *args[at:]]
+            return [*out, *args[index:]]
         if word.startswith("--") or (word.startswith("-") and len(word) == 2):
             current, fresh = (word if word in greedy else None), True
         else:
@@ -77,9 +77,9 @@ def spread(args: Sequence[str], greedy: Container[str]) -> list[str]:
 
 
 def _place(p: Parameter) -> inspect.Parameter:
-    kind, many = _kind(p)
+    kind, several = _kind(p)
     default: Any = inspect.Parameter.empty if p.required else p.default
-    if kind is not bool and default is not inspect.Parameter.empty and not many:
+    if kind is not bool and default is not inspect.Parameter.empty and not several:
         default = None if default is None else str(default)
     sentence = p.sentence
     if p.stands_alone:
@@ -94,20 +94,20 @@ def _place(p: Parameter) -> inspect.Parameter:
             help=sentence,
             show_default=kind is not bool,
         )
-    if many and default in ((), None):
+    if several and default in ((), None):
         default = None
     return _keyword(p.name, kind, default, note)
 
 
 def _keyword(name: str, kind: Any, default: Any, note: Any) -> inspect.Parameter:
-    """A parameter as typer reads it."""
+    """Return a parameter for typer."""
     return inspect.Parameter(
         name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, note]
     )
 
 
 def _kind(p: Parameter) -> tuple[Any, bool]:
-    """What typer reads: text for a quantity, else the plain type; and whether there are several."""
+    """Return the type for typer (text for a quantity), and whether there are several values."""
     if p.type is bool:
         return bool, False
     if p.several:
@@ -124,7 +124,7 @@ def _kind(p: Parameter) -> tuple[Any, bool]:
 
 
 def _former(p: Parameter, old: str) -> inspect.Parameter:
-    """A hidden option of a former name."""
+    """Return a hidden option of a former name."""
     kind, _ = _kind(p)
     if kind is not bool:
         kind = str | None
@@ -136,53 +136,53 @@ def _former_name(p: Parameter, old: str) -> str:
     return f"former_{old.lstrip('-').replace('-', '_')}"
 
 
-def _common(declared: Command, known: set[str]) -> list[inspect.Parameter]:
-    """--out of a record, --figure, --json, and --force where something is written."""
-    drawn, recorded = declared.result.drawable(), declared.record_endings
-    made = []
-    if recorded and "out" not in known:
-        text = f"Write the record: {' or '.join(recorded)}."
+def _common(entry: Command, names_used: set[str]) -> list[inspect.Parameter]:
+    """Return --out of a record, --figure, --json, and --force if something is written."""
+    draws, endings = entry.result.drawable(), entry.record_endings
+    options = []
+    if endings and "out" not in names_used:
+        text = f"Write the record: {' or '.join(endings)}."
         note = typer.Option("--out", metavar="FILE", help=text)
-        made.append(_keyword(RECORD, Path | None, None, note))
-    if drawn:
+        options.append(_keyword(RECORD, Path | None, None, note))
+    if draws:
         note = typer.Option("--figure", metavar="FILE", help="Draw it: .svg, .png or .pdf.")
-        made.append(_keyword(FIGURE, Path | None, None, note))
+        options.append(_keyword(FIGURE, Path | None, None, note))
     note = typer.Option("--json", help="One JSON object in SI units, nothing else.")
-    made.append(_keyword(JSON, bool, False, note))
-    if (drawn or recorded) and not _overwrites(declared):
-        names = ("--replace",) if "force" in known else ("--force", "--replace")
+    options.append(_keyword(JSON, bool, False, note))
+    if (draws or endings) and not _overwrites(entry):
+        names = ("--replace",) if "force" in names_used else ("--force", "--replace")
         note = typer.Option(*names, help="Replace files that exist.")
-        made.append(_keyword(REPLACE, bool, False, note))
-    return made
+        options.append(_keyword(REPLACE, bool, False, note))
+    return options
 
 
-def _overwrites(declared: Command) -> bool:
-    """Whether the function itself takes the flag to replace files."""
-    return any(p.name == "force" and p.type is bool for p in declared.parameters)
+def _overwrites(entry: Command) -> bool:
+    """Whether the function itself has the flag to replace files."""
+    return any(p.name == "force" and p.type is bool for p in entry.parameters)
 
 
-def _run(declared: Command, shown: list[Parameter], given: dict[str, Any]) -> int:
-    figure, record = given.pop(FIGURE, None), given.pop(RECORD, None)
-    as_json, replaces = given.pop(JSON), given.pop(REPLACE, False)
-    _take_former(shown, given)
-    if _overwrites(declared):
-        replaces = given["force"]
-    flag = "--replace" if "force" in given and not _overwrites(declared) else "--force"
+def _run(entry: Command, options: list[Parameter], values: dict[str, Any]) -> int:
+    figure, record = values.pop(FIGURE, None), values.pop(RECORD, None)
+    as_json, replaces = values.pop(JSON), values.pop(REPLACE, False)
+    _take_former(options, values)
+    if _overwrites(entry):
+        replaces = values["force"]
+    flag = "--replace" if "force" in values and not _overwrites(entry) else "--force"
     check_figure(figure, replaces, flag)
-    check_target(record, replaces, declared.record_endings, flag)
-    for p in shown:
+    check_target(record, replaces, entry.record_endings, flag)
+    for p in options:
         if isinstance(p.help, OutFile):
-            check_target(given[p.name], replaces, p.help.endings, flag)
-    if declared.computes:
+            check_target(values[p.name], replaces, p.help.endings, flag)
+    if entry.computes:
         engine()
-    arguments = {k: v for k, v in given.items() if v is not None or _is_required(shown, k)}
+    arguments = {k: v for k, v in values.items() if v is not None or _is_required(options, k)}
     with Ticker() as ticker:
-        for p in declared.parameters:
+        for p in entry.parameters:
             if p.type is Progress:
                 arguments[p.name] = ticker
             elif isinstance(p.help, PythonOnly) and p.help.typed:
                 arguments[p.name] = shlex.join(["layerjam", *TYPED.get()])
-        result = declared(**arguments)
+        result = entry(**arguments)
     if result.record is not None and not result.failed_checks:
         if record is not None:
             if not hasattr(result.record, "save"):
@@ -193,14 +193,14 @@ def _run(declared: Command, shown: list[Parameter], given: dict[str, Any]) -> in
     return say(result, as_json)
 
 
-def _is_required(shown: list[Parameter], name: str) -> bool:
-    return any(p.name == name and p.required for p in shown)
+def _is_required(options: list[Parameter], name: str) -> bool:
+    return any(p.name == name and p.required for p in options)
 
 
-def _take_former(shown: list[Parameter], given: dict[str, Any]) -> None:
-    for p in shown:
+def _take_former(options: list[Parameter], values: dict[str, Any]) -> None:
+    for p in options:
         for old in p.help.old:
-            value = given.pop(_former_name(p, old))
+            value = values.pop(_former_name(p, old))
             if value:
                 print(f"layerjam: {old} is now called {p.option}", file=sys.stderr)
-                given[p.name] = value
+                values[p.name] = value

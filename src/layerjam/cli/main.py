@@ -25,56 +25,56 @@ class Commands(TyperGroup):
     """The declared commands: listed from their source, built when one is used."""
 
     first = ""
-    """The word all of them begin with, where they have two."""
+    """First word of the commands of a family, or ""."""
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """What can be typed next: names, by group and then most used first."""
+        """Return the possible next words: names, by group and then most used first."""
         head = f"{self.first} " if self.first else ""
-        rest = (name.removeprefix(head) for name in self._listed())
-        return list(dict.fromkeys(name.split()[0] for name in rest))
+        names = (name.removeprefix(head) for name in self._names())
+        return list(dict.fromkeys(name.split()[0] for name in names))
 
-    def _listed(self) -> tuple[str, ...]:
+    def _names(self) -> tuple[str, ...]:
         return family(self.first) if self.first else tuple(commands())
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """One command, or all that begin with a word; None where there is none."""
+        """Return one command, or all that begin with a word, or None."""
         entry = self._find(cmd_name)
         if entry is not None:
-            return _built(entry.name)
+            return _build(entry.name)
         return _family(cmd_name) if not self.first and family(cmd_name) else None
 
     def _find(self, word: str) -> Entry | None:
         return find(f"{self.first} {word}".lstrip())
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """The words typed; after the first of two there must be a second."""
+        """Return the words typed; a family needs a second word."""
         if self.first and not args:
-            words = (f"layerjam {name}" for name in self._listed())
+            words = (f"layerjam {name}" for name in self._names())
             raise LayerjamError(f"say what to {self.first}: {' or '.join(words)}")
         return super().parse_args(ctx, args)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The command typed; an unknown one is answered with the nearest names."""
+        """Return the command typed; an unknown one raises an error with the nearest names."""
         entry = self._find(args[0])
         if entry is None:
             if args[0].startswith("-"):
                 return super().resolve_command(ctx, args)
             if not self.first and family(args[0]):
                 return args[0], _family(args[0]), args[1:]
-            raise UnknownNameError("command", f"{self.first} {args[0]}".lstrip(), self._listed())
+            raise UnknownNameError("command", f"{self.first} {args[0]}".lstrip(), self._names())
         word = entry.name.split()[-1]
         if word != args[0]:
             print(f"layerjam: {args[0]} is now called {entry.name}", file=sys.stderr)
-        return word, _built(entry.name), args[1:]
+        return word, _build(entry.name), args[1:]
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """The groups with their commands, and examples under each."""
+        """Write the groups with their commands, and examples under each."""
         self.format_usage(ctx, formatter)
         self.format_help_text(ctx, formatter)
-        listed = [commands()[name] for name in self._listed()]
-        wide = max(len(entry.name) for entry in listed) + 2
+        entries = [commands()[name] for name in self._names()]
+        wide = max(len(entry.name) for entry in entries) + 2
         for group, title in GROUPS.items():
-            members = [entry for entry in listed if entry.group == group]
+            members = [entry for entry in entries if entry.group == group]
             if members:
                 with formatter.section(title):
                     _list(formatter, members, wide)
@@ -94,7 +94,7 @@ def _list(formatter: Any, members: Sequence[Entry], wide: int) -> None:
 
 
 def _family(word: str) -> Any:
-    """The commands that begin with a word, as a group of their own."""
+    """Return the commands that begin with a word, as a group of their own."""
     inner = typer.Typer(
         name=word,
         cls=type("Family", (Commands,), {"first": word}),
@@ -107,22 +107,22 @@ def _family(word: str) -> Any:
     return typer.main.get_command(inner)
 
 
-def _built(name: str) -> Any:
-    """The command as typer makes it."""
+def _build(name: str) -> Any:
+    """Return the command for typer."""
     from layerjam.cli.generate import build, command_class
 
-    declared = load(name)
-    one = typer.Typer(add_completion=False, rich_markup_mode=None)
+    entry = load(name)
+    app_ = typer.Typer(add_completion=False, rich_markup_mode=None)
     # the mark keeps each example on its own line
-    lines = "\b\n" + "\n".join(f"$ {example}" for example in declared.examples)
+    lines = "\b\n" + "\n".join(f"$ {example}" for example in entry.examples)
     settings = {"help_option_names": ["-h", "--help"]}
-    one.command(
+    app_.command(
         name,
-        epilog=lines if declared.examples else None,
+        epilog=lines if entry.examples else None,
         context_settings=settings,
-        cls=command_class(declared),
-    )(build(declared))
-    return typer.main.get_command(one)
+        cls=command_class(entry),
+    )(build(entry))
+    return typer.main.get_command(app_)
 
 
 app = typer.Typer(
@@ -157,30 +157,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     0 answered, 1 cannot, 2 bad input, 3 some inputs refused, 4 a check failed.
     """
-    words = tuple(_typed(sys.argv[1:]) if arguments is None else arguments)
+    words = tuple(_expand(sys.argv[1:]) if arguments is None else arguments)
     before = TYPED.set(words)
     try:
-        return _answered(words)
+        return _answer(words)
     finally:
         TYPED.reset(before)
 
 
-def _typed(words: Sequence[str]) -> list[str]:
-    """The words of the command line; Windows' shells leave patterns such as pull-*.csv to us."""
+def _expand(words: Sequence[str]) -> list[str]:
+    """Return the words of the command line; on Windows expand patterns such as pull-*.csv."""
     if not is_windows():
         return list(words)
-    found = [sorted(glob.glob(word)) if glob.has_magic(word) else [] for word in words]
-    return [one for word, files in zip(words, found, strict=True) for one in files or [word]]
+    matches = [sorted(glob.glob(word)) if glob.has_magic(word) else [] for word in words]
+    return [file for word, files in zip(words, matches, strict=True) for file in files or [word]]
 
 
-def _answered(words: Sequence[str]) -> int:
+def _answer(words: Sequence[str]) -> int:
     try:
         if sys.stdout is not None and hasattr(sys.stdout, "reconfigure"):
             sys.stdout.reconfigure(errors="replace")  # a terminal that knows no µ gets a mark
         code = app(args=list(words), standalone_mode=False)
         if sys.stdout is not None:
             sys.stdout.flush()
-        if code == 130:  # typer swallows an interrupt; of a sweep the answer was printed
+        if code == 130:  # typer hides an interrupt; the answer of a sweep was printed
             return _say("stopped", 130)
         return int(code or 0)
     except Exit as stop:
@@ -190,7 +190,7 @@ def _answered(words: Sequence[str]) -> int:
     except KeyboardInterrupt:
         return _say("stopped; nothing was written", 130)
     except TyperException as error:
-        # a bare `layerjam` shows its help, which is no error message
+        # a bare `layerjam` prints its help, which is not an error message
         message = " ".join(error.format_message().split())
         return _say(message or "say what to do: layerjam --help", 2)
     except BrokenPipeError:

@@ -15,7 +15,7 @@ from layerjam.records.windows import refusal
 
 
 def say(result: Any, as_json: bool) -> int:
-    """Print a result the way that was asked for; gives the exit code."""
+    """Print a result as text or JSON; return the exit code."""
     try:
         print(result.json() if as_json else result, flush=True)
     except BrokenPipeError:  # a reader such as `head` has seen enough; the result stands
@@ -28,11 +28,10 @@ PATIENCE = 2.0
 
 
 class Ticker:
-    """Called with (what, share done); says so once a second from the third second on.
+    """Progress that is called with (stage, share) and printed each second after two seconds.
 
-    The first call starts the clock: what was loaded before it is no part of the work.
-    Loops that numba has not compiled yet tell nothing while they are compiled: then a sentence says
-    that this happens once.
+    The first call starts the clock: loading before it does not count. Loops that numba still has to
+    compile report nothing meanwhile; then a sentence states that this happens once.
     """
 
     def __init__(self) -> None:
@@ -47,10 +46,10 @@ class Ticker:
         if self.waiting is not None:
             self.waiting.cancel()
 
-    def __call__(self, what: str, share: float) -> None:
-        """Tell what is being done and how much of it is."""
-        now = time.monotonic()
-        self.started = self.started or now
+    def __call__(self, stage: str, share: float) -> None:
+        """Report the stage and its completed share."""
+        time_now = time.monotonic()
+        self.started = self.started or time_now
         if self.waiting is not None:
             self.waiting.cancel()
             self.waiting = None
@@ -59,12 +58,12 @@ class Ticker:
             self.waiting.daemon = True
             self.waiting.start()
             return
-        if now - self.started > PATIENCE and now - self.said > 1:
-            self.said = now
-            self.say(f"{what} {share:.0%}")
+        if time_now - self.started > PATIENCE and time_now - self.said > 1:
+            self.said = time_now
+            self.say(f"{stage} {share:.0%}")
 
     def say(self, sentence: str) -> None:
-        """One line."""
+        """Print one line."""
         print(f"layerjam: {sentence}", file=sys.stderr, flush=True)
 
 
@@ -72,7 +71,7 @@ PICTURES = (".svg", ".png", ".pdf")
 
 
 def check_figure(path: Path | None, force: bool, flag: str = "--force") -> None:
-    """Refuse a figure that could not be drawn or written, before anything is computed."""
+    """Refuse a figure that could not be drawn or written, before any computation."""
     check_target(path, force, PICTURES, flag)
     if path is not None:
         from layerjam.report.style import look
@@ -88,20 +87,20 @@ def check_target(
     if path is None:
         return
     if path.suffix.lower() not in endings:
-        known = f"{', '.join(endings[:-1])} or {endings[-1]}" if len(endings) > 1 else endings[0]
-        raise FileError(path, f"the ending '{path.suffix}' is not known; use {known}")
+        choices = f"{', '.join(endings[:-1])} or {endings[-1]}" if len(endings) > 1 else endings[0]
+        raise FileError(path, f"the ending '{path.suffix}' is not known; use {choices}")
     try:
-        there = os.path.lexists(path)
-        if there and not path.is_file():
-            raise FileError(path, "is a folder or no regular file")
-        if there and not force:
+        exists = os.path.lexists(path)
+        if exists and not path.is_file():
+            raise FileError(path, "is a folder or not a regular file")
+        if exists and not force:
             raise FileError(path, f"exists already; {flag} replaces it")
         if not path.parent.is_dir():
             raise FileError(path, f"cannot be written: there is no folder {path.parent}")
         if not os.access(path.parent, os.W_OK):
             raise FileError(path, f"cannot be written: the folder {path.parent} is read-only")
-        if why := refusal(path):
-            raise FileError(path, f"cannot be written: {why}")
+        if problem := refusal(path):
+            raise FileError(path, f"cannot be written: {problem}")
         if len(os.fsencode(path.name)) > 200:
             raise FileError(f"{path.name[:60]}...", "cannot be written: the name is too long")
         with tempfile.TemporaryFile(dir=path.parent):

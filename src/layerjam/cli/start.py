@@ -1,7 +1,7 @@
-"""The console script: how the program begins, and how it ends.
+"""The console script: start and end of the program.
 
-What is loaded (JAX, Matplotlib, compiled code) is neither searched for garbage while it loads nor
-taken apart at the end: together that is a second, in which nothing happens that anyone asked for.
+Python does not search loaded modules (JAX, Matplotlib, compiled code) for garbage while they load,
+and does not unload them at the end. Together this saves a second.
 """
 
 from __future__ import annotations
@@ -12,21 +12,21 @@ import os
 import sys
 
 SELDOM = (200_000, 20, 20)
-"""How many objects are made before Python looks for circles among them (usually 700).
+"""Number of new objects before Python searches them for cycles (usually 700).
 
-A server that stays up goes back to the usual: `workbench.memory.settle`.
+A long-running server restores the usual value: `workbench.memory.settle`.
 """
 
 
 def run() -> None:
     """Load the commands, run one, exit with its code.
 
-    An interrupt while the program is still loading is no traceback either.
+    An interrupt while the program is loading does not print a traceback.
     """
     gc.set_threshold(*SELDOM)
-    ended: list[int] = []
-    # what is registered first is called last: nobody else has anything left to do then
-    atexit.register(_leave, ended)
+    codes: list[int] = []
+    # the first registered function is called last, when all others are done
+    atexit.register(_leave, codes)
     try:
         from layerjam.cli.main import main
 
@@ -34,17 +34,17 @@ def run() -> None:
     except KeyboardInterrupt:
         print("layerjam: stopped", file=sys.stderr)
         code = 130
-    ended.append(code)
+    codes.append(code)
     sys.exit(code)
 
 
-def _leave(ended: list[int]) -> None:
-    """End at once with the code in `ended`; Python ends in its own way where there is none."""
+def _leave(codes: list[int]) -> None:
+    """End at once with the code in `codes`, or let Python end as usual if there is none."""
     try:
         for stream in (sys.stdout, sys.stderr):
             if stream is not None:  # Windows without a console has none
                 stream.flush()
     except (OSError, ValueError):  # nobody reads any more
         return
-    if ended:
-        os._exit(ended[0])
+    if codes:
+        os._exit(codes[0])

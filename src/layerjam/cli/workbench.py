@@ -12,8 +12,8 @@ PORT = QuantitySpec("1", "port to listen on", lo=1, hi=65535, whole=True)
 
 
 @result
-class Served(Result):
-    """Where the page was."""
+class WorkbenchResult(Result):
+    """Address of the page."""
 
     port: int = fact("port that it listened on", listed=False)
 
@@ -24,10 +24,10 @@ def workbench(
     port: Annotated[int | str, PORT] = 8321,
     host: Annotated[str, Help("Address; any but this machine's own gets a token.")] = "127.0.0.1",
     show: Annotated[bool, Help("Open a browser.", option="--show/--no-show")] = True,
-) -> Served:
+) -> WorkbenchResult:
     """Open the workbench: all of layerjam on a page of your browser."""
     from layerjam.cli.engine import engine
     from layerjam.workbench.server import serve
 
     serve(host=host, port=port, show=show, engine=engine)
-    return Served(port=port)
+    return WorkbenchResult(port=port)

@@ -1,1 +1,1 @@
-"""The brake in other programs: what wraps the C kernel."""
+"""The brake in other programs: wrappers of the C kernel."""

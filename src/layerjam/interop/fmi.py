@@ -22,7 +22,7 @@ from layerjam.mechanics.stiffness import working_stiffness
 
 
 class Platform(NamedTuple):
-    """Where a binary runs: its folder in FMI 3 and 2, its file's ending, its compiler's target."""
+    """Platform of a binary: its folder in FMI 3 and 2, file ending, and compiler target."""
 
     folder: str
     folder_2: str | None
@@ -44,7 +44,7 @@ _MAGIC = b"LJBRAKE1"
 
 
 def own_platform() -> str | None:
-    """The name of this machine among PLATFORMS; None if it is another."""
+    """Return the name of this machine among PLATFORMS, or None."""
     arm = platform.machine().lower() in ("arm64", "aarch64")
     if sys.platform.startswith("linux"):
         return "linux-arm" if arm else "linux"
@@ -53,36 +53,36 @@ def own_platform() -> str | None:
     return "windows" if sys.platform == "win32" else None
 
 
-def start_values(given: Brake | BrakeFile, rope_stiffness: float | None = None) -> dict[str, float]:
-    """{parameter: value} of a brake; 0 stands for what it does not have.
+def start_values(brake: Brake | BrakeFile, rope_stiffness: float | None = None) -> dict[str, float]:
+    """Return {parameter: value} of a brake; 0 for a part that it does not have.
 
     Raises QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure.
     """
-    brake = brake_of(given)
-    made = {one.name: _value(brake, one.name) for one in parameter_list()}
-    made["rope.stiffness"] = rope_stiffness or 0.0
+    brake = brake_of(brake)
+    values = {p.name: _value(brake, p.name) for p in parameter_list()}
+    values["rope.stiffness"] = rope_stiffness or 0.0
     if brake.vacuum_share is None:
-        made["vacuum_share"] = 1.0
+        values["vacuum_share"] = 1.0
     if brake.stiffness_measured is None and not float(working_stiffness(brake)) > 0:
         raise QuantityError.of("stiffness_measured", "there is no stiffness to compute with")
-    return made
+    return values
 
 
 def _value(brake: Brake, path: str) -> float:
-    at: object = brake
+    node: object = brake
     for name in path.split("."):
-        at = getattr(at, name) if at is not None else None
-    return 0.0 if at is None else float(at)  # type: ignore[arg-type]
+        node = getattr(node, name) if node is not None else None
+    return 0.0 if node is None else float(node)  # type: ignore[arg-type]
 
 
 def chosen_platforms(version: Version, names: Sequence[str] | None) -> tuple[str, ...]:
-    """The platforms to build for, this machine's own by default.
+    """Return the platforms to build for, by default this machine's own.
 
-    Raises QuantityError for a name that is not known, or not to this version of FMI.
+    Raises QuantityError for an unknown name, or one that this version of FMI lacks.
     """
-    own = own_platform()
+    own_name = own_platform()
     if names is None:
-        names = (own,) if own is not None else ()
+        names = (own_name,) if own_name is not None else ()
     for name in names:
         if name not in PLATFORMS:
             raise QuantityError.of(
@@ -100,16 +100,16 @@ def chosen_platforms(version: Version, names: Sequence[str] | None) -> tuple[str
 
 
 def binary(version: Version, name: str) -> bytes:
-    """The library for a platform, compiled once and kept; CompilerError where it cannot be."""
-    at = PLATFORMS[name]
-    built = library(
+    """Return the library for a platform, compiled unless cached; CompilerError if that fails."""
+    target = PLATFORMS[name]
+    path = library(
         [UNIT / f"fmi{version}.c", UNIT / "model.c", SOURCES / "layerjam.c"],
         flags=FLAGS,
         includes=[SOURCES, UNIT / "headers"],
-        ending=at.ending,
-        target=None if name == own_platform() else at.target,
+        ending=target.ending,
+        target=None if name == own_platform() else target.target,
     )
-    return built.read_bytes()
+    return path.read_bytes()
 
 
 def fmu(
@@ -119,10 +119,10 @@ def fmu(
     binaries: Mapping[str, bytes],
     mark: str = "",
 ) -> bytes:
-    """The archive: description, binaries {platform: library}, start values, and all sources.
+    """Return the archive: description, binaries {platform: library}, start values, and all sources.
 
-    The sources start with this brake too; `mark` is said in the description. The same input gives
-    the same bytes.
+    The sources contain this brake's start values too; `mark` is part of the description. The same
+    input gives the same bytes.
     """
     sources = (f"fmi{version}.c", "model.c", "layerjam.c")
     files: dict[str, bytes | str] = {
@@ -132,35 +132,35 @@ def fmu(
             f"<I{len(values)}d", len(values), *(values[o.name] for o in parameter_list())
         ),
     }
-    for one, library_ in binaries.items():
-        at = PLATFORMS[one]
-        folder = at.folder if version == "3" else at.folder_2
-        files[f"binaries/{folder}/{MODEL}{at.ending}"] = library_
+    for platform_name, library_ in binaries.items():
+        target = PLATFORMS[platform_name]
+        folder = target.folder if version == "3" else target.folder_2
+        files[f"binaries/{folder}/{MODEL}{target.ending}"] = library_
     if version == "3":
         files["sources/buildDescription.xml"] = build_description(sources)
     for kernel in KERNEL:
         files[f"sources/{kernel}"] = (SOURCES / kernel).read_bytes()
-    for own in (f"fmi{version}.c", "model.c", "model.h", "variables.h"):
-        files[f"sources/{own}"] = (UNIT / own).read_bytes()
+    for source in (f"fmi{version}.c", "model.c", "model.h", "variables.h"):
+        files[f"sources/{source}"] = (UNIT / source).read_bytes()
     files["sources/values.h"] = _values_header(values)
     for header in sorted((UNIT / "headers").glob(f"fmi{version}*.h")):
         files[f"sources/headers/{header.name}"] = header.read_bytes()
-    return _packed(files)
+    return _zip(files)
 
 
 def _values_header(values: Mapping[str, float]) -> str:
-    rows = ", \\\n    ".join(repr(float(values[one.name])) for one in parameter_list())
-    about = "/* The exported brake, in the order of variables.h. */"
-    return f"{about}\n#define LJ_VALUES {{ \\\n    {rows}}}\n"
+    rows = ", \\\n    ".join(repr(float(values[p.name])) for p in parameter_list())
+    comment = "/* The exported brake, in the order of variables.h. */"
+    return f"{comment}\n#define LJ_VALUES {{ \\\n    {rows}}}\n"
 
 
-def _packed(files: Mapping[str, bytes | str]) -> bytes:
+def _zip(files: Mapping[str, bytes | str]) -> bytes:
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
-            about = zipfile.ZipInfo(name, EPOCH)
-            about.compress_type = zipfile.ZIP_DEFLATED
-            about.create_system = 3
-            about.external_attr = 0o644 << 16
-            archive.writestr(about, content)
+            entry = zipfile.ZipInfo(name, EPOCH)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, content)
     return out.getvalue()

@@ -1,6 +1,6 @@
 """The variables of a functional mock-up unit: one list for its XML and for its C code.
 
-`python -m layerjam.interop.fmi_variables` writes `c/fmu/variables.h` anew; a test compares.
+`python -m layerjam.interop.fmi_variables` writes `c/fmu/variables.h` again; a test compares.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from layerjam.units import quantities
 FILE = Path(__file__).parent / "c" / "fmu" / "variables.h"
 Role = Literal["independent", "input", "output", "flag", "local", "parameter"]
 TIME, FIRST_INPUT, FIRST_OUTPUT, FIRST_FLAG, TURNING, FIRST_PARAMETER = 0, 1, 10, 20, 30, 100
-"""Value references; a parameter that is added later moves none of the others."""
+"""Value references; a parameter that is added later does not change the others."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Variable:
 
     @property
     def symbol(self) -> str:
-        """Its name in C."""
+        """Name in C."""
         return "LJ_" + self.name.upper().replace(".", "_")
 
 
@@ -59,7 +59,7 @@ _PARAMETERS = (
     "vacuum_share",
     "rope.stiffness",
 )
-"""What the law needs of a brake file, under the file's own names."""
+"""Values of a brake file that the law needs, under the file's own names."""
 _OPTIONAL = {"stiffness_measured", "pressure_exponent", "test_pressure", "rope.stiffness"}
 _INPUTS = (
     ("elongation", "m", "how far the ends of the brake and its rope are pulled apart"),
@@ -84,18 +84,18 @@ _FLAGS = (
 
 
 def parameter_list() -> tuple[Variable, ...]:
-    """The parameters, with bounds as a brake file has them."""
-    known = {path: spec for path, spec, _ in quantities(Brake)}
+    """Return the parameters, with the bounds of a brake file."""
+    specs = {path: spec for path, spec, _ in quantities(Brake)}
     return tuple(
         Variable(
             FIRST_PARAMETER + i,
             path,
             "parameter",
-            known[path].unit,
-            known[path].text + ("; 0: none" if path in _OPTIONAL else ""),
-            known[path].lo,
-            known[path].hi,
-            known[path].whole,
+            specs[path].unit,
+            specs[path].text + ("; 0: none" if path in _OPTIONAL else ""),
+            specs[path].lo,
+            specs[path].hi,
+            specs[path].whole,
             path in _OPTIONAL,
         )
         for i, path in enumerate(_PARAMETERS)
@@ -103,48 +103,47 @@ def parameter_list() -> tuple[Variable, ...]:
 
 
 def variables() -> tuple[Variable, ...]:
-    """All of them, in the order of their value references."""
-    made = [Variable(TIME, "time", "independent", "s", "simulated time")]
+    """Return all variables in the order of their value references."""
+    result = [Variable(TIME, "time", "independent", "s", "simulated time")]
     for i, (name, unit, text) in enumerate(_INPUTS):
-        made.append(Variable(FIRST_INPUT + i, name, "input", unit, text))
+        result.append(Variable(FIRST_INPUT + i, name, "input", unit, text))
     for i, (name, unit, text) in enumerate(_OUTPUTS):
-        made.append(Variable(FIRST_OUTPUT + i, name, "output", unit, text))
+        result.append(Variable(FIRST_OUTPUT + i, name, "output", unit, text))
     for i, (name, text) in enumerate(_FLAGS):
-        made.append(Variable(FIRST_FLAG + i, name, "flag", "", text))
-    made.append(
+        result.append(Variable(FIRST_FLAG + i, name, "flag", "", text))
+    result.append(
         Variable(TURNING, "turning", "local", "m/s", "the velocity; its zeros are reversals")
     )
-    return (*made, *parameter_list())
+    return (*result, *parameter_list())
 
 
 def token() -> str:
-    """What ties a description to a binary: the same for every brake."""
+    """Return the token that ties a description to a binary: the same for every brake."""
     digest = hashlib.sha256(repr(variables()).encode()).hexdigest()
     return f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
 
 
-def printed() -> str:
-    """The list as a C header."""
-    named = "".join(
-        f"#define {one.symbol} {one.reference}u\n"
-        for one in variables()
-        if one.role not in ("parameter", "flag")
+def print_header() -> str:
+    """Return the list as a C header."""
+    references = "".join(
+        f"#define {v.symbol} {v.reference}u\n"
+        for v in variables()
+        if v.role not in ("parameter", "flag")
     )
-    places = "".join(f"#define {one.symbol} {i}\n" for i, one in enumerate(parameter_list()))
+    places = "".join(f"#define {v.symbol} {i}\n" for i, v in enumerate(parameter_list()))
     names = "".join(
-        f'    [{one.reference}] = "{one.name}",\n' for one in variables() if one.role != "parameter"
+        f'    [{v.reference}] = "{v.name}",\n' for v in variables() if v.role != "parameter"
     )
     rows = "".join(
-        f'    {{"{one.name}", {one.least!r}, {one.most!r}, {int(one.whole)}, '
-        f"{int(one.optional)}}},\n"
-        for one in parameter_list()
+        f'    {{"{v.name}", {v.least!r}, {v.most!r}, {int(v.whole)}, {int(v.optional)}}},\n'
+        for v in parameter_list()
     )
     return f"""/* Printed by layerjam/interop/fmi_variables.py. Apache License 2.0. */
 
 #define LJ_TOKEN "{token()}"
 
 /* value references */
-{named}#define LJ_FIRST_INPUT {FIRST_INPUT}u
+{references}#define LJ_FIRST_INPUT {FIRST_INPUT}u
 #define LJ_INPUTS {len(_INPUTS)}
 #define LJ_FIRST_OUTPUT {FIRST_OUTPUT}u
 #define LJ_OUTPUTS {len(_OUTPUTS)}
@@ -170,4 +169,4 @@ static const lj_variable lj_parameters[LJ_PARAMETERS] = {{
 
 
 if __name__ == "__main__":
-    FILE.write_text(printed(), encoding="utf-8")
+    FILE.write_text(print_header(), encoding="utf-8")

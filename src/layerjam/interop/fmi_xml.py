@@ -11,7 +11,7 @@ from layerjam.interop.fmi_variables import TURNING, Variable, token, variables
 
 Version = Literal["3", "2"]
 MODEL = "layerjam_brake"
-"""The identifier that names the library."""
+"""Identifier of the library."""
 UNITS: Mapping[str, tuple[str, tuple[str, float] | None]] = {
     "s": ('s="1"', ("ms", 1e3)),
     "m": ('m="1"', ("mm", 1e3)),
@@ -31,9 +31,9 @@ def model_description(
     sources: Sequence[str],
     mark: str = "",
 ) -> str:
-    """The XML for a brake called `name` with its parameters' values; C files only FMI 2 lists.
+    """Return the XML for a brake called `name` with its parameters' values.
 
-    `mark` is said in its description.
+    Only FMI 2 lists the C files. `mark` is part of the description.
     """
     head = _head(name, mark)
     lines = _fmi3(head, values) if version == "3" else _fmi2(head, values, sources)
@@ -41,7 +41,7 @@ def model_description(
 
 
 def build_description(sources: Sequence[str]) -> str:
-    """FMI 3's list of what to compile."""
+    """Return FMI 3's list of source files."""
     files = "".join(f'      <SourceFile name="{file}"/>\n' for file in sources)
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiBuildDescription fmiVersion="3.0">
@@ -54,11 +54,11 @@ def build_description(sources: Sequence[str]) -> str:
 
 
 def _head(name: str, mark: str) -> str:
-    about = "Soft layer-jamming brake: force over elongation and vacuum"
-    about += f" ({mark})" * bool(mark)
+    text = "Soft layer-jamming brake: force over elongation and vacuum"
+    text += f" ({mark})" * bool(mark)
     return (
         f"modelName={quoteattr(name)} "
-        f"description={quoteattr(about)} "
+        f"description={quoteattr(text)} "
         f'generationTool="layerjam {__version__}" variableNamingConvention="structured"'
     )
 
@@ -74,18 +74,18 @@ def _fmi3(head: str, values: Mapping[str, float]) -> Iterator[str]:
     yield from _units()
     yield '  <DefaultExperiment startTime="0" stopTime="4" stepSize="0.01"/>'
     yield "  <ModelVariables>"
-    for one in variables():
-        kind = "Boolean" if one.role == "flag" else "Float64"
+    for v in variables():
+        kind = "Boolean" if v.role == "flag" else "Float64"
         yield (
-            f'    <{kind} name="{one.name}" valueReference="{one.reference}" '
-            f"{_said(one)}{_start(one, values)}/>"
+            f'    <{kind} name="{v.name}" valueReference="{v.reference}" '
+            f"{_describe(v)}{_start(v, values)}/>"
         )
     yield "  </ModelVariables>"
     yield "  <ModelStructure>"
-    outputs = [one for one in variables() if one.role in ("output", "flag")]
+    outputs = [v for v in variables() if v.role in ("output", "flag")]
     for tag in ("Output", "InitialUnknown"):
-        for one in outputs:
-            yield f'    <{tag} valueReference="{one.reference}"/>'
+        for v in outputs:
+            yield f'    <{tag} valueReference="{v.reference}"/>'
     yield f'    <EventIndicator valueReference="{TURNING}"/>'
     yield "  </ModelStructure>"
     yield "</fmiModelDescription>"
@@ -110,21 +110,21 @@ def _fmi2(head: str, values: Mapping[str, float], sources: Sequence[str]) -> Ite
     yield from _units()
     yield '  <DefaultExperiment startTime="0" stopTime="4" stepSize="0.01"/>'
     yield "  <ModelVariables>"
-    listed = [one for one in variables() if one.reference != TURNING]
-    for one in listed:
-        kind = "Boolean" if one.role == "flag" else "Real"
+    rows_ = [v for v in variables() if v.reference != TURNING]
+    for v in rows_:
+        kind = "Boolean" if v.role == "flag" else "Real"
         yield (
-            f'    <ScalarVariable name="{one.name}" valueReference="{one.reference}" '
-            f"{_said(one, typed=False)}>"
-            f"<{kind}{_typed(one)}{_start(one, values)}/></ScalarVariable>"
+            f'    <ScalarVariable name="{v.name}" valueReference="{v.reference}" '
+            f"{_describe(v, typed=False)}>"
+            f"<{kind}{_unit_and_bounds(v)}{_start(v, values)}/></ScalarVariable>"
         )
     yield "  </ModelVariables>"
     yield "  <ModelStructure>"
     for tag in ("Outputs", "InitialUnknowns"):
         rows = (
             f'<Unknown index="{i}"/>'
-            for i, one in enumerate(listed, 1)
-            if one.role in ("output", "flag")
+            for i, v in enumerate(rows_, 1)
+            if v.role in ("output", "flag")
         )
         yield f"    <{tag}>{''.join(rows)}</{tag}>"
     yield "  </ModelStructure>"
@@ -133,8 +133,8 @@ def _fmi2(head: str, values: Mapping[str, float], sources: Sequence[str]) -> Ite
 
 def _units() -> Iterator[str]:
     yield "  <UnitDefinitions>"
-    for unit, (base, shown) in UNITS.items():
-        display = f'<DisplayUnit name="{shown[0]}" factor="{shown[1]:g}"/>' if shown else ""
+    for unit, (base, unit_) in UNITS.items():
+        display = f'<DisplayUnit name="{unit_[0]}" factor="{unit_[1]:g}"/>' if unit_ else ""
         yield f'    <Unit name="{unit}"><BaseUnit {base}/>{display}</Unit>'
     yield "  </UnitDefinitions>"
 
@@ -149,24 +149,24 @@ _ROLES = {
 }
 
 
-def _said(one: Variable, *, typed: bool = True) -> str:
-    said = f"description={quoteattr(one.text)} {_ROLES[one.role]}"
-    return said + (_typed(one) if typed else "")
+def _describe(v: Variable, *, typed: bool = True) -> str:
+    text = f"description={quoteattr(v.text)} {_ROLES[v.role]}"
+    return text + (_unit_and_bounds(v) if typed else "")
 
 
-def _typed(one: Variable) -> str:
-    """Unit and bounds; a zero that stands for "none" is inside them."""
-    made = ""
-    if one.unit in UNITS:
-        shown = UNITS[one.unit][1]
-        made += f' unit="{one.unit}"' + (f' displayUnit="{shown[0]}"' if shown else "")
-    if one.least is not None and one.most is not None:
-        least = min(0.0, one.least) if one.optional else one.least
-        made += f' min="{float(least)!r}" max="{float(one.most)!r}"'
-    return made
+def _unit_and_bounds(v: Variable) -> str:
+    """Return unit and bounds; a zero for "none" is inside them."""
+    text = ""
+    if v.unit in UNITS:
+        display = UNITS[v.unit][1]
+        text += f' unit="{v.unit}"' + (f' displayUnit="{display[0]}"' if display else "")
+    if v.least is not None and v.most is not None:
+        least = min(0.0, v.least) if v.optional else v.least
+        text += f' min="{float(least)!r}" max="{float(v.most)!r}"'
+    return text
 
 
-def _start(one: Variable, values: Mapping[str, float]) -> str:
-    if one.role == "parameter":
-        return f' start="{float(values[one.name])!r}"'
-    return ' start="0"' if one.role == "input" else ""
+def _start(v: Variable, values: Mapping[str, float]) -> str:
+    if v.role == "parameter":
+        return f' start="{float(values[v.name])!r}"'
+    return ' start="0"' if v.role == "input" else ""

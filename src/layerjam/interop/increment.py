@@ -1,6 +1,6 @@
 """The kernel's increment in JAX: one move of a brake, traced, batched and differentiated.
 
-What `layerjam.c` does one brake at a time, in either precision; the laws are those of
+`layerjam.c` does the same for one brake, in either precision; the laws are those of
 `mechanics.hysteresis`.
 """
 
@@ -21,67 +21,67 @@ from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.memory import PIECES, at_rest
 
 
-class Moved(NamedTuple):
-    """The brake between two moves; leaves of shape (), or batched."""
+class Motion(NamedTuple):
+    """State of the brake between two moves; leaves of shape (), or batched."""
 
     brake: State
     separated: Any
-    """True once the overlap was used up; the enclosure alone pulls from there on."""
+    """True after the overlap was used up; from then on only the enclosure pulls."""
 
     @property
     def slip(self) -> Any:
-        """[m]."""
+        """Slip [m]."""
         return self.brake.enclosure.slip
 
     @property
     def force(self) -> Any:
-        """[N]."""
+        """Force [N]."""
         return self.brake.force
 
 
-def at_start(dtype: Any = jnp.float64) -> Moved:
-    """A brake at rest under no vacuum: no slip, no force, no elongation.
+def at_start(dtype: Any = jnp.float64) -> Motion:
+    """Return a brake at rest without vacuum: no slip, no force, no elongation.
 
-    With float64 while JAX works in single precision the leaves are float32, as everywhere in JAX.
+    If JAX works in single precision, float64 gives float32 leaves, as everywhere in JAX.
     """
     zero, no = jnp.zeros((), dtype), jnp.array(False)
     memory = jax.tree.map(
         lambda leaf: leaf.astype(dtype) if jnp.issubdtype(leaf.dtype, jnp.floating) else leaf,
         at_rest(),
     )
-    return Moved(State(memory, zero, zero, zero, zero, zero, no, no), no)
+    return Motion(State(memory, zero, zero, zero, zero, zero, no, no), no)
 
 
-def moved(
-    state: Moved, elongation: Any, vacuum: Any, numbers: Parameters, compliance: Any = 0.0
-) -> Moved:
-    """The brake after it took a vacuum [Pa] and moved to an elongation [m].
+def move_state(
+    state: Motion, elongation: Any, vacuum: Any, numbers: Parameters, compliance: Any = 0.0
+) -> Motion:
+    """Return the brake after it took a vacuum [Pa] and moved to an elongation [m].
 
-    `compliance` [m/N] in series is for solvers: the elongation is then the one that would be
-    reached without any force. A vacuum below zero or not finite leaves the last one, a move to an
-    elongation that is not finite is not made: traced code cannot raise.
+    `compliance` [m/N] in series is for solvers: the elongation is then the one without any force. A
+    vacuum below zero or not finite keeps the last vacuum, and a move to an elongation that is not
+    finite does nothing, because traced code cannot raise.
     """
     brake = state.brake
     vacuum = jnp.where((vacuum >= 0) & jnp.isfinite(vacuum), vacuum, brake.vacuum)
     spring = numbers.stiffness / (1 + numbers.stiffness * compliance)
-    softened = _setting(state, vacuum, spring, numbers)
-    stiff = softened._replace(k=numbers.stiffness)
-    held = jax.lax.cond(
+    soft = _setting(state, vacuum, spring, numbers)
+    stiff = soft._replace(k=numbers.stiffness)
+    brake_now = jax.lax.cond(
         vacuum == brake.vacuum,
         lambda s: s,
-        lambda s: _typed(change_vacuum(s, vacuum, stiff), s),
+        lambda s: _cast(change_vacuum(s, vacuum, stiff), s),
         brake,
     )
-    made, separated = _whole(held, elongation, softened, state.separated)
-    made = made._replace(elongation=elongation - compliance * made.force)
+    result, parts = _slide(brake_now, elongation, soft, state.separated)
+    result = result._replace(elongation=elongation - compliance * result.force)
     fine = jnp.isfinite(elongation)
     return jax.tree.map(
-        lambda new, old: jnp.where(fine, new, old), _typed(Moved(made, separated), state), state
+        lambda new, old: jnp.where(fine, new, old), _cast(Motion(result, parts), state), state
     )
 
 
-def _setting(state: Moved, vacuum: Any, spring: Any, numbers: Parameters) -> Setting:
-    """What resists, from the kernel's eight numbers."""
+def _setting(state: Motion, vacuum: Any, spring: Any, numbers: Parameters) -> Setting:
+    """Return the resistances from the kernel's eight numbers."""
     c = jnp.where(state.separated, 0.0, numbers.contact * vacuum)
     if not isinstance(numbers.exponent, float) or numbers.exponent != 0:
         positive = jnp.where(vacuum > 0, vacuum, 1.0)
@@ -92,39 +92,39 @@ def _setting(state: Moved, vacuum: Any, spring: Any, numbers: Parameters) -> Set
     return Setting(c, spring, numbers.overlap, strip)
 
 
-def _whole(state: State, elongation: Any, at: Setting, separated: Any) -> tuple[State, Any]:
-    """The move, and whether the sheets have parted; then the enclosure alone pulls."""
-    first = _typed(move(state, elongation, at), state)
-    parts = (first.enclosure.slip >= at.overlap) & ~separated
+def _slide(state: State, elongation: Any, law: Setting, separated: Any) -> tuple[State, Any]:
+    """Return the move, and whether the sheets have separated; then only the enclosure pulls."""
+    first = _cast(move(state, elongation, law), state)
+    parts = (first.enclosure.slip >= law.overlap) & ~separated
 
-    left = jnp.maximum(at.overlap - state.enclosure.slip, 0.0)
-    rubbed = at.c * left**2 / 2  # up to the end of the overlap; beyond it the enclosure is alone
+    left = jnp.maximum(law.overlap - state.enclosure.slip, 0.0)
+    heat = law.c * left**2 / 2  # up to the end of the overlap; beyond it the enclosure is alone
 
-    def alone() -> State:
-        free = move(state, elongation, at._replace(c=0.0 * at.c))
-        return _typed(free._replace(heat=free.heat + rubbed, work=free.work + rubbed), state)
+    def with_enclosure() -> State:
+        free = move(state, elongation, law._replace(c=0.0 * law.c))
+        return _cast(free._replace(heat=free.heat + heat, work=free.work + heat), state)
 
-    made = jax.lax.cond(parts, alone, lambda: first)
-    still = made.enclosure.slip == state.enclosure.slip
-    # a move that changes no slip leaves no turning point: rounding is no turn
+    result = jax.lax.cond(parts, with_enclosure, lambda: first)
+    still = result.enclosure.slip == state.enclosure.slip
+    # a move without slip leaves no turning point: rounding is not a turn
     memory = jax.tree.map(
-        lambda new, old: jnp.where(still, old, new), made.enclosure, state.enclosure
+        lambda new, old: jnp.where(still, old, new), result.enclosure, state.enclosure
     )
-    return made._replace(enclosure=memory), separated | parts
+    return result._replace(enclosure=memory), separated | parts
 
 
-def _typed(new: Any, old: Any) -> Any:
-    """The new state in the types of the old one: a loop's carry may not change them."""
+def _cast(new: Any, old: Any) -> Any:
+    """Return the new state in the types of the old one: a loop's carry cannot change them."""
     return jax.tree.map(lambda a, b: jnp.asarray(a).astype(jnp.result_type(b)), new, old)
 
 
 @functools.cache
-def _compiled() -> Any:
-    return jax.jit(moved)
+def _compile_move() -> Any:
+    return jax.jit(move_state)
 
 
 class Increment:
-    """One brake, stepped by JAX in double precision: `Kernel` without a C compiler, and slower."""
+    """One brake, stepped by JAX in double precision: slower than `Kernel`, without a C compiler."""
 
     @in_double_precision
     def __init__(self, numbers: Parameters) -> None:
@@ -133,29 +133,29 @@ class Increment:
 
     @in_double_precision
     def start(self) -> None:
-        """Back to rest under no vacuum."""
+        """Return to rest without vacuum."""
         self._state = at_start()
 
     @in_double_precision
     def move(self, elongation: float, vacuum: float, compliance: float = 0.0) -> float:
-        """As `Kernel.move`: the force [N]; QuantityError for a number that is not allowed."""
+        """Return the force [N], as `Kernel.move`; QuantityError for an invalid number."""
         for name, value in (("elongation", elongation), ("vacuum", vacuum)):
             if not np.isfinite(value):
-                raise QuantityError.of(name, f"{value} is no number that can be computed with")
+                raise QuantityError.of(name, f"{value} is not a finite number")
         if vacuum < 0:
             raise QuantityError.of("vacuum", f"{vacuum:g} Pa is not allowed; zero or more")
-        given = (float(elongation), float(vacuum), self.parameters, float(compliance))
-        self._state = _compiled()(self._state, *given)
+        numbers = (float(elongation), float(vacuum), self.parameters, float(compliance))
+        self._state = _compile_move()(self._state, *numbers)
         return self.force
 
     @property
     def force(self) -> float:
-        """[N]."""
+        """Force [N]."""
         return float(self._state.force)
 
     @property
     def slip(self) -> float:
-        """[m]."""
+        """Slip [m]."""
         return float(self._state.slip)
 
     @property
@@ -165,24 +165,24 @@ class Increment:
 
     @property
     def state(self) -> bytes:
-        """All that the brake remembers; assign it to go back there.
+        """Complete state of the brake; assign it to restore the state.
 
-        Raises QuantityError for bytes that are not the state of a brake; nothing has changed then.
+        Raises QuantityError for bytes that are not the state of a brake; nothing changes then.
         """
         return b"".join(np.asarray(leaf).tobytes() for leaf in jax.tree.leaves(self._state))
 
     @state.setter
-    def state(self, given: bytes) -> None:
+    def state(self, data: bytes) -> None:
         leaves, kind = jax.tree.flatten(self._state)
         size = sum(leaf.nbytes for leaf in leaves)
-        if len(given) != size:
-            raise QuantityError.of("state", f"expected {size} bytes, got {len(given)}")
-        made, at = [], 0
+        if len(data) != size:
+            raise QuantityError.of("state", f"expected {size} bytes, got {len(data)}")
+        arrays, start = [], 0
         for leaf in map(np.asarray, leaves):
-            part = np.frombuffer(given[at : at + leaf.nbytes], leaf.dtype)
+            part = np.frombuffer(data[start : start + leaf.nbytes], leaf.dtype)
             pieces = part.dtype.kind == "i" and not 2 <= part[0] < PIECES
             if pieces or not np.isfinite(part).all():
                 raise QuantityError.of("state", "the bytes are damaged: a number out of range")
-            made.append(part.reshape(leaf.shape))
-            at += leaf.nbytes
-        self._state = jax.tree.unflatten(kind, made)
+            arrays.append(part.reshape(leaf.shape))
+            start += leaf.nbytes
+        self._state = jax.tree.unflatten(kind, arrays)

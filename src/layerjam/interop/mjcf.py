@@ -1,4 +1,4 @@
-"""Models with a brake: the actuator as MJCF, added to a mujoco.MjSpec, and one to look at."""
+"""MuJoCo models with a brake: the actuator as MJCF, in a mujoco.MjSpec, and an example scene."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from xml.sax.saxutils import quoteattr
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError, UnknownNameError
-from layerjam.interop.tendon import Coupling, checked
+from layerjam.interop.tendon import Coupling, coupling_of
 from layerjam.kernel.parameters import Parameters, parameters
 
 AnyBrake = str | BrakeFile | Brake
@@ -20,32 +20,32 @@ HELD = 50e3
 
 
 def brake_file(brake: AnyBrake) -> BrakeFile | Brake:
-    """A catalogue name or a path as its file; anything else as it is."""
+    """Return the file of a catalogue name or a path; other arguments are returned unchanged."""
     from layerjam.device.load import load
 
     return load(brake) if isinstance(brake, str) else brake
 
 
-def atmosphere_of(given: BrakeFile | Brake) -> float:
-    """The most vacuum there can be [Pa]."""
-    brake = given.brake if isinstance(given, BrakeFile) else given
+def atmosphere_of(brake: BrakeFile | Brake) -> float:
+    """Return the greatest possible vacuum [Pa]."""
+    brake = brake.brake if isinstance(brake, BrakeFile) else brake
     return float(brake.site.atmosphere)
 
 
 def config(
     numbers: Parameters, coupling: Coupling = "limited", rest_length: float | None = None
 ) -> dict[str, str]:
-    """Attributes of the plugin; numbers in full."""
-    made = {name: repr(float(value)) for name, value in numbers._asdict().items()}
+    """Return the attributes of the plugin, numbers with all digits."""
+    attributes = {name: repr(float(value)) for name, value in numbers._asdict().items()}
     if rest_length is not None:
         if not 0 <= rest_length < float("inf"):
             raise QuantityError.of("rest_length", f"{rest_length} m is not allowed; zero or more")
-        made["rest_length"] = repr(float(rest_length))
-    return {**made, "coupling": checked(coupling)}
+        attributes["rest_length"] = repr(float(rest_length))
+    return {**attributes, "coupling": coupling_of(coupling)}
 
 
 def _lag(vacuum_lag: float | None) -> dict[str, str]:
-    """The vacuum line as the actuator's own dynamics: first order, exact at any step."""
+    """Return the vacuum line as the actuator's dynamics: first order, exact at any step."""
     if vacuum_lag is None:
         return {}
     if not 0 < vacuum_lag < float("inf"):
@@ -63,14 +63,14 @@ def mjcf(
     rope_stiffness: float | None = None,
     name: str | None = None,
 ) -> str:
-    """The brake as MJCF for `<include>`: the plugin's instance, and an actuator on a tendon.
+    """Return the brake as MJCF for `<include>`: the plugin's instance and an actuator on a tendon.
 
-    `rest_length` [m] is the tendon's length at zero elongation, that at qpos0 unless it is given;
-    `vacuum_lag` [s] the time constant of the vacuum line; `name` the actuator's, the tendon's
-    unless it is given. Raises QuantityError, UnknownNameError.
+    `rest_length` [m] is the tendon's length at zero elongation, by default that at qpos0.
+    `vacuum_lag` [s] is the time constant of the vacuum line. `name` is the actuator's name, by
+    default the tendon's. Raises QuantityError, UnknownNameError.
     """
-    given, name = brake_file(brake), name or tendon
-    numbers = config(parameters(given, rope_stiffness), coupling, rest_length)
+    file, name = brake_file(brake), name or tendon
+    numbers = config(parameters(file, rope_stiffness), coupling, rest_length)
     keys = "\n".join(
         f"        <config key={quoteattr(key)} value={quoteattr(value)}/>"
         for key, value in numbers.items()
@@ -82,14 +82,14 @@ def mjcf(
         "instance": instance,
         "tendon": tendon,
         "ctrllimited": "true",
-        "ctrlrange": f"0 {atmosphere_of(given)!r}",
+        "ctrlrange": f"0 {atmosphere_of(file)!r}",
         **_lag(vacuum_lag),
     }
     words = " ".join(f"{key}={quoteattr(value)}" for key, value in actuator.items())
-    mark = given.mark().replace("--", "- -") if isinstance(given, BrakeFile) else ""
-    said = mark and f"  <!-- {mark} -->\n"
+    mark = file.mark().replace("--", "- -") if isinstance(file, BrakeFile) else ""
+    comment = mark and f"  <!-- {mark} -->\n"
     return f"""<mujocoinclude>
-{said}  <!-- the control is the vacuum [Pa] -->
+{comment}  <!-- the control is the vacuum [Pa] -->
   <extension>
     <plugin plugin="{PLUGIN}">
       <instance name={quoteattr(instance)}>
@@ -105,7 +105,7 @@ def mjcf(
 
 
 def scene(tendon: str, include: str) -> str:
-    """A model to look at: 1 kg that hangs half a metre below the ceiling on a cable."""
+    """Return an example model: 1 kg that hangs half a metre below the ceiling on a cable."""
     text = files("layerjam.interop").joinpath("scene.xml").read_text(encoding="utf-8")
     return text.format(include=quoteattr(include), tendon=quoteattr(tendon), held=HELD)
 
@@ -121,37 +121,37 @@ def attach(
     rope_stiffness: float | None = None,
     name: str | None = None,
 ) -> Any:
-    """Add the brake to a mujoco.MjSpec, as an actuator on one of its tendons; the actuator.
+    """Add the brake to a mujoco.MjSpec as an actuator on a tendon; return the actuator.
 
-    Its control is the vacuum [Pa], its name the tendon's unless one is given. The tendon itself
-    carries no stiffness, or the brake would have a second spring beside it. Loads the plugin.
-    Raises UnknownNameError, QuantityError, MissingExtraError, CompilerError.
+    Its control is the vacuum [Pa], its name by default the tendon's. The tendon itself must have no
+    stiffness, which would be a second spring parallel to the brake. Loads the plugin. Raises
+    UnknownNameError, QuantityError, MissingExtraError, CompilerError.
     """
-    from layerjam.interop.plugin import installed, load
+    from layerjam.interop.plugin import import_mujoco, load
 
-    mujoco = installed()
+    mujoco = import_mujoco()
     load()
-    found = next((one for one in spec.tendons if one.name == tendon), None)
-    if found is None:
-        known = [one.name for one in spec.tendons] or ["(the model has no tendon)"]
-        raise UnknownNameError("tendon", tendon, known)
+    target = next((item for item in spec.tendons if item.name == tendon), None)
+    if target is None:
+        names = [item.name for item in spec.tendons] or ["(the model has no tendon)"]
+        raise UnknownNameError("tendon", tendon, names)
     for quantity in ("stiffness", "frictionloss", "springyield"):
-        if any(float(value) != 0 for value in _numbers(getattr(found, quantity, 0.0))):
+        if any(float(value) != 0 for value in _numbers(getattr(target, quantity, 0.0))):
             raise QuantityError.of(
-                f"tendon '{tendon}'", f"{quantity} would act beside the brake; leave it out"
+                f"tendon '{tendon}'", f"{quantity} would add to the brake; leave it out"
             )
     name = name or tendon
-    if any(one.name == name for one in spec.actuators):
+    if any(item.name == name for item in spec.actuators):
         raise QuantityError.of(
             "name", f"the model has an actuator '{name}' already; give this brake another name"
         )
-    given, lag = brake_file(brake), _lag(vacuum_lag)
-    numbers = config(parameters(given, rope_stiffness), coupling, rest_length)
+    file, lag = brake_file(brake), _lag(vacuum_lag)
+    numbers = config(parameters(file, rope_stiffness), coupling, rest_length)
     spec.activate_plugin(PLUGIN)
     instance = spec.add_plugin(name=f"{INSTANCE}-{name}", plugin_name=PLUGIN, active=True)
     instance.config = numbers
     actuator = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon)
-    actuator.ctrllimited, actuator.ctrlrange = True, [0.0, atmosphere_of(given)]
+    actuator.ctrllimited, actuator.ctrlrange = True, [0.0, atmosphere_of(file)]
     if lag:
         actuator.dyntype = mujoco.mjtDyn.mjDYN_FILTEREXACT
         actuator.dynprm[0] = vacuum_lag

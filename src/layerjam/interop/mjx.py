@@ -4,9 +4,8 @@
     state = mjx.start(brake)
     d, state = mjx.step(mx, d, state, vacuum, brake)
 
-`step` stands in place of `mujoco.mjx.step`; it is jitted, scanned, batched and differentiated like
-it. MJX takes plugins and plastic springs without a word and computes something else: they are
-refused here.
+`step` replaces `mujoco.mjx.step`; it can be jitted, scanned, batched and differentiated too. MJX
+accepts plugins and plastic springs silently and computes something else: they are rejected here.
 """
 
 from __future__ import annotations
@@ -18,21 +17,21 @@ import jax
 import jax.numpy as jnp
 
 from layerjam.errors import MissingExtraError, QuantityError
-from layerjam.interop.increment import Moved, at_start, moved
+from layerjam.interop.increment import Motion, at_start, move_state
 from layerjam.interop.mjcf import AnyBrake, brake_file
 from layerjam.interop.tendon import (
     LOWEST,
     Coupling,
     check_integrator,
-    checked,
     compliance_of,
+    coupling_of,
     tendon_of,
 )
 from layerjam.kernel.parameters import Parameters, parameters
 
 
-class Held(NamedTuple):
-    """The numbers of a brake on a tendon; they may be traced and differentiated."""
+class Setup(NamedTuple):
+    """Numbers of a brake on a tendon; they may be traced and differentiated."""
 
     numbers: Parameters
     rest_length: Any
@@ -44,18 +43,18 @@ class Held(NamedTuple):
 class TendonBrake:
     """A brake on one tendon of a model."""
 
-    held: Held
+    values: Setup
     tendon: int
     coupling: Coupling
 
-    def tree_flatten(self) -> tuple[tuple[Held], tuple[int, Coupling]]:
-        """Leaves: numbers and rest length."""
-        return (self.held,), (self.tendon, self.coupling)
+    def tree_flatten(self) -> tuple[tuple[Setup], tuple[int, Coupling]]:
+        """Return the leaves: numbers and rest length."""
+        return (self.values,), (self.tendon, self.coupling)
 
     @classmethod
-    def tree_unflatten(cls, fixed: tuple[int, Coupling], leaves: tuple[Held]) -> TendonBrake:
-        """The brake with other leaves."""
-        return cls(leaves[0], *fixed)
+    def tree_unflatten(cls, meta: tuple[int, Coupling], leaves: tuple[Setup]) -> TendonBrake:
+        """Return the brake with other leaves."""
+        return cls(leaves[0], *meta)
 
 
 def brake(
@@ -66,25 +65,25 @@ def brake(
     coupling: Coupling = "limited",
     rope_stiffness: float | None = None,
 ) -> TendonBrake:
-    """A brake for a tendon of a mujoco.MjModel, before `mjx.put_model`.
+    """Return a brake for a tendon of a mujoco.MjModel, before `mjx.put_model`.
 
-    Sets the stiffness of the tendon, as written within 1e-6, to the brake's. Raises
-    UnknownNameError, QuantityError for a tendon that cannot carry the brake and for what MJX would
-    take and not compute, MissingExtraError.
+    Sets the tendon's stiffness, which must agree within 1e-6, to the brake's. Raises
+    UnknownNameError, MissingExtraError, and QuantityError for a tendon that cannot carry the brake
+    or a feature that MJX would not compute.
     """
     with MissingExtraError.raise_if_missing("a brake in MJX", "mjx"):
         from mujoco import mjx as _  # noqa: F401
     _check(model)
     numbers = parameters(brake_file(brake), rope_stiffness)
     check_integrator(model)
-    found = tendon_of(model, tendon, numbers)
-    model.tendon_stiffness[found.id] = numbers.stiffness
-    model.tendon_lengthspring[found.id] = (LOWEST, found.rest_length)
-    return TendonBrake(Held(numbers, found.rest_length), found.id, checked(coupling))
+    target = tendon_of(model, tendon, numbers)
+    model.tendon_stiffness[target.id] = numbers.stiffness
+    model.tendon_lengthspring[target.id] = (LOWEST, target.rest_length)
+    return TendonBrake(Setup(numbers, target.rest_length), target.id, coupling_of(coupling))
 
 
 def _check(model: Any) -> None:
-    """Raise QuantityError for what MJX takes in silence and computes as something else."""
+    """Raise QuantityError for features that MJX accepts silently and computes differently."""
     import mujoco
 
     for i in range(model.nactuator):
@@ -102,10 +101,10 @@ def _check(model: Any) -> None:
             )
 
 
-def start(brake: TendonBrake, dtype: Any = None) -> Moved:
-    """The brake at rest; `dtype` float32 or float64, that of JAX unless it is given.
+def start(brake: TendonBrake, dtype: Any = None) -> Motion:
+    """Return the brake at rest; `dtype` is float32 or float64, by default JAX's.
 
-    Raises QuantityError for float64 while JAX works in single precision.
+    Raises QuantityError for float64 if JAX works in single precision.
     """
     wide = jnp.result_type(float) == jnp.float64
     dtype = jnp.dtype(dtype or (jnp.float64 if wide else jnp.float32))
@@ -118,27 +117,27 @@ def start(brake: TendonBrake, dtype: Any = None) -> Moved:
     return at_start(dtype)
 
 
-def step(mx: Any, d: Any, state: Moved, vacuum: Any, brake: TendonBrake) -> tuple[Any, Moved]:
-    """One step of MJX with the brake under a vacuum [Pa]; the data and the brake after it.
+def step(mx: Any, d: Any, state: Motion, vacuum: Any, brake: TendonBrake) -> tuple[Any, Motion]:
+    """Return the data and the brake after one step of MJX under a vacuum [Pa].
 
-    Brings the tendon's length up to date, moves the brake, and sets the rest length for this step
-    alone: `mx` itself stays. A vacuum that is negative or no number keeps the last one.
+    Updates the tendon's length, moves the brake, and sets the rest length for this step only: `mx`
+    is unchanged. A vacuum that is negative or not a number keeps the last one.
     """
     from mujoco import mjx
     from mujoco.mjx._src import smooth
 
     d = mjx.fwd_position(mx, d)
-    at, held = brake.tendon, brake.held
-    elongation, ahead = d.ten_length[at] - held.rest_length, 0.0
+    index, values = brake.tendon, brake.values
+    elongation, advance = d.ten_length[index] - values.rest_length, 0.0
     compliance: Any = 0.0
     if brake.coupling != "explicit":
-        pull = d._impl.ten_J[at]
+        pull = d._impl.ten_J[index]
         mobility = pull @ smooth.solve_m(mx, d, pull)
         timestep = mx.opt.timestep
-        compliance = compliance_of(brake.coupling, mobility, timestep, held.numbers.stiffness)
+        compliance = compliance_of(brake.coupling, mobility, timestep, values.numbers.stiffness)
         if brake.coupling == "implicit":
-            ahead = timestep * (pull @ d.qvel)
-    state = moved(state, elongation + ahead, vacuum, held.numbers, compliance)
-    rest = held.rest_length + state.slip + compliance * state.force - ahead
-    lengths = mx.tendon_lengthspring.at[at, 1].set(rest.astype(mx.tendon_lengthspring.dtype))
+            advance = timestep * (pull @ d.qvel)
+    state = move_state(state, elongation + advance, vacuum, values.numbers, compliance)
+    length = values.rest_length + state.slip + compliance * state.force - advance
+    lengths = mx.tendon_lengthspring.at[index, 1].set(length.astype(mx.tendon_lengthspring.dtype))
     return mjx.step(mx.replace(tendon_lengthspring=lengths), d), state

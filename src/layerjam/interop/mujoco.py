@@ -5,8 +5,8 @@
         brake.before_step(data, vacuum=94.5e3)
         mj.mj_step(model, data)
 
-The helper moves the rest length of a tendon's spring: it is the slip. The plugin's control is the
-vacuum. Either holds a load without creep, bit for bit, which `frictionloss` does not.
+The helper moves the rest length of a tendon's spring, which is the slip. The plugin's control is
+the vacuum. Both hold a load without creep, bit for bit, unlike `frictionloss`.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from typing import Any
 
 from layerjam.errors import CompilerError
 from layerjam.interop.mjcf import AnyBrake, attach, brake_file, mjcf
-from layerjam.interop.plugin import installed, load, plugin
+from layerjam.interop.plugin import import_mujoco, load, plugin
 from layerjam.interop.tendon import (
     LOWEST,
     Coupling,
     check_integrator,
-    checked,
     compliance_of,
+    coupling_of,
     tendon_of,
 )
 from layerjam.kernel.kernel import Kernel
@@ -33,11 +33,11 @@ __all__ = ["AnyBrake", "Brake", "Coupling", "attach", "load", "mjcf", "plugin"]
 class Brake:
     """A brake on a tendon of a mujoco.MjModel, stepped from Python.
 
-    The tendon's stiffness must be the brake's, `rope_stiffness` [N/m] in series; the upper end of
-    its `springlength` is the length at zero elongation (the length at qpos0 unless it is given).
-    From then on the rest length of that tendon in `model` is the brake's. Without a C compiler the
-    law runs in JAX, more slowly. Integrators that evaluate the spring more than once a step, or
-    damp it, are refused; the plugin takes them.
+    The tendon must have the stiffness of the brake, with `rope_stiffness` [N/m] in series. The
+    upper end of its `springlength` is the length at zero elongation (by default the length at
+    qpos0). From then on the brake sets the rest length of that tendon in `model`. Without a C
+    compiler the law runs in JAX, more slowly. Integrators that evaluate the spring more than once a
+    step, or damp it, are rejected; the plugin accepts them.
 
     Raises UnknownNameError, QuantityError, MissingExtraError.
     """
@@ -51,95 +51,95 @@ class Brake:
         coupling: Coupling = "limited",
         rope_stiffness: float | None = None,
     ) -> None:
-        installed()
-        given = brake_file(brake)
-        numbers = parameters(given, rope_stiffness)
+        import_mujoco()
+        file = brake_file(brake)
+        numbers = parameters(file, rope_stiffness)
         check_integrator(model)
         self.tendon = tendon_of(model, tendon, numbers)
-        self.coupling = checked(coupling)
+        self.coupling = coupling_of(coupling)
         self.stiffness = numbers.stiffness
-        self.law = _law(given, rope_stiffness)
+        self.law = _law(file, rope_stiffness)
         self._model = model
         model.tendon_stiffness[self.tendon.id] = numbers.stiffness
-        self._rest(0.0)
+        self._set_rest_length(0.0)
 
     @property
     def slip(self) -> float:
-        """[m]."""
+        """Slip [m]."""
         return self.law.slip
 
     @property
     def force(self) -> float:
-        """Of the last step [N]."""
+        """Force of the last step [N]."""
         return self.law.force
 
     @property
     def heat(self) -> float:
-        """Dissipated so far [J]."""
+        """Energy dissipated so far [J]."""
         return self.law.heat
 
     @property
     def state(self) -> bytes:
-        """All that the brake remembers; assign it to go back there."""
+        """Complete state of the brake; assign it to restore the state."""
         return self.law.state
 
     @state.setter
-    def state(self, given: bytes) -> None:
-        self.law.state = given
-        self._rest(self.law.slip)
+    def state(self, data: bytes) -> None:
+        self.law.state = data
+        self._set_rest_length(self.law.slip)
 
     def reset(self) -> None:
-        """Back to rest, as `mj_resetData` puts the model back to its start."""
+        """Return to rest, as `mj_resetData` returns the model to its start."""
         self.law.start()
-        self._rest(0.0)
+        self._set_rest_length(0.0)
 
     def before_step(self, data: Any, vacuum: float) -> float:
-        """Move the brake to where the tendon is, under a vacuum [Pa]; the force [N].
+        """Move the brake to the tendon's length, under a vacuum [Pa]; return the force [N].
 
-        Call it before every `mj_step`. It brings the tendon's length up to date first, because
-        `mj_step` leaves the length of the position before the step. Raises QuantityError for a
-        vacuum that is negative or not finite; nothing has changed then.
+        Call it before every `mj_step`. It updates the tendon's length first, because `mj_step`
+        leaves the length of the previous position. Raises QuantityError for a vacuum that is
+        negative or not finite; nothing changes then.
         """
         import mujoco
 
-        model, at = self._model, self.tendon.id
+        model, tendon = self._model, self.tendon.id
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         mujoco.mj_tendon(model, data)
-        elongation = data.ten_length[at] - self.tendon.rest_length
-        ahead, compliance, step = 0.0, 0.0, model.opt.timestep
+        elongation = data.ten_length[tendon] - self.tendon.rest_length
+        advance, compliance, step = 0.0, 0.0, model.opt.timestep
         if self.coupling != "explicit":
             mobility, row, columns = self._mobility(data)
             compliance = compliance_of(self.coupling, mobility, step, self.stiffness)
             if self.coupling == "implicit":
-                ahead = step * float(row @ data.qvel[columns])
-        force = self.law.move(elongation + ahead, vacuum, compliance)
-        # the spring pulls with k (u - rest): with a compliance in series its stretch is less
-        self._rest(self.law.slip + compliance * force - ahead)
+                advance = step * float(row @ data.qvel[columns])
+        force = self.law.move(elongation + advance, vacuum, compliance)
+        # the spring pulls with k (u - rest): a compliance in series reduces its stretch
+        self._set_rest_length(self.law.slip + compliance * force - advance)
         return force
 
     def _mobility(self, data: Any) -> tuple[float, Any, Any]:
-        """A = J M^-1 J^T [1/kg] of the tendon, and its Jacobian's row with the row's columns."""
+        """Return A = J M^-1 J^T [1/kg] of the tendon, its Jacobian's row and the row's columns."""
         import mujoco
         import numpy as np
 
-        model, at = self._model, self.tendon.id
+        model, tendon = self._model, self.tendon.id
         mujoco.mj_makeM(model, data)
         mujoco.mj_factorM(model, data)
-        start = model.ten_J_rowadr[at]
-        part = slice(start, start + model.ten_J_rownnz[at])
+        start = model.ten_J_rowadr[tendon]
+        part = slice(start, start + model.ten_J_rownnz[tendon])
         columns, row = model.ten_J_colind[part], data.ten_J[part]
         pull, answer = np.zeros((1, model.nv)), np.zeros((1, model.nv))
         pull[0, columns] = row
         mujoco.mj_solveM(model, data, answer, pull)
         return float(answer[0] @ pull[0]), row, columns
 
-    def _rest(self, slip: float) -> None:
+    def _set_rest_length(self, slip: float) -> None:
         self._model.tendon_lengthspring[self.tendon.id] = (LOWEST, self.tendon.rest_length + slip)
 
 
 def _law(brake: Any, rope_stiffness: float | None) -> Any:
-    """The compiled kernel, or its twin in JAX where no C compiler is installed."""
+    """Return the compiled kernel, or its twin in JAX if no C compiler is installed."""
     try:
         return Kernel(brake, rope_stiffness=rope_stiffness)
     except CompilerError:

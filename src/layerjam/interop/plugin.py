@@ -1,7 +1,7 @@
 """The plugin `layerjam.brake`: compiled once for each MuJoCo, and loaded.
 
 `import mujoco` calls `register` through the entry point of the group `mujoco.plugins`, so that a
-model with a brake opens without a line of code.
+model with a brake opens without any code.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from layerjam.errors import CompilerError, MissingExtraError
 from layerjam.kernel.compiler import SOURCES, library
 
 SOURCE = Path(__file__).parent / "c" / "mujoco_plugin.c"
-_loaded: list[ctypes.CDLL] = []
+_libraries: list[ctypes.CDLL] = []
 
 
 def plugin() -> Path:
-    """The plugin's library for the MuJoCo that is installed, compiled unless that was done before.
+    """Return the plugin's library for the installed MuJoCo, compiled unless cached.
 
-    Raises MissingExtraError without MuJoCo, CompilerError without a C compiler or where MuJoCo's
-    own library is not found.
+    Raises MissingExtraError if MuJoCo is missing, CompilerError if there is no C compiler or
+    MuJoCo's library is not found.
     """
-    mujoco = installed()
+    mujoco = import_mujoco()
     home = Path(mujoco.HEADERS_DIR).parents[1]
     engine = [
         file
@@ -32,7 +32,7 @@ def plugin() -> Path:
         for file in sorted(home.glob(pattern))
     ]
     if not engine:
-        raise CompilerError(f"MuJoCo's library is not beside its headers, in {home}")
+        raise CompilerError(f"MuJoCo's library is not next to its headers, in {home}")
     headers = Path(mujoco.HEADERS_DIR)
     return library(
         [SOURCE, SOURCES / "layerjam.c"],
@@ -41,8 +41,8 @@ def plugin() -> Path:
     )
 
 
-def installed() -> Any:
-    """The module mujoco; MissingExtraError where it is not installed."""
+def import_mujoco() -> Any:
+    """Return the module mujoco; MissingExtraError if it is not installed."""
     with MissingExtraError.raise_if_missing("a brake in MuJoCo", "mujoco"):
         import mujoco
     return mujoco
@@ -50,19 +50,19 @@ def installed() -> Any:
 
 def load() -> None:
     """Load the plugin into MuJoCo; a second call does nothing. Raises as `plugin` does."""
-    if not _loaded:
-        installed()  # it may load the plugin itself, through `register`
-    if not _loaded:
-        _loaded.append(ctypes.CDLL(str(plugin())))
+    if not _libraries:
+        import_mujoco()  # it may load the plugin itself, through `register`
+    if not _libraries:
+        _libraries.append(ctypes.CDLL(str(plugin())))
 
 
 def register() -> None:
-    """What MuJoCo calls when it is imported; without a C compiler there is no plugin, in silence.
+    """Load the plugin when MuJoCo is imported; without a C compiler there is silently no plugin.
 
-    `load`, `attach` and `layerjam export mujoco` say so to whoever asks for it.
+    `load`, `attach` and `layerjam export mujoco` report a missing compiler.
     """
     try:
-        if not _loaded and "mujoco" in sys.modules:
-            _loaded.append(ctypes.CDLL(str(plugin())))
+        if not _libraries and "mujoco" in sys.modules:
+            _libraries.append(ctypes.CDLL(str(plugin())))
     except CompilerError:
         return
