@@ -93,7 +93,7 @@ def write_folder(out: Path, content: Mapping[str, str | bytes], force: bool = Fa
 
 def require() -> None:
     """Raise MissingExtraError where the extra `build` is not installed, before anything is done."""
-    with MissingExtraError.without("building a brake (ezdxf, manifold3d, typst)", "build"):
+    with MissingExtraError.raise_if_missing("building a brake (ezdxf, manifold3d, typst)", "build"):
         import ezdxf  # noqa: F401
         import manifold3d  # noqa: F401
         import matplotlib  # noqa: F401

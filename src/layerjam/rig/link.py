@@ -148,7 +148,7 @@ class VisaEnds:
     """
 
     def __init__(self, address: Address) -> None:
-        with MissingExtraError.without("a VISA address", "visa"):
+        with MissingExtraError.raise_if_missing("a VISA address", "visa"):
             import pyvisa
         self._error: type[Exception] = pyvisa.Error
         try:
