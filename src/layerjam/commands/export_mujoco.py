@@ -99,9 +99,9 @@ class _Built:
 
 def _library() -> tuple[_Built, str]:
     """The compiled plugin and MuJoCo's version."""
-    from layerjam.interop.plugin import installed, plugin
+    from layerjam.interop.plugin import import_mujoco, plugin
 
     try:
-        return _Built(plugin()), str(installed().__version__)
+        return _Built(plugin()), str(import_mujoco().__version__)
     except CompilerError as error:
         raise CompilerError(f"{error}; or give --no-build") from None

@@ -220,8 +220,8 @@ def _with_scatter(spec: Spec, test: Trial) -> Trial:
         sizes = (spec.friction.kinetic_scatter, spec.friction.static_scatter)
         kinetic, static = (float(faults.spread(s, d)) for s, d in zip(sizes, draws, strict=False))
         return replace(test, friction=kinetic * warm, static=static * warm)
-    sizes = (spec.scatter.friction, spec.scatter.stiffness, spec.scatter.enclosure)
-    sheets, spring, sleeve = (float(faults.spread(s, d)) for s, d in zip(sizes, draws, strict=True))
+    parts = (spec.scatter.friction, spec.scatter.stiffness, spec.scatter.enclosure)
+    sheets, spring, sleeve = (float(faults.spread(s, d)) for s, d in zip(parts, draws, strict=True))
     truth = test.subject.truth
     faster = float(np.exp(truth.speed_slope * np.log10(test.speed / truth.speed_reference)))
     return replace(test, friction=sheets * warm * faster, stiffness=spring, enclosure=sleeve)
