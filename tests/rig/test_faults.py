@@ -15,7 +15,7 @@ from layerjam.errors import LayerjamError
 from layerjam.rig import board as boards
 from layerjam.rig import observer as observer_module
 from layerjam.rig.address import VIRTUAL, address_of
-from layerjam.rig.campaign import Bed, accelerated, campaign, tried, wanted
+from layerjam.rig.campaign import Bed, accelerate, campaign, run_trial, select_faults
 from layerjam.rig.kinds import APART, DRIFTS, KINDS, NOT_HERE, SUPPLY_SAMPLES
 from layerjam.rig.observer import Observer, drawn
 from layerjam.rig.plant import VirtualPlant, behind
@@ -80,9 +80,9 @@ def test_a_drift_is_doubted_by_the_board_when_the_plant_says_so(
 ) -> None:
     """Three openings in the plant's log are the board's bit 10; a slow drift has neither."""
     monkeypatch.setattr(observer_module, "LONGEST", 60.0)
-    with Bed(accelerated(VIRTUAL)) as bed:
+    with Bed(accelerate(VIRTUAL)) as bed:
         for size, doubted in ((200.0, True), (5.0, False)):
-            trial = tried(bed, drawn(bed.behind, "sensor-drift", 0, 0, size=size))
+            trial = run_trial(bed, drawn(bed.behind, "sensor-drift", 0, 0, size=size))
             bit = int(bed.bench()[0].ask("STAT:QUES?")) & 1024
             assert (trial.doubted_after is not None) == doubted == bool(bit), size
             assert trial.named is None and trial.safe_after is None and trial.met
@@ -115,12 +115,12 @@ def test_a_run_is_the_same_for_the_same_seed() -> None:
 
 def test_what_nobody_knows_is_refused() -> None:
     with pytest.raises(LayerjamError, match="pump-dead"):
-        wanted(["pump-ded"])
-    assert wanted(["core-locked"]) == [] and set(wanted([])) == set(KINDS)
+        select_faults(["pump-ded"])
+    assert select_faults(["core-locked"]) == [] and set(select_faults([])) == set(KINDS)
     with pytest.raises(LayerjamError, match="no virtual board"):
-        accelerated("tcp:127.0.0.1:5025")
-    assert accelerated("sim:choi2018").options["speed"] == "0"
-    assert accelerated("sim:choi2018?speed=5").options["speed"] == "5"
+        accelerate("tcp:127.0.0.1:5025")
+    assert accelerate("sim:choi2018").options["speed"] == "0"
+    assert accelerate("sim:choi2018?speed=5").options["speed"] == "5"
 
 
 def test_the_firmware_keeps_what_is_promised_for_it() -> None:
@@ -225,8 +225,8 @@ def test_two_sensors_that_disagree_are_a_fault() -> None:
 
 def test_a_second_sensor_sees_a_drift_that_one_does_not() -> None:
     name = "sensor-drift"
-    with Bed(accelerated(f"{CPYTHON}&second=1")) as bed:
-        trial = tried(bed, drawn(bed.behind, name, 0, 0, size=200.0))
+    with Bed(accelerate(f"{CPYTHON}&second=1")) as bed:
+        trial = run_trial(bed, drawn(bed.behind, name, 0, 0, size=200.0))
     assert trial.named == "SENSORS_DISAGREE" and trial.met
     assert trial.safe_after == pytest.approx(0.05 * 103421 / 200, rel=0.05)
     assert KINDS[name].deadline(drawn(BEHIND, name, 0, 0).case) == math.inf

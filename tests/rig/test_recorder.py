@@ -189,7 +189,7 @@ def test_a_board_that_starts_anew_is_another_boot(tmp_path: Path) -> None:
     assert run.columns["time"][200] == pytest.approx(5.0)
     assert (np.diff(run.columns["time"]) > 0).all()
     said = " ".join(text for *_, text in run.events)
-    assert "started anew: 00000003" in said and "set back by 3605 s" in said
+    assert "restarted: 00000003" in said and "set back by 3605 s" in said
 
 
 def test_an_open_file_is_read_and_a_second_recorder_refused(tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ from layerjam.rig.address import address_of
 from layerjam.rig.driver import Bench
 from layerjam.rig.execute import Execution, ProcedureBench
 from layerjam.rig.plant import behind
-from layerjam.rig.recorder import Recorder, described, log
+from layerjam.rig.recorder import Recorder, describe_bench, log
 from layerjam.rig.run_file import RunFile
 from layerjam.rig.settling import scatter
 from rig.gateways import gateway
@@ -219,7 +219,7 @@ def test_a_leak_is_found_in_a_log(tmp_path: Path, capsys: pytest.CaptureFixture[
         bench.off()
         assert bench.plant is not None
         bench.plant.injected = FaultInjection(leak=0.01)
-        recorder = Recorder(bench, RunFile.create(path, described(bench)))
+        recorder = Recorder(bench, RunFile.create(path, describe_bench(bench)))
         while recorder.recorded < 3000:
             recorder.pause(recorder.pump())
         recorder.file.close("FINISHED")
@@ -349,7 +349,7 @@ def test_a_board_that_is_reset_ends_a_run(tmp_path: Path, monkeypatch: pytest.Mo
         made = bench.run("hold 100 s", out=tmp_path / "a.ljrun")
     run = read_run(made.file)
     assert (made.outcome, made.reason) == ("LINE_LOST", "the board was reset during the run")
-    assert len(run.boots) == 2 and any("started anew" in text for *_, text in run.events)
+    assert len(run.boots) == 2 and any("restarted" in text for *_, text in run.events)
 
 
 def test_another_has_locked_the_bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

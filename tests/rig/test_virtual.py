@@ -19,7 +19,7 @@ from layerjam.fluid.line import Sensor
 from layerjam.rig.address import Address, address_of
 from layerjam.rig.board import VirtualBoard, connect, interpreter
 from layerjam.rig.line import Line, LineError, Pipes
-from layerjam.rig.plant import Behind, VirtualPlant, behind
+from layerjam.rig.plant import Hardware, VirtualPlant, behind
 from rig.boards import law_words
 
 ONES = ["cpython"] + (["micropython"] if "micropython" in interpreter()[0] else [])
@@ -118,7 +118,7 @@ def test_a_board_goes_with_its_host(board: VirtualBoard) -> None:
 def plant(**other: object) -> VirtualPlant:
     made = Plant(rate=0.44, top=95e3, leak=0.004, vent=8.0)
     sensor = Sensor(range=103421.0, lag=0.03)
-    return VirtualPlant(Behind("test", made, sensor, True, 1.0, 0, **other))
+    return VirtualPlant(Hardware("test", made, sensor, True, 1.0, 0, **other))
 
 
 @pytest.mark.parametrize("pump", [0.0, 0.3, 1.0])

@@ -1,7 +1,7 @@
-"""Faults by the hundred on a virtual board: safe in time, and called by their names.
+"""Fault injection on a virtual board: time to safe outputs, and correct fault names.
 
-Whether the outputs are safe is taken from the plant's log of what it was commanded, never from what
-the firmware says of itself. The board's clock is the plant's, as fast as samples are computed.
+The plant's log of commands decides whether the outputs are safe, never the firmware's own report.
+The board's clock follows the plant, as fast as samples are computed.
 """
 
 from __future__ import annotations
@@ -28,36 +28,36 @@ EMPTY = 50.0
 """Vacuum [Pa] below which a run may begin."""
 LONG_LEASE = 600.0
 FLOOD = 2000
-"""Questions of a host that reads no answer: they fill the pipe and the board's 4 kB."""
+"""Number of queries of a host that reads no response: they fill the pipe and the board's 4 kB."""
 VENTS, VENT_WINDOW = 3, 60.0
-"""Openings of the vent within a time [s] that make the board doubt its sensor (QUES bit 10)."""
+"""Openings of the vent within a time [s] after which the board suspects its sensor."""
 CLOCK = 2e-6
-"""What two times [s] may differ by: the board's clock counts microseconds."""
+"""Allowed difference of two times [s]: the board's clock counts microseconds."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Trial:
-    """One fault, and what became of it; times [s] from the event."""
+    """One injected fault and its result; times [s] from the event."""
 
     plan: Plan
     onset: float | None
-    """From the pump's first run to the fault; None where its moment did not come."""
+    """Time from the pump's first run to the fault, or None if it did not occur."""
     named: str | None
     safe_after: float | None
     named_after: float | None
-    """Only where the outputs are safe before it has a name."""
+    """Set only if the outputs are safe before the fault is named."""
     deadline: float | None
     vacuum_after: float
     doubted_after: float | None
-    """Until the third opening of the vent within a minute."""
+    """Time to the third opening of the vent within a minute."""
     lost_after: float | None
-    """Until a tenth of the target was missing; at once where it had not been reached."""
+    """Time until a tenth of the target was missing; 0 if it had not been reached."""
     trouble: str = ""
-    """What kept the run from its end."""
+    """Reason why the run did not finish, or ""."""
 
     @property
     def met(self) -> bool:
-        """Whether what was promised came true; with no deadline, nothing was."""
+        """Whether the promise was kept; without a deadline there is none."""
         if self.deadline is None:
             return not self.trouble
         if not self.plan.kind.called(self.named, self.plan.case) or self.safe_after is None:
@@ -67,7 +67,7 @@ class Trial:
 
     @property
     def share(self) -> float:
-        """Of its deadline that it took; what is worst is greatest."""
+        """Time over its deadline; the greatest is the worst."""
         took = max(self.safe_after or 0.0, self.named_after or 0.0)
         if self.deadline is None:
             return took
@@ -76,35 +76,35 @@ class Trial:
 
 @dataclass(frozen=True)
 class Campaign:
-    """All runs, and whether somebody stopped it before its end."""
+    """All runs, and whether somebody stopped them early."""
 
     trials: tuple[Trial, ...]
     stopped: bool
     board: str
-    """What ran the firmware."""
+    """Platform of the firmware."""
 
 
-def wanted(only: Sequence[str]) -> list[str]:
-    """Names of the faults to try, all without any; UnknownNameError for another."""
+def select_faults(only: Sequence[str]) -> list[str]:
+    """Return the names of the faults to inject, by default all; UnknownNameError for others."""
     for name in only:
         if name not in KINDS and name not in NOT_HERE:
             raise UnknownNameError("fault", name, [*KINDS, *NOT_HERE], quantity="only")
     return [name for name in KINDS if name in only or not only]
 
 
-def accelerated(text: str | Address) -> Address:
-    """The address of a virtual board, as fast as it can unless it says how fast."""
-    where = address_of(text)
-    if not where.simulated:
+def accelerate(text: str | Address) -> Address:
+    """Return the address of a virtual board, as fast as possible unless it states a speed."""
+    target = address_of(text)
+    if not target.simulated:
         raise QuantityError.of(
             "address",
-            f"'{where}' is no virtual board; faults are put into a simulated line, 'sim:LINE'",
+            f"'{target}' is not a virtual board; inject faults into a simulated line, 'sim:LINE'",
         )
-    return replace(where, options={"speed": "0", **where.options})
+    return replace(target, options={"speed": "0", **target.options})
 
 
 class Bed:
-    """A virtual board for one run after the other; a new one where the last does not answer."""
+    """A virtual board for successive runs, replaced if it no longer responds."""
 
     def __init__(self, address: Address) -> None:
         self.address = address
@@ -125,11 +125,11 @@ class Bed:
         self._bench = self.board = None
 
     def bench(self) -> tuple[Bench, VirtualBoard]:
-        """The board, started where there is none."""
+        """Return the board, started if necessary."""
         if self._bench is None or self.board is None:
             line, board = connect(self.address)
             if board is None:
-                raise QuantityError.of("address", f"{self.address} is no virtual board")
+                raise QuantityError.of("address", f"{self.address} is not a virtual board")
             self._bench, self.board = Bench(BoardLink(line, board), self.address), board
             opens = self.behind.normally_open
             self._bench.safe_state = "release" if opens else "hold"
@@ -137,14 +137,14 @@ class Bed:
         return self._bench, self.board
 
     def begin(self, plan: Plan) -> tuple[Bench, VirtualBoard, Observer]:
-        """A sound line, empty, its regulator on the board, and the pump running."""
+        """Prepare a healthy, vented line and the regulator, and start the pump."""
         bench, board = self.bench()
         plant = board.plant
         plant.heal()
         bench.off()
         bench.clear()
         plant.behind = plan.behind
-        while plant.vacuum > EMPTY:  # a valve that rests closed keeps it
+        while plant.vacuum > EMPTY:  # a valve that is closed at rest keeps the vacuum
             plant.vacuum = plant.side = plant.shown = 0.0
             time.sleep(1e-3)
         bench.lease = LONG_LEASE
@@ -154,16 +154,16 @@ class Bed:
         return bench, board, observer
 
 
-def tried(bed: Bed, plan: Plan) -> Trial:
-    """One run of one fault."""
+def run_trial(bed: Bed, plan: Plan) -> Trial:
+    """Return the result of one run of one fault."""
     validate(plan.case.regulator, plan.case.target)
     observer: Observer | None = None
-    named = named_after = None
+    fault = named_after = None
     trouble = ""
     try:
         bench, board, observer = bed.begin(plan)
         seq = _through(bench, board, observer)
-        named = bench.fault
+        fault = bench.fault
         if seq is not None and plan.kind.host == "releases":
             named_after = _named_after(board, observer, seq)
         if observer.struck is None:
@@ -172,13 +172,13 @@ def tried(bed: Bed, plan: Plan) -> Trial:
         trouble = str(error)
         bed.drop()
     deadline = plan.kind.deadline(plan.case)
-    seen = observer is not None and observer.struck is not None and observer.began is not None
+    has_struck = observer is not None and observer.struck is not None and observer.began is not None
     return Trial(
         plan=plan,
-        onset=observer.struck - observer.began if seen else None,  # type: ignore[union-attr,operator]
-        named=named,
-        # outputs that no fault latched are safe by chance
-        safe_after=observer.safe_after if observer and named else None,
+        onset=observer.struck - observer.began if has_struck else None,  # type: ignore[union-attr,operator]
+        named=fault,
+        # outputs that no latched fault made safe are safe by chance
+        safe_after=observer.safe_after if observer and fault else None,
         named_after=named_after,
         deadline=deadline if math.isfinite(deadline) else None,
         vacuum_after=observer.vacuum if observer else math.nan,
@@ -189,14 +189,14 @@ def tried(bed: Bed, plan: Plan) -> Trial:
 
 
 def _after(time: float | None, event: float | None) -> float | None:
-    """Time [s] from an event, None where one of both did not come."""
+    """Return the time [s] from an event, or None if one of them is None."""
     return None if time is None or event is None else time - event
 
 
 def _through(bench: Bench, board: VirtualBoard, observer: Observer) -> int | None:
-    """Talk until the fault begins, do the host's part in it, and wait for the end.
+    """Run to the start of the fault, play the host's part, and wait for the end.
 
-    The board's sample at which it took the host's last word.
+    Returns the number of the sample at which the board took the host's last command.
     """
     host, plant, case = observer.plan.kind.host, board.plant, observer.plan.case
     while not observer.done.is_set() and (host == "talks" or observer.struck is None):
@@ -211,11 +211,11 @@ def _through(bench: Bench, board: VirtualBoard, observer: Observer) -> int | Non
             line.send(SESSION, f"{lease}FETC:ALL?".encode())
         plant.pace = 0.0
         _until_done(observer)
-        ran = [said for said in line.heard() if b",RUN," in said]
+        ran = [response for response in line.waiting_responses() if b",RUN," in response]
         last = ran[-1] if ran else b""
     else:
-        said = "VAC 0" if host == "releases" else f"SYST:LEAS {case.lease}"
-        last = line.ask(SESSION, f"{said};:FETC:ALL?".encode())
+        response = "VAC 0" if host == "releases" else f"SYST:LEAS {case.lease}"
+        last = line.ask(SESSION, f"{response};:FETC:ALL?".encode())
         if host == "silent":
             plant.pace = 0.0
     if not last:
@@ -227,27 +227,27 @@ def _through(bench: Bench, board: VirtualBoard, observer: Observer) -> int | Non
 
 
 def _until_done(observer: Observer) -> None:
-    """Wait for the plant, which goes on as long as the board takes samples."""
-    asked = -1
+    """Wait for the plant, which continues while the board takes samples."""
+    count = -1
     while not observer.done.wait(5.0):
-        if observer.plant.asked == asked:
+        if observer.plant.asked == count:
             raise LineError("the board takes no more samples")
-        asked = observer.plant.asked
+        count = observer.plant.asked
 
 
 def _named_after(board: VirtualBoard, observer: Observer, seq: int) -> float:
-    """Time [s] from the event to the first record with a fault, infinite where none is found."""
+    """Return the time [s] from the event to the first record with a fault, or infinity."""
     line, event = board.line, observer.event
     line.ask(SESSION, b"STR:ACK %d" % max(seq - 1, 0))
     while event is not None:
-        found = records(line.ask(SESSION, b"FETC:STR? 200"))
-        named = found[found["fault"] != 0]
-        if len(named):
-            at = observer.time_of(int(named["seq"][0]))
-            return math.inf if at is None else at - event
-        if not len(found) or observer.time_of(int(found["seq"][-1])) is None:
+        rows = records(line.ask(SESSION, b"FETC:STR? 200"))
+        faults = rows[rows["fault"] != 0]
+        if len(faults):
+            time_named = observer.time_of(int(faults["seq"][0]))
+            return math.inf if time_named is None else time_named - event
+        if not len(rows) or observer.time_of(int(rows["seq"][-1])) is None:
             break
-        line.ask(SESSION, b"STR:ACK %d" % int(found["seq"][-1]))
+        line.ask(SESSION, b"STR:ACK %d" % int(rows["seq"][-1]))
     return math.inf
 
 
@@ -259,21 +259,21 @@ def campaign(
     seed: int = 0,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> Campaign:
-    """Every fault so many times, each with its own line, regulator, target and moment.
+    """Inject each fault `runs` times, each with its own line, regulator, target and moment.
 
-    Stopped from the keyboard, it gives what was run until then. Raises UnknownNameError,
-    QuantityError for an address that is no virtual board, FileError and LineError.
+    An interrupt from the keyboard returns the runs so far. Raises UnknownNameError, QuantityError
+    for an address that is not a virtual board, FileError and LineError.
     """
-    names = wanted(only)
-    made: list[Trial] = []
-    stopped, board = False, ""
-    with Bed(accelerated(address)) as bed:
+    names = select_faults(only)
+    trials: list[Trial] = []
+    is_stopped, board = False, ""
+    with Bed(accelerate(address)) as bed:
         board = bed.bench()[1].name
         try:
             for number in range(runs):
                 for name in names:
-                    progress("faults", len(made) / (runs * len(names)))
-                    made.append(tried(bed, drawn(bed.behind, name, number, seed)))
+                    progress("faults", len(trials) / (runs * len(names)))
+                    trials.append(run_trial(bed, drawn(bed.behind, name, number, seed)))
         except KeyboardInterrupt:
-            stopped = True
-    return Campaign(tuple(made), stopped, board)
+            is_stopped = True
+    return Campaign(tuple(trials), is_stopped, board)

@@ -1,4 +1,4 @@
-"""A bench in Python: properties in SI units, every write checked by the instrument's own error."""
+"""A bench in Python: properties in SI units; every write checks the instrument's error queue."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from layerjam.units import QuantitySpec, check, parse
 SAFE_STATES = {"release": "REL", "hold": "HOLD"}
 VENT_RESTS = {"open": "OPEN", "closed": "CLOS"}
 NO_NUMBER = 9.9e37
-"""What SCPI writes for not a number, or more."""
+"""Number that SCPI writes for not a number."""
 LEASE = QuantitySpec("s", "time for which a silent host keeps the outputs on", lo=0.2, hi=600)
 TARGET = QuantitySpec("Pa", "vacuum to hold", lo=0.0, hi=1.2e5)
 
 
 class InstrumentError(LayerjamError):
-    """What the instrument refused; `code` is SCPI's number, below zero."""
+    """A command that the instrument rejected; `code` is SCPI's number, below zero."""
 
     key = "instrument"
     code: int
@@ -41,7 +41,7 @@ class InstrumentError(LayerjamError):
 
 
 class TrippedError(LayerjamError):
-    """A fault of the device that a wait met; `fault` is its name."""
+    """A fault of the device during a wait; `fault` is its name."""
 
     key = "tripped"
     fault: str
@@ -54,10 +54,10 @@ class TrippedError(LayerjamError):
 
 
 class Bench:
-    """One instrument; made by `layerjam.rig.open`, and closed as a file is.
+    """One instrument; opened by `layerjam.rig.open` and closed like a file.
 
-    Outputs stay on only as long as somebody talks (`lease`): `wait` does. Device errors that were
-    in the queue are kept in `events`.
+    Outputs stay on only while somebody communicates (`lease`), as `wait` does. `events` keeps
+    device errors that were in the queue.
     """
 
     def __init__(self, link: Link, address: Address) -> None:
@@ -67,34 +67,34 @@ class Bench:
         self._commanded = False
         answer, code, text = link.exchange("*IDN?")
         self.identity = answer.decode("ascii", "replace")
-        while code:  # of the board's start, nothing that was asked for here
+        while code:  # errors of the board's start, not of a command here
             self.events.append(text)
             _, code, text = link.exchange("*WAI")
 
     def ask(self, query: str) -> str:
-        """The answer to one query of SCPI. Raises InstrumentError where it is refused."""
-        return self._said(query).decode("ascii", "replace")
+        """Return the response to one SCPI query; raises InstrumentError if it is rejected."""
+        return self._exchange(query).decode("ascii", "replace")
 
     def block(self, query: str) -> bytes:
-        """What the definite-length block holds that answers a query; raises InstrumentError."""
-        return payload(self._said(query))
+        """Return the content of a definite-length block; raises InstrumentError."""
+        return payload(self._exchange(query))
 
     def tell(self, line: str) -> None:
-        """Send one command and make sure that it was taken; raises InstrumentError."""
+        """Send one command and check that it was accepted; raises InstrumentError."""
         self._commanded = True
-        self._said(line)
+        self._exchange(line)
 
-    def _said(self, line: str) -> bytes:
+    def _exchange(self, line: str) -> bytes:
         answer, code, text = self._link.exchange(line)
-        refused: InstrumentError | None = None
+        rejection: InstrumentError | None = None
         while code:
             if code > 0:
                 self.events.append(text)
-            elif refused is None:
-                refused = InstrumentError(code, text, line)
+            elif rejection is None:
+                rejection = InstrumentError(code, text, line)
             _, code, text = self._link.exchange("*WAI")
-        if refused is not None:
-            raise refused
+        if rejection is not None:
+            raise rejection
         return answer
 
     def _number(self, query: str) -> float:
@@ -103,18 +103,18 @@ class Bench:
 
     @property
     def plant(self) -> VirtualPlant | None:
-        """What is behind a virtual board that this program started, to break it; else None."""
+        """Plant of a virtual board that this program started, for fault injection; else None."""
         link = self._link
         return link.board.plant if isinstance(link, BoardLink) and link.board else None
 
     @property
     def simulated(self) -> bool:
-        """Whether a virtual board answers."""
+        """Whether a virtual board responds."""
         return ",virtual bench," in self.identity
 
     @property
     def vacuum(self) -> float:
-        """The last reading [Pa], NaN where the sensor gives none."""
+        """Last reading [Pa], NaN if the sensor gives none."""
         return self._number("MEAS:VAC?")
 
     @property
@@ -124,7 +124,7 @@ class Bench:
 
     @property
     def target(self) -> float:
-        """Vacuum to hold [Pa], number or text with a unit; 0 releases."""
+        """Target vacuum [Pa], a number or text with a unit; 0 releases."""
         return self._number("SOUR:VAC?")
 
     @target.setter
@@ -133,16 +133,16 @@ class Bench:
 
     @property
     def output(self) -> bool:
-        """Whether the law runs."""
+        """Whether the control law runs."""
         return self.ask("OUTP?") == "1"
 
     @output.setter
-    def output(self, on: bool) -> None:
-        self.tell("OUTP ON" if on else "OUTP OFF")
+    def output(self, value: bool) -> None:
+        self.tell("OUTP ON" if value else "OUTP OFF")
 
     @property
     def safe_state(self) -> str | None:
-        """`release` or `hold`, None while nobody has declared it."""
+        """`release` or `hold`, None until it is declared."""
         return _word(SAFE_STATES, self.ask("OUTP:SAFE?"))
 
     @safe_state.setter
@@ -151,7 +151,7 @@ class Bench:
 
     @property
     def vent_rest(self) -> str | None:
-        """What the vent valve is without power, `open` or `closed`; None while not declared."""
+        """Position of the vent valve without power, `open` or `closed`; None until declared."""
         return _word(VENT_RESTS, self.ask("OUTP:VENT:REST?"))
 
     @vent_rest.setter
@@ -169,9 +169,9 @@ class Bench:
 
     @property
     def regulator(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """The law's settings as the board has them; set from a Regulator, to the last bit.
+        """Settings of the control law in the board; set from a Regulator, to the last bit.
 
-        Raises InstrumentError (-221) while the board has none.
+        Raises InstrumentError (-221) if the board has none.
         """
         raw = bytes.fromhex(self.ask("CONT:LAW?").split('"')[1])
         numbers = struct.unpack(f"<{len(raw) // 8}d", raw)
@@ -188,7 +188,7 @@ class Bench:
     def calibration(self) -> tuple[float, float, str]:
         """Offset [Pa] and gain of the sensor, and the calibration's name; kept until a reset.
 
-        A reading is (raw - offset) * gain. `SYST:SETT:STOR` keeps them for longer.
+        A reading is (raw - offset) * gain. `SYST:SETT:STOR` stores them permanently.
         """
         offset, gain, name = self.ask("SENS:VAC:CAL?").split(",", 2)
         return float(offset), float(gain), name[1:-1].replace('""', '"')
@@ -196,12 +196,12 @@ class Bench:
     @calibration.setter
     def calibration(self, value: tuple[float, float, str]) -> None:
         offset, gain, name = value
-        quoted = name.replace('"', '""')
-        self.tell(f'SENS:VAC:CAL {offset:.9g},{gain:.9g},"{quoted}"')
+        text = name.replace('"', '""')
+        self.tell(f'SENS:VAC:CAL {offset:.9g},{gain:.9g},"{text}"')
 
     @property
     def sensor_range(self) -> float | None:
-        """Greatest vacuum [Pa] that the regulator's sensor shows, None without a regulator."""
+        """Greatest vacuum [Pa] of the regulator's sensor, None without a regulator."""
         return self.regulator[1][6] if self.reach else None
 
     @property
@@ -211,7 +211,7 @@ class Bench:
 
     @property
     def fault(self) -> str | None:
-        """Name of the latched fault, None where there is none."""
+        """Name of the latched fault, or None."""
         code, name = self.ask("OUTP:PROT:FAUL?").split(",")
         return name.strip('"') if int(code) else None
 
@@ -221,22 +221,22 @@ class Bench:
         self.events.clear()
 
     def off(self) -> None:
-        """Pump off, vent as the safe state has it; obeyed whoever holds the lock."""
+        """Turn the pump off and set the vent to the safe state; accepted whoever holds the lock."""
         self.tell("OUTP OFF")
 
     def lock(self) -> bool:
-        """Keep other clients from commanding; False where another has the lock."""
+        """Prevent other clients from commanding; False if another client has the lock."""
         return self.ask("SYST:LOCK:REQ?") == "1"
 
     def unlock(self) -> None:
-        """Give the lock back."""
+        """Release the lock."""
         self.tell("SYST:LOCK:REL")
 
     def wait(self, seconds: float, *, until: float | None = None) -> float:
-        """Keep the lease alive for so many seconds of the host; the last vacuum [Pa].
+        """Keep the lease alive for some seconds of the host; return the last vacuum [Pa].
 
-        With `until` it ends as soon as that vacuum [Pa] is reached, from below. Raises
-        TrippedError where the bench goes to its safe state by a fault.
+        `until` ends it as soon as that vacuum [Pa] is reached from below. Raises TrippedError if a
+        fault puts the bench into its safe state.
         """
         end = time.monotonic() + seconds
         pause = min(self.lease / 4, 0.1)
@@ -251,22 +251,22 @@ class Bench:
             time.sleep(min(pause, left))
 
     def samples(self, count: int = 100) -> np.ndarray[Any, Any]:
-        """The oldest records not yet acknowledged, at most 200; see `telemetry.RECORD`."""
-        return records(self._said(f"FETC:STR? {count}"))
+        """Return the oldest unacknowledged records, at most 200; see `telemetry.RECORD`."""
+        return records(self._exchange(f"FETC:STR? {count}"))
 
     def stream(self, count: int = 200) -> tuple[np.ndarray[Any, Any], int]:
-        """(the records as `samples` gives them, the number that the board drew when it started)."""
-        block, mark, boot = self._said(f"FETC:STR? {count};:SYST:BOOT?").rpartition(b';"')
+        """Return the records as in `samples`, and the number that the board drew at its start."""
+        block, mark, boot = self._exchange(f"FETC:STR? {count};:SYST:BOOT?").rpartition(b';"')
         if not mark:
             raise LineError("no block of samples came")
         return records(block), int(boot[:8], 16)
 
     def acknowledge(self, seq: int) -> None:
-        """Give up the records up to and with `seq`; it is no command of the outputs."""
-        self._said(f"STR:ACK {seq}")
+        """Acknowledge the records up to `seq`; this does not command the outputs."""
+        self._exchange(f"STR:ACK {seq}")
 
     def status(self) -> BenchStatus:
-        """What it is and does now."""
+        """Return the state of the bench."""
         _, vacuum, target, pump, vent, state, _ = self.ask("FETC:ALL?").split(",")
         boot, cause, uptime, _ = self.ask("SYST:BOOT?").split(",")
         timing = self.ask("SYST:TIM?").split(",")
@@ -297,12 +297,12 @@ class Bench:
         )
 
     def close(self) -> None:
-        """Switch the outputs off, unless nothing was commanded here, and leave."""
+        """Switch the outputs off, if anything was commanded here, and disconnect."""
         try:
             if self._commanded:
                 self.off()
         except LayerjamError:
-            pass  # a line that is down: the lease does it
+            pass  # if the line is down, the lease switches them off
         finally:
             self._link.close()
 
@@ -317,42 +317,42 @@ B = TypeVar("B", bound=Bench)
 
 
 def open_bench(address: str | Address) -> Bench:
-    """The bench at an address, such as `sim:choi2018`, `serial:/dev/ttyACM0`, `tcp:host:5025`.
+    """Return the bench at an address: `sim:choi2018`, `serial:/dev/ttyACM0`, `tcp:host:5025`.
 
     Raises FileError, LineError, QuantityError, UnknownNameError or MissingExtraError.
     """
-    return opened(address, Bench)
+    return open_as(address, Bench)
 
 
-def opened(address: str | Address, kind: type[B]) -> B:
-    """The same as a bench of some kind.
+def open_as(address: str | Address, kind: type[B]) -> B:
+    """Return the bench at an address as an object of a class.
 
     Raises FileError, LineError, QuantityError, UnknownNameError or MissingExtraError.
     """
-    where = address_of(address)
-    link = link_to(where)
+    target = address_of(address)
+    link = link_to(target)
     try:
-        return kind(link, where)
+        return kind(link, target)
     except BaseException:
         link.close()
         raise
 
 
 def _si(value: float | str, spec: QuantitySpec, name: str) -> float:
-    """An SI number, from a text with a unit; QuantityError for what is none."""
+    """Return an SI number, from a number or a text with a unit; QuantityError otherwise."""
     number = parse(value, spec.unit, name) if isinstance(value, str) else float(value)
     if not math.isfinite(number):
-        raise QuantityError.of(name, f"{number} is no number")
+        raise QuantityError.of(name, f"{number} is not a finite number")
     return number
 
 
 def _choice(words: dict[str, str], value: str, name: str) -> str:
-    """SCPI's word for ours."""
+    """Return SCPI's word for a word of layerjam."""
     if value not in words:
         raise QuantityError.of(name, f"'{value}' is not allowed; write {' or '.join(words)}")
     return words[value]
 
 
-def _word(words: dict[str, str], said: str) -> str | None:
-    """Our word for SCPI's."""
-    return next((word for word, theirs in words.items() if theirs == said), None)
+def _word(words: dict[str, str], scpi_word: str) -> str | None:
+    """Return layerjam's word for SCPI's, or None."""
+    return next((word for word, value in words.items() if value == scpi_word), None)

@@ -17,7 +17,7 @@ from layerjam.control.settings import FAULTS
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.rig.address import Address
 from layerjam.rig.crosshead import Crosshead, CrossheadLostError
-from layerjam.rig.driver import Bench, opened
+from layerjam.rig.driver import Bench, open_as
 from layerjam.rig.line import LineError
 from layerjam.rig.recorder import (
     DISK_FULL,
@@ -26,7 +26,7 @@ from layerjam.rig.recorder import (
     STOPPED,
     Block,
     Recorder,
-    described,
+    describe_bench,
 )
 from layerjam.rig.run_file import RecordingError, RunFile
 from layerjam.rig.settling import Watch, last, scatter, stays
@@ -349,7 +349,7 @@ def execute(
     check(bench, steps, crosshead)
     if rig is not None:
         check_rig(rig, bench, steps)
-    said = {"kind": "run", "procedure": steps.text(), **described(bench), **(meta or {})}
+    said = {"kind": "run", "procedure": steps.text(), **describe_bench(bench), **(meta or {})}
     said |= {} if rig is None else rig.facts()
     with stop or Stop() as stop:
         if not bench.lock():
@@ -420,4 +420,4 @@ class ProcedureBench(Bench):
 
 def open_procedure_bench(address: str | Address) -> ProcedureBench:
     """Return the bench at an address; see `layerjam.rig.driver.open_bench`."""
-    return opened(address, ProcedureBench)
+    return open_as(address, ProcedureBench)

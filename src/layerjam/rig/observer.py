@@ -13,7 +13,7 @@ from layerjam.control.settings import KINDS as LAWS
 from layerjam.control.settings import Regulator
 from layerjam.fluid.line import Sensor
 from layerjam.rig.kinds import DRIFTS, KINDS, LEASES, STALLS, Case, FaultKind, Moment
-from layerjam.rig.plant import Behind, VirtualPlant
+from layerjam.rig.plant import Hardware, VirtualPlant
 
 SPREAD = 1.4
 """Factor by which a line's pump, leak and vent are drawn greater or smaller."""
@@ -47,7 +47,7 @@ class Plan:
 
     name: str
     number: int
-    behind: Behind
+    behind: Hardware
     case: Case
     moment: Moment
     level: float
@@ -70,7 +70,7 @@ def highest_target(plant: Plant, sensor: Sensor) -> float:
     return highest if plant.passage is None else min(highest, plant.passage.vacuum)
 
 
-def drawn(behind: Behind, name: str, number: int, seed: int, size: float | None = None) -> Plan:
+def drawn(behind: Hardware, name: str, number: int, seed: int, size: float | None = None) -> Plan:
     """The `number`-th run of a fault: the same for the same seed, whatever else is run.
 
     The line is drawn around the one behind the board, the regulator is made for the line drawn.

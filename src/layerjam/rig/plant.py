@@ -1,4 +1,4 @@
-"""What a virtual board is connected to: the line's plant and a sensor, answered by a thread."""
+"""Surroundings of a virtual board: the plant of the line and a sensor, served by a thread."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ import numpy as np
 from layerjam.simulate.accelerometer import ADXL193, STANDARD_GRAVITY
 
 TOLD = struct.Struct("<dIBBH")
-"""From the board: pump, board's clock [us, 30 bits], power of the vent, what it asks, how many."""
+"""Message from the board: pump, board's clock [us, 30 bits], power of the vent, request, count."""
 READING, SAMPLES, START = 1, 2, 3
-"""What it asks: a reading; accelerometer samples; their scale, and samples from now on."""
+"""Requests: a reading; accelerometer samples; their scale, with samples from now on."""
 SHOWN = struct.Struct("<dHhBBHd")
-"""To the board: vacuum [Pa], raw counts, temperature [0.01 degC], flags, nothing, time for which
-the sample keeps the board busy [ms], what a second sensor shows [Pa]."""
+"""Message to the board: vacuum [Pa], raw counts, temperature [0.01 degC], flags, unused, time for
+which the sample keeps the board busy [ms], reading of a second sensor [Pa]."""
 WRAP = 1 << 30
 ESTOP, SUPPLY_LOW, DIAGNOSTIC, SECOND, CONTACT = 1, 2, 4, 8, 16
 RANGE = 103421.0
-"""Of the sensor [Pa] where neither line nor address states one: 15 psi, Honeywell HSC 015PD."""
+"""Default range of the sensor [Pa]: 15 psi, Honeywell HSC 015PD."""
 COUNTS = (1638, 13108)
 """Counts at the lowest reading and the span above it, of such a sensor."""
-AT = 60e3
-"""Vacuum [Pa] at which a line's leak and valve are made linear, unless the address says `at`."""
+LINEAR_AT = 60e3
+"""Vacuum [Pa] at which a line's leak and valve are linearised, unless the address states `at`."""
 ROOM_TEMPERATURE = 2300
 HEALTHY = FaultInjection()
 SCALE = struct.Struct("<4d")
@@ -98,8 +98,8 @@ class VirtualAccelerometer:
 
 
 @dataclass(frozen=True)
-class Behind:
-    """What is behind a virtual board."""
+class Hardware:
+    """Simulated hardware of a virtual board."""
 
     name: str
     plant: Plant
@@ -107,115 +107,115 @@ class Behind:
     normally_open: bool
     """Whether the vent valve is open without power."""
     speed: float
-    """Of the board's clock over the host's; 0: as fast as samples are computed."""
+    """Speed of the board's clock over the host's; 0: as fast as samples are computed."""
     seed: int
     second: bool = False
-    """Whether a second sensor, of the first one's kind, sits on the same chamber."""
+    """Whether a second sensor of the same kind measures the same chamber."""
 
 
-def behind(address: Address) -> Behind:
-    """The line, sensor and valve that a `sim:` address states.
+def behind(address: Address) -> Hardware:
+    """Return the line, sensor and valve that a `sim:` address states.
 
-    Raises UnknownNameError for a line nobody knows, QuantityError for what cannot be.
+    Raises UnknownNameError for an unknown line, QuantityError for impossible values.
     """
-    said = address.options
+    options = address.options
     line = load_line(address.where).line
-    at = parse(said["at"], "Pa", "address: at") if "at" in said else AT
-    plant = plant_of(line, vacuum=at)
-    if "leak" in said:
-        plant = replace(plant, leak=_rate(said, "leak"))
-    if "vent" in said:
-        plant = replace(plant, vent=_rate(said, "vent"))
+    vacuum = parse(options["at"], "Pa", "address: at") if "at" in options else LINEAR_AT
+    plant = plant_of(line, vacuum=vacuum)
+    if "leak" in options:
+        plant = replace(plant, leak=_rate(options, "leak"))
+    if "vent" in options:
+        plant = replace(plant, vent=_rate(options, "vent"))
     check(plant, "plant.")
     sensor = line.sensor or Sensor(range=RANGE)
     for name, field in (("range", "range"), ("noise", "noise")):
-        if name in said:
-            sensor = replace(sensor, **{field: parse(said[name], "Pa", f"address: {name}")})
+        if name in options:
+            sensor = replace(sensor, **{field: parse(options[name], "Pa", f"address: {name}")})
     check(sensor, "sensor.")
-    rest, speed = said.get("rest", "open"), said.get("speed", "1")
-    if rest not in ("open", "closed"):
-        raise QuantityError.of("address", f"rest={rest[:40]} is not 'open' or 'closed'")
-    second = said.get("second", "0")
+    vent_rest, speed = options.get("rest", "open"), options.get("speed", "1")
+    if vent_rest not in ("open", "closed"):
+        raise QuantityError.of("address", f"rest={vent_rest[:40]} is not 'open' or 'closed'")
+    second = options.get("second", "0")
     if second not in ("0", "1"):
         raise QuantityError.of("address", f"second={second[:40]} is not 0 or 1")
     factor = parse(speed, "1", "address: speed")
     if not (factor == 0 or 0.01 <= factor <= 1000):
         raise QuantityError.of("address", f"speed={speed} is not 0 or 0.01 to 1000")
-    seed = said.get("seed", "0")
+    seed = options.get("seed", "0")
     if not seed.isdecimal():
-        raise QuantityError.of("address", f"seed={seed[:40]} is no whole number")
+        raise QuantityError.of("address", f"seed={seed[:40]} is not a whole number")
     name = address.where.rpartition("/")[2].removesuffix(".toml")
-    normally_open = rest == "open"
-    return Behind(name, plant, sensor, normally_open, factor, int(seed), second == "1")
+    normally_open = vent_rest == "open"
+    return Hardware(name, plant, sensor, normally_open, factor, int(seed), second == "1")
 
 
-def _rate(said: Mapping[str, str], name: str) -> float:
-    """One over a time constant that an address states [1/s]."""
-    lasting = parse(said[name], "s", f"address: {name}")
+def _rate(options: Mapping[str, str], name: str) -> float:
+    """Return the inverse of a time constant that an address states [1/s]."""
+    lasting = parse(options[name], "s", f"address: {name}")
     if not lasting > 0:
-        raise QuantityError.of("address", f"{name}={said[name][:40]} is no time above zero")
+        raise QuantityError.of("address", f"{name}={options[name][:40]} is not above zero")
     return 1 / lasting
 
 
 class VirtualPlant:
-    """Vacuum and sensor in the board's time, and what breaks them.
+    """Vacuum and sensor in the board's time, with injected faults.
 
-    `injected` breaks pump, line or sensor, `drift` [Pa/s] lets the sensor climb, `stall` [s] keeps
-    the board busy in its next sample; `estop` cuts the power of pump and valve and goes to the
-    board, as does `supply_low`. Pump and vent are those of `outputs`, as commanded, held until set
-    anew. `trace`, where it is a list, is given (time [s], pump, vent open, vacuum [Pa]) at each
-    change of the outputs. `watch` is called at each sample, `at` something at a moment between two;
-    `pace` [s] holds each sample back, in the host's time. `contact` closes the contact for a
-    trigger; `accelerometer` may be given a drop (`drop.py`).
+    `injected` breaks pump, line or sensor. `drift` [Pa/s] raises the sensor's reading. `stall` [s]
+    keeps the board busy in its next sample. `estop` cuts the power of pump and valve and is
+    reported to the board, as is `supply_low`. Pump and vent follow `outputs` as commanded. `trace`,
+    if it is a list, receives (time [s], pump, vent open, vacuum [Pa]) at each change of the
+    outputs. `watch` is called at each sample, `at` calls a function between two samples. `pace` [s]
+    delays each sample in the host's time. `contact` closes the contact for a trigger.
+    `accelerometer` may receive a drop (`drop.py`).
     """
 
-    def __init__(self, made: Behind) -> None:
-        self.behind = made
+    def __init__(self, hardware: Hardware) -> None:
+        self.behind = hardware
         self.injected = HEALTHY
         self.estop = self.supply_low = self.contact = False
         self.drift = self.stall = self.pace = 0.0
         self.watch: Callable[[], None] | None = None
         self.machine: VirtualMachine | None = None
-        """What pulls a brake whose chamber this is."""
+        """Machine that pulls the brake of this chamber."""
         self.recorded: Callable[[], object] | None = None
-        """Called before each sample by who records it: what it waits for, the board waits for."""
-        self.accelerometer = VirtualAccelerometer(made.seed)
+        """Function of the recorder, called before each sample: the board waits for it."""
+        self.accelerometer = VirtualAccelerometer(hardware.seed)
         self.vacuum = self.side = self.shown = 0.0
         self.time = 0.0
         self.asked = self.wraps = 0
-        """Samples that the board took, and how often its clock went beyond its 30 bits."""
-        self.outputs = (0.0, made.normally_open)
+        """Samples that the board took, and overflows of its 30-bit clock."""
+        self.outputs = (0.0, hardware.normally_open)
         self.trace: list[tuple[float, float, bool, float]] | None = None
         self._last = self._climbed = 0.0
         self._due: tuple[float, Callable[[], None]] | None = None
-        self._broken: tuple[FaultInjection, Behind, Rates] | None = None
-        self.reseed(made.seed)
+        self._broken: tuple[FaultInjection, Hardware, Rates] | None = None
+        self.reseed(hardware.seed)
 
     def reseed(self, seed: int) -> None:
-        """Begin the sensors' noise anew."""
+        """Restart the sensors' noise."""
         self._draw = random.Random(seed)
         self._other = random.Random(seed + 1)
 
     def heal(self) -> None:
-        """Everything works again, and nothing waits to happen."""
+        """Remove all faults and waiting actions."""
         self.watch = self._due = None
         self.injected = HEALTHY
         self.estop = self.supply_low = self.contact = False
         self.drift = self.stall = self.pace = self._climbed = 0.0
 
     def at(self, time: float, act: Callable[[], None]) -> None:
-        """Do something at a time [s] of the plant, in its thread; one thing can wait."""
+        """Call a function at a time [s] of the plant, in its thread; only one can wait."""
         self._due = time, act
 
     def set_outputs(self, pump: float, power: bool) -> None:
-        """Pump -1 to 1; whether the vent has power."""
+        """Set the pump, -1 to 1, and whether the vent has power."""
         outputs = (pump, self.behind.normally_open != power)
         if outputs != self.outputs and self.trace is not None:
             self.trace.append((self.time, *outputs, self.vacuum))
         self.outputs = outputs
 
     def advance(self, dt: float) -> None:
-        """So many seconds on, with what is to happen on the way."""
+        """Advance by `dt` [s], and call the waiting function if its time comes."""
         due = self._due
         if due is not None and self.time + dt >= due[0]:
             self._due = None
@@ -226,26 +226,26 @@ class VirtualPlant:
         self._move(dt)
 
     def _rates(self) -> Rates:
-        """Those of the plant as it is broken now."""
-        known, made = self._broken, self.behind
-        if known is None or known[0] is not self.injected or known[1] is not made:
-            known = self._broken = self.injected, made, self.injected.on(made.plant)
+        """Return the rates of the plant with its present faults."""
+        cache, hardware = self._broken, self.behind
+        if cache is None or cache[0] is not self.injected or cache[1] is not hardware:
+            cache = self._broken = self.injected, hardware, self.injected.on(hardware.plant)
         if self.machine is not None and self.machine.swell != 1.0:
             larger = replace(self.injected, volume=self.injected.volume * self.machine.swell)
-            return larger.on(made.plant)
-        return known[2]
+            return larger.on(hardware.plant)
+        return cache[2]
 
     def _move(self, dt: float) -> None:
-        """So many seconds on, exact for outputs that stand still (see `control/exact.py`)."""
+        """Advance by `dt` [s], exact for constant outputs (see `control/exact.py`)."""
         if dt <= 0.0:
             return
         pump, vent = self.outputs
-        if self.estop:  # no power: the valve rests
+        if self.estop:  # without power the valve takes its rest position
             pump, vent = 0.0, self.behind.normally_open
         self._climbed += self.drift * dt
         rates, lag = self._rates(), self.behind.sensor.lag
         left = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
-        a, b, gain, sensed = factors(rates, pump, float(vent), dt, lag, left)
+        a, b, gain, sensor_gain = factors(rates, pump, float(vent), dt, lag, left)
         if rates.side > 0.0:
             from layerjam.control.through_tube import advanced  # numba takes half a second
 
@@ -257,8 +257,8 @@ class VirtualPlant:
             after = self.vacuum + slope * gain
             if after > rates.top:
                 after, slope = rates.top, (rates.top - self.vacuum) / gain
-            more = left * (self.vacuum - self.shown) + slope * sensed
-            self.shown = self.shown + more if lag > 0.0 else after
+            change = left * (self.vacuum - self.shown) + slope * sensor_gain
+            self.shown = self.shown + change if lag > 0.0 else after
             self.vacuum = after
         if self.machine is not None:
             before, self.vacuum = self.vacuum, self.machine.advance(dt, self.vacuum)
@@ -267,24 +267,24 @@ class VirtualPlant:
         self.time += dt
 
     def reading(self) -> tuple[float, int]:
-        """(what the sensor shows [Pa], its raw counts)."""
-        sensor, broken = self.behind.sensor, self.injected.sensor
-        if broken == "nan":
+        """Return the sensor's reading [Pa] and its raw counts."""
+        sensor, fault = self.behind.sensor, self.injected.sensor
+        if fault == "nan":
             return math.nan, 0
-        if broken == "rail":
+        if fault == "rail":
             self._last = self.injected.value
-        elif broken != "stuck":
-            y = self.shown + sensor.offset + (self.injected.value if broken else 0.0)
-            self._last = self._seen(y + self._climbed, self._draw)
+        elif fault != "stuck":
+            y = self.shown + sensor.offset + (self.injected.value if fault else 0.0)
+            self._last = self._measure(y + self._climbed, self._draw)
         share = 0.5 + 0.5 * self._last / sensor.range
         return self._last, round(COUNTS[0] + share * COUNTS[1])
 
     def second_reading(self) -> float:
-        """What the second sensor shows [Pa]; it stays healthy."""
-        return self._seen(self.shown, self._other) if self.behind.second else 0.0
+        """Return the reading of the second sensor [Pa]; it has no faults."""
+        return self._measure(self.shown, self._other) if self.behind.second else 0.0
 
-    def _seen(self, y: float, draw: random.Random) -> float:
-        """A reading with noise, in steps, within the sensor's range [Pa]."""
+    def _measure(self, y: float, draw: random.Random) -> float:
+        """Return a reading with noise and resolution, within the sensor's range [Pa]."""
         sensor = self.behind.sensor
         y += sensor.noise * draw.gauss(0.0, 1.0) if sensor.noise else 0.0
         if sensor.resolution:
@@ -292,7 +292,7 @@ class VirtualPlant:
         return min(max(y, -sensor.range), sensor.range)
 
     def answer(self, asks: int = READING, count: int = 0) -> bytes:
-        """What the board gets at a sample, or of its accelerometer."""
+        """Return the data for the board at a sample, or of its accelerometer."""
         if asks == START:
             return self.accelerometer.start(count, self.time)
         if asks == SAMPLES:
@@ -316,7 +316,7 @@ class VirtualPlant:
 
 
 class PlantThread(threading.Thread):
-    """Answers a virtual board's questions until its end of the line is closed."""
+    """Responder to a virtual board, until its end of the line is closed."""
 
     def __init__(self, plant: VirtualPlant, child: Child) -> None:
         super().__init__(name="plant", daemon=True)
@@ -324,16 +324,16 @@ class PlantThread(threading.Thread):
         self._child = child
 
     def run(self) -> None:
-        """Each message moves the plant to the board's time, then says the outputs from there."""
+        """Move the plant to the time of each message, then set its outputs."""
         last: int | None = None
         plant = self.plant
         try:
             while len(data := _exactly(self._child.receive, TOLD.size)) == TOLD.size:
-                pump, now, power, asks, count = TOLD.unpack(data)
-                passed = 0 if last is None else (now - last + WRAP // 2) % WRAP - WRAP // 2
-                plant.wraps += last is not None and passed > 0 and now < last
-                last = now
-                plant.advance(passed * 1e-6)
+                pump, board_time, power, asks, count = TOLD.unpack(data)
+                elapsed = 0 if last is None else (board_time - last + WRAP // 2) % WRAP - WRAP // 2
+                plant.wraps += last is not None and elapsed > 0 and board_time < last
+                last = board_time
+                plant.advance(elapsed * 1e-6)
                 plant.set_outputs(pump, bool(power))
                 if asks:
                     self._child.send(plant.answer(asks, count))
@@ -344,11 +344,11 @@ class PlantThread(threading.Thread):
 
 
 def _exactly(receive: Callable[[int], bytes], size: int) -> bytes:
-    """So many bytes, or fewer at the end."""
+    """Return `size` bytes, or fewer at the end."""
     data = b""
     while len(data) < size:
-        more = receive(size - len(data))
-        if not more:
+        data_ = receive(size - len(data))
+        if not data_:
             break
-        data += more
+        data += data_
     return data

@@ -1,8 +1,8 @@
-"""Samples from a board into a run file: fetched, committed, and only then acknowledged.
+"""Recording of a board's samples into a run file: fetch, commit, then acknowledge.
 
-So a board gives every sample at least once, and the file holds it exactly once, by the number of
-the board's start and its own. A killed recorder loses nothing that was acknowledged, and what was
-not the board still has, for ten seconds.
+A board sends every sample at least once, and the file holds it exactly once, by the numbers of the
+board's start and of the sample. A killed recorder loses no acknowledged sample, and the board keeps
+the others for ten seconds.
 """
 
 from __future__ import annotations
@@ -31,27 +31,27 @@ from layerjam.rig.stop import Stop
 from layerjam.rig.telemetry import PERIOD, unwrapped
 
 PACE = 0.05
-"""Seconds of the host between two blocks."""
+"""Time between two blocks [s of the host]."""
 FULL = 200
-"""Records in one block at most."""
+"""Largest number of records in a block."""
 FEW = 25
-"""Records in a block behind a line on which longer ones are spoilt."""
+"""Number of records in a block on a line that damages longer ones."""
 SLOW = 0.1
-"""Seconds of the host for one block after which the next is shorter."""
-AHEAD = 300
-"""Samples that a board as fast as it can makes before it waits for its recorder."""
+"""Duration of a block after which the next one is shorter [s of the host]."""
+CREDIT = 300
+"""Number of samples that a board at full speed makes before it waits for its recorder."""
 SLOWLY = 0.0005
 PATIENCE = 60.0
-"""Seconds for which a log looks for a line that is down."""
+"""Longest search for a lost connection [s]."""
 JUMP = 1_000_000_000
-"""Nanoseconds by which the host's calendar must run off its own clock to be said."""
+"""Difference between the host's calendar and its clock that is reported [ns]."""
 FINISHED, STOPPED = "FINISHED", "OPERATOR_STOPPED"
 LINE_LOST, DISK_FULL = "LINE_LOST", "DISK_FULL"
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Samples that are on disk: records as the board sends them, with `us` that does not wrap."""
+    """Samples that are on disk: records as the board sends them, and `us` without overflow."""
 
     rows: np.ndarray[Any, Any]
     us: np.ndarray[Any, Any]
@@ -62,9 +62,9 @@ Moves = Callable[[Block], list[tuple[int, float, float]]]
 
 
 class Recorder:
-    """One board into one file; `pump` is to be called every 50 ms or so.
+    """Recorder of one board into one file; call `pump` about every 50 ms.
 
-    `clocks` gives the host's (monotonic ns, calendar ns).
+    `clocks` returns the host's (monotonic ns, calendar ns).
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class Recorder:
         self.now = 0
         """The board's clock [us] at the last sample."""
         self.recorded = 0
-        """Samples since this recorder began, those counted that are missing."""
+        """Number of samples since this recorder began, including missing ones."""
         self._clocks = clocks
         self._calendar: int | None = None
         self._last: tuple[int, int] | None = None
@@ -88,21 +88,21 @@ class Recorder:
 
     @property
     def seq(self) -> int:
-        """Number of the last sample, -1 before there is one."""
+        """Number of the last sample, or -1."""
         return -1 if self._last is None else self._last[0]
 
     def pump(self, moves: Moves | None = None) -> Block:
-        """One block: fetched, on disk, acknowledged.
+        """Fetch, store and acknowledge one block.
 
-        `moves` gives the crosshead's rows that belong to it. Raises
-        LineError, or RecordingError where the disk takes no more: then nothing is acknowledged.
+        `moves` gives the crosshead's rows that belong to it. Raises LineError, or RecordingError if
+        the disk is full; then nothing is acknowledged.
         """
-        rows, boot = self._fetched()
+        rows, boot = self._fetch()
         mono, calendar = self._clocks()
         for text in self.bench.events[self._heard :]:
             self.file.note("error", text, self.now)
         self._heard = len(self.bench.events)
-        with self._standing():
+        with self._hold_board():
             if boot != self.boot:
                 self._begin(boot)
             self._watch_calendar(calendar - mono)
@@ -116,30 +116,30 @@ class Recorder:
             except InstrumentError as error:
                 if error.code != -222:
                     raise
-                text = "the board holds them no more: a reset, or another recorder beside this one"
+                text = "the board no longer has them: a reset, or another recorder at work"
                 self.file.note("link", text, self.now)
         return block
 
-    def _fetched(self) -> tuple[np.ndarray[Any, Any], int]:
-        """One block and the board's start; long ones only where the line brings them unspoilt."""
-        begun, self._asked = time.monotonic(), self._most
+    def _fetch(self) -> tuple[np.ndarray[Any, Any], int]:
+        """Return one block and the board's start; short blocks if the line damages long ones."""
+        start, self._asked = time.monotonic(), self._most
         try:
-            got = self.bench.stream(self._asked)
+            block = self.bench.stream(self._asked)
         except SpoiltError:
             if self._asked == FEW:
                 raise
             self._asked = FEW
-            got = self.bench.stream(FEW)
-        slow = self._asked < self._most or time.monotonic() - begun > SLOW
+            block = self.bench.stream(FEW)
+        slow = self._asked < self._most or time.monotonic() - start > SLOW
         self._most = FEW if slow else min(2 * self._most, FULL)
-        return got
+        return block
 
     def behind(self, block: Block) -> bool:
-        """Whether the board had more samples than came with a block."""
+        """Whether the board had more samples than a block contained."""
         return len(block.rows) >= self._asked
 
     def begin(self, moves: Moves | None = None) -> None:
-        """Record what the board still has from before; time counts from the last of it on."""
+        """Record the samples that the board still has; time counts from the last of them."""
         block = self.pump(moves)
         while self.behind(block):
             self.pause(block)
@@ -154,9 +154,9 @@ class Recorder:
         before = first - 1 if self._last is None else self._last[0]
         if first > before + 1:
             self.file.note("link", f"{first - before - 1} samples are missing", int(us[0]))
-        listed = [[self.boot, seq, at, *rest] for seq, at, rest in _rows(rows, us)]
+        rows_ = [[self.boot, seq, us_, *columns] for seq, us_, columns in _rows(rows, us)]
         self.file.add(
-            listed,
+            rows_,
             (self.boot or 0, last, int(us[-1]), mono, calendar),
             moves(block) if moves is not None else (),
         )
@@ -164,25 +164,25 @@ class Recorder:
         self._last, self.now = (last, int(us[-1])), int(us[-1])
 
     def _begin(self, boot: int) -> None:
-        """Another start of the board than the last one."""
+        """Start a new series after a restart of the board."""
         if self.boot is not None:
-            self.file.note("link", f"the board started anew: {boot:08X}")
-        known = self.file.meta.get("boots", "").split()
-        if f"{boot:08X}" not in known:
-            self.file.state({"boots": " ".join([*known, f"{boot:08X}"])})
+            self.file.note("link", f"the board restarted: {boot:08X}")
+        boots = self.file.meta.get("boots", "").split()
+        if f"{boot:08X}" not in boots:
+            self.file.state({"boots": " ".join([*boots, f"{boot:08X}"])})
         self.boot, self._last = boot, self.file.last(boot)
 
-    def _watch_calendar(self, ahead: int) -> None:
-        """Say where the host's calendar was set; the samples' time does not depend on it."""
-        was, self._calendar = self._calendar, ahead
-        if was is not None and abs(ahead - was) > JUMP:
-            back = "back" if ahead < was else "forward"
-            seconds = abs(ahead - was) / 1e9
-            self.file.note("note", f"the host's clock was set {back} by {seconds:.0f} s", self.now)
+    def _watch_calendar(self, offset: int) -> None:
+        """Note a change of the host's calendar; the samples' time does not depend on it."""
+        was, self._calendar = self._calendar, offset
+        if was is not None and abs(offset - was) > JUMP:
+            way = "back" if offset < was else "forward"
+            seconds = abs(offset - was) / 1e9
+            self.file.note("note", f"the host's clock was set {way} by {seconds:.0f} s", self.now)
 
     @contextlib.contextmanager
-    def _standing(self) -> Iterator[None]:
-        """A board that is as fast as it can waits for the disk: its ring is full in 45 ms."""
+    def _hold_board(self) -> Iterator[None]:
+        """Stop a board at full speed during a write: its buffer fills in 45 ms."""
         if self._throttle is None:
             yield
             return
@@ -193,27 +193,28 @@ class Recorder:
             self._throttle.going.set()
 
     def pause(self, block: Block) -> None:
-        """Wait until the next block is due; not at all behind a board that is ahead."""
+        """Wait for the next block, but not behind a board that is ahead."""
         if self._throttle is not None:
-            self._throttle.credit = 0 if self.behind(block) else AHEAD
+            self._throttle.credit = 0 if self.behind(block) else CREDIT
         elif not self.behind(block):
             time.sleep(max(PACE - (time.monotonic() - self._told), 0.0))
         self._told = time.monotonic()
 
 
 class Throttle:
-    """Keeps back a virtual board that runs as fast as it can.
+    """Brake of a virtual board at full speed.
 
-    While `going` is not set its clock stands; after `credit` samples each takes half a millisecond.
+    The board's clock stops unless `going` is set; after `credit` samples each takes half a
+    millisecond.
     """
 
     def __init__(self) -> None:
         self.going = threading.Event()
         self.going.set()
-        self.credit = AHEAD
+        self.credit = CREDIT
 
     def __call__(self) -> None:
-        """Called before each sample."""
+        """Wait, before each sample."""
         self.going.wait()
         self.credit -= 1
         if self.credit < 0:
@@ -221,24 +222,24 @@ class Throttle:
 
 
 def _throttle(bench: Bench) -> Throttle | None:
-    """Of a board that runs as fast as it can, here; None for any other."""
+    """Return the throttle of a local board at full speed, or None for any other."""
     plant = bench.plant
     if plant is None or plant.behind.speed:
         return None
-    made = Throttle()
-    plant.recorded = made
-    return made
+    throttle = Throttle()
+    plant.recorded = throttle
+    return throttle
 
 
 def _rows(rows: np.ndarray[Any, Any], us: np.ndarray[Any, Any]) -> Iterator[tuple[int, int, Any]]:
-    """(seq, unwrapped us, the rest of the columns) as SQLite takes them, None for NaN."""
-    for record, at in zip(rows.tolist(), us.tolist(), strict=True):
-        seq, _, *rest = record
-        yield seq, at, [None if value != value else value for value in rest]
+    """Yield (seq, us without overflow, other columns) for SQLite, None for NaN."""
+    for record, us_ in zip(rows.tolist(), us.tolist(), strict=True):
+        seq, _, *columns = record
+        yield seq, us_, [None if value != value else value for value in columns]
 
 
-def described(bench: Bench) -> dict[str, object]:
-    """What a run file says of its bench and of its host."""
+def describe_bench(bench: Bench) -> dict[str, object]:
+    """Return the description of a bench and its host for a run file."""
     maker, model, serial, firmware = _identity(bench)
     user = ""
     with contextlib.suppress(OSError, KeyError, ImportError):
@@ -260,20 +261,20 @@ def described(bench: Bench) -> dict[str, object]:
         "operator": user,
         "safe_state": bench.safe_state or "",
         "vent_rest": bench.vent_rest or "",
-        "settings_hex": _said(bench, "CONT:LAW?"),
-        "sensor_calibration": _said(bench, "SENS:VAC:CAL?"),
-        "zero": _said(bench, "SENS:VAC:ZERO?"),
+        "settings_hex": _ask_or_empty(bench, "CONT:LAW?"),
+        "sensor_calibration": _ask_or_empty(bench, "SENS:VAC:CAL?"),
+        "zero": _ask_or_empty(bench, "SENS:VAC:ZERO?"),
         "note": "",
     }
 
 
 def _identity(bench: Bench) -> list[str]:
-    """Maker, model, serial number and firmware, as `*IDN?` says them."""
+    """Return maker, model, serial number and firmware from `*IDN?`."""
     return ([*bench.identity.split(","), "", "", ""])[:4]
 
 
-def _said(bench: Bench, query: str) -> str:
-    """The board's answer, "" where it has none."""
+def _ask_or_empty(bench: Bench, query: str) -> str:
+    """Return the board's response, or ""."""
     try:
         return bench.ask(query)
     except InstrumentError:
@@ -281,10 +282,10 @@ def _said(bench: Bench, query: str) -> str:
 
 
 def check_board(bench: Bench, file: RunFile) -> None:
-    """Raise FileError where a file is of another board than this one."""
-    serial, said = file.meta.get("board", ""), _identity(bench)[2]
-    if serial != said:
-        raise FileError(file.path, f"is of the board {serial}, and {bench.address} is {said}")
+    """Raise FileError if a file belongs to another board."""
+    serial, actual = file.meta.get("board", ""), _identity(bench)[2]
+    if serial != actual:
+        raise FileError(file.path, f"is of the board {serial}, and {bench.address} is {actual}")
 
 
 def log(
@@ -297,10 +298,10 @@ def log(
     patience: float = PATIENCE,
     say: Callable[[str], None] = lambda sentence: None,
 ) -> Logged:
-    """Record a bench that somebody else commands, until `duration` [s of the board] or a signal.
+    """Record a bench that another client commands, until `duration` [s of the board] or a signal.
 
-    SIGINT and SIGTERM end it. A line that is down is looked for again, `patience` [s] long; another
-    board there is refused. Raises FileError for a file or a bench that cannot be had.
+    SIGINT and SIGTERM end it. A lost connection is searched for `patience` [s]; another board there
+    is rejected. Raises FileError if the file or the bench is not available.
     """
     with Stop() as stop:
         bench = open_bench(address)
@@ -332,9 +333,9 @@ def log(
 
 
 def _file(bench: Bench, out: Path, resume: bool, force: bool) -> RunFile:
-    """A new file, or the one to go on with."""
+    """Return a new file, or the one to continue."""
     if not resume:
-        return RunFile.create(out, {"kind": "log", **described(bench)}, force)
+        return RunFile.create(out, {"kind": "log", **describe_bench(bench)}, force)
     file = RunFile.resume(out)
     try:
         check_board(bench, file)
@@ -362,7 +363,7 @@ class _Log:
         self._patience, self._stop, self._say = patience, stop, say
 
     def run(self) -> tuple[str, str | None]:
-        """(outcome, why where it is no good one)."""
+        """Return (outcome, reason if it is not a success)."""
         begun = False
         while True:
             try:
@@ -378,33 +379,33 @@ class _Log:
             except RecordingError as error:
                 return DISK_FULL, str(error)
             except LineError as error:
-                lost = self._again(str(error))
-                if lost is not None:
-                    return lost
+                failure = self._reconnect(str(error))
+                if failure is not None:
+                    return failure
 
-    def _again(self, why: str) -> tuple[str, str | None] | None:
-        """Look for the line; None once it is there again."""
+    def _reconnect(self, reason: str) -> tuple[str, str | None] | None:
+        """Search for the connection; return None once it is there again."""
         recorder = self.recorder
         bench, end = recorder.bench, time.monotonic() + self._patience
-        recorder.file.note("link", f"the line is lost: {why}", recorder.now)
-        self._say(f"{why}; looking for it for {self._patience:g} s")
+        recorder.file.note("link", f"the line is lost: {reason}", recorder.now)
+        self._say(f"{reason}; looking for it for {self._patience:g} s")
         with contextlib.suppress(LayerjamError):
             bench.close()
         if bench.address.simulated:
-            return LINE_LOST, why  # a virtual board ends with its line
+            return LINE_LOST, reason  # a virtual board ends with its line
         while time.monotonic() < end and not self._stop.asked:
             try:
-                found = open_bench(bench.address)
+                bench_ = open_bench(bench.address)
             except LayerjamError:
                 time.sleep(0.2)
                 continue
             try:
-                check_board(found, recorder.file)
+                check_board(bench_, recorder.file)
             except BaseException:
-                found.close()
+                bench_.close()
                 raise
-            recorder.bench, recorder._heard = found, 0
+            recorder.bench, recorder._heard = bench_, 0
             recorder.file.note("link", "the line is there again", recorder.now)
             self._say("the line is there again")
             return None
-        return LINE_LOST, why
+        return LINE_LOST, reason

@@ -13,7 +13,7 @@ from layerjam.control.settings import Regulator, validate
 from layerjam.errors import QuantityError
 from layerjam.rig.address import VIRTUAL, Address
 from layerjam.rig.board import VirtualBoard, connect
-from layerjam.rig.campaign import LONG_LEASE, accelerated
+from layerjam.rig.campaign import LONG_LEASE, accelerate
 from layerjam.rig.driver import Bench
 from layerjam.rig.link import SESSION, BoardLink
 from layerjam.rig.observer import highest_target
@@ -94,7 +94,7 @@ def soak(
     Stopped from the keyboard, it gives what was seen until then. Raises QuantityError for an
     address that is no virtual board, FileError and LineError.
     """
-    where = accelerated(address)
+    where = accelerate(address)
     line, board = connect(where)
     if board is None:
         raise QuantityError.of("address", f"{where} is no virtual board")
