@@ -17,7 +17,7 @@ from layerjam.rig import observer as observer_module
 from layerjam.rig.address import VIRTUAL, address_of
 from layerjam.rig.campaign import Bed, accelerate, campaign, run_trial, select_faults
 from layerjam.rig.kinds import APART, DRIFTS, KINDS, NOT_HERE, SUPPLY_SAMPLES
-from layerjam.rig.observer import Observer, drawn
+from layerjam.rig.observer import Observer, draw_plan
 from layerjam.rig.plant import VirtualPlant, behind
 from rig.boards import Hal, Rig, firmware
 
@@ -82,7 +82,7 @@ def test_a_drift_is_doubted_by_the_board_when_the_plant_says_so(
     monkeypatch.setattr(observer_module, "LONGEST", 60.0)
     with Bed(accelerate(VIRTUAL)) as bed:
         for size, doubted in ((200.0, True), (5.0, False)):
-            trial = run_trial(bed, drawn(bed.behind, "sensor-drift", 0, 0, size=size))
+            trial = run_trial(bed, draw_plan(bed.behind, "sensor-drift", 0, 0, size=size))
             bit = int(bed.bench()[0].ask("STAT:QUES?")) & 1024
             assert (trial.doubted_after is not None) == doubted == bool(bit), size
             assert trial.named is None and trial.safe_after is None and trial.met
@@ -104,10 +104,10 @@ def test_every_fault_ten_times(rest: str) -> None:
 
 
 def test_a_run_is_the_same_for_the_same_seed() -> None:
-    one, same = (drawn(BEHIND, "leak", 7, 3) for _ in range(2))
-    other = drawn(BEHIND, "leak", 8, 3)
+    one, same = (draw_plan(BEHIND, "leak", 7, 3) for _ in range(2))
+    other = draw_plan(BEHIND, "leak", 8, 3)
     assert one == same and one.case.target != other.case.target
-    plants = [drawn(BEHIND, "leak", n, 0).behind.plant for n in range(200)]
+    plants = [draw_plan(BEHIND, "leak", n, 0).behind.plant for n in range(200)]
     for name in ("rate", "leak", "vent"):
         told, some = getattr(BEHIND.plant, name), [getattr(plant, name) for plant in plants]
         assert told / 1.4 <= min(some) < 0.75 * told and 1.35 * told < max(some) <= told * 1.4
@@ -130,7 +130,7 @@ def test_the_firmware_keeps_what_is_promised_for_it() -> None:
 
 def test_a_leak_takes_the_vacuum_out_of_its_band_in_time() -> None:
     """The closed form against steps of a plant that only leaks."""
-    case = drawn(BEHIND, "pump-dead-holding", 0, 0).case
+    case = draw_plan(BEHIND, "pump-dead-holding", 0, 0).case
     plant = VirtualPlant(replace(BEHIND, plant=case.regulator.plant))
     plant.vacuum = case.highest
     plant.set_outputs(0.0, True)
@@ -143,7 +143,7 @@ def test_a_leak_takes_the_vacuum_out_of_its_band_in_time() -> None:
 
 def test_an_open_valve_shows_when_the_pump_looks_weak() -> None:
     """The closed form against steps of a plant that pumps with its vent open."""
-    case = drawn(BEHIND, "vent-stuck-open", 0, 0).case
+    case = draw_plan(BEHIND, "vent-stuck-open", 0, 0).case
     plant = VirtualPlant(replace(BEHIND, plant=case.regulator.plant))
     plant.set_outputs(1.0, False)
     assert plant.outputs == (1.0, True), "a valve that rests open, without power"
@@ -174,7 +174,7 @@ def test_something_happens_between_two_samples() -> None:
 
 def test_the_observer_counts_what_stays_safe() -> None:
     """Outputs that were safe for a moment are not: the last time counts."""
-    plan = drawn(BEHIND, "sensor-nan", 0, 0)
+    plan = draw_plan(BEHIND, "sensor-nan", 0, 0)
     plant = VirtualPlant(plan.behind)
     observer = Observer(plant, replace(plan, moment="pumping", level=0.0, phase=0.0))
 
@@ -226,11 +226,11 @@ def test_two_sensors_that_disagree_are_a_fault() -> None:
 def test_a_second_sensor_sees_a_drift_that_one_does_not() -> None:
     name = "sensor-drift"
     with Bed(accelerate(f"{CPYTHON}&second=1")) as bed:
-        trial = run_trial(bed, drawn(bed.behind, name, 0, 0, size=200.0))
+        trial = run_trial(bed, draw_plan(bed.behind, name, 0, 0, size=200.0))
     assert trial.named == "SENSORS_DISAGREE" and trial.met
     assert trial.safe_after == pytest.approx(0.05 * 103421 / 200, rel=0.05)
-    assert KINDS[name].deadline(drawn(BEHIND, name, 0, 0).case) == math.inf
-    assert drawn(BEHIND, name, 0, 0).case.size in DRIFTS
+    assert KINDS[name].deadline(draw_plan(BEHIND, name, 0, 0).case) == math.inf
+    assert draw_plan(BEHIND, name, 0, 0).case.size in DRIFTS
 
 
 def test_memory_is_counted_where_somebody_does() -> None:

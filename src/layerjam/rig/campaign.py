@@ -20,7 +20,7 @@ from layerjam.rig.driver import Bench
 from layerjam.rig.kinds import KINDS, NOT_HERE
 from layerjam.rig.line import LineError
 from layerjam.rig.link import SESSION, BoardLink
-from layerjam.rig.observer import Observer, Plan, drawn
+from layerjam.rig.observer import Observer, Plan, draw_plan
 from layerjam.rig.plant import behind
 from layerjam.rig.telemetry import records
 
@@ -273,7 +273,7 @@ def campaign(
             for number in range(runs):
                 for name in names:
                     progress("faults", len(trials) / (runs * len(names)))
-                    trials.append(run_trial(bed, drawn(bed.behind, name, number, seed)))
+                    trials.append(run_trial(bed, draw_plan(bed.behind, name, number, seed)))
         except KeyboardInterrupt:
             is_stopped = True
     return Campaign(tuple(trials), is_stopped, board)

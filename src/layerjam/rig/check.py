@@ -1,6 +1,6 @@
-"""A first look at a bench's wiring: who moves what which way, how fast, and how tight the line is.
+"""Bench check of the wiring: direction and speed of pump and vent, and tightness of the line.
 
-Pump and vent are driven by hand (`DIAG:DRIV`), never for longer than 5 s, without the law.
+Pump and vent are driven directly (`DIAG:DRIV`) for at most 5 s, without the control law.
 """
 
 from __future__ import annotations
@@ -21,25 +21,25 @@ from layerjam.rig.outcomes import Checked, Zero
 from layerjam.units import show
 
 VENTED, PUMPED, HELD = 1.5, 2.5, 1.5
-"""Seconds of the board's time: vent open, pump on, both shut."""
+"""Durations [s of the board]: vent open, pump on, both closed."""
 BEGUN = 0.15
-"""Seconds after a change of the outputs that no fit looks at: the sensor and the tube follow."""
+"""Time [s] after a change of the outputs that fits leave out: sensor and tube settle."""
 MOVED = 300.0
-"""Change [Pa] below which nothing has moved, and ten times the noise where that is more."""
+"""Least change [Pa] that counts as motion; ten times the noise if that is more."""
 RELEASED = 0.5
-"""Share of the vacuum that an open vent leaves at most."""
+"""Largest share of the vacuum that an open vent leaves."""
 SLOW, LEAKY = 0.7, 2.0
-"""Share of the line's rate, and times its leak, at which a bench is not that line."""
+"""Share of the line's rate, and multiple of its leak, at which a bench differs from the line."""
 TIGHT = 1e-3
-"""Leak [1/s] that is never held against a line."""
+"""Leak [1/s] that is always acceptable."""
 ZEROED = 4.5
-"""Seconds for which the vent is open before and while the zero is measured."""
+"""Time [s] for which the vent is open before and during the measurement of zero."""
 STEADY = 20.0
-"""Change [Pa] of the mean in half a second at most, and the scatter if that is more."""
+"""Largest change [Pa] of the mean in half a second; the scatter if that is more."""
 FARTHEST = 0.05
-"""Zero over the sensor's range at most."""
+"""Largest zero over the sensor's range."""
 ATMOSPHERE = 101325.0
-"""Range [Pa] that is assumed while the board has no regulator."""
+"""Range [Pa] assumed if the board has no regulator."""
 PAUSE = 0.005
 FAULTS = {
     "sensor-silent": "the sensor gives no reading",
@@ -61,7 +61,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class LockedError(LayerjamError):
-    """Another client commands the bench."""
+    """A bench that another client commands."""
 
     key = "locked"
 
@@ -69,20 +69,20 @@ class LockedError(LayerjamError):
 def check_bench(
     bench: Bench, *, vent_rest: str | None = None, plant: Plant | None = None
 ) -> Checked:
-    """Drive pump and vent for some seconds, and say what follows; the bench is SAFE afterwards.
+    """Drive pump and vent for some seconds and return the findings; the bench is SAFE afterwards.
 
-    `vent_rest` is what the vent valve is without power, where the board does not know it; `plant`
-    is what the line should be. Raises QuantityError where the rest is not known, LockedError where
-    another client has the lock, InstrumentError where the board is not in SAFE.
+    `vent_rest` is the position of the vent valve without power, if the board does not know it.
+    `plant` is the expected line. Raises QuantityError if the position is not known, LockedError if
+    another client has the lock, InstrumentError if the board is not in SAFE.
     """
-    with _locked(bench, vent_rest):
-        made = _looked_at(bench)
-    return _judged(made, plant)
+    with _lock_bench(bench, vent_rest):
+        result = _inspect(bench)
+    return _judge(result, plant)
 
 
 @contextlib.contextmanager
-def _locked(bench: Bench, vent_rest: str | None) -> Iterator[None]:
-    """Lock the bench, declare the valve's rest if given, and switch the outputs off at last."""
+def _lock_bench(bench: Bench, vent_rest: str | None) -> Iterator[None]:
+    """Lock the bench, declare the valve's rest if given, and finally switch the outputs off."""
     if vent_rest is None and bench.vent_rest is None:
         raise QuantityError.of(
             "vent rest",
@@ -100,14 +100,14 @@ def _locked(bench: Bench, vent_rest: str | None) -> Iterator[None]:
 
 
 def measure_zero(bench: Bench, *, vent_rest: str | None = None) -> Zero:
-    """Open the vent for 4.5 s, take the mean of the last second for zero, and store it.
+    """Open the vent for 4.5 s, take the mean of the last second as zero, and store it.
 
-    The calibration's name gets the date. Raises QuantityError if the valve's rest is not known, if
-    the reading is not steady or more than 5 % of the sensor's range, LockedError if another client
-    has the lock, InstrumentError if the board is not in SAFE.
+    The calibration's name gets the date. Raises QuantityError if the valve's rest is not known, or
+    if the reading is not steady or exceeds 5 % of the sensor's range. Raises LockedError if another
+    client has the lock, InstrumentError if the board is not in SAFE.
     """
-    with _locked(bench, vent_rest):
-        times, readings = _driven(bench, 0.0, 1, ZEROED)
+    with _lock_bench(bench, vent_rest):
+        times, readings = _drive(bench, 0.0, 1, ZEROED)
         level = readings[times > ZEROED - 1.0]
         if len(level) < 10 or not np.isfinite(level).all():
             raise QuantityError.of("zero", FAULTS["sensor-silent"])
@@ -130,8 +130,8 @@ def measure_zero(bench: Bench, *, vent_rest: str | None = None) -> Zero:
         bench.off()
         date = datetime.now(UTC).date().isoformat()
         offset += reading / gain
-        kept = name.partition("; zero ")[0]
-        bench.calibration = offset, gain, f"{kept[:22]}; zero {date}"
+        old_name = name.partition("; zero ")[0]
+        bench.calibration = offset, gain, f"{old_name[:22]}; zero {date}"
         bench.tell("SYST:SETT:STOR")
     return Zero(
         zero=reading,
@@ -142,41 +142,41 @@ def measure_zero(bench: Bench, *, vent_rest: str | None = None) -> Zero:
     )
 
 
-def _looked_at(bench: Bench) -> Checked:
-    tested = int(bench.ask("*TST?"))
-    found: dict[str, Any] = {"self_test": tested, "feasible": False, "reason": None}
-    found["simulated"] = bench.simulated
-    found |= {"zero": None, "rate": None, "top": None, "leak": None}
-    _, still = _driven(bench, 0.0, 1, VENTED)
+def _inspect(bench: Bench) -> Checked:
+    self_test = int(bench.ask("*TST?"))
+    values: dict[str, Any] = {"self_test": self_test, "feasible": False, "reason": None}
+    values["simulated"] = bench.simulated
+    values |= {"zero": None, "rate": None, "top": None, "leak": None}
+    _, still = _drive(bench, 0.0, 1, VENTED)
     if not np.isfinite(still).all() or not len(still):
-        return Checked(**found, wiring=("sensor-silent",))
+        return Checked(**values, wiring=("sensor-silent",))
     level = still[len(still) // 2 :]
     zero, noise = float(np.mean(level)), float(np.std(level))
-    found["zero"] = zero
+    values["zero"] = zero
     least = max(MOVED, 10 * noise)
-    rise, after = _pumped(bench, 0)
-    moved = float(np.mean(after[1][-5:])) - zero
-    if abs(moved) < least:
-        inverted = _risen(bench, zero) > least
-        return Checked(**found, wiring=("vent-inverted" if inverted else "pump-does-nothing",))
-    if moved < 0.0:
-        return Checked(**found, wiring=("pump-reversed",))
-    found |= _rates(rise, after, zero)
+    rise, after = _pump(bench, 0)
+    change = float(np.mean(after[1][-5:])) - zero
+    if abs(change) < least:
+        is_inverted = _rise_with_vent(bench, zero) > least
+        return Checked(**values, wiring=("vent-inverted" if is_inverted else "pump-does-nothing",))
+    if change < 0.0:
+        return Checked(**values, wiring=("pump-reversed",))
+    values |= _rates(rise, after, zero)
     if _releases(bench, zero, 1):
-        return Checked(**found, wiring=())
-    # an open vent may have left a part of the vacuum to a strong pump
-    inverted = _releases(bench, zero, 0)
-    return Checked(**found, wiring=("vent-inverted" if inverted else "vent-does-nothing",))
+        return Checked(**values, wiring=())
+    # a strong pump may keep a part of the vacuum while the vent is open
+    is_inverted = _releases(bench, zero, 0)
+    return Checked(**values, wiring=("vent-inverted" if is_inverted else "vent-does-nothing",))
 
 
-def _driven(
-    bench: Bench, pump: float, vent: int, seconds: float, *, most: float | None = None
+def _drive(
+    bench: Bench, pump: float, vent: int, seconds: float, *, limit: float | None = None
 ) -> tuple[Array, Array]:
-    """Time [s] and reading [Pa] while the outputs are driven so, for so long of the board's time.
+    """Return times [s] and readings [Pa] while the outputs are driven, in the board's time.
 
-    They are driven for `most` [s], if nothing else comes.
+    The board drives them for at most `limit` [s].
     """
-    bench.tell(f"DIAG:DRIV {pump:g},{vent},{most or seconds:g}")
+    bench.tell(f"DIAG:DRIV {pump:g},{vent},{limit or seconds:g}")
     begin = -1
     times: list[float] = []
     readings: list[float] = []
@@ -194,29 +194,30 @@ def _driven(
     return np.array(times) - begin / 100, np.array(readings)
 
 
-def _pumped(bench: Bench, vent: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """The readings while the pump runs, and those with all shut after it."""
+def _pump(bench: Bench, vent: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Return the readings while the pump runs, and those with all closed after it."""
     bench.off()
-    rise = _driven(bench, 1.0, vent, PUMPED, most=5.0)
-    return rise, _driven(bench, 0.0, 0, HELD)
+    rise = _drive(bench, 1.0, vent, PUMPED, limit=5.0)
+    return rise, _drive(bench, 0.0, 0, HELD)
 
 
-def _risen(bench: Bench, zero: float) -> float:
-    """Vacuum [Pa] that the pump brings with the vent told to be open."""
-    (_, shown), _ = _pumped(bench, 1)
-    return float(np.max(shown)) - zero
+def _rise_with_vent(bench: Bench, zero: float) -> float:
+    """Return the vacuum [Pa] that the pump reaches with the vent commanded to open."""
+    (_, readings), _ = _pump(bench, 1)
+    return float(np.max(readings)) - zero
 
 
 def _rates(
     rise: tuple[Array, Array], after: tuple[Array, Array], zero: float
 ) -> dict[str, float | None]:
-    """Rate and end of the pump from the rise's slope and bend, the leak from what is lost after."""
+    """Return rate and end of the pump from the shape of the rise, and the leak from the loss."""
     from scipy.optimize import curve_fit
 
-    at, held = after[0] > BEGUN, after[1] - zero
+    late, level = after[0] > BEGUN, after[1] - zero
     leak = 0.0
-    if at.sum() >= 3:
-        leak = max(-float(np.polyfit(after[0][at], held[at], 1)[0]) / float(held[at].mean()), 0.0)
+    if late.sum() >= 3:
+        slope = float(np.polyfit(after[0][late], level[late], 1)[0])
+        leak = max(-slope / float(level[late].mean()), 0.0)
     late = rise[0] > BEGUN
     times, values = rise[0][late], rise[1][late] - zero
     out: dict[str, float | None] = {"leak": leak, "rate": None, "top": None}
@@ -237,30 +238,32 @@ def _rates(
 
 
 def _releases(bench: Bench, zero: float, vent: int) -> bool:
-    """Whether the vent, told to be open (1) or shut (0), lets the pump's vacuum go."""
+    """Whether the vent, commanded to open (1) or close (0), releases the pump's vacuum."""
     bench.off()
-    _driven(bench, 1.0, 1 - vent, 0.5 * PUMPED, most=5.0)
-    _, shown = _driven(bench, 0.0, vent, HELD)
-    return len(shown) > 1 and float(shown[-1]) - zero < RELEASED * (float(shown[0]) - zero)
+    _drive(bench, 1.0, 1 - vent, 0.5 * PUMPED, limit=5.0)
+    _, readings = _drive(bench, 0.0, vent, HELD)
+    return len(readings) > 1 and float(readings[-1]) - zero < RELEASED * (float(readings[0]) - zero)
 
 
-def _judged(made: Checked, plant: Plant | None) -> Checked:
-    """With the judgement: what keeps the bench from regulating this line."""
-    why = [f"{name} fails the self-test" for bit, name in TESTS.items() if made.self_test & bit]
-    why += [FAULTS[key] for key in made.wiring]
-    if not why and (made.rate is None or made.leak is None):
-        why = ["the rise of the vacuum is no curve of a pump"]
-    if not why and made.rate is not None and made.leak is not None:
-        if made.leak >= made.rate:
-            why.append(
-                f"the line leaks at {made.leak:.3g}/s, the pump fills it at {made.rate:.3g}/s"
+def _judge(data: Checked, plant: Plant | None) -> Checked:
+    """Return the data with the reason why the bench cannot regulate this line, if any."""
+    faulty = (name for bit, name in TESTS.items() if data.self_test & bit)
+    reasons = [f"{name} fails the self-test" for name in faulty]
+    reasons += [FAULTS[key] for key in data.wiring]
+    if not reasons and (data.rate is None or data.leak is None):
+        reasons = ["the rise of the vacuum does not fit a pump's curve"]
+    if not reasons and data.rate is not None and data.leak is not None:
+        if data.leak >= data.rate:
+            reasons.append(
+                f"the line leaks at {data.leak:.3g}/s, the pump fills it at {data.rate:.3g}/s"
             )
-        if plant is not None and made.rate < SLOW * plant.joined.rate:
-            why.append(
-                f"the pump's rate is {made.rate:.3g}/s, and the line's {plant.joined.rate:.3g}/s"
+        if plant is not None and data.rate < SLOW * plant.joined.rate:
+            reasons.append(
+                f"the pump's rate is {data.rate:.3g}/s, and the line's {plant.joined.rate:.3g}/s"
             )
-        if plant is not None and made.leak > max(LEAKY * plant.joined.leak, TIGHT):
-            why.append(f"the leak is {made.leak:.3g}/s, and the line's {plant.joined.leak:.3g}/s")
-        if made.zero is not None and made.top is not None and abs(made.zero) > 0.05 * made.top:
-            why.append(f"the reading with the vent open is {show(made.zero, 'Pa')}")
-    return replace(made, feasible=not why, reason="; ".join(why) or None)
+        if plant is not None and data.leak > max(LEAKY * plant.joined.leak, TIGHT):
+            limit = plant.joined.leak
+            reasons.append(f"the leak is {data.leak:.3g}/s, and the line's {limit:.3g}/s")
+        if data.zero is not None and data.top is not None and abs(data.zero) > 0.05 * data.top:
+            reasons.append(f"the reading with the vent open is {show(data.zero, 'Pa')}")
+    return replace(data, feasible=not reasons, reason="; ".join(reasons) or None)

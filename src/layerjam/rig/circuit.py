@@ -1,4 +1,4 @@
-"""What is soldered to a board: socket, wires with their parts, and what contradicts itself."""
+"""Circuit around a board: socket, wires with their parts, and contradictions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PULL_DOWN = 8.2e3
 GATES = ("pump_gate", "pump_back_gate", "vent_gate")
 """Outputs that must be off while the board is in reset."""
 INSIDE = ("led_out", "supply_adc")
-"""Pins of the chip that lead to no pin of the socket."""
+"""Pins of the chip that are not connected to the socket."""
 SPI = {"spi_miso": 0, "spi_cs": 1, "spi_sck": 2, "spi_mosi": 3}
 """Place of a use among four pins in a row; GP n is on SPI (n // 8) mod 2 (RP2040's datasheet)."""
 OHMS = re.compile(r"([0-9]+(?:\.[0-9]+)?)\s*(k|M)?(?:Ω|ohm)")
@@ -29,16 +29,16 @@ class Wire:
     """One wire of the board: from a pin of its socket, past parts, to an end."""
 
     pin: int | None
-    """Of the socket, the first of several with the same name; None where it has none."""
+    """Pin of the socket, the first of several with the same name, or None."""
     label: str
-    """Of the pin: GP16, GND, VSYS."""
+    """Label of the pin: GP16, GND, VSYS."""
     use: str | None
-    """What the board's file calls it, None for a supply."""
+    """Name of the use in the board's file, None for a supply."""
     name: str
     to: str
     series: str | None
     shunt: str | None
-    """From the line to GND: behind `series` at a gate, else at the pin."""
+    """Parts from the line to GND: after `series` at a gate, else at the pin."""
     volts: float | None
     """Greatest voltage at its end [V]."""
     source: str
@@ -46,7 +46,7 @@ class Wire:
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """One part to buy, and how sure its choice is."""
+    """One part to buy, and the certainty of its choice."""
 
     name: str
     pick: str
@@ -56,7 +56,7 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class Circuit:
-    """A board with all that is soldered to it."""
+    """A board with all connected parts."""
 
     file: WiringFile
     pins: int
@@ -72,17 +72,17 @@ class Circuit:
         return self.file.title or self.file.name
 
     def conflicts(self) -> tuple[str, ...]:
-        """What cannot be right, a sentence each; none where nothing was found."""
+        """Return the contradictions of the circuit, a sentence each."""
         return (*_sockets(self), *_channels(self), *_bus(self), *_gates(self), *_voltages(self))
 
 
-def load_circuit(board: str | Path, drawn: Path = PICO) -> Circuit:
-    """What hangs on a board, by the board's name or its TOML file; `drawn` has socket and parts.
+def load_circuit(board: str | Path, circuit: Path = PICO) -> Circuit:
+    """Return the circuit of a board, by its name or TOML file; `circuit` has socket and parts.
 
     Raises UnknownNameError or FileError.
     """
     file = load_wiring(board)
-    data = tomllib.loads(drawn.read_text("utf-8"))
+    data = tomllib.loads(circuit.read_text("utf-8"))
     socket = {
         label: pin if isinstance(pin, int) else pin[0]
         for label, pin in data["socket"].items()
@@ -116,34 +116,34 @@ def _wire(entry: Mapping[str, Any], socket: Mapping[str, int], numbers: Mapping[
 
 
 def ohms(text: str | None) -> float | None:
-    """The resistance [ohm] that a text such as "8.2 kΩ, 10 nF" states, None where none."""
-    found = OHMS.search(text or "")
-    return float(found[1]) * FACTORS[found[2]] if found else None
+    """Return the resistance [ohm] in a text such as "8.2 kΩ, 10 nF", or None."""
+    match = OHMS.search(text or "")
+    return float(match[1]) * FACTORS[match[2]] if match else None
 
 
-def _sockets(made: Circuit) -> Iterator[str]:
-    """Pins of the chip that the socket does not have."""
-    for use, number in asdict(made.file.wiring.pins).items():
-        if use not in INSIDE and f"GP{number}" not in made.socket:
+def _sockets(circuit: Circuit) -> Iterator[str]:
+    """Yield pins of the chip that the socket does not have."""
+    for use, number in asdict(circuit.file.wiring.pins).items():
+        if use not in INSIDE and f"GP{number}" not in circuit.socket:
             yield f"{use}: GP{number} leads to no pin of the socket"
 
 
-def _channels(made: Circuit) -> Iterator[str]:
-    """Pump and its second side are two channels of PWM."""
-    pins = made.file.wiring.pins
-    pump, back = pins.pump_gate, pins.pump_back_gate
-    if pump % 16 == back % 16:
-        yield f"pump_gate and pump_back_gate: GP{pump} and GP{back} are one PWM channel"
+def _channels(circuit: Circuit) -> Iterator[str]:
+    """Yield a conflict if both sides of the pump share a PWM channel."""
+    pins = circuit.file.wiring.pins
+    pump, reverse = pins.pump_gate, pins.pump_back_gate
+    if pump % 16 == reverse % 16:
+        yield f"pump_gate and pump_back_gate: GP{pump} and GP{reverse} are one PWM channel"
 
 
-def _bus(made: Circuit) -> Iterator[str]:
-    """SPI pins of one port, each in its place."""
-    if made.file.wiring.sensor_kind != "hsc":
+def _bus(circuit: Circuit) -> Iterator[str]:
+    """Yield SPI pins that are not on one port, or not in their places."""
+    if circuit.file.wiring.sensor_kind != "hsc":
         return
-    numbers, ports = asdict(made.file.wiring.pins), set()
+    numbers, ports = asdict(circuit.file.wiring.pins), set()
     for use, spot in SPI.items():
         number = numbers[use]
-        if use == "spi_cs":  # any pin does
+        if use == "spi_cs":  # any pin works
             continue
         ports.add(number // 8 % 2)
         if number % 4 != spot:
@@ -152,9 +152,9 @@ def _bus(made: Circuit) -> Iterator[str]:
         yield "the SPI pins belong to two different ports"
 
 
-def _gates(made: Circuit) -> Iterator[str]:
-    """A gate without a small pull-down floats in reset."""
-    for wire in made.wires:
+def _gates(circuit: Circuit) -> Iterator[str]:
+    """Yield gates that float in reset, without a small pull-down."""
+    for wire in circuit.wires:
         down = ohms(wire.shunt)
         if wire.use in GATES and (down is None or down > PULL_DOWN):
             yield (
@@ -163,15 +163,15 @@ def _gates(made: Circuit) -> Iterator[str]:
             )
 
 
-def _voltages(made: Circuit) -> Iterator[str]:
-    """What a divider leaves of the voltage at the wire's end."""
-    most = made.file.wiring.reference_voltage
-    for wire in made.wires:
+def _voltages(circuit: Circuit) -> Iterator[str]:
+    """Yield pins that get too much voltage from a divider."""
+    limit = circuit.file.wiring.reference_voltage
+    for wire in circuit.wires:
         if wire.volts is None:
             continue
         above, below = ohms(wire.series), ohms(wire.shunt)
         left = wire.volts
         if above is not None and below is not None:
             left *= below / (above + below)
-        if left > most:
-            yield f"{wire.name}: {left:.2f} V reach {wire.label}, which bears {most:.2f} V"
+        if left > limit:
+            yield f"{wire.name}: {left:.2f} V reach {wire.label}, which bears {limit:.2f} V"

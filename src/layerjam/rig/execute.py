@@ -1,6 +1,6 @@
-"""A procedure on a bench: the steps that the simulator runs, carried out and recorded.
+"""A procedure on a bench: the steps of the simulator, carried out and recorded.
 
-Whatever happens, the last act is safe outputs and a closed file.
+In every case the last actions are safe outputs and a closed file.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from layerjam.rig.recorder import (
 )
 from layerjam.rig.run_file import RecordingError, RunFile
 from layerjam.rig.settling import Watch, last, scatter, stays
-from layerjam.rig.shots import DropRig, Shots, Taken, check_rig
+from layerjam.rig.shots import DropRig, Shots, ShotSummary, check_rig
 from layerjam.rig.stop import Stop
 from layerjam.simulate.procedure import (
     Evacuate,
@@ -47,22 +47,22 @@ from layerjam.units import show
 NOT_REACHED, NOT_VENTED = "NOT_REACHED", "NOT_VENTED"
 CROSSHEAD_LOST, FAULT = "CROSSHEAD_LOST", "FAULT"
 CLOSE = 0.01
-"""Half width of that band, over the target."""
+"""Half width of the band about a target, over the target."""
 EXTRA, TIMES = 10.0, 3.0
-"""A vacuum is given up after so many predicted rises and so many seconds more."""
+"""A vacuum is given up after EXTRA [s] and TIMES predicted rises."""
 AT_REST = 0.3
-"""Seconds of samples before the start, which show the sensor's noise."""
+"""Duration of the samples before the start, which show the sensor's noise [s]."""
 LAST = 0.5
-"""Seconds recorded after the outputs are off."""
+"""Duration of the recording after the outputs are off [s]."""
 STATES = {"SAFE": 0, "RUN": 1, "FAULT": 2}
 LEASE = 2.0
-"""Seconds after which the board is safe if this program falls silent."""
+"""Silence of this program after which the board becomes safe [s]."""
 QUICK = 600.0
-"""The same for a virtual board that runs faster than its host, by its own clock."""
+"""The same for a virtual board that runs faster than its host, by its own clock [s]."""
 
 
 class EndedError(Exception):
-    """A procedure that ends before its last step; `outcome` says how."""
+    """A procedure that ends before its last step, with an `outcome`."""
 
     def __init__(self, outcome: str, reason: str) -> None:
         super().__init__(reason)
@@ -70,8 +70,8 @@ class EndedError(Exception):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Done:
-    """One step: times [s] on the clock of the file, None where it was not begun or ended."""
+class StepResult:
+    """One step: times [s] on the clock of the file, None if it did not begin or end."""
 
     text: str
     started: float | None = None
@@ -80,8 +80,8 @@ class Done:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Executed:
-    """How a run ended."""
+class RunResult:
+    """Outcome of a run."""
 
     outcome: str
     reason: str | None
@@ -89,14 +89,14 @@ class Executed:
     samples: int
     gaps: int
     duration: float
-    """[s] from the beginning to the last sample."""
-    steps: tuple[Done, ...]
+    """Time [s] from the start to the last sample."""
+    steps: tuple[StepResult, ...]
     fault: str | None
     fault_time: float | None
     file: Path
     simulated: bool
-    shots: tuple[Taken, ...] | None = None
-    """What the accelerometer recorded; None where it was not asked for."""
+    shots: tuple[ShotSummary, ...] | None = None
+    """Records of the accelerometer, None if it was not used."""
 
 
 class Execution:
@@ -117,7 +117,7 @@ class Execution:
         self.recorder = Recorder(bench, file)
         self.shots = None if rig is None else Shots(bench, file, rig)
         self.watch = Watch.of(bench)
-        self.done = [Done(text=step.text()) for step in procedure.steps]
+        self.done = [StepResult(text=step.text()) for step in procedure.steps]
         self.fault: str | None = None
         self.fault_us: int | None = None
         self.first_us: int | None = None
@@ -125,7 +125,7 @@ class Execution:
         self._running = False
 
     def run(self) -> tuple[str, str | None]:
-        """(outcome, why where it is no good one); the outputs are off when this returns."""
+        """Return the outcome, and the reason if it is not a success; the outputs are then off."""
         try:
             try:
                 self._begin()
@@ -133,7 +133,7 @@ class Execution:
                     self._step(place, step)
                 return FINISHED, None
             finally:
-                self._rest()
+                self._make_safe()
         except EndedError as end:
             return end.outcome, str(end)
         except RecordingError as error:
@@ -144,27 +144,27 @@ class Execution:
             return CROSSHEAD_LOST, str(error)
 
     def _begin(self) -> None:
-        """What the sensor shows at rest; then the law runs, with nothing to hold."""
+        """Measure the sensor's noise at rest, then start the law without a target."""
         self.bench.target = 0.0
         if self.shots is not None:
             self.shots.prepare()
         self.recorder.begin(self._moves)
         self.first_us = self.recorder.now
-        seen: list[np.ndarray[Any, Any]] = []
+        readings: list[np.ndarray[Any, Any]] = []
 
         def keep(block: Block) -> bool:
-            seen.append(block.rows["vacuum"])
+            readings.append(block.rows["vacuum"])
             return False
 
         self._until(keep, AT_REST)
-        self._noise = scatter(np.concatenate(seen)) if seen else 0.0
+        self._noise = scatter(np.concatenate(readings)) if readings else 0.0
         self.bench.output = True
         self._until(lambda block: bool((block.rows["state"] == STATES["RUN"]).any()), 1.0)
 
     def _step(self, place: int, step: Step) -> None:
-        text, at = self.done[place].text, self._time
+        text, start = self.done[place].text, self._time
         self.file.note("step", text, self.recorder.now)
-        self.done[place] = Done(text=text, started=at)
+        self.done[place] = StepResult(text=text, started=start)
         try:
             if isinstance(step, Evacuate):
                 self._evacuate(step)
@@ -179,7 +179,7 @@ class Execution:
         self.done[place] = replace(self.done[place], reached=True)
 
     def _evacuate(self, step: Evacuate) -> None:
-        """Until the vacuum has been near its target for half a second, then hold."""
+        """Wait until the vacuum has been near its target for half a second, then hold."""
         band = max(CLOSE * step.to, self.watch.half_band, self._noise)
         limit = TIMES * self.watch.rise_time(self._vacuum, step.to - band) + EXTRA
         self.bench.target = step.to
@@ -192,7 +192,7 @@ class Execution:
         self._hold(step.hold)
 
     def _vent(self) -> None:
-        """Until the reading is what the regulator takes for none."""
+        """Wait until the reading counts as no vacuum."""
         limit = 2 * self.watch.settle_time
         self.bench.target = 0.0
         none = self.watch.zero
@@ -212,7 +212,7 @@ class Execution:
                 self._next()
             self.shots.let_fall()
             while self.recorder.behind(self._next()):
-                pass  # the hold begins where the board is now
+                pass  # the hold begins at the board's present sample
         self._until(lambda block: False, duration)
 
     def _move(self, step: Pull | Return) -> None:
@@ -221,34 +221,34 @@ class Execution:
             raise CrossheadLostError("the procedure moves a crosshead, and there is none")
         crosshead.begin(step, self.bench, self.file.note)
         try:
-            begun = self.recorder.now
-            while not crosshead.done((self.recorder.now - begun) * 1e-6):
+            start = self.recorder.now
+            while not crosshead.done((self.recorder.now - start) * 1e-6):
                 self._next()
         finally:
             crosshead.end(self.bench)
 
     def _last_sample(self) -> int:
-        """Number of the last sample that the board took before it obeys the last command."""
+        """Return the number of the last sample before the board obeys the last command."""
         return int(self.bench.ask("FETC:ALL?").split(",")[0])
 
-    def _until(self, done: Callable[[Block], bool], limit: float, after: int = -1) -> bool:
-        """Record until it is done; False after `limit` [s] of the board's clock.
+    def _until(self, is_done: Callable[[Block], bool], limit: float, after: int = -1) -> bool:
+        """Record until `done`; False after `limit` [s] of the board's clock.
 
-        The time runs from sample `after` on: a host that was held up reads for a while what the
-        board had taken before the command came.
+        The time starts at sample `after`: a delayed host first reads samples that the board took
+        before the command.
         """
-        begun = self.recorder.now
+        start = self.recorder.now
         while True:
             block = self._next()
-            if len(block.rows) and done(block):
+            if len(block.rows) and is_done(block):
                 return True
             if self.recorder.seq <= after:
-                begun = self.recorder.now
-            if (self.recorder.now - begun) * 1e-6 >= limit:
+                start = self.recorder.now
+            if (self.recorder.now - start) * 1e-6 >= limit:
                 return False
 
     def _next(self) -> Block:
-        """One block more, and what it means for the run."""
+        """Record one block, and end the run if it requires that."""
         if self.stop.asked:
             raise EndedError(STOPPED, "the operator stopped it")
         recorder, boot = self.recorder, self.recorder.boot
@@ -269,13 +269,13 @@ class Execution:
         return self.crosshead.positions(block)
 
     def _look(self, block: Block) -> None:
-        """A fault, or somebody else who switched it off."""
+        """End the run on a fault, or if another client switched the outputs off."""
         self._vacuum = last(block)
         state = block.rows["state"]
-        tripped = np.flatnonzero(state == STATES["FAULT"])
-        if len(tripped):
-            self.fault_us = int(block.us[tripped[0]])
-            code = int(block.rows["fault"][tripped[0]])
+        faults = np.flatnonzero(state == STATES["FAULT"])
+        if len(faults):
+            self.fault_us = int(block.us[faults[0]])
+            code = int(block.rows["fault"][faults[0]])
             self.fault = FAULTS.get(code) or self.bench.fault or f"{code}"
             self.file.note("fault", self.fault, self.fault_us)
             raise EndedError(
@@ -291,8 +291,8 @@ class Execution:
     def _time(self) -> float | None:
         return None if self.first_us is None else (self.recorder.now - self.first_us) * 1e-6
 
-    def _rest(self) -> None:
-        """Outputs off first; then half a second more of samples, if there is a line and a disk."""
+    def _make_safe(self) -> None:
+        """Turn the outputs off, then record half a second more if line and disk allow it."""
         try:
             self.bench.off()
             self.bench.target = 0.0
@@ -306,11 +306,11 @@ class Execution:
                 if shots is not None:
                     shots.look(self.recorder)
         except LayerjamError:
-            pass  # a line that is down: the lease does it; a full disk: nothing more to keep
+            pass  # a line that is down: the lease acts; a full disk: nothing more to keep
 
 
 def check(bench: Bench, procedure: Procedure, crosshead: Crosshead | None) -> None:
-    """Raise QuantityError where a bench cannot carry out a procedure at all."""
+    """Raise QuantityError if a bench cannot carry out a procedure at all."""
     reach = bench.reach
     for step in procedure.steps:
         if isinstance(step, Evacuate) and step.to > reach:
@@ -335,22 +335,22 @@ def execute(
     watch: Callable[[Block], None] = lambda block: None,
     rig: DropRig | None = None,
     say: Callable[[str], None] = lambda sentence: None,
-) -> Executed:
-    """Carry out a procedure on a bench whose regulator and safe state are set, and record it.
+) -> RunResult:
+    """Carry out a procedure on a bench with regulator and safe state, and record it.
 
-    `meta` is what the file should say besides what the bench does (brake_toml, line_toml). Raises
-    QuantityError or ProcedureError for what cannot be done, InstrumentError where the bench refuses
-    to start, FileError for the file; nothing is left behind then. Ctrl-C and SIGTERM end it with
-    OPERATOR_STOPPED, as does a `stop` that is asked for elsewhere. `watch` hears of every block of
-    samples, once it is on disk. With a `rig` the accelerometer's records of drops go into the file.
-    `say` receives the first line of a run, which states its lease.
+    `meta` are further entries of the file (brake_toml, line_toml). Raises QuantityError or
+    ProcedureError for an impossible procedure, InstrumentError if the bench refuses to start,
+    FileError for the file; no file is then left. Ctrl-C, SIGTERM and `stop` end it with
+    OPERATOR_STOPPED. `watch` receives every block of samples after it is on disk. With a `rig` the
+    accelerometer's records of drops go into the file. `say` receives the first line of a run, which
+    states its lease.
     """
     steps = parse_procedure(procedure) if isinstance(procedure, str) else procedure
     check(bench, steps, crosshead)
     if rig is not None:
         check_rig(rig, bench, steps)
-    said = {"kind": "run", "procedure": steps.text(), **describe_bench(bench), **(meta or {})}
-    said |= {} if rig is None else rig.facts()
+    entries = {"kind": "run", "procedure": steps.text(), **describe_bench(bench), **(meta or {})}
+    entries |= {} if rig is None else rig.facts()
     with stop or Stop() as stop:
         if not bench.lock():
             owner = bench.ask("SYST:LOCK:OWN?")
@@ -363,9 +363,9 @@ def execute(
             f"the safe state ({bench.safe_state})"
         )
         try:
-            file = RunFile.create(out, said, force)
+            file = RunFile.create(out, entries, force)
             try:
-                made = _recorded(
+                result = _run_and_close(
                     bench, file, Execution(bench, steps, file, crosshead, stop, watch, rig)
                 )
             except BaseException:
@@ -373,10 +373,10 @@ def execute(
                 raise
         finally:
             _unlock(bench, before)
-    return made
+    return result
 
 
-def _recorded(bench: Bench, file: RunFile, running: Execution) -> Executed:
+def _run_and_close(bench: Bench, file: RunFile, running: Execution) -> RunResult:
     try:
         outcome, reason = running.run()
     except LayerjamError:
@@ -389,7 +389,7 @@ def _recorded(bench: Bench, file: RunFile, running: Execution) -> Executed:
     meta = file.meta
     first, fault = running.first_us, running.fault_us
     file.close(outcome)
-    return Executed(
+    return RunResult(
         outcome=outcome,
         reason=reason,
         run_id=meta["run_id"],
@@ -401,19 +401,19 @@ def _recorded(bench: Bench, file: RunFile, running: Execution) -> Executed:
         fault_time=None if first is None or fault is None else (fault - first) * 1e-6,
         file=file.path,
         simulated=meta["simulated"] != "0",
-        shots=None if running.shots is None else running.shots.taken(first),
+        shots=None if running.shots is None else running.shots.summary(first),
     )
 
 
 def _unlock(bench: Bench, lease: float) -> None:
-    """Give lock and lease [s] back, if there is still a line."""
+    """Release lock and lease [s], if the line still works."""
     with contextlib.suppress(LayerjamError):
         bench.lease = lease
         bench.unlock()
 
 
 class ProcedureBench(Bench):
-    """A bench with `run`, which carries out a procedure; what `layerjam.rig.open` gives."""
+    """A bench with `run`, which carries out a procedure; result of `layerjam.rig.open`."""
 
     run = execute
 

@@ -1,8 +1,8 @@
-"""Firmware and wiring onto a board: an image over its boot loader, files over its prompt.
+"""Firmware and wiring of a board: an image by its boot loader, files by its prompt.
 
-The prompt is MicroPython's raw mode: Ctrl-A begins it, Ctrl-D runs what was sent; "OK", the output,
-Ctrl-D, the traceback and Ctrl-D come back (MicroPython's documentation, "The MicroPython
-Interactive Interpreter Mode").
+The prompt is MicroPython's raw mode: Ctrl-A begins it and Ctrl-D runs the program. The board
+returns "OK", the output, Ctrl-D, the traceback and Ctrl-D (MicroPython's documentation, "The
+MicroPython Interactive Interpreter Mode").
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from layerjam.rig.wiring import load_wiring
 RAW, RUN, STOP, LEAVE = b"\x01", b"\x04", b"\x03", b"\x02"
 READY = b"raw REPL; CTRL-B to exit\r\n>"
 CHUNK = 128
-"""Bytes sent at once; a board's own buffer takes 512."""
+"""Number of bytes sent at once; a board's own buffer takes 512."""
 WAIT = 10.0
 PIECE = 512
-"""Bytes of a file in one program."""
+"""Number of bytes of a file in one program."""
 
 
 class Prompt:
-    """A board at its prompt; raises LineError where none answers or a program fails."""
+    """A board at its prompt; raises LineError if none responds or a program fails."""
 
     def __init__(self, ends: Ends, name: str) -> None:
         self._ends, self._name, self._buffer = ends, name, b""
@@ -53,59 +53,59 @@ class Prompt:
                     f"{self._buffer[-60:]!r}"
                 )
             self._buffer += self._ends.read(left)
-        got, _, self._buffer = self._buffer.partition(end)
-        return got
+        data, _, self._buffer = self._buffer.partition(end)
+        return data
 
     def send(self, program: str) -> None:
-        """Start a program that does not come back."""
+        """Start a program that does not return."""
         data = program.encode("utf-8")
-        for at in range(0, len(data), CHUNK):
-            self._ends.write(data[at : at + CHUNK])
+        for start in range(0, len(data), CHUNK):
+            self._ends.write(data[start : start + CHUNK])
         self._ends.write(RUN)
 
     def run(self, program: str) -> str:
         """Return the output of a program."""
         self.send(program)
         self._until(b"OK", WAIT)
-        said = self._until(RUN, WAIT)
+        output = self._until(RUN, WAIT)
         wrong = self._until(RUN + b">", WAIT)
         if wrong:
             last = wrong.decode("utf-8", "replace").strip().splitlines()[-1]
-            raise LineError(f"{self._name}: the board says {last[:200]}")
-        return said.decode("utf-8", "replace")
+            raise LineError(f"{self._name}: the board reports {last[:200]}")
+        return output.decode("utf-8", "replace")
 
     def put(self, name: str, data: bytes) -> None:
-        """Write a file and read it back; LineError where the board does not hold what was sent."""
+        """Write a file and read it back; LineError if the board's file differs."""
         self.run(f"f=open({name!r},'wb')")
-        for at in range(0, len(data), PIECE):
-            self.run(f"f.write({data[at : at + PIECE]!r})")
+        for start in range(0, len(data), PIECE):
+            self.run(f"f.write({data[start : start + PIECE]!r})")
         self.run("f.close()")
-        held = self.run(
+        content = self.run(
             f"import binascii\nwith open({name!r},'rb') as f:\n"
             f" while True:\n  b=f.read({PIECE})\n"
             "  if not b: break\n  print(binascii.hexlify(b).decode())\n"
         )
-        if bytes.fromhex(held) != data:
+        if bytes.fromhex(content) != data:
             raise LineError(f"{self._name}: {name} on the board is not what was sent")
 
 
 PATIENCE = 20.0
-"""Seconds that a board may take to come back."""
+"""Time that a board may take to restart [s]."""
 DRIVES = ("/media/*/*", "/run/media/*/*", "/Volumes/*", "/mnt/*", "[D-Z]:/")
 MARK = "INFO_UF2.TXT"
-"""File that the boot loader's drive holds."""
+"""File on the boot loader's drive."""
 CHIP = "RPI-RP2"
 HELD = "try:\n import built\n print(built.FIRMWARE)\nexcept ImportError:\n print('none')"
 T = TypeVar("T")
 
 
 def firmware_hash(board: str) -> str:
-    """SHA-256 of the files that this package puts on a board."""
+    """Return the SHA-256 of the files that this package puts on a board."""
     return re.findall("FIRMWARE = '(.*)'", parts(board)["built.py"])[0]
 
 
 def image_of(path: Path, board: str) -> bytes:
-    """An image that may go onto the board; FileError or ImageError for any other file."""
+    """Return an image that fits the board; FileError or ImageError for any other file."""
     try:
         image = path.read_bytes()
     except OSError as error:
@@ -121,43 +121,46 @@ def image_of(path: Path, board: str) -> bytes:
 def flash(
     port: str, *, board: str = "pico", image: Path | None = None, settings: Path | None = None
 ) -> Flashed:
-    """Give a board its firmware and wiring; `port` is a serial port, or the boot loader's drive.
+    """Write firmware and wiring to a board; `port` is a serial port, or the boot loader's drive.
 
-    With an image the boot loader takes it. Without one, a board with plain MicroPython gets the
+    The boot loader takes an image. Without an image, a board with plain MicroPython gets the
     firmware's files. `settings` is a wiring's TOML file. Raises FileError, ImageError, LineError
     and QuantityError.
     """
-    # everything that is given is looked at before anything is sent
+    # check all arguments before anything is sent
     load_wiring(board)
-    wired = None if settings is None else json.dumps(load_wiring(settings).wired()).encode()
-    made = None if image is None else image_of(image, board)
-    digest = None if made is None else hashlib.sha256(made).hexdigest()
+    wiring = None if settings is None else json.dumps(load_wiring(settings).wired()).encode()
+    image_data = None if image is None else image_of(image, board)
+    digest = None if image_data is None else hashlib.sha256(image_data).hexdigest()
     if port.partition(":")[0] in ("sim", "tcp", "visa"):
-        raise QuantityError.of("port", f"'{port[:80]}' is no serial port of this machine")
+        raise QuantityError.of("port", f"'{port[:80]}' is not a serial port of this machine")
     port = port.removeprefix("serial:")
     if os.path.isdir(port):
-        if made is None or wired is not None:
+        if image_data is None or wiring is not None:
             raise QuantityError.of(
                 "port", f"{port} is a drive: it takes an image; settings need the serial port"
             )
-        load(made, Path(port))
+        load(image_data, Path(port))
         return Flashed(board=board, image_sha256=digest, files=(), verified=False, identity=None)
-    files = tuple(put_all(port, board, made, wired))
-    if made is not None:
-        load(made, found(drive, "the boot loader's drive did not appear; mount it, and give it"))
-    identity, same = again(lambda: greeted(port, board))
+    files = tuple(put_all(port, board, image_data, wiring))
+    if image_data is not None:
+        load(
+            image_data,
+            wait_for(drive, "the boot loader's drive did not appear; mount it, and give it"),
+        )
+    identity, same = retry(lambda: check_identity(port, board))
     return Flashed(board=board, image_sha256=digest, files=files, verified=same, identity=identity)
 
 
-def put_all(port: str, board: str, image: bytes | None, wired: bytes | None) -> list[str]:
-    """Write files, then start the board anew or its boot loader; the names of what was written."""
+def put_all(port: str, board: str, image: bytes | None, wiring: bytes | None) -> list[str]:
+    """Write files, then restart the board or start its boot loader; return the files' names."""
     if greeting(port):
         to_prompt(port)
-    prompt, ends = again(lambda: at_prompt(port))
+    prompt, ends = retry(lambda: at_prompt(port))
     try:
-        held = prompt.run(HELD).strip()
-        files = {} if wired is None else {"wired.json": wired}
-        if image is None and held != firmware_hash(board):
+        installed_hash = prompt.run(HELD).strip()
+        files = {} if wiring is None else {"wired.json": wiring}
+        if image is None and installed_hash != firmware_hash(board):
             files.update((name, text.encode()) for name, text in parts(board).items())
         for name, data in files.items():
             prompt.put(name, data)
@@ -170,7 +173,7 @@ def put_all(port: str, board: str, image: bytes | None, wired: bytes | None) -> 
 
 
 def at_prompt(port: str) -> tuple[Prompt, Serial]:
-    """The prompt behind a port."""
+    """Return the prompt of a board at a port, and the port."""
     ends = Serial(port)
     try:
         return Prompt(ends, port), ends
@@ -180,34 +183,34 @@ def at_prompt(port: str) -> tuple[Prompt, Serial]:
 
 
 def greeting(port: str) -> str:
-    """The firmware's `*IDN?`, empty where the firmware does not run."""
+    """Return the firmware's `*IDN?`, or "" if the firmware is not running."""
     line = Line(Serial(port), port)
     try:
-        said = line.ask(1, b"*IDN?", tries=2).decode("ascii", "replace")
+        response = line.ask(1, b"*IDN?", tries=2).decode("ascii", "replace")
     except LineError:
         return ""
     finally:
         line.close()
-    if not said.startswith("layerjam,"):
-        raise LineError(f"{port}: {said[:60]!r} answers, no board of ours")
-    return said
+    if not response.startswith("layerjam,"):
+        raise LineError(f"{port}: {response[:60]!r} responds, not a layerjam board")
+    return response
 
 
 def to_prompt(port: str) -> None:
-    """Ask a running firmware for its prompt; LineError where it refuses."""
+    """Switch a running firmware to the prompt; LineError if it refuses."""
     line = Line(Serial(port), port)
     try:
         line.ask(1, b"SYST:MAIN", tries=1)
-        why = line.ask(1, b"SYST:ERR?").decode("ascii", "replace")
+        reason = line.ask(1, b"SYST:ERR?").decode("ascii", "replace")
     except LineError:
-        return  # it has started anew
+        return  # the board has restarted
     finally:
         line.close()
-    raise LineError(f"{port}: the board does not leave its firmware: {why}")
+    raise LineError(f"{port}: the board does not leave its firmware: {reason}")
 
 
-def greeted(port: str, board: str) -> tuple[str, bool]:
-    """(identity, whether its firmware is this package's) of a board that has started."""
+def check_identity(port: str, board: str) -> tuple[str, bool]:
+    """Return the identity of a started board, and whether its firmware is this package's."""
     line = Line(Serial(port), port)
     try:
         identity = line.greet(2.0)
@@ -217,8 +220,8 @@ def greeted(port: str, board: str) -> tuple[str, bool]:
         line.close()
 
 
-def again(ask: Callable[[], T]) -> T:
-    """An answer of a board that is just starting."""
+def retry(ask: Callable[[], T]) -> T:
+    """Return a response of a board that is starting."""
     end = time.monotonic() + PATIENCE
     while True:
         try:
@@ -230,7 +233,7 @@ def again(ask: Callable[[], T]) -> T:
 
 
 def drive() -> Path | None:
-    """The boot loader's drive, None while there is none."""
+    """Return the boot loader's drive, or None."""
     for pattern in DRIVES:
         for place in glob.glob(pattern):
             if (Path(place) / MARK).is_file():
@@ -238,8 +241,8 @@ def drive() -> Path | None:
     return None
 
 
-def found(look: Callable[[], Path | None], otherwise: str) -> Path:
-    """What appears within PATIENCE."""
+def wait_for(look: Callable[[], Path | None], otherwise: str) -> Path:
+    """Return the path that `look` finds within PATIENCE."""
     end = time.monotonic() + PATIENCE
     while (place := look()) is None:
         if time.monotonic() > end:
@@ -249,12 +252,12 @@ def found(look: Callable[[], Path | None], otherwise: str) -> Path:
 
 
 def load(image: bytes, place: Path) -> None:
-    """Copy an image onto the boot loader's drive; FileError where that is another drive."""
+    """Copy an image to the boot loader's drive; FileError for another drive."""
     try:
-        said = (place / MARK).read_text("ascii", "replace")
+        text = (place / MARK).read_text("ascii", "replace")
     except OSError:
-        raise FileError(place, f"is no boot loader's drive: it holds no {MARK}") from None
-    if CHIP not in said:
+        raise FileError(place, f"is not a boot loader's drive: {MARK} is missing") from None
+    if CHIP not in text:
         raise FileError(place, f"is the boot loader of another chip than {CHIP}")
     try:
         with (place / "layerjam.uf2").open("wb") as file:

@@ -1,4 +1,4 @@
-"""One fault on a virtual board: what is drawn for it, and the plant's log of the outputs."""
+"""One fault on a virtual board: its random plan, and the plant's log of the outputs."""
 
 from __future__ import annotations
 
@@ -18,32 +18,32 @@ from layerjam.rig.plant import Hardware, VirtualPlant
 SPREAD = 1.4
 """Factor by which a line's pump, leak and vent are drawn greater or smaller."""
 TARGETS = (0.25, 0.75)
-"""Of the vacuum that the pump reaches, and of the sensor's range."""
+"""Shares of the vacuum that the pump reaches, and of the sensor's range."""
 LEVELS = (0.02, 0.6)
-"""Share of the target at which a fault of the pumping begins."""
+"""Shares of the target at which a fault during pumping begins."""
 FULL = 1.5
-"""Errors that saturate a PI regulator: the distance from the target at which its pump runs full."""
+"""Distance from the target at which a PI regulator's pump runs full, in saturating errors."""
 WAITS = (0.2, 5.0)
 """Time [s] for which a vacuum is held before a fault."""
 PATIENCE = 120.0
-"""Time [s] of the plant after which a moment that has not come does not come, nor a host's word."""
+"""Time [s] of the plant after which a moment or a host's command is not expected any more."""
 FLOODED = 15.0
-"""Time [s] in which a board reads what a deaf host asks, until its 4 kB wait to be sent."""
+"""Time [s] in which a board reads the queries of a deaf host, until its 4 kB wait to be sent."""
 MARGIN = 2.0
-"""Time [s] beyond twice the deadline for which a fault is watched."""
+"""Time [s] after twice the deadline for which a fault is observed."""
 LONGEST = 600.0
-"""Time [s] for which a fault is watched that nothing is promised for."""
+"""Time [s] for which a fault without a deadline is observed."""
 TENTH = 0.1
 """Share of the target whose loss is noted."""
 GONE = 0.02
-"""Share of the target below which the vacuum is gone."""
+"""Share of the target below which the vacuum counts as lost."""
 SLOW = 1e-3
-"""Host's time [s] of a sample while the host has something to do."""
+"""Host's time [s] of a sample while the host is busy."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """A fault as drawn: of which kind, on which line, at which moment."""
+    """Random plan of a fault: its kind, line and moment."""
 
     name: str
     number: int
@@ -51,30 +51,32 @@ class Plan:
     case: Case
     moment: Moment
     level: float
-    """Vacuum [Pa] at which it begins while pumping."""
+    """Vacuum [Pa] at which it begins during pumping."""
     wait: float
-    """Time [s] after which it begins while holding."""
+    """Time [s] after which it begins during a hold."""
     phase: float
-    """Share of a sample that it begins after one."""
+    """Delay after a sample, as a share of the sample time."""
     seed: int
 
     @property
     def kind(self) -> FaultKind:
-        """What it is."""
+        """Kind of the fault."""
         return KINDS[self.name]
 
 
 def highest_target(plant: Plant, sensor: Sensor) -> float:
-    """The highest vacuum [Pa] that is asked for, with room above it for pump and sensor."""
+    """Return the highest target vacuum [Pa], with a margin for pump and sensor."""
     highest = TARGETS[1] * min(plant.reach, sensor.range)
     return highest if plant.passage is None else min(highest, plant.passage.vacuum)
 
 
-def drawn(behind: Hardware, name: str, number: int, seed: int, size: float | None = None) -> Plan:
-    """The `number`-th run of a fault: the same for the same seed, whatever else is run.
+def draw_plan(
+    hardware: Hardware, name: str, number: int, seed: int, size: float | None = None
+) -> Plan:
+    """Return the plan of run `number` of a fault; it depends on the seed, not on other runs.
 
-    The line is drawn around the one behind the board, the regulator is made for the line drawn.
-    `size` is the fault's, drawn unless given.
+    The line varies about the board's line, and the regulator is made for the varied line. `size` is
+    the fault's, random by default.
     """
     draw = random.Random(f"{seed} {name} {number}")
 
@@ -82,18 +84,18 @@ def drawn(behind: Hardware, name: str, number: int, seed: int, size: float | Non
         return math.exp(draw.uniform(-1, 1) * math.log(SPREAD))
 
     plant = replace(
-        behind.plant,
-        rate=behind.plant.rate * around(),
-        leak=behind.plant.leak * around(),
-        vent=behind.plant.vent * around(),
+        hardware.plant,
+        rate=hardware.plant.rate * around(),
+        leak=hardware.plant.leak * around(),
+        vent=hardware.plant.vent * around(),
     )
     regulator = Regulator(
         plant=plant,
-        sensor=behind.sensor,
+        sensor=hardware.sensor,
         kind=draw.choice(list(LAWS)),
-        safe_state="release" if behind.normally_open else "hold",
+        safe_state="release" if hardware.normally_open else "hold",
     )
-    target = draw.uniform(TARGETS[0] / TARGETS[1], 1.0) * highest_target(plant, behind.sensor)
+    target = draw.uniform(TARGETS[0] / TARGETS[1], 1.0) * highest_target(plant, hardware.sensor)
     band = regulator.half_band if regulator.kind == "bang-bang" else 1 / regulator.gains().gain
     highest = min(LEVELS[1] * target, target - FULL * band)
     level = max(draw.uniform(LEVELS[0] * target, max(highest, 0.0)), 0.0)
@@ -106,13 +108,13 @@ def drawn(behind: Hardware, name: str, number: int, seed: int, size: float | Non
         regulator=regulator,
         target=target,
         lease=round(draw.uniform(*LEASES), 3),
-        second=behind.second,
+        second=hardware.second,
         size=sizes.get(name, 1.0) if size is None else size,
     )
     return Plan(
         name=name,
         number=number,
-        behind=replace(behind, plant=plant),
+        behind=replace(hardware, plant=plant),
         case=case,
         moment=draw.choice(KINDS[name].moments),
         level=level,
@@ -123,22 +125,22 @@ def drawn(behind: Hardware, name: str, number: int, seed: int, size: float | Non
 
 
 class Observer:
-    """Breaks the plant at its moment and watches the outputs; called in the plant's thread.
+    """Fault injector and watcher of the outputs, called in the plant's thread.
 
-    `done` is set when the outputs have been safe for long enough, or the time is over.
+    `done` is set after the outputs have been safe for long enough, or the time is over.
     """
 
     def __init__(self, plant: VirtualPlant, plan: Plan) -> None:
         self.plant, self.plan = plant, plan
         self.done = threading.Event()
         self.struck: float | None = None
-        """When the plant was broken [s]."""
+        """Time of the fault [s]."""
         self.event: float | None = None
-        """From when on the deadline counts [s]."""
+        """Time from which the deadline counts [s]."""
         self.since: float | None = None
-        """Since when the outputs are safe [s]."""
+        """Time since which the outputs are safe [s]."""
         self.lost: float | None = None
-        """When a tenth of the target was missing [s]."""
+        """Time at which a tenth of the target was missing [s]."""
         self.vacuum = math.nan
         """True vacuum at the end [Pa]."""
         self.began: float | None = None
@@ -151,33 +153,33 @@ class Observer:
         self._settle = plan.case.regulator.settles_in + 0.1
 
     def __call__(self) -> None:
-        """One sample."""
-        now, plan = self.plant.time, self.plan
+        """Observe one sample."""
+        time, plan = self.plant.time, self.plan
         if self.done.is_set():
             return
         if self.struck is not None:
-            self._times.append(now)
-            self._look(now)
+            self._times.append(time)
+            self._look(time)
         elif self.began is None:
             if self.plant.outputs[0] > 0:
-                self.began = now
+                self.began = time
                 self.plant.reseed(plan.seed)
         elif not self._armed:
-            if self._is_moment(now):
+            if self._is_moment(time):
                 self._armed = True
-                self.plant.at(now + plan.phase * plan.case.regulator.sample_time, self._strike)
-            elif now - self.began > PATIENCE:
+                self.plant.at(time + plan.phase * plan.case.regulator.sample_time, self._strike)
+            elif time - self.began > PATIENCE:
                 self._end()
 
-    def _is_moment(self, now: float) -> bool:
+    def _is_moment(self, time: float) -> bool:
         plan, plant = self.plan, self.plant
         if plan.moment == "pumping":
             return plant.outputs[0] >= 1.0 and plant.vacuum >= plan.level
         if self._held is None:
             if abs(plant.vacuum - plan.case.target) <= plan.case.regulator.vents_above:
-                self._held = now
+                self._held = time
             return False
-        return now - self._held >= plan.wait
+        return time - self._held >= plan.wait
 
     def _strike(self) -> None:
         plant = self.plant
@@ -190,31 +192,31 @@ class Observer:
             plant.pace = SLOW
         self.plan.kind.breaks(self.plan.case, plant)
 
-    def _look(self, now: float) -> None:
+    def _look(self, time: float) -> None:
         plant, case = self.plant, self.plan.case
         if self.lost is None and plant.vacuum < (1 - TENTH) * case.target:
-            self.lost = now
+            self.lost = time
         if plant.outputs != self._safe:
             self.since = None
         elif self.since is None and plant.trace:
             self.since = plant.trace[-1][0]
-        begun = self.struck if self.event is None else self.event
-        passed = now - begun if begun is not None else 0.0
+        start = self.struck if self.event is None else self.event
+        elapsed = time - start if start is not None else 0.0
         if not math.isfinite(self._deadline):
-            if passed > LONGEST or plant.vacuum < GONE * case.target:
+            if elapsed > LONGEST or plant.vacuum < GONE * case.target:
                 self._end()
-        elif self.since is None or now - self.since < self._settle:
-            more = MARGIN if self.event is not None else PATIENCE
-            if passed > 2 * self._deadline + self._settle + more:
+        elif self.since is None or time - self.since < self._settle:
+            margin = MARGIN if self.event is not None else PATIENCE
+            if elapsed > 2 * self._deadline + self._settle + margin:
                 self._end()
-        elif self._known:  # what is safe by itself has to be named too
-            more = 0.0 if self.event is not None else FLOODED
-            if passed >= self._deadline + self._settle + more:
+        elif self._known:  # outputs that are safe by themselves must be named too
+            margin = 0.0 if self.event is not None else FLOODED
+            if elapsed >= self._deadline + self._settle + margin:
                 self._end()
 
     @property
     def _known(self) -> bool:
-        """Whether the event is, or will be when a deaf host reads its answers."""
+        """Whether the event is known, or will be when a deaf host reads its responses."""
         return self.event is not None or self.plan.kind.host == "deaf"
 
     def _end(self) -> None:
@@ -223,7 +225,7 @@ class Observer:
         self.done.set()
 
     def time_of(self, seq: int) -> float | None:
-        """When the board took its sample `seq` [s], None where that was not watched."""
+        """Return the time of the board's sample `seq` [s], or None if it was not observed."""
         place = seq + 1 - self._first
         if place < 0:
             return self.struck
@@ -236,15 +238,15 @@ class Observer:
             return None
         return max(self.since - self.event, 0.0)
 
-    def openings(self, count: int, within: float) -> float | None:
-        """Time [s] until the vent had opened so often within so long, None where it did not."""
+    def openings(self, count: int, window: float) -> float | None:
+        """Return the time [s] to `count` openings of the vent within `window` [s], or None."""
         if self.struck is None or self.plant.trace is None:
             return None
         rows = self.plant.trace
-        opened = [
+        times = [
             after[0] for before, after in itertools.pairwise(rows) if after[2] and not before[2]
         ]
-        for first, last in zip(opened, opened[count - 1 :], strict=False):
-            if last - first <= within:
+        for first, last in zip(times, times[count - 1 :], strict=False):
+            if last - first <= window:
                 return last - self.struck
         return None

@@ -1,7 +1,7 @@
-"""The drop rig of a run: from its first hold on the accelerometer waits, and its records are kept.
+"""Drop rig of a run: the accelerometer waits from the first hold on, and its records are kept.
 
-A record goes into the run's file as soon as it is whole; the board's samples wait in its ring
-meanwhile, a second of ten at most.
+A complete record is written to the run's file at once; the board's samples wait in its ring
+meanwhile, at most one second of ten.
 """
 
 from __future__ import annotations
@@ -28,18 +28,17 @@ if TYPE_CHECKING:
     from layerjam.device.file import BrakeFile
 
 WRAP = 1 << 32
-"""Of the clock on which a board states a trigger [us]."""
+"""Overflow of the clock on which a board states a trigger [us]."""
 READY = "The accelerometer waits: let the mass fall."
 
 
 @dataclass(frozen=True, kw_only=True)
 class DropRig:
-    """What falls on the brake, and how its accelerometer is read.
+    """Drop of a mass on the brake, and the settings of its accelerometer.
 
     `capture` are settings of `drop.prepare`. On a virtual board a mass [kg] falls on the brake
-    `file` at the beginning of each hold and arrives with `speed` [m/s]; on a real one both are what
-    a person says of the drop, and only kept. `say` shows a person when the mass
-    may fall.
+    `file` at the start of each hold and arrives with `speed` [m/s]. On a real board both are
+    statements of a person that are only stored. `say` shows a person when the mass may fall.
     """
 
     capture: Mapping[str, Any] = field(default_factory=dict)
@@ -50,19 +49,19 @@ class DropRig:
     say: Callable[[str], None] = tell_person
 
     def facts(self) -> dict[str, str]:
-        """What the run file says of the drop."""
+        """Return the entries of the run file about the drop."""
         units = {"mass": "kg", "speed": "m/s", "rope_stiffness": "N/m"}
-        stated = {name: getattr(self, name) for name in units}
+        values = {name: getattr(self, name) for name in units}
         return {
             f"drop_{name}": exact_text(value, units[name])
-            for name, value in stated.items()
+            for name, value in values.items()
             if value is not None
         }
 
 
 @dataclass(frozen=True, kw_only=True)
-class Taken:
-    """One record in the file: when it was triggered [s] and what came of it."""
+class ShotSummary:
+    """One record in the file: time of its trigger [s] and its size."""
 
     shot: int
     time: float
@@ -72,7 +71,7 @@ class Taken:
 
 
 def check_rig(rig: DropRig, bench: Bench, procedure: Procedure) -> None:
-    """Raise QuantityError where a procedure has no moment for a drop, or nothing can fall."""
+    """Raise QuantityError if a procedure has no hold for a drop, or nothing can fall."""
     holds = {step.text(): _hold(step) for step in procedure.steps if _hold(step) > 0.0}
     if not holds:
         raise QuantityError.of(
@@ -95,18 +94,18 @@ def check_rig(rig: DropRig, bench: Bench, procedure: Procedure) -> None:
             "shot", f"'{moves.text()}' is not possible: the virtual brake hangs in the drop rig"
         )
     after = AFTER.si(rig.capture.get("after", 0.5), "after")
-    needed = DELAY + speed / rig.file.brake.site.gravity + after
+    least_time = DELAY + speed / rig.file.brake.site.gravity + after
     for text, lasting in holds.items():
-        if lasting < needed:
+        if lasting < least_time:
             raise QuantityError.of(
                 "shot",
                 f"'{text}' is too short: a fall to {show(speed, 'm/s')} and its record take "
-                f"{show(needed, 's')}",
+                f"{show(least_time, 's')}",
             )
 
 
 def _hold(step: object) -> float:
-    """How long a step holds [s]."""
+    """Return the duration of a step's hold [s]."""
     if isinstance(step, Evacuate):
         return step.hold
     return step.duration if isinstance(step, Hold) else 0.0
@@ -122,13 +121,13 @@ class Shots:
         self._wanted = self._said = False
 
     def prepare(self) -> None:
-        """Settings, in SAFE; raises InstrumentError where the board has no accelerometer."""
+        """Write the settings in SAFE; raises InstrumentError if the board has no accelerometer."""
         prepare(self._bench, **self._rig.capture)
         arm(self._bench)
         self._bench.tell("ABOR")
 
     def expect(self) -> None:
-        """From now on the accelerometer is to wait for the next drop."""
+        """Make the accelerometer wait for the next drop."""
         self._wanted, self._said = True, False
         self._arm()
 
@@ -139,11 +138,11 @@ class Shots:
 
     @property
     def coming(self) -> bool:
-        """Whether a record has begun and is not whole yet."""
+        """Whether a record has begun and is not complete."""
         return self._state == "RUNNING"
 
     def let_fall(self) -> None:
-        """Say that the mass may fall; on a virtual board it falls."""
+        """Announce that the mass may fall; on a virtual board it falls."""
         rig = self._rig
         if self._bench.plant is None:
             if not self._said:
@@ -163,17 +162,17 @@ class Shots:
         self._file.note("note", f"a virtual mass falls; computed: {stop.outcome.name}")
 
     def look(self, recorder: Recorder) -> None:
-        """One look at the accelerometer, once a block; a whole record is fetched and kept."""
+        """Query the accelerometer, once for each block; fetch and store a complete record."""
         if self._state == "IDLE":
             if self._wanted:
                 self._arm()
             return
-        found = capture_of(self._bench)
-        self._state = found.state
-        if found.state == "DONE":
-            micros = found.trigger_us - recorder.now
+        capture = capture_of(self._bench)
+        self._state = capture.state
+        if capture.state == "DONE":
+            micros = capture.trigger_us - recorder.now
             shot = replace(
-                coming(self._bench, found),
+                coming(self._bench, capture),
                 number=len(self._taken) + 1,
                 boot=recorder.boot or 0,
                 trigger_us=recorder.now + (micros + WRAP // 2) % WRAP - WRAP // 2,
@@ -187,7 +186,7 @@ class Shots:
             self._state = "WAITING"
 
     def _fetch(self, shot: Shot) -> None:
-        """All samples of a record, on disk piece by piece."""
+        """Store all samples of a record on disk, piece by piece."""
         self._file.add_shot(shot.row())
         self._taken.append(shot)
         while len(shot.counts) < shot.size:
@@ -196,11 +195,11 @@ class Shots:
             self._file.add_shot_data(shot.number, first, data)
             counts = np.concatenate([shot.counts, np.frombuffer(data, "<i2")])
             shot = self._taken[-1] = replace(shot, counts=counts)
-        said = f"shot {shot.number}: {shot.size} samples at {show(shot.rate, 'Hz')}"
-        self._file.note("note", said, shot.trigger_us)
+        text = f"shot {shot.number}: {shot.size} samples at {show(shot.rate, 'Hz')}"
+        self._file.note("note", text, shot.trigger_us)
 
     def last(self, recorder: Recorder) -> None:
-        """No drop is to come any more, and the outputs are off; what runs is still taken."""
+        """Finish when no more drops come and the outputs are off; a running record is kept."""
         self._wanted = False
         if self.waiting:
             self.look(recorder)
@@ -208,10 +207,10 @@ class Shots:
             self._bench.tell("ABOR")
             self._state = "IDLE"
 
-    def taken(self, first_us: int | None) -> tuple[Taken, ...]:
-        """What is in the file, by the time [s] from a moment of the board's clock on."""
+    def summary(self, first_us: int | None) -> tuple[ShotSummary, ...]:
+        """Return the records in the file, with times [s] from a moment of the board's clock."""
         return tuple(
-            Taken(
+            ShotSummary(
                 shot=shot.number,
                 time=(shot.trigger_us - (first_us or 0)) * 1e-6,
                 samples=len(shot.counts),

@@ -1,4 +1,4 @@
-"""Hours without a fault on a virtual board: random targets, releases and holds, no sample lost."""
+"""Endurance test of a virtual board: random targets, releases and holds, no sample lost."""
 
 from __future__ import annotations
 
@@ -21,49 +21,49 @@ from layerjam.rig.outcomes import Soaked
 from layerjam.rig.telemetry import records
 
 PERIOD = 10_000
-"""Between two samples [us]."""
+"""Time between two samples [us]."""
 LOWEST = 0.05
-"""Least target, as a share of what the pump reaches."""
+"""Least target, as a share of the pump's greatest vacuum."""
 HOLDS = (2.0, 120.0)
 """Shortest and longest time [s] at one target."""
 RELEASES = 0.25
-"""Share of the orders that release."""
+"""Share of the commands that release."""
 WARM = 60.0
-"""Time [s] of the board before its memory is looked at first."""
+"""Time [s] of the board before its memory is first read."""
 LOOKS = 2
-"""Readings of the memory, of which the least counts."""
+"""Number of readings of the memory, of which the least counts."""
 BLOCK = 200
-"""Records taken at once."""
+"""Number of records fetched at once."""
 HELD_BACK = ((950, 5e-3), (500, 1e-3))
-"""So many records that wait in the board's ring hold each sample back by so many seconds."""
+"""(records that wait in the board's ring, delay of each sample [s])."""
 PAUSE = 4e-3
-"""Seconds until a block is worth taking."""
+"""Time [s] until a block is worth fetching."""
 
 
 class Log:
-    """Takes the board's records and looks whether any is missing."""
+    """Reader of the board's records that looks for missing ones."""
 
     def __init__(self, board: VirtualBoard) -> None:
         self.board = board
         self.seq = self.cleared = -1
-        """Last record taken, and the last before which faults are known."""
+        """Last record read, and the last one before which faults are known."""
         self.micros = 0
         self.gaps = 0
 
     def hold(self) -> None:
-        """In the plant's thread: samples come no faster than their records are taken."""
+        """Delay the samples to the rate at which their records are read, in the plant's thread."""
         plant = self.board.plant
         waiting = plant.asked - self.seq
         plant.pace = next((pause for count, pause in HELD_BACK if waiting > count), 0.0)
 
     def take(self) -> bool:
-        """One block, the one before acknowledged; whether it says a fault not known yet."""
+        """Read one block and acknowledge the last; return whether it has a new fault."""
         line = self.board.line
         given_up = b"STR:ACK %d;:" % self.seq if self.seq >= 0 else b""
-        said = line.ask(SESSION, given_up + b"FETC:STR? %d" % BLOCK)
-        if not said:  # the ring went on without us
-            said = line.ask(SESSION, b"*CLS;:FETC:STR? %d" % BLOCK)
-        rows = records(said)
+        response = line.ask(SESSION, given_up + b"FETC:STR? %d" % BLOCK)
+        if not response:  # the ring has overwritten records
+            response = line.ask(SESSION, b"*CLS;:FETC:STR? %d" % BLOCK)
+        rows = records(response)
         if not len(rows):
             return False
         self.look(rows["seq"].astype(np.int64), rows["board_us"].astype(np.int64))
@@ -72,7 +72,7 @@ class Log:
         return bool(np.any(rows["fault"][rows["seq"] > self.cleared]))
 
     def look(self, seqs: np.ndarray, micros: np.ndarray) -> None:  # type: ignore[type-arg]
-        """Count what does not follow on what was before."""
+        """Count the gaps in the samples."""
         if self.seq >= 0:
             seqs = np.concatenate(([self.seq], seqs))
             micros = np.concatenate(([self.micros], micros))
@@ -89,36 +89,36 @@ def soak(
     seed: int = 0,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> Soaked:
-    """So many hours of the board's own time under one regulator, in which nothing may happen.
+    """Run a board for some hours of its own time under one regulator; nothing should happen.
 
-    Stopped from the keyboard, it gives what was seen until then. Raises QuantityError for an
-    address that is no virtual board, FileError and LineError.
+    An interrupt from the keyboard returns the results so far. Raises QuantityError for an address
+    that is not a virtual board, FileError and LineError.
     """
-    where = accelerate(address)
-    line, board = connect(where)
+    target = accelerate(address)
+    line, board = connect(target)
     if board is None:
-        raise QuantityError.of("address", f"{where} is no virtual board")
-    with Bench(BoardLink(line, board), where) as bench:
+        raise QuantityError.of("address", f"{target} is not a virtual board")
+    with Bench(BoardLink(line, board), target) as bench:
         highest = _ready(bench, board, kind)
-        done = _soaked(bench, board, highest, hours * 3600.0, random.Random(seed), progress)
-        return Soaked(address=str(address), kind=kind, **done)
+        results = _run_for(bench, board, highest, hours * 3600.0, random.Random(seed), progress)
+        return Soaked(address=str(address), kind=kind, **results)
 
 
 def _ready(bench: Bench, board: VirtualBoard, kind: str) -> float:
-    """Give the board its regulator; the highest target [Pa]."""
-    made = board.plant.behind
-    safe = "release" if made.normally_open else "hold"
-    regulator = Regulator(plant=made.plant, sensor=made.sensor, kind=kind, safe_state=safe)
-    highest = highest_target(made.plant, made.sensor)
+    """Give the board its regulator; return the highest target [Pa]."""
+    hardware = board.plant.behind
+    safe = "release" if hardware.normally_open else "hold"
+    regulator = Regulator(plant=hardware.plant, sensor=hardware.sensor, kind=kind, safe_state=safe)
+    highest = highest_target(hardware.plant, hardware.sensor)
     validate(regulator, highest)
     bench.safe_state = safe
-    bench.vent_rest = "open" if made.normally_open else "closed"
+    bench.vent_rest = "open" if hardware.normally_open else "closed"
     bench.regulator = regulator
     bench.lease = LONG_LEASE
     return highest
 
 
-def _soaked(
+def _run_for(
     bench: Bench,
     board: VirtualBoard,
     highest: float,
@@ -129,31 +129,31 @@ def _soaked(
     plant, log = board.plant, Log(board)
     plant.watch = log.hold
     faults: list[str] = []
-    begun, orders, complete = plant.time, 0, True
-    due, first = begun, None
+    start, orders, complete = plant.time, 0, True
+    due, first = start, None
     try:
         bench.output = True
-        while (passed := plant.time - begun) < lasting:
+        while (elapsed := plant.time - start) < lasting:
             if log.take():
-                _cleared(bench, log, faults)
+                _clear_fault(bench, log, faults)
                 bench.output = True
-            if first is None and passed >= min(WARM, lasting / 2):
+            if first is None and elapsed >= min(WARM, lasting / 2):
                 first = _used(bench, log, faults)
                 bench.output = True
             if plant.time >= due:
-                progress("hours", passed / lasting)
+                progress("hours", elapsed / lasting)
                 releases = draw.random() < RELEASES
                 target = 0.0 if releases else draw.uniform(LOWEST, 1.0) * highest
                 bench.target = target
                 due, orders = plant.time + draw.uniform(*HOLDS), orders + 1
     except KeyboardInterrupt:
         complete = False
-    lasted = plant.time - begun
+    duration_ = plant.time - start
     timing = bench.ask("SYST:TIM?").split(",")
     last = _used(bench, log, faults)
     return {
         "board": board.name,
-        "hours": lasted / 3600.0,
+        "hours": duration_ / 3600.0,
         "ticks": int(timing[0]),
         "orders": orders,
         "false_faults": len(faults),
@@ -166,7 +166,7 @@ def _soaked(
     }
 
 
-def _cleared(bench: Bench, log: Log, faults: list[str]) -> None:
+def _clear_fault(bench: Bench, log: Log, faults: list[str]) -> None:
     name = bench.fault
     if name is not None:
         faults.append(name)
@@ -175,9 +175,9 @@ def _cleared(bench: Bench, log: Log, faults: list[str]) -> None:
 
 
 def _used(bench: Bench, log: Log, faults: list[str]) -> int | None:
-    """Bytes in use on the board, its law as at power-up; None where nobody counts them."""
+    """Return the bytes in use on the board, its law as at power-up, or None if not counted."""
     bench.off()
-    _cleared(bench, log, faults)
+    _clear_fault(bench, log, faults)
     bench.tell("VAC 0;:OUTP ON;:OUTP OFF")
-    seen = [float(bench.ask("SYST:MEM?").split(",")[0]) for _ in range(LOOKS)]
-    return None if min(seen) > 1e30 else int(min(seen))
+    readings = [float(bench.ask("SYST:MEM?").split(",")[0]) for _ in range(LOOKS)]
+    return None if min(readings) > 1e30 else int(min(readings))

@@ -22,7 +22,7 @@ from layerjam.control.settings import Regulator, validate
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.fluid.file import LineFile
 from layerjam.rig.address import address_of
-from layerjam.rig.execute import Executed, ProcedureBench, open_procedure_bench
+from layerjam.rig.execute import ProcedureBench, RunResult, open_procedure_bench
 from layerjam.rig.plant import HEALTHY, behind
 from layerjam.rig.recorder import Block
 from layerjam.rig.stop import Stop
@@ -152,10 +152,10 @@ class Session:
             )
         )
 
-    def record(self, procedure: str, out: Path, meta: dict[str, object]) -> Future[Executed]:
+    def record(self, procedure: str, out: Path, meta: dict[str, object]) -> Future[RunResult]:
         """Carry out a procedure; it ends where the page is gone."""
 
-        def act(bench: ProcedureBench) -> Executed:
+        def act(bench: ProcedureBench) -> RunResult:
             stop = self.running = Stop()
             try:
                 return bench.run(
