@@ -20,7 +20,7 @@ from layerjam.measure.runs import read_run
 from layerjam.mechanics.hysteresis import brake_cycle
 from layerjam.rig.address import address_of
 from layerjam.rig.crosshead import CrossheadLostError, Manual, Trigger, Virtual, patience
-from layerjam.rig.machine import Pulled, VirtualMachine, check_brake
+from layerjam.rig.machine import SteppedBrake, VirtualMachine, check_brake
 from layerjam.rig.plant import VirtualPlant, behind
 from layerjam.rig.recorder import Block
 from layerjam.rig.telemetry import RECORD
@@ -149,7 +149,7 @@ def test_a_brake_pulled_sample_by_sample_is_the_brake_pulled_as_a_whole() -> Non
     vacuum = 60e3 + draw.normal(0, 50, 200).cumsum()
     brake = load("choi2018-kapton").brake
     whole = brake_cycle(elongation, vacuum, brake)
-    pulled = Pulled(brake)
+    pulled = SteppedBrake(brake)
     # the whole history takes over its first vacuum at rest
     found = np.array([pulled.to(x, p) for x, p in zip(elongation, vacuum, strict=True)])
     assert np.allclose(found[:, 0], whole.force, rtol=1e-12, atol=1e-9)

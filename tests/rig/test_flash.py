@@ -144,7 +144,7 @@ def flash_folder(tmp_path: Path) -> Iterator[Path]:
 
 
 def good_image(path: Path) -> bytes:
-    image = uf2.packed(b"layerjam " + flashing.firmware_hash("pico").encode(), uf2.RP2040)
+    image = uf2.encode_uf2(b"layerjam " + flashing.firmware_hash("pico").encode(), uf2.RP2040)
     path.write_bytes(image)
     return image
 
@@ -250,9 +250,9 @@ def test_what_is_given_is_looked_at_first(tmp_path: Path) -> None:
     image = tmp_path / "a.uf2"
     for raw, says in (
         (b"text", "no UF2 image"),
-        (uf2.packed(b"layerjam", 0x12345678), "another chip"),
-        (uf2.packed(b"MicroPython", uf2.RP2040), "no firmware of layerjam"),
-        (uf2.packed(b"layerjam", uf2.RP2040), "another version"),
+        (uf2.encode_uf2(b"layerjam", 0x12345678), "another chip"),
+        (uf2.encode_uf2(b"MicroPython", uf2.RP2040), "no firmware of layerjam"),
+        (uf2.encode_uf2(b"layerjam", uf2.RP2040), "another version"),
     ):
         image.write_bytes(raw)
         with pytest.raises(uf2.ImageError, match=says):

@@ -26,30 +26,30 @@ PICO = Path(__file__).parents[2] / "src" / "layerjam" / "rig" / "boards" / "pico
 @settings(max_examples=30)
 @given(st.binary(min_size=1, max_size=2000))
 def test_an_image_is_whole_or_refused(program: bytes) -> None:
-    image = uf2.packed(program, uf2.RP2040)
-    back = uf2.unpacked(image, uf2.RP2040, "x")
+    image = uf2.encode_uf2(program, uf2.RP2040)
+    back = uf2.decode_uf2(image, uf2.RP2040, "x")
     assert back[: len(program)] == program and not any(back[len(program) :])
     assert len(image) == 512 * -(-len(program) // 256)
     with pytest.raises(uf2.ImageError, match="another chip"):
-        uf2.unpacked(image, 0x12345678, "x")
+        uf2.decode_uf2(image, 0x12345678, "x")
     with pytest.raises(uf2.ImageError, match="no UF2 image"):
-        uf2.unpacked(image[:-1], uf2.RP2040, "x")
+        uf2.decode_uf2(image[:-1], uf2.RP2040, "x")
     if len(image) > 512:
         with pytest.raises(uf2.ImageError, match="not whole"):
-            uf2.unpacked(image[:-512], uf2.RP2040, "x")
+            uf2.decode_uf2(image[:-512], uf2.RP2040, "x")
 
 
 def test_what_is_no_image() -> None:
-    good = bytearray(uf2.packed(b"x" * 600, uf2.RP2040))
+    good = bytearray(uf2.encode_uf2(b"x" * 600, uf2.RP2040))
     for raw in (b"", b"no image", b"\0" * 512):
         with pytest.raises(uf2.ImageError, match="no UF2 image"):
-            uf2.unpacked(raw, uf2.RP2040, "x")
+            uf2.decode_uf2(raw, uf2.RP2040, "x")
     struct.pack_into("<I", good, 512 + 12, 0x20000000)
     with pytest.raises(uf2.ImageError, match="flash"):
-        uf2.unpacked(bytes(good), uf2.RP2040, "x")
+        uf2.decode_uf2(bytes(good), uf2.RP2040, "x")
     struct.pack_into("<I", good, 4, 7)
     with pytest.raises(uf2.ImageError, match="marks"):
-        uf2.unpacked(bytes(good), uf2.RP2040, "x")
+        uf2.decode_uf2(bytes(good), uf2.RP2040, "x")
 
 
 def test_the_pico_s_pins() -> None:

@@ -21,7 +21,7 @@ from layerjam.rig.driver import InstrumentError
 from layerjam.rig.line import LineError
 from layerjam.rig.recorder import Recorder, check_board
 from layerjam.rig.run_file import RecordingError, RunFile, check_place, file_system
-from layerjam.rig.telemetry import RECORD, unwrapped
+from layerjam.rig.telemetry import RECORD, unwrap_clock
 
 META = {"kind": "log", "board": "T1", "simulated": 1, "run_id": "r"}
 ROOM = 1000
@@ -292,10 +292,10 @@ def test_the_clock_without_wraps(start: int, steps: list[tuple[int, int]]) -> No
     seq = np.cumsum([0, *(gap for gap, _ in steps)])
     true = start + 10_000 * seq + np.array([0, *(off for _, off in steps)])
     counts = (true % 2**32).astype("<u4")
-    made = unwrapped(counts, seq.astype("<u4"))
+    made = unwrap_clock(counts, seq.astype("<u4"))
     assert np.array_equal(made - made[0], true - true[0]) and np.array_equal(made % 2**32, counts)
     last = (int(seq[0]), int(made[0]))
-    again = unwrapped(counts[1:], seq[1:].astype("<u4"), last)
+    again = unwrap_clock(counts[1:], seq[1:].astype("<u4"), last)
     assert np.array_equal(again, made[1:])
 
 

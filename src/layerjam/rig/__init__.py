@@ -1,6 +1,6 @@
 """Real hardware and its virtual twin: firmware, line, gateway, driver.
 
-`layerjam.rig.open("sim:choi2018")` is a bench.
+`layerjam.rig.open("sim:choi2018")` returns a bench.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def open(address: str | Address) -> ProcedureBench:
-    """The bench at an address; see `layerjam.rig.driver.open_bench`."""
+    """Return the bench at an address; see `layerjam.rig.driver.open_bench`."""
     from layerjam.rig.execute import open_procedure_bench
 
     return open_procedure_bench(address)

@@ -16,9 +16,9 @@ KINDS = {
     "visa": "visa:TCPIP::127.0.0.1::5025::SOCKET",
     "sim": "sim:choi2018",
 }
-"""Kind: an example."""
+"""{kind: example}."""
 VIRTUAL = "sim:choi2018?noise=50Pa&leak=500s&vent=0.2s"
-"""The paper's line with a leak, a vent valve and a noisy sensor of ours: for campaigns."""
+"""The paper's line with an assumed leak, vent valve and noisy sensor: for campaigns."""
 SIMULATED = (
     "speed",
     "rest",
@@ -33,12 +33,12 @@ SIMULATED = (
     "store",
 )
 OPTIONS = {"sim": SIMULATED, "tcp": ("token",)}
-"""Kind of address: options that may follow its question mark."""
+"""{kind of address: options that may follow its question mark}."""
 
 
 @dataclass(frozen=True)
 class Address:
-    """A bench's address, read; `where` is a port, `host:port` or a vacuum line."""
+    """Parsed address of a bench; `where` is a port, `host:port` or a vacuum line."""
 
     kind: str
     where: str
@@ -46,34 +46,34 @@ class Address:
 
     @property
     def simulated(self) -> bool:
-        """Whether no hardware is behind it."""
+        """Whether it has no hardware."""
         return self.kind == "sim"
 
     @property
     def host_port(self) -> tuple[str, int]:
-        """Of a `tcp:` address."""
+        """Host and port of a `tcp:` address."""
         host, _, port = self.where.rpartition(":")
         return host.strip("[]"), int(port)
 
     def __str__(self) -> str:
-        more = "&".join(f"{name}={value}" for name, value in self.options.items())
-        return f"{self.kind}:{self.where}" + (f"?{more}" if more else "")
+        options = "&".join(f"{name}={value}" for name, value in self.options.items())
+        return f"{self.kind}:{self.where}" + (f"?{options}" if options else "")
 
 
 def address_of(text: str | Address) -> Address:
-    """The address that a text states; QuantityError or UnknownNameError where it states none."""
+    """Return the address in a text; QuantityError or UnknownNameError for an invalid one."""
     if isinstance(text, Address):
         return text
-    kind, colon, rest = text.partition(":")
-    if not colon or not rest:
-        shown = " or ".join(f"'{example}'" for example in KINDS.values())
-        raise QuantityError.of("address", f"'{text[:80]}' is none; write {shown}")
+    kind, colon, remainder = text.partition(":")
+    if not colon or not remainder:
+        examples = " or ".join(f"'{example}'" for example in KINDS.values())
+        raise QuantityError.of("address", f"'{text[:80]}' is none; write {examples}")
     if kind not in KINDS:
         raise UnknownNameError("kind of address", kind, KINDS, quantity="address")
-    where, options = rest, {}
+    target, options = remainder, {}
     if kind in OPTIONS:
-        where, _, more = rest.partition("?")
-        for pair in more.split("&") if more else []:
+        target, _, pairs = remainder.partition("?")
+        for pair in pairs.split("&") if pairs else []:
             name, equals, value = pair.partition("=")
             if name not in OPTIONS[kind]:
                 raise UnknownNameError(
@@ -83,9 +83,9 @@ def address_of(text: str | Address) -> Address:
                 raise QuantityError.of("address", f"'{pair[:80]}' is not one '{name}=value'")
             options[name] = value
     if kind == "tcp":
-        port = where.rpartition(":")[2]
-        if ":" not in where or not port.isdecimal() or not 1 <= int(port) <= 65535:
+        port = target.rpartition(":")[2]
+        if ":" not in target or not port.isdecimal() or not 1 <= int(port) <= 65535:
             raise QuantityError.of(
                 "address", f"'{text[:80]}' has no port of 1 to 65535; write '{KINDS['tcp']}'"
             )
-    return Address(kind, where, options)
+    return Address(kind, target, options)

@@ -1,6 +1,7 @@
-"""A board without a board: the firmware's own files in a folder, run by MicroPython or CPython.
+"""A virtual board: the firmware's own files in a folder, run by MicroPython or CPython.
 
-`firmware/` is no package: its files are flat on a board, and nothing of ours may import them.
+`firmware/` is not a package: its files are flat on a board, and layerjam's code must not import
+them.
 """
 
 from __future__ import annotations
@@ -24,13 +25,13 @@ from layerjam.rig.wiring import load_wiring
 
 HERE = Path(__file__).parent
 PATIENCE = 15.0
-"""Seconds that a board may take to start."""
+"""Time that a board may take to start [s]."""
 
 
 def parts(board: str = "") -> dict[str, str]:
-    """{file name: text} of everything that runs on a board, the law as `control/` has it.
+    """Return {file name: text} of everything that runs on a board, with the law of `control/`.
 
-    `board` names a real one, whose pins go with the files.
+    `board` names a real board, whose pins are added.
     """
     files = {
         path.name: path.read_text("utf-8") for path in sorted((HERE / "firmware").glob("*.py"))
@@ -41,17 +42,17 @@ def parts(board: str = "") -> dict[str, str]:
         files["wired.py"] = (
             f'"""The pins of the board."""\n\nWIRED = {load_wiring(board).wired()!r}\n'
         )
-    whole = hashlib.sha256("".join(name + text for name, text in sorted(files.items())).encode())
+    digest = hashlib.sha256("".join(name + text for name, text in sorted(files.items())).encode())
     names = {code: name for code, name in FAULTS.items() if code}
     files["built.py"] = (
         '"""Written where the firmware is put together."""\n\n'
-        f"LAW = {law_hash()!r}\nFIRMWARE = {whole.hexdigest()!r}\nFAULTS = {names!r}\n"
+        f"LAW = {law_hash()!r}\nFIRMWARE = {digest.hexdigest()!r}\nFAULTS = {names!r}\n"
     )
     return files
 
 
 def law_hash() -> str:
-    """SHA-256 of the law's text; a board states the first eight digits of its own."""
+    """Return the SHA-256 of the law's text; a board states the first eight digits of its own."""
     return hashlib.sha256(Path(law.__file__).read_bytes()).hexdigest()
 
 
@@ -62,31 +63,31 @@ def stage(folder: Path) -> None:
 
 
 def interpreter(python: str = "") -> list[str]:
-    """The command that runs firmware: MicroPython where it is installed, else this Python.
+    """Return the command for the firmware: MicroPython if installed, else this Python.
 
-    `python` names one: "micropython" or "cpython".
+    `python` selects one: "micropython" or "cpython".
     """
-    beside = Path(sys.executable).parent / "micropython"
-    found = str(beside) if beside.exists() else shutil.which("micropython")
+    local = Path(sys.executable).parent / "micropython"
+    program = str(local) if local.exists() else shutil.which("micropython")
     if python == "micropython" and not has_pipes():
         raise QuantityError.of(
             "address", "python=micropython needs pipes that Windows lacks; leave it out"
         )
-    if python == "cpython" or (not python and (found is None or not has_pipes())):
+    if python == "cpython" or (not python and (program is None or not has_pipes())):
         return [sys.executable, "-S", "-E", "-s", "-B"]
-    if found is None:
+    if program is None:
         raise MissingExtraError("MicroPython", "bench")
-    return [found]
+    return [program]
 
 
 class VirtualBoard:
     """The firmware in a child process, its plant in a thread of this one, a line to it.
 
-    `name` is what runs it. Raises MissingExtraError where MicroPython is asked for and missing.
+    `name` is its interpreter. Raises MissingExtraError if MicroPython is requested and missing.
     """
 
     def __init__(self, address: Address) -> None:
-        made = behind(address)
+        hardware = behind(address)
         python = address.options.get("python", "")
         if python not in ("", "micropython", "cpython"):
             raise QuantityError.of(
@@ -94,11 +95,11 @@ class VirtualBoard:
             )
         command = interpreter(python)
         self.name = "MicroPython" if "micropython" in command[0] else "CPython"
-        self.plant = VirtualPlant(made)
+        self.plant = VirtualPlant(hardware)
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._folder = tempfile.TemporaryDirectory(prefix="layerjam-board-")
         stage(Path(self._folder.name))
-        words = [str(made.speed), f"SIM-{made.name}"]
+        words = [str(hardware.speed), f"SIM-{hardware.name}"]
         if "store" in address.options:
             words.append(os.path.abspath(address.options["store"]))
         main = str(Path(self._folder.name) / "main.py")
@@ -109,16 +110,16 @@ class VirtualBoard:
 
     @property
     def ends(self) -> tuple[int, int]:
-        """Descriptors of the line: what the board says, what it hears."""
+        """Descriptors of the line: the board's output and input."""
         return self._child.ends
 
     @property
     def pid(self) -> int:
-        """Of the child process."""
+        """Process number of the child."""
         return self._child.process.pid
 
     def close(self) -> None:
-        """End the board: its line closes, it puts its outputs to rest and goes."""
+        """End the board: its line closes, it makes its outputs safe and exits."""
         if self._folder is None:
             return
         self._child.hang_up()
@@ -133,19 +134,19 @@ class VirtualBoard:
 
 
 def connect(address: str | Address) -> tuple[Line, VirtualBoard | None]:
-    """The line that an address of a board names, its board started where it is a virtual one.
+    """Return the line of a board's address; a virtual board is started.
 
-    Raises LineError where nobody answers, FileError where the port cannot be had.
+    Raises LineError if nobody responds, FileError if the port is not available.
     """
-    where = address_of(address)
-    if where.kind == "sim":
-        board = VirtualBoard(where)
+    target = address_of(address)
+    if target.kind == "sim":
+        board = VirtualBoard(target)
         line = board.line
-    elif where.kind == "serial":
-        board, line = None, Line(Serial(where.where), str(where))
+    elif target.kind == "serial":
+        board, line = None, Line(Serial(target.where), str(target))
     else:
         raise QuantityError.of(
-            "address", f"{where} is no board's own line; write 'serial:...' or 'sim:...'"
+            "address", f"{target} is not a board's line; write 'serial:...' or 'sim:...'"
         )
     try:
         line.greet(PATIENCE)

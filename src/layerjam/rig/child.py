@@ -1,6 +1,6 @@
-"""The firmware in a process of its own, joined to this one by pipes, or by sockets on Windows.
+"""The firmware in a separate process, connected by pipes, or by sockets on Windows.
 
-There a child inherits no descriptor beyond the first three, and `select` knows sockets alone.
+On Windows a child inherits only the first three descriptors, and `select` accepts only sockets.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from dataclasses import dataclass
 from layerjam.rig.line import Ends, LineError, Pipes, Sockets
 
 PIPES = sys.platform != "win32"
-"""Whether pipes do what the virtual board needs of them."""
+"""Whether pipes support the virtual board."""
 PATIENCE = 15.0
-"""Seconds in which the child must have called back."""
+"""Time within which the child must connect [s]."""
 
 
 @dataclass(frozen=True)
 class Child:
-    """The process; its line, with what this side reads and writes; the plant's end; how to part."""
+    """The process; its line with its two descriptors; the plant's end; how to disconnect."""
 
     process: subprocess.Popen[bytes]
     line: Ends
@@ -37,41 +37,41 @@ class Child:
 
 
 def has_pipes() -> bool:
-    """Whether the virtual board may be joined by pipes here."""
+    """Whether pipes can connect the virtual board here."""
     return PIPES
 
 
 def start(command: Sequence[str], words: Sequence[str], closing: Callable[[], None]) -> Child:
     """Run `command` with two words about the plant's end and then `words`.
 
-    `closing` is called where the line is closed. Raises LineError where the child does not call.
+    `closing` is called when the line is closed. Raises LineError if the child does not connect.
     """
     join = _by_pipes if has_pipes() else _by_sockets
     return join(command, words, closing)
 
 
 def _by_pipes(command: Sequence[str], words: Sequence[str], closing: Callable[[], None]) -> Child:
-    told, shown, heard, said = os.pipe(), os.pipe(), os.pipe(), os.pipe()
-    # the firmware reads what is there and goes on with its samples
-    os.set_blocking(heard[0], False)
+    from_board, to_board, line_in, line_out = os.pipe(), os.pipe(), os.pipe(), os.pipe()
+    # the firmware reads waiting data and continues with its samples
+    os.set_blocking(line_in[0], False)
     process = subprocess.Popen(
-        [*command, str(shown[0]), str(told[1]), *words],
-        stdin=heard[0],
-        stdout=said[1],
+        [*command, str(to_board[0]), str(from_board[1]), *words],
+        stdin=line_in[0],
+        stdout=line_out[1],
         stderr=subprocess.DEVNULL,
-        pass_fds=(shown[0], told[1]),
+        pass_fds=(to_board[0], from_board[1]),
         start_new_session=True,
     )
-    for descriptor in (shown[0], told[1], heard[0], said[1]):
+    for descriptor in (to_board[0], from_board[1], line_in[0], line_out[1]):
         os.close(descriptor)
     return Child(
         process,
-        Pipes(said[0], heard[1], closing),
-        (said[0], heard[1]),
-        lambda size: os.read(told[0], size),
-        lambda data: os.write(shown[1], data),
-        lambda: _close(told[0], shown[1]),
-        lambda: _close(said[0], heard[1]),
+        Pipes(line_out[0], line_in[1], closing),
+        (line_out[0], line_in[1]),
+        lambda size: os.read(from_board[0], size),
+        lambda data: os.write(to_board[1], data),
+        lambda: _close(from_board[0], to_board[1]),
+        lambda: _close(line_out[0], line_in[1]),
     )
 
 
@@ -93,7 +93,7 @@ def _by_sockets(command: Sequence[str], words: Sequence[str], closing: Callable[
             creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
         )
         try:
-            line, plant = _called(door, token + "L"), _called(door, token + "P")
+            line, plant = _accept(door, token + "L"), _accept(door, token + "P")
         except OSError:
             process.kill()
             process.wait()
@@ -104,16 +104,18 @@ def _by_sockets(command: Sequence[str], words: Sequence[str], closing: Callable[
     )
 
 
-def _called(door: socket.socket, expected: str) -> socket.socket:
-    """The connection of a child that says the words expected; others are sent away."""
+def _accept(door: socket.socket, token: str) -> socket.socket:
+    """Return the connection of a child that sends the words `token`; others are closed."""
     while True:
-        made, _ = door.accept()
-        made.settimeout(PATIENCE)
-        said = b""
-        while len(said) < len(expected) and (more := made.recv(len(expected) - len(said))):
-            said += more
-        if secrets.compare_digest(said, expected.encode("ascii")):
-            made.settimeout(None)
-            made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            return made
-        made.close()
+        connection, _ = door.accept()
+        connection.settimeout(PATIENCE)
+        received_words = b""
+        while len(received_words) < len(token) and (
+            data := connection.recv(len(token) - len(received_words))
+        ):
+            received_words += data
+        if secrets.compare_digest(received_words, token.encode("ascii")):
+            connection.settimeout(None)
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            return connection
+        connection.close()

@@ -1,6 +1,6 @@
-"""What pulls the brake on a bench: a person, a machine's contact, or the virtual machine.
+"""Crosshead of a bench: a person, a machine's contact, or the virtual machine.
 
-Three methods: `begin` a move, `done` asks whether it is over, `end` whatever way it went.
+Three methods: `begin` a move, `done` checks its end, `end` cleans up in any case.
 """
 
 from __future__ import annotations
@@ -20,43 +20,43 @@ from layerjam.rig.recorder import Block
 from layerjam.simulate.procedure import Pull, Return
 
 Note = Callable[[str, str], None]
-"""Keeps an event: its kind, its text."""
+"""Function that stores an event: its kind, its text."""
 EXTERNAL = 16
 """Flag of a sample: the machine's contact is closed."""
 WAITS = 600.0
-"""Seconds that a person is waited for."""
+"""Longest wait for a person [s]."""
 
 
 class CrossheadLostError(LayerjamError):
-    """A crosshead that does not say when it has arrived."""
+    """A crosshead that does not report its arrival."""
 
     key = "crosshead"
 
 
 class Crosshead(Protocol):
-    """Whatever moves the brake's end."""
+    """Anything that moves the brake's end."""
 
     def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
         """Start a move."""
 
-    def done(self, passed: float) -> bool:
-        """Whether it is over, `passed` [s] of the board's clock after it began.
+    def done(self, elapsed: float) -> bool:
+        """Whether the move is over, `elapsed` [s] of the board's clock after it began.
 
-        Raises CrossheadLostError where it should be over for long.
+        Raises CrossheadLostError if it is long overdue.
         """
 
     def end(self, bench: Bench) -> None:
-        """The move is over, or nobody waits for it any more."""
+        """Finish the move, or stop waiting for it."""
 
     def positions(self, block: Block) -> list[tuple[int, float, float]]:
-        """(board's clock [us], elongation [m], force [N]) of samples, where it knows."""
+        """Return (board's clock [us], elongation [m], force [N]) of samples, if known."""
 
 
 class Manual:
-    """A person at a machine: told what to do, and asked for Enter twice.
+    """A person at a machine, who gets instructions and presses Enter twice.
 
     The board's marker (`OUTP:SYNC`) is on from the first Enter to the second, for the machine's
-    analogue input. `pressed` says whether Enter came since it was last asked; `say` shows a text.
+    analogue input. `pressed` returns whether Enter came since the last call; `say` shows a text.
     """
 
     def __init__(
@@ -74,9 +74,9 @@ class Manual:
         self._step, self._bench, self._note, self._moves = step, bench, note, False
         self._ask(f"Ready to {step.text()}: press Enter and start the machine.")
 
-    def done(self, passed: float) -> bool:
+    def done(self, elapsed: float) -> bool:
         """Whether the second Enter came."""
-        if passed > WAITS:
+        if elapsed > WAITS:
             raise CrossheadLostError(f"nobody pressed Enter for {WAITS:g} s")
         if not self._pressed():
             return False
@@ -89,13 +89,13 @@ class Manual:
         return False
 
     def end(self, bench: Bench) -> None:
-        """Marker off."""
+        """Switch the marker off."""
         if self._moves:
             self._moves = False
             bench.tell("OUTP:SYNC OFF")
 
     def positions(self, block: Block) -> list[tuple[int, float, float]]:
-        """The machine keeps them."""
+        """Return nothing: the machine stores the positions."""
         return []
 
     def _ask(self, text: str) -> None:
@@ -104,10 +104,10 @@ class Manual:
 
 
 class Trigger:
-    """A machine that two contacts start and end: `OUTP:SYNC` closes, its own contact answers.
+    """A machine with two contacts: `OUTP:SYNC` starts it, its own contact reports the end.
 
-    The board shows the machine's contact in every sample. Closed, it says that the method is over;
-    it must be open at the start.
+    The board reports the machine's contact in every sample. It closes when the method is over; it
+    must be open at the start.
     """
 
     def __init__(self) -> None:
@@ -123,9 +123,9 @@ class Trigger:
         self._moves = True
         bench.tell("OUTP:SYNC ON")
 
-    def done(self, passed: float) -> bool:
+    def done(self, elapsed: float) -> bool:
         """Whether the machine's contact has closed."""
-        if passed > self._due and not self._closed:
+        if elapsed > self._due and not self._closed:
             raise CrossheadLostError(
                 f"the machine's contact did not close within {self._due:.3g} s"
             )
@@ -138,13 +138,13 @@ class Trigger:
             bench.tell("OUTP:SYNC OFF")
 
     def positions(self, block: Block) -> list[tuple[int, float, float]]:
-        """The machine keeps them; the contact is in the samples."""
+        """Return nothing: the machine stores the positions, the samples show the contact."""
         self._closed = bool(block.rows["flags"][-1] & EXTERNAL)
         return []
 
 
 class Virtual:
-    """The machine in the plant of a virtual board; QuantityError for a bench that has none here."""
+    """Machine in the plant of a virtual board; QuantityError for a bench without one."""
 
     def __init__(self, bench: Bench, brake: Brake, line: Line) -> None:
         plant = bench.plant
@@ -158,45 +158,45 @@ class Virtual:
         self._due = self._end = self._seen = 0.0
 
     def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
-        """Start the move; the marker is on as long as it lasts."""
+        """Start the move; the marker is on while it lasts."""
         self._due, self._end = patience(step, self._machine.elongation), step.end
         bench.tell("OUTP:SYNC ON")
         self._machine.go(step.end, step.speed)
 
-    def done(self, passed: float) -> bool:
-        """Whether the samples show it at the end."""
-        there = self._seen == self._end
-        if passed > self._due and not there:
+    def done(self, elapsed: float) -> bool:
+        """Whether the samples show the end position."""
+        has_arrived = self._seen == self._end
+        if elapsed > self._due and not has_arrived:
             raise CrossheadLostError(f"the virtual machine did not arrive within {self._due:.3g} s")
-        return there
+        return has_arrived
 
     def end(self, bench: Bench) -> None:
-        """Stand."""
-        moved, self._due = self._due, 0.0
+        """Stop the machine."""
+        was_moving, self._due = self._due, 0.0
         self._machine.halt()
-        if moved:
+        if was_moving:
             bench.tell("OUTP:SYNC OFF")
 
     def positions(self, block: Block) -> list[tuple[int, float, float]]:
-        """What the machine showed at each sample."""
+        """Return the machine's readings at each sample."""
         rows = zip(block.rows["seq"].tolist(), block.us.tolist(), strict=True)
-        shown = [(us, *self._machine.taken(seq)) for seq, us in rows]
-        self._seen = shown[-1][1]
-        return shown
+        readings = [(us, *self._machine.taken(seq)) for seq, us in rows]
+        self._seen = readings[-1][1]
+        return readings
 
 
 def patience(step: Pull | Return, start: float) -> float:
-    """Seconds after which a move that begins at an elongation [m] should be over for long."""
+    """Return the time [s] after which a move from an elongation [m] is long overdue."""
     return 2 * abs(step.end - start) / step.speed + 10.0
 
 
 def tell_person(text: str) -> None:
-    """Say something to who stands at the bench, at once."""
+    """Print a text for the person at the bench at once."""
     print(text, file=sys.stderr, flush=True)
 
 
 def _enter() -> bool:
-    """Whether a line came on standard input, without waiting for one."""
+    """Whether a line came on standard input, without waiting."""
     if sys.platform == "win32" and sys.stdin.isatty():
         return _key()
     try:
@@ -211,9 +211,9 @@ def _enter() -> bool:
 
 
 def _key() -> bool:
-    """Whether Enter was pressed at Windows' console, which `select` cannot ask."""
+    """Whether Enter was pressed in Windows' console, which `select` cannot watch."""
     keys: Any = importlib.import_module("msvcrt")
-    pressed = False
+    is_enter = False
     while keys.kbhit():
-        pressed |= keys.getwch() in "\r\n"
-    return pressed
+        is_enter |= keys.getwch() in "\r\n"
+    return is_enter

@@ -1,6 +1,6 @@
 """The drop rig: the accelerometer's record of a stop, taken by the board.
 
-The record goes to `layerjam crash` as it is. `fall` lets a mass fall on a virtual board's brake.
+`layerjam crash` reads the record directly. `fall` drops a mass on a virtual board's brake.
 """
 
 from __future__ import annotations
@@ -26,28 +26,28 @@ if TYPE_CHECKING:
     from layerjam.simulate.drop import TimedStop
 
 PAUSE = 0.02
-"""Seconds between two looks at the capture."""
-REST, FINE = 0.05, 40e3
-"""Seconds of rest before a virtual fall; rate [Hz] at which its signal is made."""
+"""Time between two queries of the capture [s]."""
+REST_TIME, FINE = 0.05, 40e3
+"""Rest before a virtual fall [s]; rate at which its signal is made [Hz]."""
 DELAY = 0.5
-"""Seconds of the board for which a virtual mass is at rest before it falls."""
+"""Time for which a virtual mass is at rest before it falls [s of the board]."""
 
 
 class CaptureError(LayerjamError):
-    """A record that did not come."""
+    """A record that did not arrive."""
 
     key = "capture"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Capture:
-    """How far a record is: IDLE, WAITING, RUNNING or DONE, and what is known of it then."""
+    """State of a record: IDLE, WAITING, RUNNING or DONE, and its known values."""
 
     state: str
     size: int
     before: int
     trigger_us: int
-    """Low 32 bits."""
+    """Low 32 bits of the clock at the trigger [us]."""
 
 
 def prepare(
@@ -60,21 +60,21 @@ def prepare(
     level: float = 5.0,
     fall: float | str = 0.03,
 ) -> None:
-    """Set what a capture needs, in SAFE; what is so already is left alone.
+    """Set up a capture, in SAFE; settings that agree already are left alone.
 
-    Rate [Hz]; times [s] before and after the trigger; `level` in g beyond what the sensor shows in
-    the fall; `fall` [s] of free fall that arms it. Raises QuantityError and InstrumentError.
+    Rate [Hz]; times [s] before and after the trigger; `level` in g beyond the reading during the
+    fall; `fall` [s] of free fall that arms it. Raises QuantityError and InstrumentError.
     """
     if source not in SOURCES:
         raise QuantityError.of("source", f"'{source}' is not one of {', '.join(SOURCES)}")
-    wanted = {
+    settings = {
         "SENS:ACC:RATE": RATE.si(rate, "rate"),
         "SENS:ACC:PRE": BEFORE.si(before, "before"),
         "SENS:ACC:POST": AFTER.si(after, "after"),
         "TRIG:LEV": LEVEL.si(level, "level"),
         "TRIG:FALL": FALL.si(fall, "fall"),
     }
-    for header, value in wanted.items():
+    for header, value in settings.items():
         if abs(float(bench.ask(header + "?")) - value) > 1e-8 * abs(value):
             bench.tell(f"{header} {value:.9g}")
     if bench.ask("TRIG:SOUR?") != SOURCES[source]:
@@ -82,54 +82,54 @@ def prepare(
 
 
 def arm(bench: Bench) -> None:
-    """Sample from now on and wait for the trigger; raises InstrumentError."""
+    """Start sampling and wait for the trigger; raises InstrumentError."""
     bench.tell("INIT")
 
 
 def capture_of(bench: Bench) -> Capture:
-    """How far the record is."""
+    """Return the state of the record."""
     state, size, before, micros = bench.ask("FETC:ACC:STAT?").split(",")
     return Capture(state=state, size=int(size), before=int(before), trigger_us=int(micros))
 
 
-def coming(bench: Bench, found: Capture) -> Shot:
-    """A record that is DONE, as yet without its samples."""
+def coming(bench: Bench, state: Capture) -> Shot:
+    """Return a record that is DONE, without its samples."""
     scale = bytes.fromhex(bench.ask("FETC:ACC:SCAL?").strip('"'))
     zero, gain, reach, rate = struct.unpack("<4d", scale)
     return Shot(
         counts=np.zeros(0, "<i2"),
-        size=found.size,
+        size=state.size,
         rate=rate,
         zero=zero,
         gain=gain,
         range=reach,
-        before=found.before,
-        trigger_us=found.trigger_us,
+        before=state.before,
+        trigger_us=state.trigger_us,
         synthetic=bench.simulated,
     )
 
 
 def piece(bench: Bench, first: int, size: int) -> bytes:
-    """Samples of a record of `size` from `first` on, PIECE of them at most."""
+    """Return at most PIECE samples of a record of `size`, from `first` on."""
     return bench.block(f"FETC:ACC:DATA? {first},{min(PIECE, size - first)}")
 
 
 def collect(bench: Bench, patience: float = 60.0) -> Shot:
-    """The record, as soon as it is whole; asking keeps the lease alive.
+    """Return the record when it is complete; the queries keep the lease alive.
 
-    Raises CaptureError after `patience` [s] of the host without one, and where nothing waits.
+    Raises CaptureError after `patience` [s] of the host without one, or if no capture waits.
     """
     end = time.monotonic() + patience
-    while (found := capture_of(bench)).state != "DONE":
-        if found.state == "IDLE":
+    while (state := capture_of(bench)).state != "DONE":
+        if state.state == "IDLE":
             raise CaptureError("no capture waits or runs; arm it first")
         if time.monotonic() > end:
             bench.tell("ABOR")
-            why = "nothing triggered" if found.state == "WAITING" else "the record did not end"
-            raise CaptureError(f"no record of the accelerometer within {patience:g} s: {why}")
+            reason = "nothing triggered" if state.state == "WAITING" else "the record did not end"
+            raise CaptureError(f"no record of the accelerometer within {patience:g} s: {reason}")
         time.sleep(PAUSE)
-    shot = coming(bench, found)
-    data = b"".join(piece(bench, at, shot.size) for at in range(0, shot.size, PIECE))
+    shot = coming(bench, state)
+    data = b"".join(piece(bench, start, shot.size) for start in range(0, shot.size, PIECE))
     return replace(shot, counts=np.frombuffer(data, "<i2"))
 
 
@@ -140,9 +140,9 @@ def capture(
     ready: Callable[[], None] | None = None,
     **settings: Any,
 ) -> Shot:
-    """One record, from settings to samples; `ready` is called once it waits for the trigger.
+    """Return one record, from settings to samples; `ready` is called when it waits.
 
-    `settings` are those of `prepare`. Raises what that, `arm` and `collect` raise.
+    `settings` are those of `prepare`. Raises the errors of `prepare`, `arm` and `collect`.
     """
     prepare(bench, **settings)
     arm(bench)
@@ -160,38 +160,37 @@ def fall(
     rope_stiffness: float | None = None,
     delay: float = DELAY,
 ) -> TimedStop:
-    """Let a mass [kg] fall on a virtual board's brake, to arrive with `speed` [m/s]; how it stops.
+    """Drop a mass [kg] on a virtual board's brake, arriving with `speed` [m/s]; return its stop.
 
-    The vacuum is the plant's own at this moment, and held. The mass is at rest for `delay` [s] of
-    the board's time, falls freely for speed/g, and is stopped as `layerjam drop` computes it; the
-    board's accelerometer, an ADXL193 with its low-pass, shows that. While it is computed the
-    board's clock stands. Raises QuantityError where no virtual board of this program is behind the
-    bench.
+    The vacuum is the plant's present one, and constant. The mass is at rest for `delay` [s] of the
+    board's time, falls freely for speed/g, and stops as `layerjam drop` computes it. The board's
+    accelerometer, an ADXL193 with its low-pass, measures that. The board's clock stops during the
+    computation. Raises QuantityError if the bench is not a virtual board of this program.
     """
     plant = bench.plant
     if plant is None:
-        raise QuantityError.of("bench", f"{bench.address} is no virtual board of this program")
-    with standing(plant):
+        raise QuantityError.of("bench", f"{bench.address} is not a virtual board of this program")
+    with stopped_clock(plant):
         from layerjam.simulate.accelerometer import ADXL193, seen, specific_force
         from layerjam.simulate.drop import drop
 
-        found, record = drop(
+        stop, record = drop(
             file, mass=mass, speed=speed, vacuum=plant.vacuum, rope_stiffness=rope_stiffness
         )
         gravity = file.brake.site.gravity
         pulse, force = specific_force(record)
         flight = speed / gravity
-        begin = np.array([-flight - REST, -flight, -flight + 1e-9, 0.0])
+        begin = np.array([-flight - REST_TIME, -flight, -flight + 1e-9, 0.0])
         times = np.concatenate([begin, pulse[pulse > 0.0]])
         forces = np.concatenate([[gravity, gravity, 0.0, 0.0], force[pulse > 0.0]])
-        shown = seen((times, forces), replace(ADXL193, range=None, sampling=FINE))
-        plant.accelerometer.play(plant.time + delay, shown.time + flight, shown.acceleration)
-    return found
+        signal = seen((times, forces), replace(ADXL193, range=None, sampling=FINE))
+        plant.accelerometer.play(plant.time + delay, signal.time + flight, signal.acceleration)
+    return stop
 
 
 @contextlib.contextmanager
-def standing(plant: VirtualPlant) -> Iterator[None]:
-    """The clock of a virtual board stands; nobody may ask it anything meanwhile."""
+def stopped_clock(plant: VirtualPlant) -> Iterator[None]:
+    """Stop the clock of a virtual board; do not query it meanwhile."""
     going, before = threading.Event(), plant.recorded
     plant.recorded = going.wait
     try:

@@ -1,4 +1,4 @@
-"""A run for other programs: CSV with its sidecar, Parquet, NetCDF; each says what the run is."""
+"""Export of a run: CSV with its sidecar, Parquet or NetCDF; each describes the run."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ INT32 = 1 << 31
 
 @dataclass(frozen=True, kw_only=True)
 class ExportedRun:
-    """What was written."""
+    """Written files."""
 
     run: Run
     file: Path
@@ -39,60 +39,60 @@ def export(
     end: float | None = None,
     force: bool = False,
 ) -> ExportedRun:
-    """Write a run, or what of it lies from `start` to `end` [s], by the ending of `out`.
+    """Write a run, or its part from `start` to `end` [s], in the format of `out`'s ending.
 
-    The accelerometer's records go into files beside it, NAME-shot1.csv.
+    The accelerometer's records go into files next to it, NAME-shot1.csv.
 
-    Raises FileError for a file that is no run or cannot be written, QuantityError where no sample
-    is left, MissingExtraError for Parquet without pyarrow.
+    Raises FileError for a file that is not a run or cannot be written, QuantityError if no sample
+    is left, MissingExtraError if Parquet's pyarrow is not installed.
     """
     out = Path(out)
     ending = out.suffix.lower()
     if ending not in ENDINGS:
         raise FileError(out, f"the ending '{out.suffix}' is not known; use {', '.join(ENDINGS)}")
-    found = read_run(run)
+    run_ = read_run(run)
     if start is not None or end is not None:
-        found = found.between(start, end)
-    beside_it = {} if ending == ".nc" else {shot_file(out, s): s for s in found.shots}
-    if (there := next((path for path in beside_it if path.exists()), None)) and not force:
-        raise FileError(there, "exists already; --force replaces it")
+        run_ = run_.between(start, end)
+    shot_files = {} if ending == ".nc" else {shot_file(out, s): s for s in run_.shots}
+    if (existing := next((path for path in shot_files if path.exists()), None)) and not force:
+        raise FileError(existing, "exists already; --force replaces it")
     sidecar = None
     if ending == ".csv":
-        beside = sidecar_path(out)
-        if beside.exists() and not force:
-            raise FileError(beside, "exists already; --force replaces it")
-        write_whole(out, csv_text(found), force)
-        sidecar = write_facts(out, facts_of(found), force)
+        sidecar_file = sidecar_path(out)
+        if sidecar_file.exists() and not force:
+            raise FileError(sidecar_file, "exists already; --force replaces it")
+        write_whole(out, csv_text(run_), force)
+        sidecar = write_facts(out, facts_of(run_), force)
     elif ending == ".parquet":
-        _table(in_order(found), said(found), out, force)
+        _table(in_order(run_), describe_run(run_), out, force)
     else:
-        _netcdf(found, out, force)
-    for path, shot in beside_it.items():
+        _netcdf(run_, out, force)
+    for path, shot in shot_files.items():
         if ending == ".csv":
-            write_whole(path, shot.text({"run_id": found.meta.get("run_id", "")}), force)
+            write_whole(path, shot.text({"run_id": run_.meta.get("run_id", "")}), force)
         else:
             columns = {"time": shot.time, "acceleration": shot.acceleration}
-            _table(columns, {**said(found), **facts_of_shot(shot)}, path, force)
-    return ExportedRun(run=found, file=out, sidecar=sidecar, shots=tuple(beside_it))
+            _table(columns, {**describe_run(run_), **facts_of_shot(shot)}, path, force)
+    return ExportedRun(run=run_, file=out, sidecar=sidecar, shots=tuple(shot_files))
 
 
 def shot_file(out: Path, shot: Shot) -> Path:
-    """The file of an accelerometer's record, beside that of its run."""
+    """Return the file of an accelerometer's record, next to that of its run."""
     return out.with_name(f"{out.stem}-shot{shot.number}{out.suffix}")
 
 
 def facts_of_shot(shot: Shot) -> dict[str, str]:
-    """What is to be said of an accelerometer's record."""
+    """Return the facts of an accelerometer's record."""
     return {"shot": f"{shot.number}", "range": f"{shot.range:.6g} m/s^2", "rate": f"{shot.rate} Hz"}
 
 
-def said(run: Run) -> Mapping[str, str]:
-    """What the run says of itself, and whether it is synthetic."""
+def describe_run(run: Run) -> Mapping[str, str]:
+    """Return the run's own entries, and whether it is synthetic."""
     data = SYNTHETIC if run.simulated else MEASURED
     return {"data": data, **{key: text for key, text in run.meta.items() if text}}
 
 
-def _table(columns: Mapping[str, Array], stated: Mapping[str, str], out: Path, force: bool) -> None:
+def _table(columns: Mapping[str, Array], facts: Mapping[str, str], out: Path, force: bool) -> None:
     """Parquet."""
     with MissingExtraError.raise_if_missing("Parquet (pyarrow)", "sweep"):
         import pyarrow as pa  # type: ignore[import-untyped]
@@ -101,25 +101,25 @@ def _table(columns: Mapping[str, Array], stated: Mapping[str, str], out: Path, f
     for name, values in columns.items():
         unit = {"unit": UNITS[name]} if name in UNITS else None
         fields.append(pa.field(name, pa.from_numpy_dtype(values.dtype), metadata=unit))
-    table = pa.table(dict(columns), schema=pa.schema(fields, metadata=dict(stated)))
+    table = pa.table(dict(columns), schema=pa.schema(fields, metadata=dict(facts)))
     write_whole(out, lambda path: parquet.write_table(table, path, compression="zstd"), force)
 
 
 def _netcdf(run: Run, out: Path, force: bool) -> None:
-    """NetCDF 3, which has no integers of 64 bits: numbers beyond 32 become doubles, exactly."""
+    """Write NetCDF 3, which lacks 64-bit integers: numbers beyond 32 bits become exact doubles."""
     from scipy.io import netcdf_file
 
     def fill(path: Path) -> None:
         with netcdf_file(path, "w", version=2) as file:
-            for key, text in said(run).items():
+            for key, text in describe_run(run).items():
                 setattr(file, key, text.encode())
             file.createDimension("sample", run.samples)
             for name, values in in_order(run).items():
-                whole = values.dtype.kind == "i" and np.abs(values).max(initial=0) < INT32
-                made = file.createVariable(name, "i4" if whole else "f8", ("sample",))
-                made[:] = values
+                is_int = values.dtype.kind == "i" and np.abs(values).max(initial=0) < INT32
+                variable = file.createVariable(name, "i4" if is_int else "f8", ("sample",))
+                variable[:] = values
                 if name in UNITS:
-                    made.units = UNITS[name].encode()
+                    variable.units = UNITS[name].encode()
             for shot in run.shots:
                 _add_shot(file, shot)
 
@@ -127,12 +127,12 @@ def _netcdf(run: Run, out: Path, force: bool) -> None:
 
 
 def _add_shot(file: Any, shot: Shot) -> None:
-    """An accelerometer's record in a NetCDF file, over a dimension of its own."""
+    """Add an accelerometer's record to a NetCDF file, with its own dimension."""
     name = f"shot{shot.number}"
     file.createDimension(f"{name}_sample", len(shot.counts))
     for column in ("time", "acceleration"):
-        made = file.createVariable(f"{name}_{column}", "f8", (f"{name}_sample",))
-        made[:] = getattr(shot, column)
-        made.units = UNITS[column].encode()
+        variable = file.createVariable(f"{name}_{column}", "f8", (f"{name}_sample",))
+        variable[:] = getattr(shot, column)
+        variable.units = UNITS[column].encode()
     for key, text in facts_of_shot(shot).items():
-        setattr(made, key, text.encode())
+        setattr(variable, key, text.encode())

@@ -110,7 +110,7 @@ def image_of(path: Path, board: str) -> bytes:
         image = path.read_bytes()
     except OSError as error:
         raise FileError(path, f"cannot be read: {error.strerror}") from None
-    program = uf2.unpacked(image, uf2.RP2040, str(path))
+    program = uf2.decode_uf2(image, uf2.RP2040, str(path))
     if b"layerjam" not in program:
         raise uf2.ImageError(f"{path} holds no firmware of layerjam; `make firmware` builds one")
     if firmware_hash(board).encode() not in program:

@@ -1,7 +1,7 @@
-"""What breaks in a campaign, when, by which names the board may call it, and how soon it must.
+"""Faults of a campaign: their moments, the names by which the board may report them, deadlines.
 
-A deadline runs from the event to safe outputs. Those of the law's own faults are
-`detection_times`; the others are worked out from the regulator's settings.
+A deadline runs from the event to safe outputs. Those of the law's own faults are `detection_times`;
+the others follow from the regulator's settings.
 """
 
 from __future__ import annotations
@@ -22,45 +22,46 @@ from layerjam.rig.plant import COUNTS, VirtualPlant
 Moment = Literal["pumping", "holding"]
 Host = Literal["talks", "releases", "silent", "deaf"]
 ESTOP_SAMPLES, SUPPLY_SAMPLES = 2, 3
-"""Samples in which the firmware answers an open emergency stop and a low supply."""
-APART = 0.05
+"""Samples in which the firmware responds to an open emergency stop and a low supply."""
+SENSOR_GAP = 0.05
 """Share of the range by which two sensors may differ."""
 DRIFTS = (200.0, 130.0, 100.0, 50.0)
-"""Pascals a second by which a drifting sensor climbs."""
+"""Drift rates of a sensor [Pa/s]."""
 STALLS = (0.12, 1.0)
-"""Shortest and longest time [s] for which a core is kept from its samples."""
+"""Shortest and longest time [s] without samples."""
 LEASES = (0.2, 5.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """One line, its regulator, and what was drawn for a fault."""
+    """One line, its regulator, and the random values of a fault."""
 
     regulator: Regulator
     target: float
     lease: float
     second: bool
     size: float
-    """How bad: the sensor's drift [Pa/s], the time [s] without samples, the rail's sign."""
+    """Size of the fault: the sensor's drift [Pa/s], the time [s] without samples, the rail's
+    sign."""
 
     @functools.cached_property
     def detected(self) -> Mapping[str, float]:
-        """The law's own promises [s] up to this target."""
+        """Detection times [s] that the law promises up to this target."""
         return detection_times(self.regulator, self.target)
 
     @property
     def lowest(self) -> float:
-        """Vacuum [Pa] at which its loss shows in every reading, noise and all."""
+        """Vacuum [Pa] below which a loss shows in every reading, even with noise."""
         sensor = self.regulator.sensor
         return self.target - self.regulator.lost_below - IN_NOISE * sensor.noise - sensor.resolution
 
     @property
     def highest(self) -> float:
-        """Vacuum [Pa] at which the regulator opens the vent at the latest."""
+        """Vacuum [Pa] at which the regulator has opened the vent."""
         return self.target + self.regulator.vents_above
 
     def falls(self, rate: float, end: float) -> float:
-        """Time [s] to fall out of the band on the way to `end` [Pa] at a rate [1/s]."""
+        """Return the time [s] to fall out of the band on the way to `end` [Pa] at a rate [1/s]."""
         if not rate > 0 or not self.lowest > end:
             return math.inf
         return math.log((self.highest - end) / (self.lowest - end)) / rate
@@ -68,12 +69,12 @@ class Case:
 
 @dataclass(frozen=True)
 class FaultKind:
-    """A fault: what happens (`text`), at one of which moments, and what must come of it.
+    """A fault: its description (`text`), its possible moments, and its required result.
 
-    `breaks` does it to the plant. `host` is what the host does then; the deadline runs from its
-    order to release, or from the last line that the board took. A fault that the law has its own
-    promise for `answers` to that; if it has none, `promise` gives the deadline. `names` are those
-    by which the board may call it.
+    `breaks` applies it to the plant. `host` is the host's action; the deadline runs from its
+    command to release, or from the last line that the board took. `answers` names the law's own
+    promise for the fault; if there is none, `promise` gives the deadline. `names` are those by
+    which the board may report it.
     """
 
     text: str
@@ -89,13 +90,13 @@ class FaultKind:
         return case.detected[self.answers] if self.promise is None else self.promise(case)
 
     def called(self, name: str | None, case: Case) -> bool:
-        """Whether the board may call it so; a second sensor may be the first to notice."""
+        """Whether the board may report this name; a second sensor may be the first to notice."""
         disagree = case.second and name == "SENSORS_DISAGREE" and "SENSOR" in str(self.names)
         return name in self.names or disagree
 
 
-def _injected(name: str) -> Callable[[Case, VirtualPlant], None]:
-    """Break it by the size that the detectors answer for (`control/faults.py`)."""
+def _inject(name: str) -> Callable[[Case, VirtualPlant], None]:
+    """Return an injection of the size that the detectors cover (`control/faults.py`)."""
 
     def breaks(case: Case, plant: VirtualPlant) -> None:
         plant.injected = injection_of(name, 0.0, case.regulator, case.target)[0]
@@ -104,7 +105,7 @@ def _injected(name: str) -> Callable[[Case, VirtualPlant], None]:
 
 
 def _set(**changes: object) -> Callable[[Case, VirtualPlant], None]:
-    """Set attributes of the plant; none of a plant that is sound while the host fails."""
+    """Return a function that sets attributes of the plant; none if only the host fails."""
 
     def breaks(_: Case, plant: VirtualPlant) -> None:
         for name, value in changes.items():
@@ -118,7 +119,7 @@ def _rail(case: Case, plant: VirtualPlant) -> None:
     plant.injected = FaultInjection(sensor="rail", value=value)
 
 
-def _disconnected(case: Case, plant: VirtualPlant) -> None:
+def _disconnect(case: Case, plant: VirtualPlant) -> None:
     share = -COUNTS[0] / COUNTS[1]  # no counts at all
     value = (2 * share - 1) * case.regulator.sensor.range
     plant.injected = FaultInjection(sensor="rail", value=value)
@@ -141,26 +142,26 @@ def _samples(count: int) -> Callable[[Case], float]:
 
 
 def _leak_shows(case: Case) -> float:
-    """Until the healthy leak has taken the vacuum out of the band, and that is a loss."""
+    """Return the time until the healthy leak takes the vacuum out of the band, as a loss."""
     return case.falls(case.regulator.plant.joined.leak, 0.0) + case.detected["VACUUM_LOST"]
 
 
 def _leaks_out(case: Case) -> float:
-    """As a loss, against a pump that gives all it can."""
+    """Return the time of a loss against a pump at full power."""
     plant = case.regulator.plant.joined
     half = case.target / 2
-    whole = plant.rate * (plant.top - plant.weight * half) / half
-    rate = plant.rate * plant.weight + max(whole, plant.leak)
+    inflow = plant.rate * (plant.top - plant.weight * half) / half
+    rate = plant.rate * plant.weight + max(inflow, plant.leak)
     return case.falls(rate, half) + case.detected["VACUUM_LOST"]
 
 
 def _open_shows(case: Case) -> float:
-    """Until the pump, against the open vent, raises the vacuum no more than a weak one does.
+    """Return the time until the open vent limits the rise to that of a weak pump.
 
-    Near no vacuum the open vent takes little, and the pump does its work.
+    Near zero vacuum the open vent takes little, and the pump works normally.
     """
-    made = case.regulator
-    plant, left = made.plant.joined, 1 - made.weak_ratio / 2
+    regulator = case.regulator
+    plant, left = regulator.plant.joined, 1 - regulator.weak_ratio / 2
     out = plant.vent + plant.leak
     ends = plant.rate * plant.top / (plant.rate * plant.weight + out)
     weak = left * plant.rate * plant.top / (left * plant.rate * plant.weight + out)
@@ -173,24 +174,24 @@ def _lease(case: Case) -> float:
 
 
 def _late(case: Case) -> float:
-    """The first sample that comes is the last that may be late."""
+    """Return the time to the first sample that comes: the last that may be late."""
     return case.size + case.regulator.sample_time
 
 
-def _apart(case: Case) -> float:
-    """Nothing with one sensor; with two until they differ by more than noise explains."""
+def _disagree(case: Case) -> float:
+    """Return infinity with one sensor; with two, the time until they differ by more than noise."""
     if not case.second:
         return math.inf
-    made = case.regulator
-    differ = APART * made.sensor.range + 2 * IN_NOISE * made.sensor.noise + made.sensor.resolution
-    return differ / case.size + (made.confirm + 1) * made.sample_time
+    regulator, sensor = case.regulator, case.regulator.sensor
+    differ = SENSOR_GAP * sensor.range + 2 * IN_NOISE * sensor.noise + sensor.resolution
+    return differ / case.size + (regulator.confirm + 1) * regulator.sample_time
 
 
 _BREAKS: dict[str, Callable[[Case, VirtualPlant], None]] = {
     "sensor-rail": _rail,
-    "sensor-disconnected": _disconnected,
+    "sensor-disconnected": _disconnect,
     "sensor-drift": _drifts,
-    "pump-dead-holding": _injected("pump-dead"),
+    "pump-dead-holding": _inject("pump-dead"),
     "vent-stuck-open": _stuck_open,
     "vent-stuck-closed": _set(injected=FaultInjection(vent=0.0)),
     "host-silent": _set(),
@@ -199,9 +200,9 @@ _BREAKS: dict[str, Callable[[Case, VirtualPlant], None]] = {
     "e-stop": _set(estop=True),
     "supply-low": _set(supply_low=True),
 }
-"""Key of the change to the plant, if it is not a fault of the law by that name."""
+"""{fault: change of the plant}, unless it is a fault of the law by that name."""
 _PROMISES: dict[str, Callable[[Case], float]] = {
-    "sensor-drift": _apart,
+    "sensor-drift": _disagree,
     "pump-dead-holding": _leak_shows,
     "vent-stuck-open": _open_shows,
     "leak": _leaks_out,
@@ -211,23 +212,23 @@ _PROMISES: dict[str, Callable[[Case], float]] = {
     "e-stop": _samples(ESTOP_SAMPLES),
     "supply-low": _samples(SUPPLY_SAMPLES),
 }
-"""The deadline of a fault for which the law promises nothing."""
+"""{fault: deadline}, if the law promises nothing."""
 
 
 def _kinds() -> Iterator[tuple[str, FaultKind]]:
-    """(name, kind) of every fault of kinds.toml."""
+    """Yield (name, kind) of every fault of kinds.toml."""
     text = files("layerjam.rig").joinpath("kinds.toml").read_text(encoding="utf-8")
-    for name, about in tomllib.loads(text).items():
+    for name, row in tomllib.loads(text).items():
         yield (
             name,
             FaultKind(
-                text=about["text"].format(offset=f"{OFFSET:g}"),
-                moments=tuple(about["moments"]),
-                answers=about["answers"],
-                breaks=_BREAKS.get(name) or _injected(name),
-                names=frozenset(about.get("names", [about["answers"]])),
+                text=row["text"].format(offset=f"{OFFSET:g}"),
+                moments=tuple(row["moments"]),
+                answers=row["answers"],
+                breaks=_BREAKS.get(name) or _inject(name),
+                names=frozenset(row.get("names", [row["answers"]])),
                 promise=_PROMISES.get(name),
-                host=about.get("host", "talks"),
+                host=row.get("host", "talks"),
             ),
         )
 
@@ -236,4 +237,4 @@ KINDS = dict(_kinds())
 NOT_HERE = {
     "core-locked": "a virtual board has no watchdog; the emulated board has one",
 }
-"""Faults of the specification that a virtual board cannot show, and why."""
+"""{fault of the specification that a virtual board cannot show: reason}."""

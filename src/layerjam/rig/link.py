@@ -1,4 +1,4 @@
-"""How a driver reaches its instrument: as the line's owner, or as one client of a gateway."""
+"""Access of a driver to its instrument: as the line's owner, or as a client of a gateway."""
 
 from __future__ import annotations
 
@@ -13,46 +13,46 @@ from layerjam.rig.line import Line, LineError
 from layerjam.rig.token import read_token
 
 PATIENCE = 5.0
-"""Seconds that a gateway's answer is waited for."""
+"""Wait for a gateway's response [s]."""
 SESSION = 1
 CHECK = "*OPC?;:SYST:ERR?"
-"""Its answer always begins with 1: it ends what came before, whether that was answered or not."""
+"""Query whose response always begins with 1: it ends all earlier responses."""
 CHECKED = re.compile(rb'1;([+-]?\d+),"(.*)"')
 TIMEOUT = 5000
-"""Milliseconds that an answer is waited for."""
+"""Wait for a response [ms]."""
 
 
 class Link(Protocol):
     """One client's side of an instrument."""
 
     def exchange(self, text: str) -> tuple[bytes, int, str]:
-        """(answer or nothing, oldest error's number or 0, its text) of one line of SCPI."""
+        """Return the response to a line of SCPI, and the oldest error's number (or 0) and text."""
 
     def close(self) -> None:
-        """Leave; the session ends."""
+        """Disconnect; the session ends."""
 
 
-def checked(answer: bytes) -> tuple[int, str]:
-    """(number, text) of CHECK's answer; LineError where it is another's."""
-    found = CHECKED.fullmatch(answer)
-    if found is None:
-        raise LineError(f"the instrument answers {answer[:60]!r} where an error's number is due")
-    return int(found.group(1)), found.group(2).decode("ascii", "replace")
+def parse_check(answer: bytes) -> tuple[int, str]:
+    """Return number and text in the response to CHECK; LineError for another response."""
+    match = CHECKED.fullmatch(answer)
+    if match is None:
+        raise LineError(f"expected an error's number, got {answer[:60]!r}")
+    return int(match.group(1)), match.group(2).decode("ascii", "replace")
 
 
 class BoardLink:
-    """The line's owner, in frames."""
+    """Owner of the line, with frames."""
 
     def __init__(self, line: Line, board: VirtualBoard | None) -> None:
         self.line, self.board = line, board
 
     def exchange(self, text: str) -> tuple[bytes, int, str]:
-        """The line, then what its session's queue holds."""
+        """Send the line, then read its session's error queue."""
         answer = self.line.ask(SESSION, text.encode("ascii"))
-        return answer, *checked(self.line.ask(SESSION, CHECK.encode()))
+        return answer, *parse_check(self.line.ask(SESSION, CHECK.encode()))
 
     def close(self) -> None:
-        """End the session and give the line back."""
+        """End the session and release the line."""
         try:
             self.line.ask(SESSION, b"", tries=1)
         except LineError:
@@ -61,22 +61,22 @@ class BoardLink:
             self.line.close()
 
 
-def connected(address: Address) -> socket.socket:
-    """The socket of a `tcp:` address; FileError where nobody listens."""
+def connect_socket(address: Address) -> socket.socket:
+    """Return the socket of a `tcp:` address; FileError if nobody listens."""
     try:
-        made = socket.create_connection(address.host_port, PATIENCE)
+        connection = socket.create_connection(address.host_port, PATIENCE)
     except OSError as error:
         reason = error.strerror or str(error)
         raise FileError(str(address), f"nobody answers: {reason}") from None
-    made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    return made
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return connection
 
 
 class SocketLink:
-    """A client of a gateway, in plain SCPI, over a socket or what VISA has."""
+    """A client of a gateway, in plain SCPI, over a socket or VISA."""
 
     def __init__(self, address: Address) -> None:
-        self._socket = VisaEnds(address) if address.kind == "visa" else connected(address)
+        self._socket = VisaEnds(address) if address.kind == "visa" else connect_socket(address)
         self._buffer = b""
         self._name = str(address)
         if "token" in address.options:
@@ -90,34 +90,34 @@ class SocketLink:
             raise FileError(self._name, "the gateway has another token; copy its --token-file")
 
     def exchange(self, text: str) -> tuple[bytes, int, str]:
-        """The line and CHECK in one packet; a line that was refused has no answer before it."""
+        """Send the line and CHECK in one packet; a rejected line has no response before it."""
         try:
             self._socket.sendall(text.encode("ascii") + b"\n" + CHECK.encode() + b"\n")
         except OSError as error:
             raise LineError(f"{self._name} is gone: {error}") from None
         first = self._answer()
-        found = CHECKED.fullmatch(first)
-        if found is not None:
-            return b"", *checked(first)
-        return first, *checked(self._answer())
+        match = CHECKED.fullmatch(first)
+        if match is not None:
+            return b"", *parse_check(first)
+        return first, *parse_check(self._answer())
 
     def _answer(self) -> bytes:
-        """One answer: a block by its length, else up to the LF."""
+        """Return one response: a block by its length, else up to the LF."""
         while True:
             end = self._end()
             if end and len(self._buffer) >= end:
                 answer, self._buffer = self._buffer[: end - 1], self._buffer[end:]
                 return answer
             try:
-                more = self._socket.recv(65536)
+                data = self._socket.recv(65536)
             except OSError as error:
                 raise LineError(f"{self._name} does not answer: {error}") from None
-            if not more:
+            if not data:
                 raise LineError(f"{self._name} closed the connection")
-            self._buffer += more
+            self._buffer += data
 
     def _end(self) -> int:
-        """Where the answer at the buffer's beginning ends with its LF, 0 while that is not seen."""
+        """Return the end of the first response in the buffer, with its LF, or 0."""
         if self._buffer[:1] == b"#":
             digits = self._buffer[1:2]
             begin = 2 + int(digits) if digits.isdigit() else 0
@@ -133,18 +133,18 @@ class SocketLink:
 
 
 def link_to(address: str | Address) -> Link:
-    """A client of a gateway (`tcp:`, `visa:`), else the owner of the board's line."""
-    where = address_of(address)
-    if where.kind in ("tcp", "visa"):
-        return SocketLink(where)
-    return BoardLink(*connect(where))
+    """Return a client of a gateway (`tcp:`, `visa:`), or the owner of the board's line."""
+    target = address_of(address)
+    if target.kind in ("tcp", "visa"):
+        return SocketLink(target)
+    return BoardLink(*connect(target))
 
 
 class VisaEnds:
     """A VISA resource, used like a connected socket; errors are OSError.
 
     Its address is `visa:TCPIP::10.0.0.7::5025::SOCKET` or `visa:ASRL/dev/ttyACM0::INSTR`. PyVISA
-    takes the VISA library that is installed, else its own in Python.
+    uses the installed VISA library, or else its own in Python.
     """
 
     def __init__(self, address: Address) -> None:
@@ -164,14 +164,14 @@ class VisaEnds:
             raise FileError(str(address), f"nobody answers: {error}") from None
 
     def sendall(self, data: bytes) -> None:
-        """Send all of it."""
+        """Send all bytes."""
         try:
             self._resource.write_raw(data)
         except self._error as error:
             raise OSError(str(error)) from None
 
     def recv(self, _most: int) -> bytes:
-        """What comes up to the next LF, or to the end of a message."""
+        """Return the bytes up to the next LF, or to the end of a message."""
         try:
             return bytes(self._resource.read_raw())
         except self._error as error:

@@ -1,4 +1,4 @@
-"""A virtual test machine in the plant of a virtual board: it moves in the board's time."""
+"""A virtual test machine in the plant of a virtual board, moving in the board's time."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.speed import counted, follows_speed
 
 
-class Pulled:
-    """A brake and its memory; one call gives one point of what `brake_cycle` gives of a history.
+class SteppedBrake:
+    """A brake with its memory; one call gives one point of a history of `brake_cycle`.
 
-    The kernel steps it where that can be, the law elsewhere, whose first call compiles. Raises
-    QuantityError for a hyperelastic enclosure, which is followed as a whole only.
+    The kernel steps it if it can, else the law, whose first call compiles. Raises QuantityError for
+    a hyperelastic enclosure, whose history cannot be stepped.
     """
 
     def __init__(self, brake: Brake) -> None:
@@ -40,9 +40,9 @@ class Pulled:
         self._state: Any = None
 
     def to(self, elongation: float, vacuum: float, speed: float = 0.0) -> tuple[float, float]:
-        """(force [N], slip [m]) at an elongation [m] and a vacuum [Pa] up to the atmosphere.
+        """Return force [N] and slip [m] at an elongation [m] and a vacuum [Pa].
 
-        `speed` [m/s] is that of the crosshead, for a brake with a speed law. The force is NaN where
+        `speed` [m/s] is that of the crosshead, for a brake with a speed law. The force is NaN if
         the brake snaps.
         """
         if self._kernel is not None:
@@ -51,22 +51,22 @@ class Pulled:
                 self._state = True
             return self._kernel.move(elongation, vacuum), self._kernel.slip
         with double_precision():
-            grown = np.float64(growth_of(speed, self._brake)) if self._paced else None
+            growth = np.float64(growth_of(speed, self._brake)) if self._paced else None
             if self._state is None:
-                # plain arrays, as every later state has them: otherwise it compiles twice
-                start = untouched(np.float64(vacuum), grown)
+                # plain arrays, like every later state: otherwise it compiles twice
+                start = untouched(np.float64(vacuum), growth)
                 self._state = jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)), start)
-            self._state, found = self._step(
-                self._state, np.float64(elongation), np.float64(vacuum), grown
+            self._state, point = self._step(
+                self._state, np.float64(elongation), np.float64(vacuum), growth
             )
-            return float(found.force), float(found.slip)
+            return float(point.force), float(point.slip)
 
 
 class VirtualMachine:
-    """A crosshead with a brake on it whose chamber is the line's.
+    """A crosshead with a brake whose chamber is the line's.
 
-    The force follows from the brake's law at the true vacuum; the slip makes the chamber larger by
-    `volume_per_slip`, so that the gas in it expands.
+    The force follows from the brake's law at the true vacuum. The slip enlarges the chamber by
+    `volume_per_slip`, so that its gas expands.
     """
 
     def __init__(self, brake: Brake, line: Line) -> None:
@@ -74,7 +74,7 @@ class VirtualMachine:
         self.elongation = self.slip = self.force = 0.0
         self.moving = False
         self._end = self._speed = 0.0
-        self._pulled = Pulled(brake)
+        self._pulled = SteppedBrake(brake)
         self._larger = chamber.volume_per_slip / chamber.volume
         self._exponent, self._atmosphere = line.polytropic, line.site.atmosphere
         self._shown: dict[int, tuple[float, float]] = {}
@@ -82,7 +82,7 @@ class VirtualMachine:
 
     @property
     def swell(self) -> float:
-        """The chamber's volume over that at rest."""
+        """Volume of the chamber over that at rest."""
         return 1.0 + self._larger * self.slip
 
     def go(self, end: float, speed: float) -> None:
@@ -90,36 +90,36 @@ class VirtualMachine:
         self._end, self._speed, self.moving = end, speed, True
 
     def halt(self) -> None:
-        """Stand where it is."""
+        """Stop at the present position."""
         self.moving = False
 
     def advance(self, dt: float, vacuum: float) -> float:
-        """So many seconds on; the vacuum [Pa] once the chamber has its new volume."""
+        """Advance by `dt` [s]; return the vacuum [Pa] at the chamber's new volume."""
         if self.moving:
-            left, most = self._end - self.elongation, self._speed * dt
-            self.moving = abs(left) > most
-            self.elongation += math.copysign(most, left)
+            left, step = self._end - self.elongation, self._speed * dt
+            self.moving = abs(left) > step
+            self.elongation += math.copysign(step, left)
             if not self.moving:
                 self.elongation = self._end
         elif not self.elongation:
             return vacuum
         was = self.swell
-        pressed = min(max(vacuum, 0.0), self._atmosphere)
-        self.force, self.slip = self._pulled.to(self.elongation, pressed, self._speed)
+        vacuum_now = min(max(vacuum, 0.0), self._atmosphere)
+        self.force, self.slip = self._pulled.to(self.elongation, vacuum_now, self._speed)
         absolute = (self._atmosphere - vacuum) * (was / self.swell) ** self._exponent
         return self._atmosphere - absolute if self.swell != was else vacuum
 
     def sample(self, number: int) -> None:
-        """Keep what it shows at the board's sample of this number."""
+        """Store the readings at the board's sample of this number."""
         self._shown[number] = (self.elongation, self.force)
 
     def taken(self, number: int) -> tuple[float, float]:
-        """(elongation [m], force [N]) at a sample; before it was there it stood still."""
+        """Return elongation [m] and force [N] at a sample; 0 before the first."""
         return self._shown.pop(number, (0.0, 0.0))
 
 
 def check_brake(brake: Brake, end: float) -> None:
-    """Raise QuantityError for a move [m] that would part the sheets."""
+    """Raise QuantityError for a move [m] that would separate the sheets."""
     if end >= brake.sheets.overlap:
         raise QuantityError.of(
             "procedure",

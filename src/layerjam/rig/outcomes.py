@@ -1,6 +1,6 @@
-"""What the operations on a bench give: its state, a check, a zero, a log, a soak, a flashed board.
+"""Results of operations on a bench: its state, a check, a zero, a log, a soak, a flashed board.
 
-Each quantity has its unit and text here; the results of the commands inherit them.
+The results of the commands inherit unit and text of each quantity.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from layerjam.outputs import fact, number, outputs
 
 @outputs
 class BenchStatus:
-    """What a bench is and does at one moment."""
+    """State of a bench at one moment."""
 
     identity: str = fact("what it says of itself")
     simulated: bool = fact("whether no hardware is behind it")
@@ -37,7 +37,7 @@ class BenchStatus:
 
 @outputs
 class Checked:
-    """What a first look at a bench finds."""
+    """Result of a bench check."""
 
     self_test: int = fact("sum of what the board's own test finds wrong; 0: nothing")
     wiring: tuple[str, ...] = fact("what is wired wrong; empty where all is right")
@@ -63,7 +63,7 @@ class Zero:
 
 @outputs
 class Flashed:
-    """What a board was given and what it says then."""
+    """Content of a board after flashing, and its response."""
 
     board: str = fact("kind of board")
     image_sha256: str | None = fact("SHA-256 of the image, null where none was given")
@@ -74,7 +74,7 @@ class Flashed:
 
 @outputs
 class Logged:
-    """What a log recorded."""
+    """Result of a log."""
 
     outcome: str = fact("FINISHED, or what ended it")
     reason: str | None = fact("why it ended early")
@@ -87,7 +87,7 @@ class Logged:
 
 @outputs
 class Soaked:
-    """Hours in which nothing was to happen."""
+    """Result of an endurance test."""
 
     address: str = fact("virtual board that ran", listed=False)
     board: str = fact("what ran the firmware")

@@ -28,7 +28,7 @@ from layerjam.rig.line import LineError, SpoiltError
 from layerjam.rig.outcomes import Logged
 from layerjam.rig.run_file import RecordingError, RunFile, utc
 from layerjam.rig.stop import Stop
-from layerjam.rig.telemetry import PERIOD, unwrapped
+from layerjam.rig.telemetry import PERIOD, unwrap_clock
 
 PACE = 0.05
 """Time between two blocks [s of the host]."""
@@ -106,7 +106,7 @@ class Recorder:
             if boot != self.boot:
                 self._begin(boot)
             self._watch_calendar(calendar - mono)
-            us = unwrapped(rows["board_us"], rows["seq"], self._last)
+            us = unwrap_clock(rows["board_us"], rows["seq"], self._last)
             block = Block(rows, us)
             if len(rows):
                 self._commit(block, moves, mono, calendar)

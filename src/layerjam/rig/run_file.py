@@ -1,7 +1,6 @@
-"""A run file that is being written: every block is on disk before the board may forget it.
+"""A run file during writing: every block is on disk before the board may drop it.
 
-What is in such a file, and how it is read, says `measure/runs.py`. Strangers may read it with their
-own tools at any time.
+`measure/runs.py` describes the file's content and reading. Other programs may read it at any time.
 """
 
 from __future__ import annotations
@@ -19,22 +18,23 @@ from layerjam.errors import FileError, LayerjamError
 from layerjam.measure.runs import APPLICATION_ID, COLUMNS, ENDING, FORMAT, SCHEMA, opened
 
 ROOM = 10e6
-"""Free bytes that a run needs at its start: ten minutes of samples, twice, and the log of 4 MB."""
+"""Free space that a run needs at its start [bytes]: twice ten minutes of samples, and the log of 4
+MB."""
 FAR_AWAY = frozenset(
     "9p afs ceph cifs fuse.sshfs glusterfs lustre ncpfs nfs nfs4 smb3 smbfs".split()  # noqa: SIM905
 )
-"""File systems of another machine: their locks and their write-ahead log do not hold."""
+"""Network file systems: their locks and their write-ahead log are not reliable."""
 MOUNTS = Path("/proc/self/mountinfo")
 
 
 class RecordingError(LayerjamError):
-    """A run file that takes no more; what it was given last is not in it."""
+    """A run file that accepts no more data; the last data are not in it."""
 
     key = "recording"
 
 
 def file_system(path: Path, mounts: str) -> str:
-    """The kind of file system that a path lies on, "" where the list of mounts does not say."""
+    """Return the type of a path's file system, or "" if the list of mounts lacks it."""
     best, kind = "", ""
     for line in mounts.splitlines():
         before, _, after = line.partition(" - ")
@@ -49,7 +49,7 @@ def file_system(path: Path, mounts: str) -> str:
 
 
 def check_place(path: Path) -> None:
-    """Raise FileError where a run cannot be written safely: no folder, no room, a far disk."""
+    """Raise FileError if a run cannot be written safely: no folder, no space, a network disk."""
     if path.suffix != ENDING:
         raise FileError(path, f"the ending '{path.suffix}' is not known; use {ENDING}")
     folder = path.parent
@@ -73,9 +73,9 @@ def check_place(path: Path) -> None:
 
 
 class RunFile:
-    """One run, open for writing; nobody else can write to it meanwhile.
+    """One run, open for writing; nobody else can write to it.
 
-    Every method raises RecordingError where the disk takes no more.
+    Every method raises RecordingError if the disk is full.
     """
 
     def __init__(self, path: Path, base: sqlite3.Connection, lock: int) -> None:
@@ -87,7 +87,7 @@ class RunFile:
 
     @classmethod
     def create(cls, path: str | Path, meta: Mapping[str, object], force: bool = False) -> RunFile:
-        """A new file; FileError where there is one already (unless `force`) or none can be."""
+        """Return a new file; FileError if it exists (unless `force`) or cannot be made."""
         path = Path(path)
         check_place(path)
         if force:
@@ -100,23 +100,23 @@ class RunFile:
         except OSError as error:
             raise FileError(path, f"cannot be written: {error.strerror}") from None
         try:
-            made = cls._on(path, lock)
-            base = made._base
+            run = cls._open_database(path, lock)
+            base = run._base
             base.execute(f"PRAGMA application_id = {APPLICATION_ID}")
             base.execute(f"PRAGMA user_version = {FORMAT}")
             base.executescript("BEGIN;" + SCHEMA + "COMMIT;")
-            made.state({"format": FORMAT, **meta})
+            run.state({"format": FORMAT, **meta})
         except (LayerjamError, sqlite3.Error) as error:
             os.close(lock)
             _remove(path)
             if isinstance(error, LayerjamError):
                 raise
             raise FileError(path, f"cannot be written: {error}") from None
-        return made
+        return run
 
     @classmethod
     def resume(cls, path: str | Path) -> RunFile:
-        """A file to go on with; FileError for what is none, or is being written by another."""
+        """Return a file to continue; FileError if it is not a run or is being written."""
         path = Path(path)
         check_place(path)
         opened(path).close()
@@ -126,18 +126,18 @@ class RunFile:
         except OSError as error:
             raise FileError(path, f"cannot be written: {error.strerror}") from None
         try:
-            made = cls._on(path, lock)
-            made.state({"outcome": "", "ended_utc": ""})
+            run = cls._open_database(path, lock)
+            run.state({"outcome": "", "ended_utc": ""})
         except (LayerjamError, sqlite3.Error) as error:
             os.close(lock)
             if isinstance(error, FileError):
                 raise
             raise FileError(path, f"cannot be written: {error}") from None
-        return made
+        return run
 
     @classmethod
-    def _on(cls, path: Path, lock: int) -> RunFile:
-        """The database of a file whose lock is taken; the lock is kept until it is closed."""
+    def _open_database(cls, path: Path, lock: int) -> RunFile:
+        """Return the database of a locked file; the lock is kept until it is closed."""
         with contextlib.suppress(ImportError):  # no such locks elsewhere than on POSIX
             import fcntl
 
@@ -152,27 +152,27 @@ class RunFile:
 
     @property
     def meta(self) -> dict[str, str]:
-        """What the file says of itself."""
+        """{key: text} of the file's own entries."""
         rows = self._base.execute("SELECT key, value FROM meta")
         return {key: value or "" for key, value in rows}
 
     def last(self, boot: int) -> tuple[int, int] | None:
-        """(seq, board_us) of a boot's last sample, None where there is none."""
+        """Return (seq, board_us) of a boot's last sample, or None."""
         row = self._base.execute(
             "SELECT seq, board_us FROM samples WHERE boot = ? ORDER BY seq DESC LIMIT 1", (boot,)
         ).fetchone()
         return None if row is None else (row[0], row[1])
 
     def counts(self) -> tuple[int, int, int]:
-        """(samples, missing ones, starts of the board)."""
+        """Return the numbers of samples, missing samples and starts of the board."""
         rows = self._base.execute(
             "SELECT count(*), max(seq) - min(seq) + 1 FROM samples GROUP BY boot"
         ).fetchall()
-        there = sum(row[0] for row in rows)
-        return there, sum(row[1] for row in rows) - there, len(rows)
+        total = sum(row[0] for row in rows)
+        return total, sum(row[1] for row in rows) - total, len(rows)
 
     def note(self, kind: str, text: str, board_us: int | None = None) -> None:
-        """One event; it is written with the next block."""
+        """Add one event; it is written with the next block."""
         self._pending.append((time.time_ns(), board_us, kind, text))
 
     def add(
@@ -181,9 +181,9 @@ class RunFile:
         clock: Sequence[int] | None = None,
         moves: Sequence[Sequence[Any]] = (),
     ) -> None:
-        """Samples, the host's clocks and the crosshead's rows, on disk when this returns.
+        """Write samples, the host's clocks and the crosshead's rows to disk.
 
-        A sample that is there already stays as it is.
+        Existing samples are kept.
         """
         events, marks = self._pending, ", ".join("?" * len(COLUMNS))
         with self._transaction() as base:
@@ -195,19 +195,19 @@ class RunFile:
         self._pending = []
 
     def add_shot(self, row: Mapping[str, Any]) -> None:
-        """The row of an accelerometer's record; its samples follow."""
+        """Write the row of an accelerometer's record; its samples follow."""
         names, marks = ", ".join(row), ", ".join("?" * len(row))
         with self._transaction() as base:
             base.execute(f"INSERT INTO shots ({names}) VALUES ({marks})", tuple(row.values()))
 
     def add_shot_data(self, shot: int, first: int, data: bytes) -> None:
-        """Samples of an accelerometer's record, int16, from its sample `first` on."""
+        """Write samples of an accelerometer's record, int16, from its sample `first` on."""
         with self._transaction() as base:
             row = (shot, first, len(data) // 2, data)
             base.execute("INSERT INTO shot_data VALUES (?, ?, ?, ?)", row)
 
     def state(self, meta: Mapping[str, object]) -> None:
-        """Say or correct what the file says of itself."""
+        """Set entries of the file's meta table."""
         pairs = [(key, str(value)) for key, value in meta.items()]
         with self._transaction() as base:
             base.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", pairs)
@@ -224,9 +224,9 @@ class RunFile:
             raise RecordingError(f"{self.path}: takes no more samples: {error}") from None
 
     def close(self, outcome: str = "") -> None:
-        """State how it ended and leave one read-only file, as far as the disk lets it.
+        """State the outcome and leave one read-only file, as far as the disk allows.
 
-        Without an outcome it is left as a killed recorder leaves it.
+        Without an outcome the file looks like that of a killed recorder.
         """
         if not self._open:
             return
@@ -249,19 +249,19 @@ class RunFile:
                 self.path.chmod(0o444)
 
     def discard(self) -> None:
-        """Take it away: nothing came of it."""
+        """Remove the file."""
         self.close()
         _remove(self.path)
 
 
 def utc(ns: int | None = None) -> str:
-    """A moment of the host's calendar, now unless given, such as 2026-11-23T03:00:00.123Z."""
+    """Return a moment of the host's calendar, by default now: 2026-11-23T03:00:00.123Z."""
     ns = time.time_ns() if ns is None else ns
-    whole = time.strftime("%Y-%m-%dT%H:%M:%S", time.gmtime(ns // 10**9))
-    return f"{whole}.{ns // 10**6 % 1000:03d}Z"
+    seconds = time.strftime("%Y-%m-%dT%H:%M:%S", time.gmtime(ns // 10**9))
+    return f"{seconds}.{ns // 10**6 % 1000:03d}Z"
 
 
 def _remove(path: Path) -> None:
-    for each in (path, *(Path(f"{path}{more}") for more in ("-wal", "-shm"))):
+    for file in (path, *(Path(f"{path}{ending}") for ending in ("-wal", "-shm"))):
         with contextlib.suppress(FileNotFoundError):
-            each.unlink()
+            file.unlink()

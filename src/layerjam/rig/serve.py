@@ -25,24 +25,24 @@ from layerjam.rig.line import Line, LineError
 from layerjam.rig.token import DELAY, TRIES, Door, is_message, token_of
 
 PORT = 5025
-"""What instruments with a raw SCPI socket listen on."""
+"""Usual port of instruments with a raw SCPI socket."""
 SESSIONS = 14
-"""Clients that may command at the same time."""
+"""Largest number of clients that may command at the same time."""
 GUEST = 15
 """Session of the board that all other clients share."""
 GUESTS = 64
-"""Such clients at most; one more closes the oldest."""
+"""Largest number of such clients; one more closes the oldest."""
 LONGEST = 1024
-"""Bytes of a line at most; a longer one is refused by the board, -363."""
+"""Longest line [bytes]; the board rejects a longer one, -363."""
 ENDLESS = 65536
-"""Bytes without an LF after which a client is closed."""
+"""Number of bytes without an LF after which a client is closed."""
 IDLE = 3600.0
-"""Seconds after which a silent client is closed."""
+"""Silence after which a client is closed [s]."""
 
 
 @dataclass(frozen=True)
 class Listening:
-    """Where a gateway can be reached."""
+    """Address of a gateway."""
 
     host: str
     port: int
@@ -53,7 +53,7 @@ class Listening:
 
     @property
     def visa(self) -> str:
-        """The line of PyVISA that opens it; without the terminations every answer times out."""
+        """PyVISA code that opens it; without the terminations every query times out."""
         # a gateway on all addresses is reached by this machine's name
         host = socket.gethostname() if self.host in ("0.0.0.0", "::", "") else self.host
         return (
@@ -63,29 +63,29 @@ class Listening:
 
 
 class Splitter:
-    """Lines out of bytes; of a line too long the beginning, once, and then nothing to its LF."""
+    """Lines out of bytes; the start of an overlong line once, then nothing up to its LF."""
 
     def __init__(self) -> None:
         self._rest = b""
         self._skipped = 0
 
     def feed(self, data: bytes) -> list[bytes]:
-        """The whole lines, without LF or CR LF, empty ones left out."""
-        *whole, rest = (self._rest + data).split(b"\n")
+        """Return the complete lines, without LF or CR LF and empty ones."""
+        *complete, remainder = (self._rest + data).split(b"\n")
         lines = []
-        for line in whole:
+        for line in complete:
             if self._skipped:
                 self._skipped = 0
                 continue
             if line.removesuffix(b"\r"):
                 lines.append(line.removesuffix(b"\r")[: LONGEST + 1])
         if self._skipped:
-            self._skipped += len(rest)
-            rest = b""
-        elif len(rest) > LONGEST + 1:
-            lines.append(rest[: LONGEST + 1])
-            self._skipped, rest = len(rest), b""
-        self._rest = rest
+            self._skipped += len(remainder)
+            remainder = b""
+        elif len(remainder) > LONGEST + 1:
+            lines.append(remainder[: LONGEST + 1])
+            self._skipped, remainder = len(remainder), b""
+        self._rest = remainder
         return lines
 
     @property
@@ -96,7 +96,7 @@ class Splitter:
 
 @dataclass(eq=False)
 class Client:
-    """One connection: what it may do, and its session of the board."""
+    """One connection: its permission, and its session of the board."""
 
     door: Door
     writer: asyncio.StreamWriter
@@ -116,7 +116,7 @@ class Gateway:
         self._tasks: set[asyncio.Task[None]] = set()
 
     async def ask(self, session: int, text: bytes) -> bytes:
-        """The board's answer; a line that is down ends the gateway."""
+        """Return the board's response; if the line is down, the gateway ends."""
         loop = asyncio.get_running_loop()
         try:
             return await loop.run_in_executor(self._thread, self.line.ask, session, text)
@@ -126,7 +126,7 @@ class Gateway:
             raise
 
     async def down(self) -> None:
-        """Wait until the board's line is down; raises LineError then."""
+        """Wait until the board's line is down, then raise LineError."""
         await asyncio.shield(self._down)
 
     async def client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -163,12 +163,12 @@ class Gateway:
             self._guests.pop(client, None)
 
     async def _serve(self, client: Client, reader: asyncio.StreamReader) -> None:
-        """Lines in, answers out, one after the other. A first line of HTTP ends it."""
+        """Read lines and write responses, one at a time; a first line of HTTP ends it."""
         door, writer = client.door, client.writer
         sock = writer.get_extra_info("socket")
         if sock is not None:
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        splitter, greeted = Splitter(), False
+        splitter, is_greeted = Splitter(), False
         while True:
             async with asyncio.timeout(IDLE):
                 data = await reader.read(4096)
@@ -178,9 +178,9 @@ class Gateway:
                 # a client that sends a line and then another waits for the first one's receipt
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
             for line in splitter.feed(data):
-                if not greeted and not is_message(line):
+                if not is_greeted and not is_message(line):
                     return
-                greeted = True
+                is_greeted = True
                 wrong = door.wrong
                 self._admit(client)
                 passes, answer = door.through(line, client.session != GUEST)
@@ -197,7 +197,7 @@ class Gateway:
                 return
 
     async def terminal(self, master: int) -> None:
-        """Serve a pseudo-terminal for as long as the gateway runs, in one session of its own."""
+        """Serve a pseudo-terminal in a session of its own while the gateway runs."""
         loop, splitter = asyncio.get_running_loop(), Splitter()
         os.set_blocking(master, False)
         session = self._free.pop()
@@ -216,7 +216,7 @@ class Gateway:
             loop.remove_reader(master)
 
     async def end(self) -> None:
-        """Clients are closed, outputs switched off, the line given back."""
+        """Close clients, switch outputs off, release the line."""
         for task in list(self._tasks):
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -228,7 +228,7 @@ class Gateway:
 
 
 async def _write(loop: asyncio.AbstractEventLoop, descriptor: int, data: bytes) -> None:
-    """All of it into a terminal that may be full."""
+    """Write all data to a terminal that may be full."""
     while data:
         try:
             data = data[os.write(descriptor, data) :]
@@ -259,9 +259,9 @@ def serve(
 ) -> None:
     """Serve a board until SIGTERM or SIGINT, then switch its outputs off.
 
-    `announce` is called once, when clients may come; port 0 takes a free one. `pty` is the path
-    of a link to a serial port that is made. Raises LineError where the board stops answering,
-    FileError where port or link cannot be had, QuantityError for another host without a token.
+    `announce` is called once, when clients may connect; port 0 takes a free one. `pty` is the path
+    of a new link to a serial port. Raises LineError if the board stops responding, FileError if
+    port or link is not available, QuantityError for another host without a token.
     """
     if not is_loopback(host) and token_file is None:
         raise QuantityError.of(
@@ -285,23 +285,23 @@ async def _run(
     line: Line,
     announce: Callable[[Listening], None],
     address: str,
-    at: tuple[str, int],
+    endpoint: tuple[str, int],
     token: str,
     pty: str | Path | None,
 ) -> None:
     gateway, loop = Gateway(line, token), asyncio.get_running_loop()
-    host, port = at
-    ended = asyncio.Event()
+    host, port = endpoint
+    end = asyncio.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         try:
-            loop.add_signal_handler(number, ended.set)
+            loop.add_signal_handler(number, end.set)
         except NotImplementedError:  # the loop of Windows has none
-            signal.signal(number, lambda *_: loop.call_soon_threadsafe(ended.set))
+            signal.signal(number, lambda *_: loop.call_soon_threadsafe(end.set))
     try:
         server = await asyncio.start_server(gateway.client, host, port)
     except OSError as error:
         raise FileError(f"{host}:{port}", f"cannot be listened on: {error.strerror}") from None
-    jobs = {asyncio.create_task(gateway.down()), asyncio.create_task(ended.wait())}
+    jobs = {asyncio.create_task(gateway.down()), asyncio.create_task(end.wait())}
     with contextlib.ExitStack() as stack:
         if pty is not None:
             master = stack.enter_context(_terminal(Path(pty)))
@@ -313,19 +313,19 @@ async def _run(
                 host, listens, address, identity, os.getpid(), None if pty is None else str(pty)
             )
         )
-        done, waiting = await asyncio.wait(jobs, return_when=asyncio.FIRST_COMPLETED)
+        finished_jobs, waiting = await asyncio.wait(jobs, return_when=asyncio.FIRST_COMPLETED)
         server.close()
         for task in waiting:
             task.cancel()
         await asyncio.gather(*waiting, return_exceptions=True)
         await gateway.end()
-        for task in done:
+        for task in finished_jobs:
             task.result()
 
 
 @contextlib.contextmanager
 def _terminal(link: Path):  # type: ignore[no-untyped-def]
-    """The master of a pseudo-terminal whose other side `link` names."""
+    """Open the master of a pseudo-terminal; `link` names its other side."""
     import tty
 
     master, slave = os.openpty()

@@ -1,4 +1,4 @@
-"""When a step of a procedure is done: what the board's law expects, and what its samples show."""
+"""End of a step of a procedure: expectation of the board's law, and evidence of its samples."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from layerjam.rig.recorder import Block
 from layerjam.rig.telemetry import PERIOD
 
 SETTLED = 0.5
-"""Seconds within the band that make a vacuum reached."""
+"""Time within the band after which a vacuum counts as reached [s]."""
 
 
 @dataclass(frozen=True)
 class Watch:
-    """What the board's own law says of its line, for deciding when a step is done."""
+    """Values of the board's own law, to decide when a step is done."""
 
     rise: float
     top: float
@@ -33,7 +33,7 @@ class Watch:
 
     @classmethod
     def of(cls, bench: Bench) -> Watch:
-        """From the settings that a board runs by."""
+        """Return the values in the settings of a board."""
         first, second = bench.regulator
         return cls(
             rise=second[0],
@@ -47,7 +47,7 @@ class Watch:
         )
 
     def rise_time(self, begin: float, end: float) -> float:
-        """Seconds from one vacuum [Pa] to another at full pump; infinite where it never comes."""
+        """Return the time [s] from one vacuum [Pa] to another at full pump; infinite if never."""
         vacuum, count = begin, 0
         while vacuum < end:
             gives = law.given(1.0, vacuum, self.rise, self.top, self.fall, *self.tube)
@@ -59,31 +59,31 @@ class Watch:
 
 
 def scatter(vacuum: np.ndarray[Any, Any]) -> float:
-    """Three standard deviations of a sensor at rest and two of its steps [Pa], from readings."""
+    """Return three standard deviations of a sensor at rest and two of its steps [Pa]."""
     steps = np.diff(vacuum[np.isfinite(vacuum)].astype(float))
     if not len(steps):
         return 0.0
     steps = steps - np.median(steps)
-    moved = np.abs(steps)[np.abs(steps) > 0]
-    if not len(moved):
+    changes = np.abs(steps)[np.abs(steps) > 0]
+    if not len(changes):
         return 0.0
-    return 3.0 * float(np.std(steps)) / math.sqrt(2) + 2.0 * float(moved.min())
+    return 3.0 * float(np.std(steps)) / math.sqrt(2) + 2.0 * float(changes.min())
 
 
 def last(block: Block) -> float:
-    """The last reading [Pa]; NaN is no vacuum that could be relied on."""
+    """Return the last reading [Pa]; NaN if it is not reliable."""
     return float(block.rows["vacuum"][-1])
 
 
-def stays(band: float, target: float, begun: int) -> Callable[[Block], bool]:
-    """Whether every reading of the last half second was within a band [Pa] of the target."""
-    outside = begun
+def stays(band: float, target: float, start: int) -> Callable[[Block], bool]:
+    """Return a test: every reading of the last half second is within a band [Pa] of the target."""
+    outside = start
 
     def done(block: Block) -> bool:
         nonlocal outside
-        off = np.flatnonzero(~(np.abs(block.rows["vacuum"] - target) <= band))
-        if len(off):
-            outside = int(block.us[off[-1]])
+        outliers = np.flatnonzero(~(np.abs(block.rows["vacuum"] - target) <= band))
+        if len(outliers):
+            outside = int(block.us[outliers[-1]])
         return int(block.us[-1]) - outside >= SETTLED * 1e6
 
     return done

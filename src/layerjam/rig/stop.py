@@ -1,6 +1,6 @@
-"""An operator's wish to stop: Ctrl-C or SIGTERM, as often as they come, asked for and not raised.
+"""Stop request of an operator: Ctrl-C or SIGTERM, recorded instead of raised.
 
-What holds a brake must first put it to rest, and no second Ctrl-C may take it out of that.
+A program that holds a brake must first make it safe, and a second Ctrl-C must not interrupt that.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Stop:
-    """`asked` is True once somebody wants to stop; signals count inside `with`."""
+    """`asked` is True once somebody requests a stop; signals count inside `with`."""
 
     def __init__(self) -> None:
         self.asked = False
         self._before: dict[signal.Signals, Any] = {}
 
     def ask(self, *_: object) -> None:
-        """Want to stop."""
+        """Request a stop."""
         self.asked = True
 
     def __enter__(self) -> Self:
-        # only the main thread hears signals
+        # only the main thread receives signals
         if threading.current_thread() is threading.main_thread():
             self._before = {number: signal.signal(number, self.ask) for number in SIGNALS}
         return self

@@ -1,4 +1,4 @@
-"""Samples as a board sends them: blocks of packed records, and the board's clock in them."""
+"""Samples from a board: blocks of packed records, and the board's clock in them."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ RECORD = np.dtype(
 )
 """One record of 24 bytes; vacuum and target [Pa], temperature [0.01 degC], |pump| over 255."""
 PERIOD = 10_000
-"""Between two samples [us], as a board means it."""
+"""Nominal time between two samples [us]."""
 COUNT = 1 << 32
-"""Where `board_us` wraps: after 71.6 minutes."""
+"""Overflow of `board_us`: after 71.6 minutes."""
 
 
 def payload(block: bytes) -> bytes:
-    """What a definite-length block holds; LineError where it is none or not whole."""
+    """Return the content of a definite-length block; LineError if it is invalid or incomplete."""
     digits = block[1:2]
     if block[:1] == b"#" and digits.isdigit() and digits != b"0":
         begin = 2 + int(digits)
@@ -40,26 +40,26 @@ def payload(block: bytes) -> bytes:
 
 
 def records(block: bytes) -> np.ndarray[Any, Any]:
-    """The records of a block, an array of RECORD of shape (N,)."""
+    """Return the records of a block, an array of RECORD of shape (N,)."""
     data = payload(block)
     if len(data) % RECORD.itemsize:
         raise LineError(f"a block of {len(data)} bytes holds no whole records")
     return np.frombuffer(data, RECORD)
 
 
-def unwrapped(
+def unwrap_clock(
     board_us: np.ndarray[Any, Any], seq: np.ndarray[Any, Any], last: tuple[int, int] | None = None
 ) -> np.ndarray[Any, Any]:
-    """The board's clock [us] without wraps, int64 of shape (N,).
+    """Return the board's clock [us] without overflows, int64 of shape (N,).
 
-    `last` is (seq, unwrapped us) of a sample before; without one the first stays as it is. Right
-    across any gap: the samples' numbers say how many wraps there were, as long as the board's
+    `last` is (seq, unwrapped us) of an earlier sample; without one the first value is kept. It is
+    correct across any gap: the samples' numbers give the number of overflows, while the board's
     clock is within 35 minutes of one sample every 10 ms.
     """
     counts, numbers = board_us.astype(np.int64), seq.astype(np.int64)
     if not len(counts):
         return counts
-    begun, at = last if last is not None else (int(numbers[0]), int(counts[0]))
-    due = (numbers - begun) * PERIOD
-    passed: np.ndarray[Any, Any] = (counts - at - due + COUNT // 2) % COUNT - COUNT // 2 + due
-    return at + passed
+    start, start_us = last if last is not None else (int(numbers[0]), int(counts[0]))
+    due = (numbers - start) * PERIOD
+    late: np.ndarray[Any, Any] = (counts - start_us - due + COUNT // 2) % COUNT - COUNT // 2
+    return start_us + due + late

@@ -1,4 +1,4 @@
-"""Who may command a bench that others on the network can reach: a token, compared in equal time."""
+"""Permission to command a bench on the network: a token, compared in constant time."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ERRORS = re.compile(rb":?SYST(EM)?:ERR(OR)?(:NEXT)?\?[ \t]*", re.IGNORECASE)
 TRIES = 5
 """Wrong tokens after which a client is closed."""
 DELAY = 0.2
-"""Seconds before the next line of a client is read after its first wrong token; then doubled."""
+"""Delay after a client's first wrong token, doubled each time [s]."""
 QUEUE = 16
 """Denials kept for one client."""
 DENIED = b'-203,"Command protected;SYST:PASS:CEN ""token"" comes first"'

@@ -1,11 +1,11 @@
-"""What an accelerometer's record is: how fast, how long, and what triggers it."""
+"""Settings of an accelerometer's record: rate, duration and trigger."""
 
 from __future__ import annotations
 
 from layerjam.units import QuantitySpec
 
 SOURCES = {"immediate": "IMM", "bus": "BUS", "acceleration": "ACC", "external": "EXT"}
-"""{what triggers: the instrument's word for it}."""
+"""{trigger: the instrument's word for it}."""
 RATE = QuantitySpec("Hz", "samples of the accelerometer a second", lo=500, hi=20000, whole=True)
 BEFORE = QuantitySpec("s", "time kept before the trigger", lo=0, hi=0.5)
 AFTER = QuantitySpec("s", "time kept after the trigger", lo=0.01, hi=1.5)

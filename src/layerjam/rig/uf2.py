@@ -1,4 +1,4 @@
-"""Images as a Pico's boot loader takes them: UF2, 256 bytes of flash in each block of 512.
+"""Images for a Pico's boot loader: UF2, 256 bytes of flash in each block of 512.
 
 The format is Microsoft's (github.com/microsoft/uf2); family and addresses are the RP2040's.
 """
@@ -19,13 +19,13 @@ HAS_FAMILY = 0x2000
 
 
 class ImageError(LayerjamError):
-    """A file that is no image for this board."""
+    """A file that is not an image for this board."""
 
     key = "image"
 
 
-def packed(program: bytes, family: int) -> bytes:
-    """The UF2 file of a program that lies at the beginning of the flash."""
+def encode_uf2(program: bytes, family: int) -> bytes:
+    """Return the UF2 file of a program at the start of the flash."""
     count = -(-len(program) // PAYLOAD)
     out = []
     for number in range(count):
@@ -45,23 +45,23 @@ def packed(program: bytes, family: int) -> bytes:
     return b"".join(out)
 
 
-def unpacked(image: bytes, family: int, name: str) -> bytes:
-    """The program of a UF2 file; ImageError where it is none, not whole or for another chip."""
+def decode_uf2(image: bytes, family: int, name: str) -> bytes:
+    """Return the program of a UF2 file; ImageError if it does not fit this board."""
     if not image or len(image) % BLOCK:
         raise ImageError(f"{name} is no UF2 image: {len(image)} bytes are not blocks of {BLOCK}")
     count = len(image) // BLOCK
     program = bytearray()
     for number in range(count):
         block = image[number * BLOCK : (number + 1) * BLOCK]
-        first, second, flags, at, size, place, blocks, kind = struct.unpack(HEAD, block[:32])
+        first, second, flags, address, size, place, blocks, kind = struct.unpack(HEAD, block[:32])
         if (first, second, block[-4:]) != (FIRST, SECOND, struct.pack("<I", LAST)):
             raise ImageError(f"{name} is no UF2 image: block {number} has not its marks")
         if not flags & HAS_FAMILY or kind != family:
             raise ImageError(f"{name} is for another chip: family {kind:#010x}, not {family:#010x}")
         if (place, blocks) != (number, count):
             raise ImageError(f"{name} is not whole: block {place} of {blocks} at place {number}")
-        if size != PAYLOAD or at != FLASH + number * PAYLOAD:
-            raise ImageError(f"{name} does not fill the flash from its beginning: {at:#010x}")
+        if size != PAYLOAD or address != FLASH + number * PAYLOAD:
+            raise ImageError(f"{name} does not fill the flash from its beginning: {address:#010x}")
         program += block[32 : 32 + size]
     if len(program) > FLASH_BYTES:
         raise ImageError(f"{name} has {len(program)} bytes, the flash {FLASH_BYTES}")

@@ -1,4 +1,4 @@
-"""What hangs on which pin of a board: a TOML file, and what the firmware takes from it."""
+"""Wiring of a board: a TOML file of its pins and devices, and the firmware's table."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from layerjam.units import check as bounded
 from layerjam.units import like, nested, quantity, record, spec_of
 
 FIRST_ADC, LAST_ADC = 26, 29
-"""GP numbers that the RP2040's converter reads."""
+"""GP numbers of the RP2040's converter."""
 
 
 def gp(text: str) -> Any:
-    """A field for the GP number of a pin."""
+    """Return a field for the GP number of a pin."""
     return quantity("1", f"GP number of {text}", hi=LAST_ADC, whole=True)
 
 
@@ -49,7 +49,7 @@ class Pins:
 
 @record
 class Wiring:
-    """A board's pins, and what is on them."""
+    """Pins of a board, and the devices on them."""
 
     pump_frequency: float = quantity("Hz", "switching frequency of the pump", lo=10, hi=1e5)
     reference_voltage: float = quantity("V", "full scale of the converter", lo=1.0, hi=3.6)
@@ -77,15 +77,15 @@ class Wiring:
 
 
 def validate(wiring: Wiring) -> None:
-    """Raise QuantityError for numbers out of bounds, a pin used twice, a sensor half described."""
+    """Raise QuantityError for numbers out of bounds, a pin used twice, an incomplete sensor."""
     bounded(wiring)
-    taken: dict[int, str] = {}
+    used_pins: dict[int, str] = {}
     for f in fields(Pins):
         number = getattr(wiring.pins, f.name)
         name = f"pins.{f.name}"
-        if number in taken:
-            raise QuantityError.of(name, f"GP{number} is taken by {taken[number]} already")
-        taken[number] = name
+        if number in used_pins:
+            raise QuantityError.of(name, f"GP{number} is taken by {used_pins[number]} already")
+        used_pins[number] = name
         if f.name.endswith("_adc") and number < FIRST_ADC:
             raise QuantityError.of(
                 name, f"GP{number} has no converter; GP{FIRST_ADC} to GP{LAST_ADC} have one"
@@ -95,8 +95,8 @@ def validate(wiring: Wiring) -> None:
         raise QuantityError.of(
             "sensor_full", "a sensor with a voltage needs sensor_zero and sensor_full, two numbers"
         )
-    said = (wiring.accelerometer_zero, wiring.accelerometer_full, wiring.accelerometer_range)
-    if said != (None, None, None) and (None in said or said[0] == said[1]):
+    numbers = (wiring.accelerometer_zero, wiring.accelerometer_full, wiring.accelerometer_range)
+    if numbers != (None, None, None) and (None in numbers or numbers[0] == numbers[1]):
         raise QuantityError.of(
             "accelerometer_full",
             "an accelerometer needs accelerometer_zero, accelerometer_full, which is another "
@@ -106,7 +106,7 @@ def validate(wiring: Wiring) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class WiringFile(RecordFile[Wiring]):
-    """A wiring with its name, and where each of its numbers comes from."""
+    """A wiring with its name, and the source of each of its numbers."""
 
     wiring: Wiring
 
@@ -118,27 +118,24 @@ class WiringFile(RecordFile[Wiring]):
 
     @classmethod
     def read(cls, text: str, path: object) -> Self:
-        """The file from its TOML text; FileError with file and line for what it cannot be."""
+        """Return the file from its TOML text; FileError with file and line if it is invalid."""
         reader = Reader(text, path, cls.fields)
         reader.take()
         return cls.from_reader(reader)
 
     def wired(self) -> dict[str, Any]:
-        """What the firmware reads: one flat table in SI, without what is not known."""
-        made = dict(self.known_values)
-        return {
-            "name": self.title or self.name,
-            **{path.rpartition(".")[2]: known for path, known in made.items() if known is not None},
-        }
+        """Return the firmware's table: flat, in SI, without unknown values."""
+        rows = ((path.rpartition(".")[2], v) for path, v in self.known_values.items())
+        return {"name": self.title or self.name, **{key: v for key, v in rows if v is not None}}
 
 
 def boards() -> list[str]:
-    """Names of the boards whose wiring comes with the program."""
+    """Return the names of the boards whose wiring comes with the program."""
     return list(shipped("layerjam.rig", "boards"))
 
 
 def load_wiring(board: str | Path) -> WiringFile:
-    """A wiring by a board's name, or from the path of its TOML file.
+    """Return a wiring by a board's name, or from the path of its TOML file.
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """

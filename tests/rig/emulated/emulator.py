@@ -56,7 +56,7 @@ class Emulated:
         self.chip = self.simulator.rp2040
         self.chip.logger = ConsoleLogger(LogLevel.ERROR)
         self.chip.load_bootrom(BOOTROM_B1)
-        program = uf2.unpacked(image or IMAGE.read_bytes(), uf2.RP2040, str(IMAGE))
+        program = uf2.decode_uf2(image or IMAGE.read_bytes(), uf2.RP2040, str(IMAGE))
         self.chip.flash[:] = b"\xff" * len(self.chip.flash)
         self.chip.flash[: len(program)] = program
         self.usb = USBCDC(self.chip.usb_ctrl)

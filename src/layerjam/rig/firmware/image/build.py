@@ -253,7 +253,7 @@ def main() -> int:
         print(error, file=sys.stderr)
         return 1
     image = said.out / "layerjam-pico.uf2"
-    image.write_bytes(uf2.packed(program.read_bytes(), uf2.RP2040))
+    image.write_bytes(uf2.encode_uf2(program.read_bytes(), uf2.RP2040))
     facts = {
         "image": image.name,
         "image_sha256": hashlib.sha256(image.read_bytes()).hexdigest(),
