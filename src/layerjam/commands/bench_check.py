@@ -79,8 +79,8 @@ def bench_check(
     from layerjam.control.plant import plant_of
     from layerjam.rig.check import check_bench
     from layerjam.rig.driver import open_bench
-    from layerjam.rig.plant import AT
+    from layerjam.rig.plant import LINEAR_AT
 
-    plant = plant_of(line.line, vacuum=AT) if isinstance(line, LineFile) else None
+    plant = plant_of(line.line, vacuum=LINEAR_AT) if isinstance(line, LineFile) else None
     with open_bench(address) as bench:
         return BenchChecked.of(check_bench(bench, vent_rest=vent_rest, plant=plant))

@@ -20,7 +20,7 @@ from layerjam.errors import LayerjamError
 from layerjam.fluid.file import lines
 from layerjam.report.control_figures import seen
 from layerjam.rig.driver import VENT_RESTS
-from layerjam.rig.execute import Executed
+from layerjam.rig.execute import RunResult
 from layerjam.rig.export import export
 from layerjam.units import show
 from layerjam.workbench import live, takeaway
@@ -106,7 +106,7 @@ class Bench(Page):
         self.present = Presence()
         self.session: Session | None = None
         self.folder: Path | None = None
-        self.done: Executed | None = None
+        self.done: RunResult | None = None
         self._drawn: Any = None
         self.taken: Watched | None = None
 
@@ -315,7 +315,7 @@ class Bench(Page):
         }
         out = self.folder / "run.ljrun"
 
-        def record() -> Future[Executed]:
+        def record() -> Future[RunResult]:
             session.ask(declare).result(10)
             return session.record(str(self.procedure.value), out, meta)
 
@@ -369,7 +369,7 @@ class Bench(Page):
         self.facts.set_text(f"Target {show(look.target, 'Pa')}, pump {look.pump:.0%}, vent {vent}")
 
 
-def _ended(done: Executed) -> str:
+def _ended(done: RunResult) -> str:
     missing = f"{done.gaps} samples are missing" if done.gaps else "no sample is missing"
     kept = f"{done.samples} samples are in its file, with those of before it began; {missing}."
     if done.reason is None:
