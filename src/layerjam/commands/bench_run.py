@@ -39,7 +39,7 @@ FINISHED, STOPPED = "FINISHED", "OPERATOR_STOPPED"
 
 @result
 class RunRecorded(Judged):
-    """Outcome of a procedure on a bench; `record` is the Executed, None if a check failed first."""
+    """Outcome of a procedure on a bench; `record` is None if a check failed first."""
 
     outcome: str = fact("FINISHED, or what ended it")
     reason: str | None = fact("why it did not finish")
