@@ -34,7 +34,7 @@ def test_no_name_hides_a_folder() -> None:
 
 def test_every_command_is_a_public_function() -> None:
     functions = {entry.python_name for entry in commands().values()}
-    known = {layerjam._WHERE[name][1] for name in layerjam.__all__}
+    known = {layerjam._EXPORTS[name][1] for name in layerjam.__all__}
     assert functions - known <= {"workbench", "schema"}
     for name in ("brake_force", "peak", "energy_capacity", "sleeve_mass", "parse_procedure"):
         assert callable(getattr(layerjam, name)), name

@@ -242,8 +242,8 @@ def test_other_databases_are_left_alone(tmp_path: Path) -> None:
         (tmp_path / "text.db", "the database says"),
         ("mysql://me:secret@host/x", "cannot be used"),
         ("sqlite://", "cannot be used"),
-        ("://", "no URL"),
-        ("postgresql:/me@host/x", "no URL"),
+        ("://", "not the URL"),
+        ("postgresql:/me@host/x", "not the URL"),
     ):
         for call in (lj.records_list, partial(lj.records_add, pull)):
             with pytest.raises(RecordsError, match=why) as caught:
@@ -261,7 +261,7 @@ def test_a_serial_number_belongs_to_one_brake(tmp_path: Path) -> None:
     with pytest.raises(RecordsError, match="serial"):
         lj.records_add([path, pull], serial="LJ-1", db=tmp_path / "lab.db")
     made = lj.records_add(pull, serial="LJ-1", db=tmp_path / "lab.db")
-    assert "no brake" in made.refused[str(pull)] and not made.ids
+    assert "not a brake" in made.refused[str(pull)] and not made.ids
     lj.records_add(path, serial="LJ-1", db=tmp_path / "lab.db")
     assert lj.records_show(BRAKE.name, db=tmp_path / "lab.db").record_["serial"] == "LJ-1"
     # a byte order mark makes other bytes of the same text

@@ -33,7 +33,7 @@ def test_an_orcid_is_known_by_its_check_digit(number: str) -> None:
     assert found.id == f"https://orcid.org/{number}"
     for at in (0, 5, 18):
         wrong = str((int(number[at].replace("X", "4")) + 1) % 10)
-        with pytest.raises(QuantityError, match="no ORCID"):
+        with pytest.raises(QuantityError, match="not an ORCID"):
             author_of(f"Ada, {number[:at]}{wrong}{number[at + 1 :]}")
 
 
@@ -171,7 +171,7 @@ LINK.external_attr = (stat.S_IFLNK | 0o777) << 16
         (("C:out.csv", "1"), "outside"),
         ((LINK, "/etc/passwd"), "link"),
         (("data/zeros.csv", "0" * 30_000_000), "beyond all measure"),
-        (("other.json", "{}"), "holds no recipe"),
+        (("other.json", "{}"), "recipe.json is missing"),
     ],
 )
 def test_a_zip_file_of_a_stranger_is_looked_at(

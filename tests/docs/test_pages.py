@@ -284,6 +284,6 @@ def test_reference_shows_what_is_public(site: Path) -> None:
         name
         for name in layerjam.__all__
         if not name.startswith("__")
-        and not re.search(rf'id="layerjam\.[\w.]+\.{layerjam._WHERE[name][1]}"', text)
+        and not re.search(rf'id="layerjam\.[\w.]+\.{layerjam._EXPORTS[name][1]}"', text)
     ]
     assert not missing
