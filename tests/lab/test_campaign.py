@@ -141,7 +141,7 @@ def test_brakes_have_their_own_errors(tmp_path: Path) -> None:
         ((Truth(brake="kapton"),), "did you mean choi2018-kapton"),
         ((Truth(brake="choi2018-kapton"), Truth(brake="choi2018-kapton")), "its own label"),
         ((Truth(brake="choi2018-kapton", kinetic=0.4),), "at most the static one"),
-        ((Truth(brake="choi2018-kapton", stiffness=200.0),), "snap on its mount"),
+        ((Truth(brake="choi2018-kapton", stiffness=200.0),), "snaps on its mount"),
     ):
         with pytest.raises(LayerjamError, match=words):
             made = campaign(replace(SMALL, brakes=wrong))
