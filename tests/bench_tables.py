@@ -1,4 +1,4 @@
-"""The tables of docs/bench-faults.md, from what the commands printed and from drifts tried here.
+"""The tables of docs/bench-faults.md, from what the commands printed and from drifts run_trial here.
 
     layerjam bench faults --runs 100 --json > faults.json
     layerjam bench soak --hours 24 --kind pi --json > pi.json
@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from layerjam.rig.address import VIRTUAL
-from layerjam.rig.campaign import Bed, accelerated, tried
+from layerjam.rig.campaign import Bed, accelerate, run_trial
 from layerjam.rig.kinds import DRIFTS
-from layerjam.rig.observer import drawn
+from layerjam.rig.observer import draw_plan
 from layerjam.units import show
 
 PAGE = Path(__file__).parent.parent / "docs" / "bench-faults.md"
@@ -92,15 +92,15 @@ def drifts(runs: int) -> list[str]:
         "| drift | a tenth of the vacuum lost | QUES bit 10 | named | with a second sensor |",
         "|---|---|---|---|---|",
     ]
-    with Bed(accelerated(VIRTUAL)) as one, Bed(accelerated(VIRTUAL + "&second=1")) as two:
+    with Bed(accelerate(VIRTUAL)) as one, Bed(accelerate(VIRTUAL + "&second=1")) as two:
         for rate in DRIFTS:
             lost, doubted, named, second = [], [], 0, []
             for n in range(runs):
-                trial = tried(one, drawn(one.behind, "sensor-drift", n, 0, size=rate))
+                trial = run_trial(one, draw_plan(one.behind, "sensor-drift", n, 0, size=rate))
                 lost += [] if trial.lost_after is None else [trial.lost_after]
                 doubted += [] if trial.doubted_after is None else [trial.doubted_after]
                 named += trial.named is not None
-                other = tried(two, drawn(two.behind, "sensor-drift", n, 0, size=rate))
+                other = run_trial(two, draw_plan(two.behind, "sensor-drift", n, 0, size=rate))
                 second += [other.safe_after] if other.met and other.safe_after else []
             rows.append(
                 f"| {show(rate, 'Pa/s')} | {spread(lost, runs)} | {spread(doubted, runs)} | "
@@ -121,7 +121,7 @@ def main() -> None:
     tables: dict[str, list[str]] = {}
     campaign: dict[str, Any] = {}
     for one in said:
-        if "left_out" in one:  # a fault that was tried again replaces its row
+        if "left_out" in one:  # a fault that was run_trial again replaces its row
             rows = {row["fault"]: row for row in [*campaign.get("faults", ()), *one["faults"]]}
             whole = campaign.get("complete", True) and one["complete"]
             campaign = {**one, "faults": list(rows.values()), "complete": whole}

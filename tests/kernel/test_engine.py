@@ -25,7 +25,7 @@ from layerjam.kernel import engine
 from layerjam.kernel.compiler import compiler_on_path, find_built, library
 from layerjam.kernel.kernel import CODE, DEPTH, Kernel
 from layerjam.mechanics.pull import least_stiffness
-from layerjam.rig.machine import Pulled
+from layerjam.rig.machine import SteppedBrake
 from layerjam.simulate.procedure import Procedure, Pull, Return, parse_procedure, simple_pull
 from layerjam.simulate.record import Outcome, TensileRecord
 from layerjam.simulate.tensile import tensile
@@ -202,7 +202,7 @@ def test_a_pair_and_a_machine_are_the_same_by_kernel_and_law() -> None:
     for said in ("on", "off"):
         with switched(said):
             made.append(pair((KAPTON, KAPTON), (50e3, 20e3), angle, 0.02, 1e-3))
-            pulled = Pulled(KAPTON)
+            pulled = SteppedBrake(KAPTON)
             assert (pulled._kernel is None) is (said == "off")
             steps.append([pulled.to(u, 5e4 + 1e6 * u) for u in path])
     for quick, slow in zip(*made, strict=True):

@@ -16,7 +16,7 @@ from layerjam.rig import board as boards
 from layerjam.rig import observer as observer_module
 from layerjam.rig.address import VIRTUAL, address_of
 from layerjam.rig.campaign import Bed, accelerate, campaign, run_trial, select_faults
-from layerjam.rig.kinds import APART, DRIFTS, KINDS, NOT_HERE, SUPPLY_SAMPLES
+from layerjam.rig.kinds import DRIFTS, KINDS, NOT_HERE, SENSOR_GAP, SUPPLY_SAMPLES
 from layerjam.rig.observer import Observer, draw_plan
 from layerjam.rig.plant import VirtualPlant, behind
 from rig.boards import Hal, Rig, firmware
@@ -125,7 +125,7 @@ def test_what_nobody_knows_is_refused() -> None:
 
 def test_the_firmware_keeps_what_is_promised_for_it() -> None:
     bench = firmware().bench
-    assert (bench.SUPPLY_SAMPLES, bench.APART) == (SUPPLY_SAMPLES, APART)
+    assert (bench.SUPPLY_SAMPLES, bench.SENSOR_GAP) == (SUPPLY_SAMPLES, SENSOR_GAP)
 
 
 def test_a_leak_takes_the_vacuum_out_of_its_band_in_time() -> None:

@@ -21,7 +21,7 @@ from layerjam.records import windows
 from layerjam.rig import child, crosshead
 from layerjam.rig.address import address_of
 from layerjam.rig.board import connect
-from layerjam.rig.line import LineError, _why
+from layerjam.rig.line import LineError, _system_message
 from windows.rules import Console, impose
 
 BRAKE = "choi2018-kapton"
@@ -117,9 +117,9 @@ def test_a_pattern_is_ours_to_expand(here: Path, monkeypatch: pytest.MonkeyPatch
     for name in ("b.csv", "a.csv"):
         (here / name).write_bytes(b"")
     words = ["pull", "*.csv", "--names", "{vacuum}_*", "sim:choi2018?speed=0", "none-*.csv"]
-    assert command_line._typed(words) == ["pull", "a.csv", "b.csv", *words[2:]]
+    assert command_line._expand(words) == ["pull", "a.csv", "b.csv", *words[2:]]
     monkeypatch.setattr(windows, "WINDOWS", False)
-    assert command_line._typed(words) == words
+    assert command_line._expand(words) == words
 
 
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"], ids=["plain", "bom"])
@@ -151,8 +151,8 @@ def test_a_compilers_path_keeps_its_backslashes(monkeypatch: pytest.MonkeyPatch)
 
 def test_why_a_port_does_not_open() -> None:
     said = OSError("could not open port 'COM3': PermissionError(13, 'Access is denied.', None, 5)")
-    assert _why(said) == "Access is denied"
-    assert _why(OSError(2, "could not open port /dev/x: ...")) == os.strerror(2)
+    assert _system_message(said) == "Access is denied"
+    assert _system_message(OSError(2, "could not open port /dev/x: ...")) == os.strerror(2)
 
 
 def test_enter_is_asked_of_the_console(monkeypatch: pytest.MonkeyPatch) -> None:
