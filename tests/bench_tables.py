@@ -1,4 +1,4 @@
-"""The tables of docs/bench-faults.md, from what the commands printed and from drifts run_trial here.
+"""The tables of docs/bench-faults.md, from what the commands printed and from drifts tried here.
 
     layerjam bench faults --runs 100 --json > faults.json
     layerjam bench soak --hours 24 --kind pi --json > pi.json
@@ -121,7 +121,7 @@ def main() -> None:
     tables: dict[str, list[str]] = {}
     campaign: dict[str, Any] = {}
     for one in said:
-        if "left_out" in one:  # a fault that was run_trial again replaces its row
+        if "left_out" in one:  # a fault that was tried again replaces its row
             rows = {row["fault"]: row for row in [*campaign.get("faults", ()), *one["faults"]]}
             whole = campaign.get("complete", True) and one["complete"]
             campaign = {**one, "faults": list(rows.values()), "complete": whole}

@@ -262,7 +262,7 @@ def test_what_is_given_is_looked_at_first(tmp_path: Path) -> None:
     with pytest.raises(UnknownNameError):
         flashing.flash("/dev/ttyNothing", board="pica")
     for port in ("sim:choi2018", "tcp:127.0.0.1:5025"):
-        with pytest.raises(QuantityError, match="no serial port"):
+        with pytest.raises(QuantityError, match="not a serial port"):
             flashing.flash(port)
     with pytest.raises(QuantityError, match="drive"):
         flashing.flash(str(tmp_path))
