@@ -117,7 +117,7 @@ def test_what_nobody_knows_is_refused() -> None:
     with pytest.raises(LayerjamError, match="pump-dead"):
         select_faults(["pump-ded"])
     assert select_faults(["core-locked"]) == [] and set(select_faults([])) == set(KINDS)
-    with pytest.raises(LayerjamError, match="no virtual board"):
+    with pytest.raises(LayerjamError, match="not a virtual board"):
         accelerate("tcp:127.0.0.1:5025")
     assert accelerate("sim:choi2018").options["speed"] == "0"
     assert accelerate("sim:choi2018?speed=5").options["speed"] == "5"
@@ -125,7 +125,7 @@ def test_what_nobody_knows_is_refused() -> None:
 
 def test_the_firmware_keeps_what_is_promised_for_it() -> None:
     bench = firmware().bench
-    assert (bench.SUPPLY_SAMPLES, bench.SENSOR_GAP) == (SUPPLY_SAMPLES, SENSOR_GAP)
+    assert (bench.SUPPLY_SAMPLES, bench.APART) == (SUPPLY_SAMPLES, SENSOR_GAP)
 
 
 def test_a_leak_takes_the_vacuum_out_of_its_band_in_time() -> None:
