@@ -14,7 +14,8 @@ from layerjam.identify.calibration.forward import law_with_error
 from layerjam.identify.calibration.intervals import quantile
 from layerjam.identify.calibration.least_squares import JointFit
 from layerjam.identify.calibration.record import Calibration
-from layerjam.identify.shape import SHAPE, growth_in
+from layerjam.identify.shape import SHAPE
+from layerjam.identify.speed import growth_in
 from layerjam.mechanics.stiffness import working_stiffness
 
 if TYPE_CHECKING:

@@ -24,7 +24,8 @@ from layerjam.errors import FitError
 from layerjam.identify.calibration.forward import Reduced, pull_force, reduce
 from layerjam.identify.calibration.intervals import Population
 from layerjam.identify.curves import Curve, conditions
-from layerjam.identify.shape import SHAPE, growth_in, plain
+from layerjam.identify.shape import SHAPE, plain
+from layerjam.identify.speed import growth_in
 from layerjam.mechanics.pull import scale_factor_of_peak
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.units import show

@@ -35,8 +35,9 @@ from layerjam.identify.checks import (
 )
 from layerjam.identify.curves import Curve, conditions, curve_of
 from layerjam.identify.pull.features import FALL, FEWEST, LINEAR, SLOPE, PullFeatures
-from layerjam.identify.shape import as_pulled, growth_in, with_shape
+from layerjam.identify.shape import with_shape
 from layerjam.identify.single_pulls import SinglePull, pull_checks, single_pulls
+from layerjam.identify.speed import as_pulled, growth_in
 from layerjam.measure.trace import Array, block_means
 from layerjam.mechanics.enclosure import enclosure_at
 from layerjam.mechanics.pull import (

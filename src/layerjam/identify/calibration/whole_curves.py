@@ -29,8 +29,9 @@ from layerjam.identify.calibration.verdict import (
 from layerjam.identify.checks import interval_checks
 from layerjam.identify.curves import Curve
 from layerjam.identify.pull.features import LINEAR
-from layerjam.identify.shape import SHAPE, growth_in
+from layerjam.identify.shape import SHAPE
 from layerjam.identify.single_pulls import pull_checks
+from layerjam.identify.speed import growth_in
 from layerjam.records.source import Source
 from layerjam.simulate.speed import follows_speed
 from layerjam.units import show

@@ -39,7 +39,7 @@ from layerjam.device.brake import Brake
 from layerjam.errors import FileError, FitError
 from layerjam.identify.curves import Curve, conditions, curve_of
 from layerjam.identify.pull.features import PullFeatures
-from layerjam.identify.shape import as_pulled
+from layerjam.identify.speed import as_pulled
 from layerjam.mechanics.pull import force_at_elongation
 
 if TYPE_CHECKING:

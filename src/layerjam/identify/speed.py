@@ -1,0 +1,33 @@
+"""The friction of a brake at the speed of a pull, where its file has a speed law."""
+
+from __future__ import annotations
+
+from layerjam.device.brake import Brake
+from layerjam.errors import FitError
+from layerjam.mechanics.friction import at_speed, growth_of
+from layerjam.simulate.speed import follows_speed
+
+
+def growth_in(brake: Brake, speed: float | None, path: str) -> float:
+    """Friction at a crosshead's speed [m/s] over that at the law's test speed; 1 without a law.
+
+    Raises FitError where the brake has a law and the pull tells no speed.
+    """
+    if not follows_speed(brake):
+        return 1.0
+    if speed is None:
+        raise FitError.of(
+            path,
+            "tells no speed and has no time, and the friction of this brake depends on it "
+            "([speed_law]); name the speed in a sidecar, or use the brake without that table",
+        )
+    return float(growth_of(speed, brake))
+
+
+def as_pulled(brake: Brake, speed: float | None, path: str) -> Brake:
+    """The brake with the friction that it has at a crosshead's speed [m/s]; raises as `growth_in`.
+
+    A scale factor that is fitted with it is that at the law's test speed.
+    """
+    growth_in(brake, speed, path)
+    return brake if speed is None else at_speed(speed, brake)
