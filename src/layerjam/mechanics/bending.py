@@ -24,7 +24,8 @@ import jax.numpy as jnp
 from layerjam.device.brake import Brake
 from layerjam.mechanics.fan import flat
 from layerjam.mechanics.friction import friction_per_contact
-from layerjam.mechanics.law import implicit_root, law, within
+from layerjam.mechanics.law import law, within
+from layerjam.mechanics.roots import implicit_root
 from layerjam.mechanics.stiffness import sheet_section, sides
 
 

@@ -24,7 +24,8 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.device.hyperelastic import Hyperelastic
 from layerjam.errors import QuantityError
-from layerjam.mechanics.law import law, rising_zero
+from layerjam.mechanics.law import law
+from layerjam.mechanics.roots import rising_zero
 from layerjam.mechanics.softening import lost_energy
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
@@ -98,8 +99,9 @@ class Stretched(NamedTuple):
     """Elastic energy [J]."""
     heat: Any
     """Friction heat since it was relaxed, and what the rubber lost in softening [J]."""
-    rise: tuple[Any, Any]
-    """Slopes of slip and force over the strain at the ends."""
+    slip_slope: Any
+    """Slope of the slip over the strain at the ends [m]."""
+    force_slope: Any
 
 
 def strip_at(vacuum: Any, brake: Brake) -> Strip:
@@ -134,6 +136,13 @@ def _middle(end: Any, strip: Strip) -> tuple[Any, Any]:
     return jnp.where(whole, strain, 0.0), length
 
 
+def saturation_strain(strip: Strip) -> Any:
+    """Strain at the ends [-] from which the whole enclosure moves, at most that fitted."""
+    rubber, full = strip.rubber, strip.friction * strip.reach / strip.section
+    most = jnp.zeros_like(full) + rubber.strain
+    return rising_zero(lambda e: rubber_stress(e, rubber) - full, jnp.zeros_like(full), most)
+
+
 def stretched(end: Any, strip: Strip) -> Stretched:
     """The enclosure when the strain at the ends of its faces has grown to `end`, any shape."""
     end = end + 0.0 * strip.friction
@@ -156,7 +165,8 @@ def stretched(end: Any, strip: Strip) -> Stretched:
         stored=volume * held,
         heat=volume * rubbed,
         # dx = 2 A/q sigma' (e0 - e_m) de, and A/q is the length over sigma0 - sigma_m
-        rise=(2 * length * steep / mean, 2 * strip.section * steep),
+        slip_slope=2 * length * steep / mean,
+        force_slope=2 * strip.section * steep,
     )
 
 
@@ -178,7 +188,7 @@ def end_strain(drive: Any, spring: Any, with_force: float, strip: Strip) -> Any:
         lambda e: resists(stretched(e, fixed[2]), fixed[1]) - fixed[0], jnp.zeros_like(drive), top
     )
     made = stretched(guess, strip)
-    slope = jax.lax.stop_gradient(spring * made.rise[0] + with_force * made.rise[1])
+    slope = jax.lax.stop_gradient(spring * made.slip_slope + with_force * made.force_slope)
     found = guess + (drive - resists(made, spring)) / slope
     # halving that never came down from the top has passed no root
     return jnp.where(moves, jnp.where(guess < top, found, jnp.nan), 0.0)

@@ -112,26 +112,3 @@ def safe_sqrt(value: Any) -> Any:
 def within(domain: Any, value: Any) -> Any:
     """`value` where `domain` holds, NaN outside: a traced law cannot raise, and never clips."""
     return jnp.where(domain, value, jnp.nan)
-
-
-def rising_zero(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
-    """Where a rising array function passes zero between two arrays, by 80 halvings; no gradient."""
-
-    def halve(_: int, bounds: tuple[Any, Any]) -> tuple[Any, Any]:
-        below, above = bounds
-        middle = (below + above) / 2
-        weak = function(middle) < 0
-        return jnp.where(weak, middle, below), jnp.where(weak, above, middle)
-
-    return jax.lax.stop_gradient(jax.lax.fori_loop(0, 80, halve, (low, high))[1])
-
-
-def implicit_root(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
-    """Return the root of a rising array function between two arrays, never outside them.
-
-    80 halvings find it. One Newton step carries the gradient (implicit function theorem).
-    """
-    guess = rising_zero(function, low, high)
-    value, slope = jax.jvp(function, (guess,), (jnp.ones_like(guess),))
-    slope = jax.lax.stop_gradient(jnp.where(slope > 0, slope, jnp.inf))
-    return jnp.clip(guess - value / slope, low, high)

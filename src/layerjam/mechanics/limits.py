@@ -10,8 +10,9 @@ from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import backbone, enclosure_at
 from layerjam.mechanics.fan import concentration, force_of
 from layerjam.mechanics.friction import holding_force, sheets_at
-from layerjam.mechanics.law import implicit_root, law, safe_sqrt, within
+from layerjam.mechanics.law import law, safe_sqrt, within
 from layerjam.mechanics.pull import peak
+from layerjam.mechanics.roots import implicit_root
 from layerjam.mechanics.stiffness import sheet_section
 
 

@@ -17,7 +17,8 @@ from layerjam.mechanics.enclosure import EnclosureLaw, backbone, enclosure_at, f
 from layerjam.mechanics.fan import Sheets, along_tangents, force_of, tangent
 from layerjam.mechanics.friction import friction_per_contact, sheets_at
 from layerjam.mechanics.hyperelastic import slip_under
-from layerjam.mechanics.law import implicit_root, law, safe_sqrt, within
+from layerjam.mechanics.law import law, safe_sqrt, within
+from layerjam.mechanics.roots import implicit_root
 from layerjam.mechanics.stiffness import working_stiffness
 
 _PARTS = 64

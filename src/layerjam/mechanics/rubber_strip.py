@@ -30,14 +30,11 @@ from layerjam.mechanics.hyperelastic import (
     rubber_stress,
     strip_at,
 )
+from layerjam.mechanics.roots import newton_root
 from layerjam.mechanics.softening import elastic_energy, lost_energy, softening
 
 CELLS = 240
 """Cells of half a face."""
-_MOST_STEPS = 80
-_SETTLED = 1e-13
-"""Last step of a search, over its bracket, below which the next one changes nothing."""
-
 Drive = Callable[[Any, Any], tuple[Any, Any, Any]]
 """(what is left over, its slopes) over the tension at the end [N] and the slip [m]; falling."""
 
@@ -102,33 +99,6 @@ def _stress(strain: Any, held: Any, rubber: Hyperelastic) -> tuple[Any, Any]:
     return eta * first, eta * rubber_slope(strain, rubber) + steep * first**2
 
 
-def _searched(
-    function: Callable[[Any], tuple[Any, Any, Any]], guess: Any, low: Any, high: Any, hint: Any
-) -> Any:
-    """Where a rising array function passes zero: Newton's steps, kept between `low` and `high`.
-
-    `function` gives value, slope and what is to be handed on as its second argument.
-    """
-    settled = _SETTLED * (high - low)
-
-    def step(state: tuple[Any, ...]) -> tuple[Any, ...]:
-        at, low, high, _, hint, count = state
-        value, slope, hint = function((at, hint))
-        low, high = jnp.where(value < 0, at, low), jnp.where(value > 0, at, high)
-        move = -value / jnp.where(slope > 0, slope, 1.0)
-        near = at + move
-        inside = (slope > 0) & (near >= low) & (near <= high)
-        done = (slope > 0) & (jnp.abs(move) <= settled)
-        new = jnp.where(done | inside, near, (low + high) / 2)
-        return new, low, high, jnp.where(done, 0.0, jnp.abs(new - at)), hint, count + 1
-
-    def goes_on(state: tuple[Any, ...]) -> Any:
-        return jnp.any(state[3] > settled) & (state[5] < _MOST_STEPS)
-
-    start = (guess, low, high, jnp.full_like(guess, jnp.inf), hint, 0)
-    return jax.lax.while_loop(goes_on, step, start)[0]
-
-
 def _strain_under(tension: Any, held: Any, guess: Any, cells: Cells) -> Any:
     """Strain of the cells [-] at their tension [N]."""
 
@@ -138,7 +108,7 @@ def _strain_under(tension: Any, held: Any, guess: Any, cells: Cells) -> Any:
 
     top = cells.rubber.strain * 1.01 + 0.0 * tension
     # below zero only for the search, so that no strain of rest lies at the end of the bracket
-    found = _searched(over, guess, jnp.full_like(tension, -0.1), top, 0.0)
+    found = newton_root(over, guess, jnp.full_like(tension, -0.1), top, 0.0)
     return jnp.where(tension > 0, jnp.maximum(found, 0.0), 0.0)
 
 
@@ -159,7 +129,7 @@ def follow(state: Rubber, drive: Drive, friction: Any, cells: Cells) -> Rubber:
         rest, over_pull, over_slip = drive(now[0], slip)
         return -rest, -(over_pull + over_slip * rises), strain
 
-    pull = _searched(over, state.pull, jnp.zeros_like(cells.most), cells.most, state.strain)
+    pull = newton_root(over, state.pull, jnp.zeros_like(cells.most), cells.most, state.strain)
     tension, strain = drawn(pull, state.strain)
     energy = rubber_energy(strain, cells.rubber)
     held = jnp.maximum(state.held, energy)

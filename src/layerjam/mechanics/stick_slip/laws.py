@@ -19,7 +19,8 @@ from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import backbone, enclosure_at
 from layerjam.mechanics.fan import Sheets, force_of
 from layerjam.mechanics.friction import sheets_at
-from layerjam.mechanics.law import law, rising_zero, safe_sqrt, within
+from layerjam.mechanics.law import law, safe_sqrt, within
+from layerjam.mechanics.roots import rising_zero
 from layerjam.mechanics.stick_slip.curve import Stribeck
 
 

@@ -7,7 +7,6 @@ form, and the travel is its first root. In w = sqrt(s) it is a quartic, smooth a
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 import jax
@@ -15,12 +14,11 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.device.speed_law import SpeedLaw
-from layerjam.mechanics.enclosure import backbone, backbone_work, enclosure_at
+from layerjam.mechanics.enclosure import enclosure_at
 from layerjam.mechanics.fan import force_of, grown
 from layerjam.mechanics.friction import friction_per_contact, growth, sheets_at
-from layerjam.mechanics.hyperelastic import at_slip, strip_at
 from layerjam.mechanics.law import law, safe_sqrt, within
-from layerjam.mechanics.stop import fanned, rubber
+from layerjam.mechanics.roots import newton_root
 from layerjam.mechanics.stop.algebra import (
     BOTTOMED_OUT,
     NEVER_SLID,
@@ -30,22 +28,20 @@ from layerjam.mechanics.stop.algebra import (
     Quartic,
     Setup,
     Stop,
-    balance_root,
     curved,
     end_of,
     guess,
     polished,
-    quartic,
     search,
     setup,
     slope_of,
     value,
 )
+from layerjam.mechanics.stop.curve import Mass, curve_of, energy_at, sliding_time, stop_along
 from layerjam.mechanics.stop.paced import Course, Paced, paced_course, paced_of, paced_stop
-from layerjam.mechanics.stop.timing import Expansion, pieces_time
 
 __all__ = ["BOTTOMED_OUT", "NEVER_SLID", "NOT_A_CASE", "SNAPS", "STOPPED"]
-__all__ += ["Stop", "kinetic_energy", "speed_at_slip", "stop", "time_at_slip"]
+__all__ += ["Stop", "speed_at_slip", "stop", "time_at_slip"]
 SETTLED = 1e-5
 """Last step of the root's search, over its bracket, below which the next one changes nothing."""
 
@@ -66,14 +62,6 @@ def paced_setup(
     return paced_of(at, gravity, sheets.fan, brake, law)
 
 
-def kinetic_energy(slip: Any, at: Setup) -> Any:
-    """K(s) [J]: what is left of the mass's energy of motion at slip s [m]."""
-    change = backbone(slip, at.enclosure) - at.c * slip
-    spring = (at.weight - at.onset) * change - change**2 / 2
-    work = at.onset * slip - at.c * slip**2 / 2 + backbone_work(slip, at.enclosure)
-    return at.kinetic + at.weight * slip - work + spring / at.k
-
-
 def _first_root(energy: Quartic, low: Any, high: Any) -> Any:
     """sqrt of the slip in [low, high] where the kinetic energy, falling, passes zero.
 
@@ -85,19 +73,13 @@ def _first_root(energy: Quartic, low: Any, high: Any) -> Any:
         before = curved(energy, before, low, high)
     found = curved(energy, before, low, high)
     settled = jnp.all(~(jnp.abs(found - before) > SETTLED * high))
-    return jax.lax.cond(settled, lambda: found, lambda: _bracketed(energy, low, high))
 
+    def rising(state: tuple[Any, None]) -> tuple[Any, Any, None]:
+        return -value(energy, state[0]), -slope_of(energy, state[0]), None
 
-def _bracketed(energy: Quartic, low: Any, high: Any) -> Any:
-    def step(_: int, state: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
-        low, high, w = state
-        here, slope = value(energy, w), slope_of(energy, w)
-        low, high = jnp.where(here > 0, w, low), jnp.where(here > 0, high, w)
-        near = w - here / jnp.where(slope != 0, slope, 1.0)
-        inside = (near > low) & (near < high) & (slope != 0)
-        return low, high, jnp.where(inside, near, (low + high) / 2)
-
-    return jax.lax.fori_loop(0, 60, step, (low, high, (low + high) / 2))[2]
+    return jax.lax.cond(
+        settled, lambda: found, lambda: newton_root(rising, (low + high) / 2, low, high)
+    )
 
 
 @law
@@ -128,10 +110,8 @@ def _exact(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake:
     mass, speed, vacuum, spring, gravity = jnp.broadcast_arrays(
         mass, speed, vacuum, spring, gravity
     )
-    if brake.hyperelastic is not None:
-        return _rubber_stop(mass, speed, vacuum, spring, gravity, brake)
-    if brake.mount.spacers is not None:
-        return _fanned_stop(mass, speed, vacuum, spring, gravity, brake)
+    if brake.hyperelastic is not None or brake.mount.spacers is not None:
+        return _along_curve(mass, speed, vacuum, spring, gravity, brake)
     at = _setup(mass, speed, vacuum, spring, gravity, brake)
     travel = brake.sheets.usable_travel + jnp.zeros_like(at.kinetic)
     found = search(at, travel)
@@ -146,46 +126,17 @@ def _exact(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake:
     return Stop(*(within(fine, x) for x in end))._replace(outcome=outcome)
 
 
-def _fanned(
-    mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
-) -> fanned.Case:
-    sheets, enclosure = sheets_at(vacuum, brake), enclosure_at(vacuum, brake)
-    return fanned.case_of(mass, speed, spring, gravity, sheets, enclosure)
-
-
-def _fanned_stop(
+def _along_curve(
     mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
 ) -> Stop:
-    """`stop` where the friction is no straight line over the slip."""
-    at = _fanned(mass, speed, vacuum, spring, gravity, brake)
-    onset = fanned.force(0.0 * mass, at)
-    travel = brake.sheets.usable_travel + 0.0 * (mass + onset)
-    end = fanned.stop_of(at, travel)
-    fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
-    fine = fine & (onset + at.enclosure.root >= 0)
-    outcome = jnp.where(fine, end.outcome, NOT_A_CASE)
-    return Stop(*(within(fine, x) for x in end))._replace(outcome=outcome)
-
-
-def _rubber(
-    mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
-) -> rubber.Case:
-    sheets, strip = sheets_at(vacuum, brake), strip_at(vacuum, brake)
-    return rubber.Case(mass, mass * speed**2 / 2, mass * gravity, spring, sheets, strip)
-
-
-def _rubber_stop(
-    mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
-) -> Stop:
-    """`stop` of a brake with a hyperelastic enclosure."""
+    """`stop` where the energy is no quartic in the root of the slip."""
     fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
     # outside the domain the search would meet NaN; there it is given a case of its own
     mass, speed, vacuum, spring, gravity = (
         jnp.where(fine, x, 1.0) for x in (mass, speed, vacuum, spring, gravity)
     )
-    at = _rubber(mass, speed, vacuum, spring, gravity, brake)
-    end = rubber.stop_of(at, brake.sheets.usable_travel + 0.0 * at.arriving)
-    outcome = jnp.where(fine, end.outcome, NOT_A_CASE)
+    end = stop_along(vacuum, brake, Mass(mass, speed, spring, gravity))
+    outcome = jnp.where(fine & (end.peak_force >= 0), end.outcome, NOT_A_CASE)
     return Stop(*(within(outcome != NOT_A_CASE, x) for x in end))._replace(outcome=outcome)
 
 
@@ -217,16 +168,8 @@ def speed_at_slip(
 
     NaN with a speed law, where no closed form holds.
     """
-    if brake.hyperelastic is not None:
-        rubbery = _rubber(mass, speed, vacuum, spring, gravity, brake)
-        left = rubber.energy(at_slip(slip, vacuum, brake)[1], rubbery)
-        size = rubbery.arriving + rubbery.weight * slip
-    elif brake.mount.spacers is not None:
-        case = _fanned(mass, speed, vacuum, spring, gravity, brake)
-        left, size = fanned.energy(slip, case), case.arriving + case.weight * slip
-    else:
-        at = _setup(mass, speed, vacuum, spring, gravity, brake)
-        left, size = kinetic_energy(slip, at), at.kinetic + at.weight * slip
+    curve, of = curve_of(vacuum, brake), Mass(mass, speed, spring, gravity)
+    left, size = energy_at(curve.point(curve.place(slip)), of), of.arriving + of.weight * slip
     # a standstill found to rounding may lie on either side of zero
     pace = safe_sqrt(jnp.where(left < -1e-9 * size, left, jnp.maximum(left, 0.0)) * 2 / mass)
     return within(any_speed(brake), pace)
@@ -244,57 +187,13 @@ def time_at_slip(
     """Seconds from the taut rope until the brake has slipped by `slip` [m], up to its standstill.
 
     The elastic part in closed form, the sliding part by Gauss quadrature of dz/v in pieces, cut
-    where the mass is slowest and where the enclosure is saturated.
+    where the mass is slowest or fastest and where the enclosure is saturated.
     """
     arrays = jnp.broadcast_arrays(slip, mass, speed, vacuum, spring, gravity)
     slip, mass, speed, vacuum, spring, gravity = arrays
-    if brake.hyperelastic is not None:
-        rubbery = _rubber(mass, speed, vacuum, spring, gravity, brake)
-        onset, weight = force_of(0.0 * slip, rubbery.sheets), rubbery.weight
-        sliding = rubber.sliding_time(slip, rubbery)
-    elif brake.mount.spacers is not None:
-        case = _fanned(mass, speed, vacuum, spring, gravity, brake)
-        onset, weight = fanned.force(jnp.zeros_like(slip), case), case.weight
-        sliding = fanned.sliding_time(slip, case)
-    else:
-        at = _setup(mass, speed, vacuum, spring, gravity, brake)
-        onset, weight = at.onset, at.weight
-        sliding = _sliding_time(slip, at)
+    curve, of = curve_of(vacuum, brake), Mass(mass, speed, spring, gravity)
+    onset, weight = curve.point(0.0 * slip).force, of.weight
+    slip = slip + 0.0 * onset
     slides = weight + jnp.sqrt(weight**2 + spring * mass * speed**2) > onset
     start = _elastic_time(mass, speed, gravity, spring, onset, slides)
-    return within(any_speed(brake), start + sliding)
-
-
-def _sliding_time(slip: Any, at: Setup) -> Any:
-    """Seconds from the first slip to a slip [m] of a kinetic energy in two quartics."""
-    end, strip = safe_sqrt(slip), at.enclosure
-    balance = jax.lax.stop_gradient(balance_root(at, jnp.inf))
-    whole = jnp.minimum(safe_sqrt(strip.saturation + jnp.zeros_like(slip)), end)
-    slope = strip.stiffness / strip.reach
-    forms = (
-        (quartic(at, False), 2 * (1 - at.c / at.k), strip.root / at.k, 0.0 * end, whole),
-        (quartic(at, True), 2 * (1 - (at.c - slope) / at.k), 0.0, whole, end),
-    )
-
-    def seconds(part: Quartic, bend: Any, linear: Any, low: Any, high: Any) -> Any:
-        return pieces_time(
-            [low, jnp.clip(balance, low, high), high],
-            partial(_quartic_expansion, part),
-            lambda w: slope_of(part, w) < 0,
-            lambda w: bend * w + linear,
-            at.mass,
-        )
-
-    return seconds(*forms[0]) + seconds(*forms[1])
-
-
-def _quartic_expansion(part: Quartic, end: Any, way: Any) -> Expansion:
-    """The energy around a point, from its exact derivatives: no digits are lost near zero."""
-    rest, first = jnp.maximum(value(part, end), 0.0), way * slope_of(part, end)
-    second = 2 * part.a2 + end * (6 * part.a3 + end * 12 * part.a4)
-    third, fourth = way * (6 * part.a3 + 24 * part.a4 * end), part.a4
-
-    def energy(far: Any) -> Any:
-        return rest + far * (first + far * (second / 2 + far * (third / 6 + far * fourth)))
-
-    return Expansion(rest, first, second, energy)
+    return within(any_speed(brake), start + sliding_time(slip, curve, of))

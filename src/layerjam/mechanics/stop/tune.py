@@ -10,8 +10,9 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.energy import slip_work
-from layerjam.mechanics.law import implicit_root, law, safe_sqrt, within
+from layerjam.mechanics.law import law, safe_sqrt, within
 from layerjam.mechanics.pull import brake_force, vacuum_for_force
+from layerjam.mechanics.roots import implicit_root
 from layerjam.mechanics.stop.exact import STOPPED, any_speed, stop
 from layerjam.mechanics.stop.motion import series_of
 from layerjam.mechanics.stop.paced_tune import NEAR, paced_speeds, paced_vacuum, tried

@@ -1,0 +1,253 @@
+"""A mass stopped by any brake in first loading, by its kinetic energy along the slip.
+
+Slip, force, heat and elastic energy of a brake are explicit in one coordinate w, in which they are
+smooth from the start: the square root of the slip, or the strain at the ends of a hyperelastic
+enclosure. With Y the force and k the spring in series, the mass M moves by z = s + Y/k, and
+
+    dK/dw = (M g - Y) (s' + Y'/k).
+
+So K falls to where the force falls through the weight, rises until the force rises through it
+again (if rubber stiffens), and falls from there. Before each of the two falls end, it has one root.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from layerjam.device.brake import Brake
+from layerjam.mechanics.enclosure import (
+    backbone,
+    backbone_dissipated,
+    backbone_stored,
+    backbone_work,
+    enclosure_at,
+)
+from layerjam.mechanics.fan import Sheets, along_tangents, force_of, tangent, work_of
+from layerjam.mechanics.friction import sheets_at
+from layerjam.mechanics.hyperelastic import end_strain, saturation_strain, stretched, strip_at
+from layerjam.mechanics.law import safe_sqrt, within
+from layerjam.mechanics.roots import first_fall, newton_root
+from layerjam.mechanics.stop.algebra import (
+    BOTTOMED_OUT,
+    NEVER_SLID,
+    NOT_A_CASE,
+    SNAPS,
+    STOPPED,
+    Stop,
+    balance_root,
+    quartic,
+    setup,
+)
+from layerjam.mechanics.stop.timing import (
+    NEAR,
+    Expand,
+    Expansion,
+    expand_energy,
+    expand_quartic,
+    pieces_time,
+)
+
+
+class Point(NamedTuple):
+    """A brake in first loading; arrays of one shape."""
+
+    slip: Any
+    force: Any
+    """Force of the sliding brake [N]."""
+    stored: Any
+    """Elastic energy in the enclosure [J]."""
+    heat: Any
+    """Energy dissipated since it was relaxed [J]."""
+    slip_slope: Any
+    """Slope of the slip over the coordinate."""
+    force_slope: Any
+    work: Any
+    """`stored` and `heat` together [J]."""
+
+
+class Mass(NamedTuple):
+    """A mass that arrives on a taut rope."""
+
+    mass: Any
+    speed: Any
+    k: Any
+    """Stiffness of rope and brake in series [N/m]."""
+    gravity: Any
+
+    @property
+    def arriving(self) -> Any:
+        """Kinetic energy on arrival [J]."""
+        return self.mass * self.speed**2 / 2
+
+    @property
+    def weight(self) -> Any:
+        """Weight [N]."""
+        return self.mass * self.gravity
+
+
+class Curve(NamedTuple):
+    """First loading of a brake at one vacuum over its coordinate w, which is zero at the start."""
+
+    point: Callable[[Any], Point]
+    place: Callable[[Any], Any]
+    """w at a slip [m]; NaN beyond what was measured."""
+    most: Any
+    """Greatest w that was measured."""
+    kink: Any
+    """w from which the whole enclosure moves: the slopes jump there."""
+    turns: Callable[[Any, Any], tuple[Any, Any]]
+    """w up to a w at which K of a weight [N] is least, and greatest after that; no gradient."""
+    expand: Callable[[Mass], Expand] | None = None
+    """Closed expansion of K, if there is one."""
+
+
+def curve_of(vacuum: Any, brake: Brake) -> Curve:
+    """Return the first loading of a brake at a vacuum [Pa]."""
+    sheets = sheets_at(vacuum, brake)
+
+    def add_sheets(enclosure: Point) -> Point:
+        slip, slope = enclosure.slip, enclosure.slip_slope
+        rubbed = work_of(jnp.zeros_like(slip), slip, sheets)
+        return enclosure._replace(
+            force=enclosure.force + force_of(slip, sheets),
+            heat=enclosure.heat + rubbed,
+            work=enclosure.work + rubbed,
+            force_slope=enclosure.force_slope - tangent(slip, sheets).c * slope,
+        )
+
+    if brake.hyperelastic is None:
+        strip = enclosure_at(vacuum, brake)
+
+        def at_root(w: Any) -> Point:
+            slip = w**2
+            whole = 2 * w * strip.stiffness / strip.reach
+            slope = jnp.where(slip < strip.saturation, strip.root, whole)
+            stored, heat = backbone_stored(slip, strip), backbone_dissipated(slip, strip)
+            pull, work = backbone(slip, strip), backbone_work(slip, strip)
+            return add_sheets(Point(slip, pull, stored, heat, 2 * w, slope, work))
+
+        def balance(weight: Any, far: Any) -> tuple[Any, Any]:
+            def meets(line: Sheets) -> Any:
+                # a unit mass under the gravity that gives it this weight
+                case = setup(1.0, 0.0, line.c, line.overlap, strip, 1.0, weight)
+                return balance_root(case, jnp.inf) ** 2
+
+            fixed = jax.lax.stop_gradient(sheets)
+            least = safe_sqrt(along_tangents(meets, 0.0 * far, fixed))
+            return jax.lax.stop_gradient(jnp.minimum(least, far)), far
+
+        def expand(of: Mass) -> Expand:
+            line = (sheets.c, sheets.overlap, strip)
+            case = setup(of.mass, of.speed, *line, of.k, of.gravity)
+
+            def around(end: Any, way: Any) -> Expansion:
+                inside = end + way * NEAR * jnp.maximum(end, 1e-6)
+                return expand_quartic(quartic(case, inside > kink), end, way)
+
+            return around
+
+        kink, closed = safe_sqrt(strip.saturation), expand if sheets.fan is None else None
+        return Curve(at_root, safe_sqrt, jnp.inf, kink, balance, closed)
+    rubber = strip_at(vacuum, brake)
+
+    def at_strain(strain: Any) -> Point:
+        moves = strain > 0
+        made = stretched(jnp.where(moves, strain, 1e-9), rubber)
+        parts = (*made, made.stored + made.heat)
+        return add_sheets(Point(*(jnp.where(moves, part, 0.0) for part in parts)))
+
+    def place(slip: Any) -> Any:
+        return end_strain(slip, jnp.ones_like(slip), 0.0, rubber)
+
+    def crossings(weight: Any, far: Any) -> tuple[Any, Any]:
+        def over(strain: Any) -> Any:
+            return at_strain(strain).force - weight
+
+        least = first_fall(over, jnp.zeros_like(far), far)[0]
+        return least, first_fall(lambda strain: -over(strain), least, far)[0]
+
+    return Curve(at_strain, place, rubber.rubber.strain, saturation_strain(rubber), crossings)
+
+
+def energy_at(point: Point, of: Mass) -> Any:
+    """K [J]: what is left of the energy of motion of the mass."""
+    lost = point.work + point.force**2 / (2 * of.k)
+    return of.arriving + of.weight * (point.slip + point.force / of.k) - lost
+
+
+def _pace(point: Point, of: Mass) -> Any:
+    """Displacement of the mass over the coordinate; below zero the brake snaps."""
+    return point.slip_slope + point.force_slope / of.k
+
+
+def stop_along(vacuum: Any, brake: Brake, of: Mass) -> Stop:
+    """Return how it ends, at a vacuum [Pa]; all of one shape but the numbers of the brake.
+
+    NOT_A_CASE if the mass would stretch the enclosure beyond the strain that was fitted.
+    """
+    curve, fixed = curve_of(vacuum, brake), curve_of(*jax.lax.stop_gradient((vacuum, brake)))
+    held = jax.lax.stop_gradient(of)
+
+    def falls(state: tuple[Any, None]) -> tuple[Any, Any, None]:
+        now = fixed.point(state[0])
+        return -energy_at(now, held), (now.force - held.weight) * _pace(now, held), None
+
+    zero = 0.0 * fixed.point(0.0 * held.mass).force
+    travel = brake.sheets.usable_travel + zero
+    end = curve.place(travel)
+    cut = jnp.isnan(end)
+    end = jnp.where(cut, curve.most, end)
+    last = jax.lax.stop_gradient(end)
+    far, snaps = first_fall(lambda w: _pace(fixed.point(w), held), zero, last)
+    peak = first_fall(lambda w: fixed.point(w).force_slope, zero, far)[0]
+    least = first_fall(lambda w: fixed.point(w).force - held.weight, zero, far)[0]
+    early, late = (falls((w, None))[0] >= 0 for w in (least, far))
+    stops = early | late
+    low, high = jnp.where(early, zero, least), jnp.where(early, least, far)
+    root = newton_root(falls, (low + high) / 2, low, high)
+    there, slope = curve.point(root), -falls((root, None))[1]
+    down = slope < 0
+    root = root - jnp.where(down, energy_at(there, of) / jnp.where(down, slope, -1.0), 0.0)
+    onset = curve.point(zero).force
+    elastic = of.weight + safe_sqrt(of.weight**2 + 2 * of.k * of.arriving)
+    slides = elastic > onset
+    w = jnp.where(stops, jnp.maximum(root, 0.0), jnp.where(snaps, far, end))
+    final = curve.point(jnp.where(slides, w, 0.0))
+    top = jnp.maximum(curve.point(jnp.minimum(w, peak)).force, onset)
+    left = jnp.where(stops | ~slides, 0.0, jnp.maximum(energy_at(final, of), 0.0))
+    outcome = jnp.where(cut, NOT_A_CASE, BOTTOMED_OUT)
+    outcome = jnp.where(stops, STOPPED, jnp.where(snaps, SNAPS, outcome))
+    return Stop(
+        final.slip,
+        jnp.where(slides, jnp.maximum(top, final.force), elastic),
+        safe_sqrt(2 * left / of.mass),
+        final.heat,
+        jnp.where(slides, final.force, elastic) ** 2 / (2 * of.k) + final.stored,
+        jnp.where(slides, outcome, NEVER_SLID),
+    )
+
+
+def sliding_time(slip: Any, curve: Curve, of: Mass) -> Any:
+    """Return the seconds [s] from the first slip to a slip [m], up to the standstill."""
+    end = curve.place(slip)
+    turns = curve.turns(of.weight, end)
+    cuts = jnp.stack([jnp.zeros_like(end), *turns, jnp.minimum(curve.kink, end), end])
+
+    def pace(w: Any) -> Any:
+        return _pace(curve.point(w), of)
+
+    def falls(w: Any) -> Any:
+        return curve.point(w).force > of.weight
+
+    def slope(w: Any) -> Any:
+        return (of.weight - curve.point(w).force) * pace(w)
+
+    if curve.expand is not None:
+        expand = curve.expand(of)
+    else:
+        expand = expand_energy(lambda w: energy_at(curve.point(w), of), slope)
+    return within(end >= 0, pieces_time(jnp.sort(cuts, axis=0), expand, falls, pace, of.mass))
