@@ -39,8 +39,6 @@ from layerjam.measure.trace import Trace  # noqa: E402
 PAGE = Path(__file__).parent.parent / "docs" / "coverage.md"
 OTHERS = "## How many more pulls?"
 CAMPAIGNS, SEED = 1000, 2018
-RECORDS = 20
-"""One campaign of whole records is drawn for so many of values."""
 LEAST = 0.92
 CHANCE = 0.01
 """Probability with which a row at its bound is called outside."""
@@ -326,9 +324,8 @@ of a calibration and `layerjam validate`.
 {table(found)}
 
 *t* and bootstrap are the shares of campaigns whose 95 % interval contains the true value. A share
-measured on {campaigns:,} campaigns is itself uncertain by {uncertainty(campaigns):.1%} (95 %), on
-{campaigns // RECORDS} by {uncertainty(campaigns // RECORDS):.1%}. In rows with
-{campaigns // RECORDS} campaigns whole records are drawn and read. The other rows draw the
+measured on {campaigns:,} campaigns is itself uncertain by {uncertainty(campaigns):.1%} (95 %). In
+rows with a share for the bootstrap whole records are drawn and read. The other rows draw the
 results of a pull (its peak, its slope, its own parameters) with the errors of reading. Their
 intervals are those of `calibrate`, and the posterior is integrated on a grid. Tests compare both
 with whole records.
@@ -342,9 +339,9 @@ repeats help more than more samples.
 ## Random campaigns
 
 A campaign has Kapton or PTFE sheets. Relative to the catalogue, the scale factor is 0.75 to 1.3
-times and the stiffness 0.7 to 1.4 times. At depth curves and in the Bayesian fit the enclosure is
-0.7 to 1.4 times. There are one to three vacuums between 22 and 94.5 kPa, with three to five
-repeats of each, drawn separately.
+times and the stiffness 0.7 to 1.4 times. At depth curves and in the Bayesian fit the enclosure
+varies as well, 0.7 to 1.4 times. There are one to three vacuums between 22 and 94.5 kPa, with three
+to five repeats of each, drawn separately.
 
 Every repeat has its own friction (SD of 1 to 5 % from campaign to campaign), stiffness (1 to 5 %)
 and enclosure (1 to 10 %). The zero of the force has an error (SD 0.2 % of the peak; 2 % if the
@@ -397,11 +394,6 @@ standard deviation of the results with *t*. The percentiles of three resampled r
 """
 
 
-def number(case: Case, campaigns: int) -> int:
-    """How many campaigns a case has: whole records take a hundred times as long."""
-    return campaigns // RECORDS if case.records else campaigns
-
-
 def uncertainty(campaigns: int) -> float:
     """Half of the 95 % interval of a share of 95 %."""
     return 1.96 * float(np.sqrt(0.95 * 0.05 / campaigns))
@@ -424,7 +416,7 @@ def main() -> int:
     found = {
         case.name: measure(
             case,
-            number(case, given.campaigns),
+            given.campaigns,
             given.seed,
             lambda s: print(s, file=sys.stderr, flush=True),
         )
