@@ -94,7 +94,7 @@ def test_every_layout_says_so_in_its_own_words(tmp_path: Path) -> None:
     made = list(forms())
     assert len(made) > 40
     for number, form in enumerate(made):
-        path = tmp_path / f"{number}{form.made.ending}"
+        path = tmp_path / f"{number}{form.details.ending}"
         path.write_bytes(file_bytes(short, form))
         assert read_trace(path).synthetic, form
 

@@ -23,7 +23,7 @@ def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("mine")
     with pytest.raises(FileError, match="was not made by the demo"):
         demo(out=tmp_path)
-    with pytest.raises(FileError, match="no folder"):
+    with pytest.raises(FileError, match="is not a folder"):
         demo(out=tmp_path / "thesis.txt")
     link = tmp_path / "link"
     link.symlink_to(tmp_path, target_is_directory=True)

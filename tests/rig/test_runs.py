@@ -282,14 +282,14 @@ def test_an_operator_stops_it_safely(tmp_path: Path, monkeypatch: pytest.MonkeyP
     """Ctrl-C twice: the second one while the outputs are put to rest."""
     import signal
 
-    rest = Execution._rest
+    rest = Execution._make_safe
 
     def twice(self: Execution) -> None:
         signal.raise_signal(signal.SIGINT)
         rest(self)
         assert self.bench.plant is not None and self.bench.plant.outputs == (0.0, True)
 
-    monkeypatch.setattr(Execution, "_rest", twice)
+    monkeypatch.setattr(Execution, "_make_safe", twice)
     begin = Execution._begin
 
     def stopped(self: Execution) -> None:
