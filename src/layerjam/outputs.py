@@ -12,7 +12,7 @@ from layerjam.units import QuantitySpec
 T = TypeVar("T")
 Shown = Callable[[Any], str]
 ENDS = ("low", "high")
-"""What a quantity with an interval has beside its value."""
+"""Ends of the names of an interval's bounds."""
 
 
 def number(

@@ -64,8 +64,8 @@ def newton_root(
 ) -> Any:
     """Return the root of a rising array function by Newton steps kept between `low` and `high`.
 
-    `function` takes (place, hint) and returns value, slope and the hint of the next step. What it
-    encloses must have no gradient.
+    `function` takes (place, hint) and returns value, slope and the hint of the next step. The
+    values that it encloses must have no gradient.
     """
     settled = _SETTLED * (high - low)
 
