@@ -1,7 +1,8 @@
 """A mass stopped by any brake in first loading, by its kinetic energy along the slip.
 
 Slip, force, heat and elastic energy of a brake are explicit and smooth in one coordinate w. It is
-the square root of the slip, or the strain at the ends of a hyperelastic enclosure. With Y the force and k the spring in series, the mass M moves by z = s + Y/k, and
+the square root of the slip, or the strain at the ends of a hyperelastic enclosure. With Y the force
+and k the spring in series, the mass M moves by z = s + Y/k, and
 
     dK/dw = (M g - Y) (s' + Y'/k).
 
