@@ -83,7 +83,7 @@ def test_a_need_is_typed_and_the_front_clicked(design):
 
 def test_errors_stand_in_place_with_their_line(design):
     search(design, SMALL.replace("60 g", "60 parsecs"))
-    says(design, "spec-problem", "Line 3")
+    says(design, "spec-problem", "Line 4")
     search(design, SMALL.replace("choi2018-kapton", "/etc/passwd"))
     says(design, "spec-problem", "unknown brake")
     search(design, "rubbish")
