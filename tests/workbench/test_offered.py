@@ -45,6 +45,8 @@ NAMED = {
     ("calibrate", "partial"): "always: what is refused is said beside its file",
     ("friction", "accept_stick_slip"): "the choice Stick–slip",
     ("report", "accept_stick_slip"): "the choice Stick–slip",
+    ("validate", "accept"): "a validation on the page writes no file",
+    ("design", "accept"): "a design on the page writes no file if a check failed",
     ("lab", "example"): "the practice files are the built-in campaign",
     ("lab", "seed"): "the practice files are the built-in campaign",
     ("pull", "tare"): "a page corrects no force by itself: the calibration fits its zero",

@@ -12,7 +12,7 @@ from layerjam.errors import LayerjamError
 from layerjam.measure.sidecar import SIDECAR_ENDING
 from layerjam.workbench import spoken
 from layerjam.workbench.answer import Answer
-from layerjam.workbench.call import Options, key_of
+from layerjam.workbench.call import Options, key_of, parameters
 from layerjam.workbench.controls import Choice, choice, chosen, menu
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.dropping import FilesHere
@@ -57,6 +57,7 @@ BY_FILE = (
 """Inputs that the page has for each file alone, as its facts, corrections or role."""
 OWN_FRICTION = (*BY_FILE, "standard", "accept_stick_slip", "brake", "partial", "force")
 OWN_CALIBRATION = (*BY_FILE, "depth", "free", "partial", "force")
+OWN_REPORT = tuple(parameters("report").keys() - {"report_number", "customer"})
 """Inputs of the commands that have a control of their own, or none; the rest is in the folds."""
 LOOK = 0.2
 """Seconds between two looks at what was computed so far."""
@@ -77,6 +78,7 @@ class Laboratory(Page):
         self.more = {
             "More for friction tests": More(self, "friction", OWN_FRICTION),
             "More for the calibration": More(self, "calibrate", OWN_CALIBRATION),
+            "More for the report": More(self, "report", OWN_REPORT),
         }
         self.rows: list[Row] = []
         self._read = lru_cache(4 * MOST)(read_row)
