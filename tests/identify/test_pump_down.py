@@ -119,6 +119,19 @@ def test_an_early_end_is_said_and_widens_the_interval():
     assert width[0] > 3 * width[1]
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_an_ultimate_pressure_is_at_most_the_atmosphere(seed):
+    """A fifth of a time constant, noise of 200 Pa: the log hardly tells where the fall ends."""
+    time = np.linspace(0, 0.2, 60)
+    noise = np.random.default_rng(seed).normal(0, 200, len(time))
+    short = d.fit_pump_down(time, 5e3 + (A - 5e3) * np.exp(-time) + noise, window=(0.0, None))
+    low, high = short.interval(1)
+    assert 0 <= low <= short.ultimate <= high <= A
+    ends = {"ultimate pressure": (short.ultimate, low, high)}
+    levels = {one.name: one.level for one in pump_down_checks([short], ends)}
+    assert levels["ultimate pressure interval"] == "failed"
+
+
 @pytest.mark.parametrize(
     ("p", "words"),
     [

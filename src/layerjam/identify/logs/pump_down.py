@@ -103,8 +103,12 @@ class PumpDown:
         return float(self.series.values[2])
 
     def interval(self, index: int) -> tuple[float, float]:
-        """95 % interval of a parameter of `series`; all are positive by nature."""
-        return self.series.interval(lambda v: float(v[index]), LEVEL, positive=True)
+        """95 % interval of a parameter of `series`; all are positive by nature.
+
+        The ultimate pressure is at most the atmosphere, however little the log tells of it.
+        """
+        low, high = self.series.interval(lambda v: float(v[index]), LEVEL, positive=True)
+        return low, (min(high, self.atmosphere) if index == 1 else high)
 
     def known(self, value: float, se: float) -> Known:
         """A number that follows from the rate, with the interval of this fit."""
