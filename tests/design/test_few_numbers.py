@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from design.problems import spec
 from layerjam.commands.compare import compare
 from layerjam.commands.design import DesignResult, brake_of, design
 from layerjam.commands.predict import force, show
@@ -142,3 +143,23 @@ def test_numbers_that_are_no_design(small):
     for number in (-1, small.designs, 1.5):
         with pytest.raises(QuantityError, match="number"):
             brake_of(small, number)
+
+
+def test_a_brake_that_tears_is_given_only_where_that_was_accepted():
+    """Stress by hand: a (n - 1) mu P W L2 over n/2 sections W t, of a film of 2 MPa."""
+    weak = KAPTON.with_(strength="2 MPa")
+    vary = "count = { from = 10, to = 14, step = 2 }"
+    text = spec(vary, ["holding_force >= 100 N"], ["minimise mass"])
+    asked = read_spec(text.replace("choi2018-kapton", "weak.toml"), "x", {"weak.toml": weak})
+    torn = design(asked)
+    [failed] = torn.failed_checks
+    assert (failed["name"], torn.exit_code, torn.verdict) == ("sheet strength", 4, "failed")
+    number = torn.chosen["number"]
+    with pytest.raises(QuantityError, match="check 'sheet strength' failed"):
+        brake_of(torn, number)
+    accepted = design(asked, accept={"sheet strength": "a weaker film for a test"})
+    brake = brake_of(accepted, number).brake
+    sheets, film = brake.sheets, brake.film
+    friction = brake.scale_factor * film.kinetic * (sheets.count - 1) * torn.chosen["vacuum"]
+    friction *= sheets.width * sheets.overlap
+    assert friction / (sheets.count / 2 * sheets.width * sheets.thickness) > 1.5 * film.strength

@@ -46,7 +46,7 @@ NAMED = {
     ("friction", "accept_stick_slip"): "the choice Stick–slip",
     ("report", "accept_stick_slip"): "the choice Stick–slip",
     ("validate", "accept"): "a validation on the page writes no file",
-    ("design", "accept"): "a design on the page writes no file if a check failed",
+    ("design", "accept"): "a design whose check failed is not put on the desk",
     ("lab", "example"): "the practice files are the built-in campaign",
     ("lab", "seed"): "the practice files are the built-in campaign",
     ("pull", "tare"): "a page corrects no force by itself: the calibration fits its zero",

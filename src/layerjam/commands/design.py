@@ -193,8 +193,10 @@ def brake_of(made: DesignResult, number: int | None = None) -> BrakeFile:
     """One brake of a result's design as a file: by the design's number, or the refined one.
 
     Of brakes in series and in parallel it is one. Numbers that were fitted or measured on the brake
-    the design began from are said to be that one's. Raises QuantityError for a number that is none.
+    the design began from are said to be that one's. Raises QuantityError for a number of no design,
+    and for a brake whose checks fail unless `design` accepted them.
     """
+    from layerjam.design.checks import design_checks
     from layerjam.design.design_file import design_file, plain_name
     from layerjam.design.refine import changed
 
@@ -203,17 +205,23 @@ def brake_of(made: DesignResult, number: int | None = None) -> BrakeFile:
     if number is None:
         if refined is None:
             raise QuantityError("design: none was found between the steps; give a number")
-        number, more = refined.number, refined.values
+        number, more, row = refined.number, refined.values, refined.design
     else:
         WHICH.check(number, "number")
-        refined, more = None, {}
-    if number >= grid.size:
-        raise QuantityError(f"number: {number} is none of the {grid.size} designs, from 0 on")
+        if number >= grid.size:
+            raise QuantityError(f"number: {number} is none of the {grid.size} designs, from 0 on")
+        refined, more, row = None, {}, found.search.design(int(number))
     point = changed(grid.point(int(number)), more)
     name = f"{plain_name(spec.name)}-{number}{'-refined' if refined is not None else ''}"
+    accepted = [Acceptance.of_row(one) for one in made.accepted]
     with precision():
-        accepted = [Acceptance.of_row(row) for row in made.accepted]
-        return design_file(spec, point, grid.values(int(number)), name, accepted)
+        file = design_file(spec, point, grid.values(int(number)), name, accepted)
+        verdict = judge(design_checks(file, row["vacuum"], {}))
+    known = {one.check for one in accepted}
+    for failed in verdict.failed_checks:
+        if failed["name"] not in known:
+            raise QuantityError(f"{name}: check '{failed['name']}' failed: {failed['reason']}")
+    return file
 
 
 def infeasible(
