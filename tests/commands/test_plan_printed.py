@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import layerjam as lj
+from layerjam.device.load import load
 from layerjam.fluid.line import Reservoir
 from layerjam.units import QuantitySpec, show_at_least
 
@@ -124,3 +125,16 @@ def test_an_ordinary_plan_is_no_knife_edge() -> None:
     )
     assert made.knife_edge is False and made.safe_vacuum is None
     assert made.verdict == "passed" and {c["level"] for c in made.checks} == {"passed"}
+
+
+@pytest.mark.parametrize(("share", "code"), [(0.9, 4), (1.1, 0)])
+def test_a_plan_fails_if_its_peak_tears_the_sheets(share: float, code: int) -> None:
+    """Strength as a share of the stress by hand: the peak force over the sheets of one side."""
+    ordinary = {"mass": 1, "speed": 2.5, "travel": 0.04, "warning": 3, "samples": 100}
+    file = load("choi2018-kapton")
+    made, sheets = lj.plan("choi2018", file, **ordinary), file.brake.sheets
+    section = sheets.count // 2 * sheets.width * sheets.thickness
+    peak = max(made.record.full.peak_force, made.record.tuned.peak_force)
+    weak = lj.plan("choi2018", file.with_(strength=share * peak / section), **ordinary)
+    assert weak.exit_code == code
+    assert [one["name"] for one in weak.failed_checks] == ["sheet strength"] * (code == 4)
