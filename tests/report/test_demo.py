@@ -27,7 +27,7 @@ def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path) -> None:
         demo(out=tmp_path / "thesis.txt")
     link = tmp_path / "link"
     link.symlink_to(tmp_path, target_is_directory=True)
-    with pytest.raises(FileError, match="no folder"):
+    with pytest.raises(FileError, match="is not a folder"):
         demo(out=link)
     assert (tmp_path / "thesis.txt").read_text() == "mine"
 
