@@ -303,9 +303,43 @@ def test_every_fault_of_the_law_has_its_name() -> None:
 def test_the_self_test_finds_what_is_wrong() -> None:
     rig = Rig()
     assert rig.say("*TST?") == "0"
-    rig.hal.shows, rig.hal.estop_open, rig.hal.supply_low = math.nan, True, True
+    rig.hal.shows, rig.hal.estop_open = math.nan, True
     rig.run(SAMPLE)
-    assert rig.say("*TST?") == str(1 + 8 + 16)
+    assert rig.say("*TST?") == str(1 + 16)
+    rig.hal.supply_low = True
+    rig.run(SAMPLE)
+    assert rig.say("*TST?") == str(1 + 8), "without supply nothing is known of the stop"
+
+
+def test_a_lost_supply_is_not_an_emergency_stop() -> None:
+    """Without 12 V there is no voltage behind the stop either."""
+    rig = Rig()
+    rig.on(90e3)
+    rig.run(1.0, talk=True)
+    rig.hal.supply_low = rig.hal.estop_open = True
+    rig.hal.pump_works = 0.0
+    assert until_fault(rig, 1.0) <= 3 * SAMPLE
+    assert rig.say("OUTP:PROT:FAUL?") == '122,"SUPPLY_LOW"'
+    rig.say("*CLS;:OUTP:PROT:CLE")
+    for line in ("OUTP ON", "DIAG:DRIV 0,0,1"):
+        rig.say(line)
+        assert rig.bench.state == 0
+        assert "-221" in (said := rig.say("SYST:ERR?")) and "supply" in said, said
+    rig.hal.supply_low = False
+    rig.say("OUTP ON")
+    assert "the emergency stop is open" in rig.say("SYST:ERR?")
+
+
+def test_a_dip_of_the_supply_ends_without_a_fault() -> None:
+    """Two samples without 12 V, behind the stop too; the third has it again."""
+    rig = Rig()
+    rig.on(50e3)
+    rig.run(8.0, talk=True)
+    rig.hal.supply_low = rig.hal.estop_open = True
+    rig.run(2 * SAMPLE, talk=True)
+    rig.hal.supply_low = rig.hal.estop_open = False
+    rig.run(1.0, talk=True)
+    assert rig.bench.state == 1
 
 
 @pytest.mark.parametrize("mutant", ["gain", "fault"])

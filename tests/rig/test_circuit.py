@@ -74,7 +74,7 @@ def test_nothing_is_drawn_outside_of_the_sheet(made: Circuit) -> None:
     [
         ('shunt = "8.2 kΩ"', 'shunt = "10 kΩ"', "needs a pull-down"),
         ('shunt = "8.2 kΩ"', "", "has none"),
-        ('shunt = "33 kΩ"', 'shunt = "68 kΩ"', "4.86 V reach GP18"),
+        ('shunt = "30 kΩ, 47 nF"', 'shunt = "68 kΩ"', "5.10 V reach GP18"),
         ('series = "10 kΩ"', "", "4.50 V reach GP27"),
     ],
 )

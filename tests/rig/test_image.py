@@ -146,6 +146,7 @@ class Machine(types.SimpleNamespace):
         super().__init__(
             analogue=set(),
             pins={},
+            pulls={},
             duties={},
             bites=[],
             fed=0,
@@ -159,8 +160,9 @@ class Machine(types.SimpleNamespace):
         class Pin:
             OUT, IN, PULL_DOWN, PULL_UP = 1, 0, 2, 1
 
-            def __init__(self, number: int, *_: object, value: int | None = None) -> None:
+            def __init__(self, number: int, *modes: int | None, value: int | None = None) -> None:
                 self.number = number
+                outer.pulls[number] = modes[1] if len(modes) > 1 else None
                 if value is not None:
                     outer.pins[number] = value
 
@@ -257,13 +259,20 @@ def test_outputs_are_at_rest_from_the_start_and_follow(chip: Machine) -> None:
 
 
 def test_the_emergency_stop_and_the_supply(chip: Machine) -> None:
+    """The supply is that of pump and valve, 100 kohm over 30 kohm at GP28; 10.7 V are needed."""
     made = hal()
     assert made.estop() and not made.supply()
     chip.pins[18] = 1
-    chip.counts = int(4.01 / 3 / 3.3 * 65535)
+    chip.counts = int(10.71 * 30 / 130 / 3.3 * 65535)
     assert not made.estop() and made.supply()
-    chip.counts = int(3.99 / 3 / 3.3 * 65535)
+    chip.counts = int(10.69 * 30 / 130 / 3.3 * 65535)
     assert not made.supply()
+
+
+def test_no_resistor_of_the_chip_spoils_the_sense_of_the_emergency_stop(chip: Machine) -> None:
+    """Its pull-down of 50 to 80 kohm took a third of the divider's voltage."""
+    hal()
+    assert chip.pulls[18] is None and chip.pulls[21] == chip.Pin.PULL_UP
 
 
 @pytest.mark.parametrize("status", [0, 1, 2, 3])

@@ -16,8 +16,8 @@ PULL_DOWN = 8.2e3
 """Greatest pull-down [ohm] that holds a gate at GND while a pin floats (RP2350's erratum E9)."""
 GATES = ("pump_gate", "pump_back_gate", "vent_gate")
 """Outputs that must be off while the board is in reset."""
-INSIDE = ("led_out", "supply_adc")
-"""Pins of the chip that are not connected to the socket."""
+INSIDE = ("led_out",)
+"""Pins of the chip that need no wire."""
 SPI = {"spi_miso": 0, "spi_cs": 1, "spi_sck": 2, "spi_mosi": 3}
 """Place of a use among four pins in a row; GP n is on SPI (n // 8) mod 2 (RP2040's datasheet)."""
 OHMS = re.compile(r"([0-9]+(?:\.[0-9]+)?)\s*(k|M)?(?:Ω|ohm)")

@@ -161,12 +161,13 @@ class VirtualPlant:
     """Vacuum and sensor in the board's time, with injected faults.
 
     `injected` breaks pump, line or sensor. `drift` [Pa/s] raises the sensor's reading. `stall` [s]
-    keeps the board busy in its next sample. `estop` cuts the power of pump and valve and is
-    reported to the board, as is `supply_low`. Pump and vent follow `outputs` as commanded. `trace`,
-    if it is a list, receives (time [s], pump, vent open, vacuum [Pa]) at each change of the
-    outputs. `watch` is called at each sample, `at` calls a function between two samples. `pace` [s]
-    delays each sample in the host's time. `contact` closes the contact for a trigger.
-    `accelerometer` may receive a drop (`drop.py`).
+    keeps the board busy in its next sample. `estop` and `supply_low` cut the power of pump and
+    valve; the board senses no voltage behind the stop in both, and the second also before it.
+    Pump and vent follow `outputs` as commanded. `trace`, if it is a list, receives (time [s],
+    pump, vent open, vacuum [Pa]) at each change of the outputs. `watch` is called at each
+    sample, `at` calls a function between two samples. `pace` [s] delays each sample in the
+    host's time. `contact` closes the contact for a trigger. `accelerometer` may receive a drop
+    (`drop.py`).
     """
 
     def __init__(self, hardware: Hardware) -> None:
@@ -240,7 +241,7 @@ class VirtualPlant:
         if dt <= 0.0:
             return
         pump, vent = self.outputs
-        if self.estop:  # without power the valve takes its rest position
+        if self.estop or self.supply_low:  # without power the valve takes its rest position
             pump, vent = 0.0, self.behind.normally_open
         self._climbed += self.drift * dt
         rates, lag = self._rates(), self.behind.sensor.lag
@@ -307,7 +308,8 @@ class VirtualPlant:
         if self.pace:
             time.sleep(self.pace)
         vacuum, raw = self.reading()
-        flags = (ESTOP if self.estop else 0) | (SUPPLY_LOW if self.supply_low else 0)
+        # without supply there is no voltage behind the emergency stop either
+        flags = ESTOP | SUPPLY_LOW if self.supply_low else ESTOP if self.estop else 0
         flags |= (DIAGNOSTIC if vacuum != vacuum else 0) | (SECOND if self.behind.second else 0)
         flags |= CONTACT if self.contact else 0
         busy, self.stall = round(1e3 * self.stall), 0.0

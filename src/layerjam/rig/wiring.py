@@ -38,7 +38,7 @@ class Pins:
     sync_out: int = gp("the marker to a test machine")
     trigger_in: int = gp("the contact that starts a capture")
     led_out: int = gp("the lamp")
-    supply_adc: int = gp("the divided supply")
+    supply_adc: int = gp("the supply of pump and valve, divided")
     spi_miso: int = gp("the sensor's data")
     spi_cs: int = gp("the sensor's chip select")
     spi_sck: int = gp("the sensor's clock")
@@ -54,7 +54,7 @@ class Wiring:
     pump_frequency: float = quantity("Hz", "switching frequency of the pump", lo=10, hi=1e5)
     reference_voltage: float = quantity("V", "full scale of the converter", lo=1.0, hi=3.6)
     supply_ratio: float = quantity("1", "divider between supply and converter", lo=1, hi=20)
-    least_supply: float = quantity("V", "supply below which the board stops", lo=1.0, hi=30)
+    least_supply: float = quantity("V", "least supply of pump and valve", lo=1.0, hi=30)
     sensor_kind: str = value(TextSpec(text="kind of pressure sensor", choices=("hsc", "adc")))
     sensor_range: float = like(spec_of(Sensor, "range"))
     sensor_zero: float | None = quantity(

@@ -18,7 +18,9 @@ from layerjam.rig.wiring import load_wiring
 IMAGE = Path(__file__).parents[3] / "out" / "firmware" / "layerjam-pico.uf2"
 BUILD = Path(layerjam.rig.__file__).parent / "firmware" / "image" / "build.py"
 ZERO, SPAN = 1638, 13108
-SUPPLY = 5.0
+SUPPLY = 12.0
+THRESHOLD = 1.4
+"""Voltage [V] between the greatest for low and the least for high of the chip's data sheet."""
 
 
 def missing() -> str:
@@ -80,9 +82,14 @@ class Emulated:
         self.simulator.stopped = False
 
     def pins(self) -> None:
-        """Power behind the emergency stop, 5 V at the supply."""
-        self.chip.gpio[self.wired["estop_sense"]].set_input_value(True)
-        volts = SUPPLY / self.wired["supply_ratio"] / self.wired["reference_voltage"]
+        """12 V before and behind the emergency stop."""
+        self.supply(SUPPLY)
+
+    def supply(self, before: float, behind: float | None = None) -> None:
+        """Voltages [V] before and behind the emergency stop; one where it is closed."""
+        sense = (before if behind is None else behind) / self.wired["supply_ratio"]
+        self.chip.gpio[self.wired["estop_sense"]].set_input_value(sense > THRESHOLD)
+        volts = before / self.wired["supply_ratio"] / self.wired["reference_voltage"]
         self.chip.adc.channel_values[self.wired["supply_adc"] - 26] = int(volts * 4095)
 
     @property

@@ -195,6 +195,13 @@ class Bench:
         if self.state in (RUN, DRIVE):
             self.state = SAFE
 
+    def without_power(self) -> str:
+        """Return the reason why pump and valve have no power, "" if they have."""
+        stopped = self.hal.estop()
+        if not self.hal.supply():
+            return "the supply of pump and valve is low or off"
+        return "the emergency stop is open" if stopped else ""
+
     def why_not(self) -> str:
         """What keeps the outputs from being switched on, "" where nothing does."""
         made = self.settings
@@ -213,8 +220,9 @@ class Bench:
         watch = made.law[1]
         if not watch[5] <= self.reading < watch[6]:
             return "the sensor shows no vacuum within its range"
-        if self.hal.estop():
-            return "the emergency stop is open"
+        off = self.without_power()
+        if off:
+            return off
         if self.target > self.reach:
             return "the target is beyond the regulator's reach"
         return ""
@@ -242,8 +250,9 @@ class Bench:
             raise ScpiError(-221, "%.2f s of driving are left" % (self.allowed * 1e-6))
         if not self.settings.rest:
             raise ScpiError(-221, "OUTP:VENT:REST is not declared")
-        if self.hal.estop():
-            raise ScpiError(-221, "the emergency stop is open")
+        off = self.without_power()
+        if off:
+            raise ScpiError(-221, off)
         self.until = int(time * 1e6)
         self.state = DRIVE
         self.hal.arm()
@@ -262,6 +271,8 @@ class Bench:
         self.reading = (reading - self.settings.offset) * self.settings.gain
         stopped = self.hal.estop()
         self.low_supply = 0 if self.hal.supply() else self.low_supply + 1
+        # the stop is sensed by the supply behind it: without supply nothing is known of it
+        stopped = stopped and not self.low_supply
         if self.state == RUN:
             self.regulate(late, stopped, diagnostic)
         elif self.state == DRIVE:
@@ -300,7 +311,8 @@ class Bench:
                 self.settings.law, self.state_of_law, self.reading, self.target
             )
             if fault:
-                self.trip(fault)
+                # a pump without supply makes no vacuum: the supply is the cause
+                self.trip(122 if self.low_supply else fault)
                 if diagnostic:
                     self.tell(129)
                 return
@@ -378,7 +390,7 @@ class Bench:
         found |= 32 if self.trouble == -314 else 2 if self.trouble else 0
         found |= 0 if law_is_sound() else 4
         found |= 8 if self.low_supply else 0
-        return found | (16 if self.hal.estop() else 0)
+        return found | (16 if self.hal.estop() and not self.low_supply else 0)
 
     def fault_text(self) -> str:
         """`5,"NO_VACUUM"`; `0,"HEALTHY"` where there is none."""

@@ -66,7 +66,7 @@ class Hal:
         frequency = int(made["pump_frequency"])
         self.pump = machine.PWM(pin(made["pump_gate"]), freq=frequency, duty_u16=0)
         self.back = machine.PWM(pin(made["pump_back_gate"]), freq=frequency, duty_u16=0)
-        self.closed = pin(made["estop_sense"], pin.IN, pin.PULL_DOWN)
+        self.closed = pin(made["estop_sense"], pin.IN)
         self.marker = pin(made["sync_out"], pin.OUT, value=0)
         self.led = pin(made["led_out"], pin.OUT, value=0)
         self.trigger = pin(made["trigger_in"], pin.IN, pin.PULL_UP)
@@ -154,11 +154,11 @@ class Hal:
         self.vent.value(power)
 
     def estop(self) -> bool:
-        """Whether the emergency stop is open: no 12 V behind it."""
+        """Whether no 12 V are behind the emergency stop; the wire's divider pulls the pin down."""
         return not self.closed.value()
 
     def supply(self) -> bool:
-        """Whether the supply is as it should be."""
+        """Whether the 12 V before the emergency stop are as they should be."""
         return self.volts.mean(1) >= self.least
 
     def external(self) -> bool:
