@@ -9,7 +9,7 @@ EMULATOR := $(VENV)/emulator
 
 INSTRUMENTS := $(VENV)/instruments
 
-.PHONY: demo test slow bench bench-checks interop firmware firmware-checks docs lint mutants coverage \
+.PHONY: demo test slow bench bench-checks interop electronics firmware firmware-checks docs lint mutants coverage \
   alarms fuzz lock clean
 .DELETE_ON_ERROR:
 
@@ -70,12 +70,20 @@ interop: $(SIMULATORS)/.installed
 	PYTHONPATH=$(CURDIR)/examples $(SIMULATORS)/bin/python tests/docs/examples.py docs/interop.md docs/simulators.md docs/elbow.md
 	$(BIN)/python -m benchmarks.kernel
 
+# The bench's circuit in ngspice, installed from Debian's packages where that is possible.
+electronics: $(STAMP)
+	@command -v ngspice >/dev/null || \
+	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends ngspice; } || \
+	  echo "not installed: ngspice; what needs it is skipped"
+	$(BIN)/python -m pytest -q -rs tests/electronics
+
 # The image for a board, from Debian's packages, into out/firmware.
 COMPILER = build-essential cmake dpkg-dev debian-archive-keyring gcc-arm-none-eabi \
   libnewlib-arm-none-eabi
 
 firmware: $(STAMP)
-	@( for tool in cmake dpkg-source gcc arm-none-eabi-gcc; do command -v $$tool >/dev/null || exit 1; done ) || \
+	@( for tool in cmake dpkg-source gcc arm-none-eabi-gcc; do command -v $$tool >/dev/null || exit 1; done; \
+	  test -e "$$(arm-none-eabi-gcc -print-file-name=nosys.specs)" ) || \
 	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends $(COMPILER); }
 	$(BIN)/python src/layerjam/rig/firmware/image/build.py --out out/firmware $(ONLY)
 

@@ -31,6 +31,7 @@ from layerjam.measure.sidecar import Facts
 from layerjam.records.source import KINDS
 from layerjam.records.toml import parse_toml
 from layerjam.rig.circuit import load_circuit
+from layerjam.rig.electronics import margins
 from layerjam.rig.headers import bounds, headers
 from layerjam.simulate.record import DropRecord, TensileRecord
 from layerjam.simulate.stick_slip import StickSlipRecord
@@ -306,8 +307,28 @@ def scpi_headers() -> str:
 
 def wiring_parts() -> str:
     """What to buy for a bench."""
-    rows = [row(p.name, p.pick, p.status, p.source) for p in load_circuit("pico").parts]
-    return table(("part", "pick", "status", "where from"), rows)
+    rows = [
+        row(
+            p.refs,
+            p.name,
+            f"{p.number}<br>or {'<br>or '.join(p.alternatives)}",
+            p.sheet,
+            p.ours,
+            p.read,
+        )
+        for p in load_circuit("pico").parts
+    ]
+    return table(("", "part", "order number", "data sheet", "here", "read in the data sheet"), rows)
+
+
+def electronics_margins() -> str:
+    """The worst case of each quantity beside its limit."""
+    rows = []
+    for m in margins(load_circuit("pico")):
+        most = m.most < float("inf")
+        limit = f"{'≤' if most else '≥'} {m.most if most else m.least:.3g} {m.unit}"
+        rows.append(row(m.name, f"{m.value:.3g} {m.unit}", limit))
+    return table(("quantity", "worst case", "limit"), rows)
 
 
 PARTS: dict[str, Callable[[], str]] = {
@@ -325,6 +346,7 @@ PARTS: dict[str, Callable[[], str]] = {
         command_functions,
         scpi_headers,
         wiring_parts,
+        electronics_margins,
     )
 }
 PARTS |= {

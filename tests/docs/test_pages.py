@@ -120,6 +120,7 @@ def test_generated_tables_are_what_the_code_says(generate: ModuleType) -> None:
         "reference.md",
         "scpi.md",
         "wiring.md",
+        "electronics.md",
     }
     for page in pages:
         text = page.read_text(encoding="utf-8")

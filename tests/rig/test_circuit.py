@@ -12,7 +12,8 @@ import pytest
 
 from layerjam.cli.main import main
 from layerjam.report.wiring import drawing
-from layerjam.rig.circuit import PICO, Circuit, load_circuit, ohms
+from layerjam.rig.circuit import PICO, Circuit, load_circuit
+from layerjam.rig.electronics import find_conflicts
 
 # Raspberry Pi Pico's datasheet, figure 4: GP numbers around the socket, from pin 1 on
 AROUND = re.findall(
@@ -36,15 +37,33 @@ def test_the_socket_is_the_picos(made: Circuit) -> None:
             assert made.socket[f"GP{name}" if name.isdigit() else name] == pin
 
 
-def test_every_wire_is_drawn_with_its_pin_and_parts(made: Circuit) -> None:
-    assert made.conflicts() == ()
-    svg = drawing(made)
-    texts = {node.text for node in ET.fromstring(svg).iter() if node.tag.endswith("text")}
+def words(svg: str) -> list[str]:
+    """Lines of text of a drawing."""
+    root = ET.fromstring(svg)
+    return ["".join(n.itertext()).strip() for n in root.iter() if n.tag.endswith(("text", "tspan"))]
+
+
+def test_every_wire_and_component_is_drawn(made: Circuit) -> None:
+    assert find_conflicts(made) == ()
+    said = words(drawing(made))
+    text = "\n".join(said)
     for wire in made.wires:
-        assert {wire.label, f"pin {wire.pin}", wire.to, wire.name} <= texts
-        assert {wire.series, wire.shunt} - {None} <= texts
-    assert any("pull-downs" in (text or "") for text in texts)
-    assert any("Without power the vent" in (text or "") for text in texts)
+        assert (wire.use or wire.label) in said, wire
+    for ref, component in made.components.items():
+        assert ref in said or any(one.startswith(f"{ref} ") for one in said) or ref in text, ref
+        if component.kind in ("resistor", "capacitor"):
+            assert component.text in text, component
+    for number in range(1, made.pins + 1):
+        assert str(number) in said
+    for part in made.parts:
+        assert part.number in text
+    assert "pull-downs" in text and "Without power the vent" in text and "H-bridge" in text
+
+
+def test_every_drawn_part_is_of_the_declaration(made: Circuit) -> None:
+    """A part that is drawn and not declared would be neither calculated nor simulated."""
+    drawn = {one for one in words(drawing(made)) if re.fullmatch(r"[A-Z]\d+", one)}
+    assert drawn <= set(made.components), drawn - set(made.components)
 
 
 def test_the_page_shows_this_drawing(made: Circuit) -> None:
@@ -53,29 +72,17 @@ def test_the_page_shows_this_drawing(made: Circuit) -> None:
     assert page.read_text("utf-8") == drawing(made)
 
 
-def test_nothing_is_drawn_outside_of_the_sheet(made: Circuit) -> None:
-    """Letters are taken for 0.62 of their size wide, which no sans serif exceeds on average."""
-    root = ET.fromstring(drawing(made))
-    wide, high = float(root.get("width", "0")), float(root.get("height", "0"))
-    sizes = {"big": 20, "head": 15, "small": 11}
-    for node in root.iter():
-        if not node.tag.endswith("text"):
-            continue
-        kinds = (node.get("class") or "").split()
-        size = next((sizes[kind] for kind in kinds if kind in sizes), 13)
-        x, y = float(node.get("x", "0")), float(node.get("y", "0"))
-        length = 0.62 * size * len(node.text or "")
-        begin = x - (length if "end" in kinds else length / 2 if "mid" in kinds else 0)
-        assert begin >= 0 and begin + length <= wide and 0 < y <= high, node.text
-
-
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('shunt = "8.2 kΩ"', 'shunt = "10 kΩ"', "needs a pull-down"),
-        ('shunt = "8.2 kΩ"', "", "has none"),
-        ('shunt = "30 kΩ, 47 nF"', 'shunt = "68 kΩ"', "5.10 V reach GP18"),
-        ('series = "10 kΩ"', "", "4.50 V reach GP27"),
+        ("value = 8200.0", "value = 10000.0", "needs a pull-down"),
+        ('nodes = ["pump gate", "GND"]', 'nodes = ["other", "GND"]', "has none"),
+        ("value = 20000.0", "value = 47000.0", "voltage at accelerometer_adc: 3.7"),
+        (
+            "value = 30000.0\ntolerance = 0.01",
+            "value = 68000.0\ntolerance = 0.01",
+            "at estop_sense: 5",
+        ),
     ],
 )
 def test_parts_that_cannot_be(tmp_path: Path, old: str, new: str, said: str) -> None:
@@ -83,7 +90,7 @@ def test_parts_that_cannot_be(tmp_path: Path, old: str, new: str, said: str) -> 
     assert old in text
     other = tmp_path / "other.toml"
     other.write_text(text.replace(old, new), encoding="utf-8")
-    assert any(said in one for one in load_circuit("pico", other).conflicts())
+    assert any(said in one for one in find_conflicts(load_circuit("pico", other)))
 
 
 @pytest.mark.parametrize(
@@ -101,14 +108,10 @@ def test_pins_that_cannot_be(made: Circuit, pins: dict[str, int], said: str) -> 
     assert any(said in one for one in replace(made, file=changed).conflicts())
 
 
-def test_ohms() -> None:
-    assert [ohms(t) for t in ("8.2 kΩ", "150 Ω, 10 nF", "1 Mohm", "10 nF", None)] == [
-        8200.0,
-        150.0,
-        1e6,
-        None,
-        None,
-    ]
+def test_values_are_written_with_their_units(made: Circuit) -> None:
+    parts = made.components
+    shown = [parts[ref].text for ref in ("R2", "R1", "R5", "C1", "C3")]
+    assert shown == ["8.2 kΩ", "300 Ω", "100 kΩ", "1000 µF", "47 nF"]
 
 
 def test_as_it_is_typed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -117,7 +120,11 @@ def test_as_it_is_typed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     said = json.loads(capsys.readouterr().out)
     assert said["conflicts"] == [] and out.read_text("utf-8").startswith("<svg")
     pins = {wire["use"]: wire["pin"] for wire in said["pins"]}
-    assert pins["pump_gate"] == 21 and pins["vent_gate"] == 22
+    assert pins["pump_gate"] == 21 and pins["vent_gate"] == 22 and pins["supply_adc"] == 34
+    shunts = {wire["use"]: wire["shunt"] for wire in said["pins"]}
+    assert shunts["pump_gate"] == "8.2 kΩ" and shunts["estop_sense"] == "30 kΩ, 47 nF"
+    assert all(len(part["alternatives"]) == 2 for part in said["parts"])
+    assert {"name", "value", "unit"} <= set(said["margins"][0])
     assert main(["bench", "wiring", "pico", "--out", str(out)]) == 2
     assert re.search("is there already", capsys.readouterr().err)
     assert main(["bench", "wiring", "arduino"]) == 2

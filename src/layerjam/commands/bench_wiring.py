@@ -21,6 +21,12 @@ class BoardWiring(Result):
         "for each wire: pin of the socket, its label, what it is for, parts, where it ends",
         listed=False,
     )
+    margins: Sequence[Any] = fact(
+        "worst case of the electronics: name, value, unit, least and most allowed", listed=False
+    )
+    parts: Sequence[Any] = fact(
+        "parts to order, alternatives, limits of the data sheet beside ours", listed=False
+    )
     conflicts: Sequence[str] = fact("what cannot be right; empty where nothing was found")
     out: str | None = fact("where the drawing was written", default=None)
 
@@ -39,12 +45,13 @@ def bench_wiring(
         str | Path | None, Help("Write the drawing to this SVG file.", metavar="FILE")
     ] = None,
 ) -> BoardWiring:
-    """List a board's wires, look for contradictions, and draw them.
+    """List a board's wires and parts, calculate their worst case, and draw the circuit.
 
     Raises FileError for a file that is no board's, or that is there already; UnknownNameError for
     a board that nobody knows.
     """
     from layerjam.rig.circuit import load_circuit
+    from layerjam.rig.electronics import find_conflicts, margins
 
     made = load_circuit(board)
     if out is not None:
@@ -61,6 +68,8 @@ def bench_wiring(
     return BoardWiring(
         board=made.board,
         pins=[asdict(wire) for wire in made.wires],
-        conflicts=made.conflicts(),
+        margins=[row.fields() for row in margins(made)],
+        parts=[asdict(part) for part in made.parts],
+        conflicts=find_conflicts(made),
         out=None if out is None else str(out),
     )

@@ -1,298 +1,243 @@
-"""The wiring of a board as a drawing: socket, wires with their parts, power, air, warnings."""
+"""The wiring of a board as a circuit diagram, drawn with schemdraw from its declaration."""
 
 from __future__ import annotations
 
+import itertools
+import textwrap
 from collections.abc import Iterator
-from html import escape
+from typing import Any
 
-from layerjam.rig.circuit import GATES, Circuit, Wire
+from layerjam.errors import MissingExtraError
+from layerjam.rig.circuit import GATES, UNITS, Circuit
+from layerjam.rig.electronics import find_conflicts
 
-WIDTH = 1180
-ROW = 62
-INK, FAINT, WARN, GROUND, POWER, SIGNAL = (
-    "#1b1b1b",
-    "#8a8a8a",
-    "#b3261e",
-    "#4a4a4a",
-    "#b35900",
-    "#1f5fa8",
+SYMBOLS = {
+    "resistor": "ResistorIEC",
+    "capacitor": "Capacitor",
+    "schottky": "Schottky",
+    "tvs": "Zener",
+    "fuse": "Fuse",
+    "motor": "Motor",
+    "coil": "Inductor2",
+}
+"""Symbol in schemdraw of each kind of component."""
+BOTTOM = -20.5
+"""Height below which texts stand, in the units of the drawing."""
+LINE = 0.62
+"""Distance between lines of text."""
+AIR = (
+    "AIR: brake – T-piece (pressure sensor) – common port of the 3/2 valve – pump inlet.",
+    "Safe state RELEASE: the port that is open without power (NO) leads to the atmosphere.",
+    "Safe state HOLD: the port that is closed without power (NC) does, and a non-return valve "
+    "sits at the pump.",
 )
-BOARD_X, BOARD_Y, PITCH = 150, 96, 27
-WIRES_X = 480
-PORTS = (
-    "Safe state RELEASE: the port that is open without power (NO) leads to the atmosphere. HOLD: "
-    "the port that is closed without power (NC) does, and a non-return valve sits at the pump."
-)
-STYLE = """
-text { font-family: DejaVu Sans, Helvetica, Arial, sans-serif; font-size: 13px; fill: #1b1b1b }
-.small { font-size: 11px } .big { font-size: 20px; font-weight: bold }
-.head { font-size: 15px; font-weight: bold } .faint { fill: #6b6b6b } .warn { fill: #b3261e }
-.mid { text-anchor: middle } .end { text-anchor: end } .bold { font-weight: bold }
-"""
 
 
-class Pen:
-    """Elements of an SVG, in order."""
-
-    def __init__(self) -> None:
-        self.parts: list[str] = []
-
-    def text(self, x: float, y: float, text: str, kind: str = "") -> None:
-        """A text; `kind` are classes of STYLE."""
-        self.parts.append(f'<text x="{x:g}" y="{y:g}" class="{kind}">{escape(text)}</text>')
-
-    def line(self, *points: tuple[float, float], color: str = INK, wide: float = 1.6) -> None:
-        """A wire through points."""
-        path = " ".join(f"{x:g},{y:g}" for x, y in points)
-        self.parts.append(
-            f'<polyline points="{path}" fill="none" stroke="{color}" stroke-width="{wide:g}"/>'
-        )
-
-    def box(
-        self, x: float, y: float, wide: float, high: float, *, fill: str = "#fff", color: str = INK
-    ) -> None:
-        """A rectangle."""
-        self.parts.append(
-            f'<rect x="{x:g}" y="{y:g}" width="{wide:g}" height="{high:g}" rx="3" fill="{fill}" '
-            f'stroke="{color}" stroke-width="1.4"/>'
-        )
-
-    def dot(self, x: float, y: float, color: str = INK) -> None:
-        """Where wires are joined."""
-        self.parts.append(f'<circle cx="{x:g}" cy="{y:g}" r="3.4" fill="{color}"/>')
-
-    def ring(self, x: float, y: float, fill: str) -> None:
-        """A pin of a socket."""
-        self.parts.append(f'<circle cx="{x:g}" cy="{y:g}" r="7" fill="{fill}" stroke="{INK}"/>')
-
-    def ground(self, x: float, y: float) -> None:
-        """The sign of GND, hung at a point."""
-        self.line((x, y), (x, y + 5), color=GROUND)
-        for step, half in enumerate((9, 6, 3)):
-            at = y + 5 + 3.5 * step
-            self.line((x - half, at), (x + half, at), color=GROUND)
-
-    def part(self, x: float, y: float, wide: float, text: str) -> None:
-        """A part in a horizontal wire, its middle at a point."""
-        self.box(x - wide / 2, y - 11, wide, 22)
-        self.text(x, y + 4.5, text, "mid small")
-
-
-def drawing(made: Circuit) -> str:
-    """The SVG of a board's wiring."""
-    pen = Pen()
-    pen.text(28, 40, f"Wiring of {made.board}", "big")
+def drawing(circuit: Circuit) -> str:
+    """Return the SVG of a board's wiring; MissingExtraError if schemdraw is not installed."""
+    with MissingExtraError.raise_if_missing("a circuit diagram (schemdraw)", "bench"):
+        import schemdraw
+        from schemdraw import elements
+    sheet = schemdraw.Drawing(canvas="svg", show=False, fontsize=11, unit=2.2, lw=1.4)
+    sheet.config(font="DejaVu Sans, Helvetica, Arial, sans-serif", bgcolor="white")
+    pen = _Pen(sheet, elements, circuit)
+    pen.text(0, 3.4, f"Wiring of {circuit.board}", size=18)
     pen.text(
-        28, 62, "Seen from above, USB at the top. Signals below 3.3 V; all GND are one.", "faint"
+        0, 2.6, "Board from above, USB at the top. All GND are one. Labels in frames are joined."
     )
-    _socket(pen, made)
-    bottom = _wires(pen, made)
-    bottom = max(bottom, BOARD_Y + 20 * PITCH + 60) + 20
-    bottom = _power(pen, bottom)
-    bottom = _air(pen, bottom)
-    bottom = _warnings(pen, made, bottom)
-    bottom = _parts(pen, made, bottom)
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {bottom:g}" '
-        f'width="{WIDTH}" height="{bottom:g}">\n<style>{STYLE}</style>\n'
-        f'<rect width="{WIDTH}" height="{bottom:g}" fill="#fff"/>\n'
-        + "\n".join(pen.parts)
-        + "\n</svg>\n"
-    )
+    pen.board()
+    pen.power(14.0, 1.0)
+    pen.bridge(14.0, -13.0)
+    pen.signals(36.0, -9.6)
+    for row, line in enumerate(_lines(circuit)):
+        pen.text(1.5, BOTTOM - LINE * row, line)
+    return str(sheet.get_imagedata("svg").decode("utf-8"))
 
 
-def place(pin: int, pins: int) -> tuple[float, float, bool]:
-    """(x, y, whether on the left side) of a pin of the socket."""
-    half = pins // 2
-    left = pin <= half
-    row = pin - 1 if left else pins - pin
-    return BOARD_X + (0 if left else 150), BOARD_Y + 26 + PITCH * row, left
+class _Pen:
+    """Elements of one drawing, placed at points of its sheet."""
 
+    def __init__(self, sheet: Any, elements: Any, circuit: Circuit) -> None:
+        self.sheet, self.elements, self.circuit = sheet, elements, circuit
 
-def _socket(pen: Pen, made: Circuit) -> None:
-    """The board from above; used pins are filled, with what they are for."""
-    half = made.pins // 2
-    high = PITCH * half + 24
-    pen.box(BOARD_X - 12, BOARD_Y, 174, high, fill="#e8f1e6")
-    pen.box(BOARD_X + 50, BOARD_Y - 12, 50, 22, fill="#d0d0d0")
-    pen.text(BOARD_X + 75, BOARD_Y + 3, "USB", "mid small")
-    labels = {pin: label for label, pin in made.socket.items()}
-    labels |= dict.fromkeys(made.grounds, "GND")
-    uses = {wire.pin: wire for wire in made.wires}
-    for pin in range(1, made.pins + 1):
-        x, y, left = place(pin, made.pins)
-        wire = uses.get(pin)
-        color = _color(wire) if wire else "#fff"
-        pen.ring(x, y, color)
-        pen.text(
-            x + (14 if left else -14), y + 4, labels.get(pin, ""), "small" if left else "small end"
+    def add(self, made: Any, at: Any, end: Any = None, label: str = "", loc: str = "top") -> Any:
+        """Place an element at a point, or between two; returns it."""
+        made = made.at(at)
+        if end is not None:
+            made = made.to(end)
+        return self.sheet.add(made.label(label, loc=loc, fontsize=9) if label else made)
+
+    def line(self, *points: Any) -> None:
+        """Draw a wire through points."""
+        for start, end in itertools.pairwise(points):
+            self.add(self.elements.Line(), start, end)
+
+    def text(self, x: float, y: float, text: str, size: float = 11) -> None:
+        """Write a text that begins at a point."""
+        made = self.elements.Label().label(text, fontsize=size, halign="left", ofst=0)
+        self.sheet.add(made.at((x, y)))
+
+    def part(self, ref: str, start: Any, end: Any, loc: str = "top") -> Any:
+        """Draw a component between two points, with its reference and value."""
+        made = self.circuit.components[ref]
+        name = f"{ref}\n{made.text}" if made.kind in UNITS else ref
+        return self.add(getattr(self.elements, SYMBOLS[made.kind])(), start, end, name, loc)
+
+    def down(self, ref: str, at: Any, length: float = 2.2) -> None:
+        """Draw a component from a point of a line to GND."""
+        end = (at[0], at[1] - length)
+        turned = self.circuit.components[ref].kind == "tvs"
+        self.add(self.elements.Dot(), at)
+        self.part(ref, end if turned else at, at if turned else end, "bottom")
+        self.add(self.elements.Ground(), end)
+
+    def tag(self, at: Any, text: str, direction: str = "right") -> None:
+        """Draw a framed label, which joins this point with all of that name."""
+        made = self.elements.Tag(width=max(1.6, 0.2 * len(text) + 0.6))
+        self.add(getattr(made.theta(0), direction)(), at, None, text, "center")
+
+    def chip(self, at: Any, anchor: str, sides: dict[str, str], size: Any, name: str) -> Any:
+        """Draw a box with pins, {name: side}, by one of its anchors; returns the anchors."""
+        pins = [
+            self.elements.IcPin(name=pin, side=side, anchorname=pin) for pin, side in sides.items()
+        ]
+        made = (
+            self.elements.Ic(pins=pins, size=size, leadlen=0.5, lblsize=10).theta(0).anchor(anchor)
         )
-        kind = "small bold" if wire else "small faint"
-        pen.text(x + (-22 if left else 22), y + 4, str(pin), f"{kind} end" if left else kind)
-        if wire:
-            what = wire.use or wire.label
-            pen.text(x + (-44 if left else 44), y + 4, what, "small end" if left else "small")
+        return self.add(made, at, None, name, "top").absanchors
+
+    def board(self) -> None:
+        """Draw the socket, with the use of each pin that has one."""
+        circuit, half = self.circuit, self.circuit.pins // 2
+        labels = {pin: label for label, pin in circuit.socket.items()}
+        labels |= dict.fromkeys(circuit.grounds, "GND")
+        order = [*range(half, 0, -1), *range(half + 1, circuit.pins + 1)]
+        pins = [
+            self.elements.IcPin(
+                name=labels.get(pin, ""),
+                pin=str(pin),
+                side="left" if pin <= half else "right",
+                anchorname=f"pin{pin}",
+            )
+            for pin in order
+        ]
+        size = (4.2, half * 0.92 + 0.6)
+        socket = self.elements.Ic(pins=pins, size=size, pinspacing=0.92, leadlen=0.5, lblsize=10)
+        socket = self.add(socket.anchor("center"), (6.0, 1.2 - size[1] / 2), None, "USB")
+        for wire in circuit.wires:
+            if wire.pin is not None:
+                left = wire.pin <= half
+                x, y = socket.absanchors[f"pin{wire.pin}"]
+                self.tag((x, y), wire.use or wire.label, "left" if left else "right")
+
+    def signals(self, x: float, y: float) -> None:
+        """Draw a row for each wire that is not of the power side: parts, and its end."""
+        power = (*GATES, "pump_back_gate", "estop_sense", "supply_adc")
+        for wire in self.circuit.wires:
+            if wire.use in power or wire.label in ("GND", "VSYS"):
+                continue
+            series = self.circuit.behind(wire.use)[0] if wire.use else None
+            begin, end = (x + 3.6 * bool(wire.shunt), y), (x + 3.6 * bool(wire.shunt) + 2.6, y)
+            self.tag((x, y), wire.use or wire.label, "left")
+            self.line((x, y), begin)
+            self.line(begin, end) if series is None else self.part(series.ref, begin, end)
+            self.text(end[0] + 0.2, y - 0.15, wire.to)
+            shunts = self.circuit.between(wire.use, "GND") if wire.use and wire.shunt else []
+            for n, shunt in enumerate(shunts):
+                self.down(shunt.ref, (x + 0.6 + 1.8 * n, y), 1.9)
+            y -= 3.6 if shunts else 1.15
+
+    def sense(self, use: str, at: Any) -> None:
+        """Draw a divider from a point down to a pin's label, with its filter."""
+        upper, lower, capacitor = (part.ref for part in self.circuit.divider(use))
+        middle, right = (at[0], at[1] - 2.2), (at[0] + 2.0, at[1] - 2.2)
+        self.add(self.elements.Dot(), at)
+        self.part(upper, at, middle, "bottom")
+        self.down(lower, middle)
+        self.line(middle, right)
+        self.down(capacitor, right)
+        self.tag(right, use)
+
+    def power(self, x: float, y: float) -> None:
+        """Draw 12 V, fuse, emergency stop, the converter, pump and valve with their switches."""
+        self.text(x, y + 1.6, "Power: the emergency stop cuts pump and valve, not the board", 13)
+        self.tag((x + 1.8, y), "+12 V", "left")
+        self.part("F1", (x + 1.8, y), (x + 4.0, y))
+        self.line((x + 4.0, y), (x + 20.0, y))
+        self.down("D4", (x + 4.6, y))
+        self.down("C1", (x + 6.4, y))
+        self.line((x + 8.6, y), (x + 8.6, y - 2.2))
+        self.add(self.elements.Dot(), (x + 8.6, y))
+        sides = {"12 V": "left", "5 V": "right", "GND": "bottom"}
+        at = self.chip((x + 8.6, y - 2.2), "12 V", sides, (2.6, 1.6), "U1")
+        self.add(self.elements.Ground(), at["GND"])
+        five = at["5 V"]
+        self.part("D3", five, (five[0] + 1.8, five[1]))
+        self.tag((five[0] + 1.8, five[1]), "VSYS")
+        self.sense("supply_adc", (x + 17.0, y))
+        stop = x + 22.2
+        self.add(self.elements.Button(nc=True), (x + 20.0, y), (stop, y), "S1 E-STOP")
+        self.text(stop + 0.4, y + 0.4, "12 V behind stop")
+        self.down("R7", (stop + 0.8, y))
+        self.sense("estop_sense", (stop + 2.8, y))
+        self.switch("2", "Y1", "vent_gate", (stop + 13.0, y))
+        self.line((stop, y), (stop + 14.4, y))
+        self.part("D5", (stop + 14.4, y), (stop + 16.4, y))
+        self.line((stop + 16.4, y), (stop + 26.2, y))
+        self.text(stop + 16.8, y + 0.4, "pump plus")
+        self.down("C2", (stop + 17.2, y))
+        self.switch("1", "M1", "pump_gate", (stop + 24.6, y))
+
+    def switch(self, number: str, load: str, use: str, at: Any) -> None:
+        """Draw a load from 12 V to its transistor, with diode, gate resistor and pull-down."""
+        bottom, side = (at[0], at[1] - 2.6), at[0] + 1.6
+        self.add(self.elements.Dot(), at)
+        self.part(load, at, bottom)
+        self.line(bottom, (side, bottom[1]))
+        self.part(f"D{number}", (side, bottom[1]), (side, at[1]), "bottom")
+        switch = self.elements.NFet().anchor("drain").reverse().theta(0)
+        ends = self.add(switch, bottom, None, f"Q{number}", "right").absanchors
+        self.add(self.elements.Ground(), ends["source"])
+        behind = self.circuit.behind(use)[1]
+        (series,), (pull,) = self.circuit.between(use, behind), self.circuit.between(behind, "GND")
+        corner = (ends["gate"][0] - 0.7, ends["gate"][1])
+        self.line(ends["gate"], corner)
+        self.down(pull.ref, corner)
+        self.part(series.ref, (corner[0] - 1.8, corner[1]), corner)
+        self.tag((corner[0] - 1.8, corner[1]), use, "left")
+
+    def bridge(self, x: float, y: float) -> None:
+        """Draw the H-bridge that takes the place of Q1 and D1 for a pump that runs both ways."""
+        self.text(
+            x, y + 3.4, "H-bridge H1 instead of Q1 and D1, for a pump that runs both ways", 13
+        )
+        sides = {"IN2": "left", "IN1": "left", "OUT2": "right", "OUT1": "right"}
+        sides |= {"VM": "top", "GND": "bottom"}
+        at = self.chip((x + 5.6, y), "IN1", sides, (3.0, 3.4), "")
+        self.tag(at["VM"], "pump plus")
+        self.add(self.elements.Ground(), at["GND"])
+        for name, use in (("IN1", "pump_gate"), ("IN2", "pump_back_gate")):
+            self.tag(at[name], use, "left")
+        ends = [(at[name][0] + 0.8, at[name][1]) for name in ("OUT1", "OUT2")]
+        for name, end in zip(("OUT1", "OUT2"), ends, strict=True):
+            self.line(at[name], end)
+        self.part("M1", ends[0], ends[1], "bottom")
 
 
-def _color(wire: Wire) -> str:
-    if wire.use is None:
-        return GROUND if wire.label == "GND" else POWER
-    return WARN if wire.use in GATES else SIGNAL
-
-
-def _wires(pen: Pen, made: Circuit) -> float:
-    """One row a wire: pin, pull-down or divider, series part, end."""
-    pen.text(WIRES_X, BOARD_Y - 6, "Wires", "head")
-    y = BOARD_Y + 26.0
-    for wire in made.wires:
-        color = _color(wire)
-        pen.box(WIRES_X, y - 13, 112, 26, fill="#f4f4f4")
-        pen.text(WIRES_X + 8, y + 4.5, f"{wire.label}", "bold")
-        pen.text(WIRES_X + 104, y + 4.5, f"pin {wire.pin or '–'}", "end small")
-        end = WIRES_X + 400
-        pen.line((WIRES_X + 112, y), (end, y), color=color)
-        gate = wire.use in GATES
-        if wire.series:
-            pen.part(WIRES_X + (180 if gate else 330), y, 70, wire.series)
-        if wire.shunt:
-            _shunt(pen, WIRES_X + (240 if gate else 150), y, wire.shunt, color)
-        pen.text(WIRES_X + 122, y - (15 if gate else 6), wire.name, "small faint")
-        pen.text(end + 8, y + 4.5, wire.to)
-        y += ROW if wire.shunt else ROW - 20
-    return y
-
-
-def _shunt(pen: Pen, x: float, y: float, text: str, color: str) -> None:
-    """A part from a point of a wire to GND."""
-    pen.dot(x, y, color)
-    pen.line((x, y), (x, y + 20), (x + 14, y + 20), color=color)
-    pen.part(x + 63, y + 20, 98, text)
-    pen.line((x + 112, y + 20), (x + 126, y + 20), color=color)
-    pen.ground(x + 126, y + 20)
-
-
-def _switch(pen: Pen, x: float, top: float, load: str, name: str, number: int) -> None:
-    """A load between 12 V and a MOSFET, with its diode, the gate to the left."""
-    pen.line((x, top), (x, top + 22), color=POWER)
-    pen.box(x - 46, top + 22, 92, 34, fill="#fdf3e7")
-    pen.text(x, top + 43, load, "mid")
-    pen.text(x + 7, top + 17, "+", "small")
-    pen.line((x, top + 56), (x, top + 96))
-    pen.dot(x, top, POWER)
-    pen.dot(x, top + 72)
-    pen.line((x, top + 72), (x + 86, top + 72), (x + 86, top + 48))
-    pen.line((x + 86, top + 30), (x + 86, top), color=POWER)
-    pen.dot(x + 86, top, POWER)
-    tip = f"{x + 86:g},{top + 30:g} {x + 76:g},{top + 48:g} {x + 96:g},{top + 48:g}"
-    pen.parts.append(f'<polygon points="{tip}" fill="#fff" stroke="{INK}" stroke-width="1.4"/>')
-    pen.line((x + 75, top + 30), (x + 97, top + 30))
-    pen.text(x + 104, top + 44, f"D{number}")
-    pen.text(x + 104, top + 59, "bar (cathode) to +", "small faint")
-    pen.box(x - 30, top + 96, 60, 40, fill="#f4f4f4")
-    pen.text(x, top + 121, f"Q{number}", "mid bold")
-    pen.text(x + 8, top + 90, "drain", "small faint")
-    pen.text(x + 36, top + 132, "source", "small faint")
-    pen.ground(x, top + 136)
-    pen.line((x - 30, top + 116), (x - 62, top + 116), color=WARN)
-    pen.text(x - 66, top + 113, "gate", "end small")
-    pen.text(x - 66, top + 127, name, "end small faint")
-
-
-def _power(pen: Pen, top: float) -> float:
-    """12 V, fuse, emergency stop, pump and valve with their transistors and diodes."""
-    pen.text(28, top, "Power: the emergency stop cuts pump and valve, not the board", "head")
-    y = top + 40
-    pen.box(28, y - 14, 74, 28, fill="#fdf3e7")
-    pen.text(65, y + 4.5, "+12 V", "mid bold")
-    pen.line((102, y), (1010, y), color=POWER)
-    pen.part(152, y, 54, "fuse")
-    pen.dot(206, y, POWER)
-    pen.line((206, y), (206, y + 46), color=POWER)
-    pen.box(146, y + 46, 120, 40, fill="#fdf3e7")
-    pen.text(206, y + 63, "buck 12 V → 5 V", "mid small")
-    pen.text(206, y + 78, "to VSYS, pin 39", "mid small")
-    pen.ground(206, y + 86)
-    pen.box(330, y - 16, 128, 32, fill="#fbe9e7", color=WARN)
-    pen.text(394, y - 1, "E-STOP", "mid bold")
-    pen.text(394, y + 12, "normally closed", "mid small")
-    pen.dot(500, y, POWER)
-    pen.line((500, y), (500, y + 30), color=POWER)
-    pen.text(500, y + 44, "100 kΩ to the", "mid small")
-    pen.text(500, y + 57, "e-stop sense", "mid small")
-    _switch(pen, 668, y, "pump", "from its 150 Ω", 1)
-    _switch(pen, 924, y, "vent valve", "from its 150 Ω", 2)
-    return y + 186
-
-
-def _air(pen: Pen, top: float) -> float:
-    """Tubes: brake, sensor, valve, pump."""
-    pen.text(28, top, "Air", "head")
-    y = top + 40
-    for x, wide, text in (
-        (28, 80, "brake"),
-        (310, 150, "3/2 valve, common"),
-        (560, 120, "pump, inlet"),
-    ):
-        pen.box(x, y - 16, wide, 32, fill="#eef3fa")
-        pen.text(x + wide / 2, y + 4.5, text, "mid")
-    pen.line((108, y), (310, y), color=SIGNAL, wide=3)
-    pen.line((460, y), (560, y), color=SIGNAL, wide=3)
-    pen.dot(200, y, SIGNAL)
-    pen.line((200, y), (200, y + 34), color=SIGNAL, wide=3)
-    pen.box(130, y + 34, 140, 30, fill="#eef3fa")
-    pen.text(200, y + 53, "pressure sensor", "mid")
-    pen.line((385, y + 16), (385, y + 38), color=SIGNAL, wide=3)
-    pen.text(385, y + 54, "to the atmosphere", "mid small")
-    for row, words in enumerate(_broken(PORTS, 64)):
-        pen.text(720, y - 12 + 16 * row, words, "small")
-    return y + 100
-
-
-def _rules(made: Circuit) -> Iterator[str]:
-    yield (
-        "Solder the pull-downs of both gates first (8.2 kΩ or less): while the board is in reset "
-        "its pins float, and a gate without one may switch the pump on."
-    )
-    yield (
+def _lines(circuit: Circuit) -> Iterator[str]:
+    """Yield the lines of text below the drawing."""
+    yield from AIR
+    rules = (
+        "Solder the pull-downs R2 and R4 first: while the board is in reset its pins float, and a "
+        "gate without one may switch the pump on.",
         "Without power the vent must go to your safe state by itself. Try it with the board "
-        "unplugged: RELEASE opens, HOLD stays shut. No program can make up for a wrong valve."
+        "unplugged: RELEASE opens, HOLD stays shut. No program can make up for a wrong valve.",
+        "D1 and D2 with the bar to plus. Without them the transistors die.",
+        "One sensor cannot see its own drift: do not hang a person on this bench.",
+        *(f"CONFLICT: {text}" for text in find_conflicts(circuit)),
     )
-    yield "Diodes across pump and valve, the bar to plus. Without them the transistors die."
-    yield "One sensor cannot see its own drift: do not hang a person on this bench."
-    for text in made.conflicts():
-        yield f"CONFLICT: {text}"
-
-
-def _warnings(pen: Pen, made: Circuit, top: float) -> float:
-    pen.text(28, top, "Before you switch on", "head warn")
-    y = top + 24
-    for number, text in enumerate(_rules(made), 1):
-        for line, words in enumerate(_broken(text, 136)):
-            pen.text(52, y, words, "warn" if text.startswith("CONFLICT") else "")
-            if line == 0:
-                pen.text(30, y, f"{number}.", "bold")
-            y += 19
-    return y + 24
-
-
-def _parts(pen: Pen, made: Circuit, top: float) -> float:
-    if not made.parts:
-        return top
-    pen.text(28, top, "Parts", "head")
-    y = top + 24
-    for part in made.parts:
-        pen.text(30, y, part.name, "bold")
-        pen.text(300, y, part.pick)
-        pen.text(820, y, part.status, "faint")
-        y += 21
-    return y + 16
-
-
-def _broken(text: str, most: int) -> list[str]:
-    """A text in lines of so many letters."""
-    lines = [""]
-    for word in text.split():
-        if len(lines[-1]) + len(word) >= most:
-            lines.append("")
-        lines[-1] = f"{lines[-1]} {word}".strip()
-    return lines
+    yield ""
+    for number, rule in enumerate(rules, 1):
+        yield from textwrap.wrap(f"{number}. {rule}", 150, subsequent_indent="    ")
+    yield ""
+    yield from (f"{part.refs}: {part.name}, {part.number}" for part in circuit.parts)

@@ -1,27 +1,26 @@
-"""Circuit around a board: socket, wires with their parts, and contradictions."""
+"""Circuit around a board: socket, wires, components, parts to order, and contradictions."""
 
 from __future__ import annotations
 
-import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 from layerjam.rig.wiring import WiringFile, load_wiring
 
 PICO = Path(__file__).parent / "circuits" / "pico.toml"
 PULL_DOWN = 8.2e3
 """Greatest pull-down [ohm] that holds a gate at GND while a pin floats (RP2350's erratum E9)."""
-GATES = ("pump_gate", "pump_back_gate", "vent_gate")
+GATES = ("pump_gate", "vent_gate")
 """Outputs that must be off while the board is in reset."""
 INSIDE = ("led_out",)
 """Pins of the chip that need no wire."""
 SPI = {"spi_miso": 0, "spi_cs": 1, "spi_sck": 2, "spi_mosi": 3}
 """Place of a use among four pins in a row; GP n is on SPI (n // 8) mod 2 (RP2040's datasheet)."""
-OHMS = re.compile(r"([0-9]+(?:\.[0-9]+)?)\s*(k|M)?(?:Ω|ohm)")
-FACTORS = {None: 1.0, "k": 1e3, "M": 1e6}
+UNITS = {"resistor": "Ω", "capacitor": "F"}
+PREFIXES = {6: "M", 3: "k", 0: "", -6: "µ", -9: "n", -12: "p"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,13 +44,46 @@ class Wire:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Part:
-    """One part to buy, and the certainty of its choice."""
+class Component:
+    """One component: its nodes in the order of SPICE, its value and its limits, in SI."""
 
+    ref: str
+    kind: str
+    nodes: tuple[str, ...]
+    numbers: Mapping[str, float]
+
+    def __getattr__(self, name: str) -> float:
+        try:
+            return self.numbers[name]
+        except KeyError:
+            raise AttributeError(f"{self.ref} has no {name}") from None
+
+    def at(self, sign: int) -> float:
+        """Return the value at the end of its tolerance: sign -1, 0 or 1."""
+        return self.value * (1.0 + sign * self.tolerance)
+
+    @property
+    def text(self) -> str:
+        """The value with its unit: 8.2 kΩ; the reference where it has none."""
+        unit = UNITS.get(self.kind)
+        if unit is None:
+            return f"{self.kind} {self.ref}"
+        power = max(p for p in PREFIXES if self.value >= 10.0**p * (1 - 1e-9))
+        return f"{self.value / 10.0**power:g} {PREFIXES[power]}{unit}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """One part to order: number, alternatives, and the data sheet's limits beside ours."""
+
+    refs: str
     name: str
-    pick: str
-    status: str
-    source: str
+    number: str
+    alternatives: tuple[str, str]
+    sheet: str
+    ours: str
+    read: str
+    """Numbers that were read in a copy of the data sheet."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +95,11 @@ class Circuit:
     socket: Mapping[str, int]
     """{label: pin of the socket}, the first of several."""
     grounds: tuple[int, ...]
-    wires: tuple[Wire, ...]
+    rails: Mapping[str, tuple[float, float]]
+    """{node: least and greatest voltage [V]}."""
+    declared: tuple[Mapping[str, str], ...]
+    """Wires as the file has them."""
+    components: Mapping[str, Component]
     parts: tuple[Part, ...]
 
     @property
@@ -71,9 +107,33 @@ class Circuit:
         """The board's name."""
         return self.file.title or self.file.name
 
+    @cached_property
+    def wires(self) -> tuple[Wire, ...]:
+        """Wires, with the parts that are on them."""
+        return tuple(_wire(self, entry) for entry in self.declared)
+
+    def between(self, first: str, *others: str) -> list[Component]:
+        """Return the components with two nodes: `first`, and one of `others`."""
+        pairs = [{first, other} for other in others]
+        return [c for c in self.components.values() if len(c.nodes) == 2 and set(c.nodes) in pairs]
+
+    def behind(self, node: str) -> tuple[Component | None, str]:
+        """Return the part in series with a pin, or None, and the node behind it."""
+        for part in self.components.values():
+            if len(part.nodes) == 2 and node in part.nodes and "GND" not in part.nodes:
+                return part, part.nodes[part.nodes[0] == node]
+        return None, node
+
+    def divider(self, use: str) -> tuple[Component, Component, Component]:
+        """Return (upper resistor, lower resistor, capacitor) of a pin's divider."""
+        lower, capacitor = sorted(self.between(use, "GND"), key=lambda c: c.kind, reverse=True)
+        (upper,) = self.between(use, *self.rails)
+        return upper, lower, capacitor
+
     def conflicts(self) -> tuple[str, ...]:
-        """Return the contradictions of the circuit, a sentence each."""
-        return (*_sockets(self), *_channels(self), *_bus(self), *_gates(self), *_voltages(self))
+        """Return the contradictions of pins and parts, a sentence each."""
+        rules = (_sockets, _channels, _bus, _gates, _ratio)
+        return tuple(text for rule in rules for text in rule(self))
 
 
 def load_circuit(board: str | Path, circuit: Path = PICO) -> Circuit:
@@ -81,44 +141,54 @@ def load_circuit(board: str | Path, circuit: Path = PICO) -> Circuit:
 
     Raises UnknownNameError or FileError.
     """
-    file = load_wiring(board)
     data = tomllib.loads(circuit.read_text("utf-8"))
     socket = {
         label: pin if isinstance(pin, int) else pin[0]
         for label, pin in data["socket"].items()
         if label != "count"
     }
-    numbers = asdict(file.wiring.pins)
+    known = ("ref", "kind", "nodes")
     return Circuit(
-        file=file,
+        file=load_wiring(board),
         pins=data["socket"]["count"],
         socket=socket,
         grounds=tuple(data["socket"]["GND"]),
-        wires=tuple(_wire(entry, socket, numbers) for entry in data["wire"]),
-        parts=tuple(Part(**entry) for entry in data["part"]),
+        rails={name: (low, high) for name, (low, high) in data["rails"].items()},
+        declared=tuple(data["wire"]),
+        components={
+            row["ref"]: Component(
+                ref=row["ref"],
+                kind=row["kind"],
+                nodes=tuple(row["nodes"]),
+                numbers={key: value for key, value in row.items() if key not in known},
+            )
+            for row in data["component"]
+        },
+        parts=tuple(
+            Part(**{**row, "alternatives": tuple(row["alternatives"])}) for row in data["part"]
+        ),
     )
 
 
-def _wire(entry: Mapping[str, Any], socket: Mapping[str, int], numbers: Mapping[str, int]) -> Wire:
+def _wire(circuit: Circuit, entry: Mapping[str, str]) -> Wire:
     use = entry.get("use")
-    label = entry["pin"] if use is None else f"GP{numbers[use]}"
+    node = use or entry["pin"]
+    series, end = (None, node) if node in ("GND", *circuit.rails) else circuit.behind(node)
+    rail = circuit.rails.get(end) if use else None
+    # a divider leads to a rail; at a gate the pull-down is behind the series resistor
+    shunts = circuit.between(node if end in circuit.rails else end, "GND")
+    label = entry["pin"] if use is None else f"GP{getattr(circuit.file.wiring.pins, use)}"
     return Wire(
-        pin=socket.get(label),
+        pin=circuit.socket.get(label),
         label=label,
         use=use,
         name=entry["name"],
         to=entry["to"],
-        series=entry.get("series"),
-        shunt=entry.get("shunt"),
-        volts=entry.get("volts"),
+        series=series.text if series else None,
+        shunt=", ".join(c.text for c in shunts) if use and shunts else None,
+        volts=rail[1] if rail else None,
         source=entry.get("source", ""),
     )
-
-
-def ohms(text: str | None) -> float | None:
-    """Return the resistance [ohm] in a text such as "8.2 kΩ, 10 nF", or None."""
-    match = OHMS.search(text or "")
-    return float(match[1]) * FACTORS[match[2]] if match else None
 
 
 def _sockets(circuit: Circuit) -> Iterator[str]:
@@ -155,23 +225,19 @@ def _bus(circuit: Circuit) -> Iterator[str]:
 def _gates(circuit: Circuit) -> Iterator[str]:
     """Yield gates that float in reset, without a small pull-down."""
     for wire in circuit.wires:
-        down = ohms(wire.shunt)
-        if wire.use in GATES and (down is None or down > PULL_DOWN):
+        if wire.use not in GATES:
+            continue
+        down = circuit.between(circuit.behind(wire.use)[1], "GND")
+        if not down or down[0].value > PULL_DOWN:
             yield (
                 f"{wire.use}: {wire.label} needs a pull-down of 8.2 kΩ or less at the gate, and "
                 f"has {wire.shunt or 'none'}: the pin floats while the board is in reset"
             )
 
 
-def _voltages(circuit: Circuit) -> Iterator[str]:
-    """Yield pins that get too much voltage from a divider."""
-    limit = circuit.file.wiring.reference_voltage
-    for wire in circuit.wires:
-        if wire.volts is None:
-            continue
-        above, below = ohms(wire.series), ohms(wire.shunt)
-        left = wire.volts
-        if above is not None and below is not None:
-            left *= below / (above + below)
-        if left > limit:
-            yield f"{wire.name}: {left:.2f} V reach {wire.label}, which bears {limit:.2f} V"
+def _ratio(circuit: Circuit) -> Iterator[str]:
+    """Yield a conflict if the board's file and the divider of the supply differ."""
+    upper, lower, _ = circuit.divider("supply_adc")
+    ratio, stated = 1.0 + upper.value / lower.value, circuit.file.wiring.supply_ratio
+    if abs(ratio / stated - 1.0) > 1e-3:
+        yield f"supply_ratio is {stated:g}, and the resistors of the supply sense give {ratio:g}"

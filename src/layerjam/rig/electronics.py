@@ -1,0 +1,179 @@
+"""Worst case of the bench's electronics: voltages, currents, times and heat beside their limits.
+
+Formulas and sources are those of docs/electronics.md. All tolerances act against a limit at once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from layerjam.rig.circuit import GATES, Circuit
+
+HIGH, LOW = 2.0, 0.8
+"""Voltages [V] from which and up to which the RP2040 reads high and low (datasheet, 5.2.3)."""
+OUTPUT, DRIVE = 2.62, 12e-3
+"""Least voltage [V] of a high output, and the greatest rated current [A] (as above)."""
+LEAKAGE = 1e-6
+"""Greatest current into an input [A] (as above)."""
+REFERENCE = (0.971, 1.02)
+"""Ends of the converter's reference over its nominal value: ±2 % of 3.3 V (assumed), less 30 mV
+that its filter drops (Pico's datasheet, 4.3)."""
+CONVERTER = 10 / 4096
+"""Error of the converter over its range: 7.85 LSB were measured (pico-adc.markomo.me)."""
+SAMPLE = 0.01
+"""Time between samples of the board [s]."""
+NOMINAL, VALVE = 12.0, 0.85
+"""Voltage of the supply [V], and the share of it that the valve needs (SMC: -15 %, not read)."""
+PLATEAU = 1.5
+"""Gate voltage [V] at which a transistor switches, above that of every choice."""
+BOARD = 0.1
+"""Current of board and sensors [A], at 5 V and more than at 12 V."""
+CARRIED = 0.75
+"""Share of its rating that a fuse carries for long."""
+
+
+@dataclass(frozen=True)
+class Margin:
+    """A quantity of the circuit in the worst case, and the limit it must keep."""
+
+    name: str
+    unit: str
+    value: float
+    least: float = -math.inf
+    most: float = math.inf
+
+    def fields(self) -> dict[str, object]:
+        """Return the fields, without limits that there are not."""
+        return {key: v for key, v in vars(self).items() if isinstance(v, str) or math.isfinite(v)}
+
+    @property
+    def kept(self) -> bool:
+        """Whether the value is within its limits."""
+        return self.least <= self.value <= self.most
+
+    @property
+    def sentence(self) -> str:
+        """The value, and its limit."""
+        limit = (
+            f"at most {self.most:.3g}" if math.isfinite(self.most) else f"at least {self.least:.3g}"
+        )
+        return f"{self.name}: {self.value:.3g} {self.unit}, {limit} {self.unit}"
+
+
+def margins(circuit: Circuit) -> tuple[Margin, ...]:
+    """Return the quantities of the circuit with their limits."""
+    return (*_senses(circuit), *_supplies(circuit), *_gates(circuit), *_power(circuit))
+
+
+def find_conflicts(circuit: Circuit) -> tuple[str, ...]:
+    """Return the contradictions of a circuit; without any, the limits that it does not keep."""
+    return circuit.conflicts() or tuple(m.sentence for m in margins(circuit) if not m.kept)
+
+
+def trip_voltages(circuit: Circuit) -> tuple[float, float]:
+    """Return the least and greatest supply [V] at which the board may call it low."""
+    upper, lower, _ = circuit.divider("supply_adc")
+    wiring, ends = circuit.file.wiring, []
+    for sign, reference in zip((-1, 1), REFERENCE, strict=True):
+        pin = wiring.least_supply / wiring.supply_ratio * reference
+        pin += sign * CONVERTER * wiring.reference_voltage
+        ratio = 1.0 + upper.at(sign) / lower.at(-sign)
+        ends.append(pin * ratio + sign * LEAKAGE * upper.at(1))
+    return ends[0], ends[1]
+
+
+def pin_voltage(circuit: Circuit, use: str, volts: float, sign: int) -> float:
+    """Return the voltage at a divider's pin [V], least (sign -1) or greatest (1)."""
+    upper, lower = (
+        part.at(s) for part, s in zip(circuit.divider(use), (-sign, sign), strict=False)
+    )
+    return lower / (upper + lower) * (volts + sign * LEAKAGE * upper)
+
+
+def _senses(circuit: Circuit) -> Iterator[Margin]:
+    parts, stop = circuit.components, "estop_sense"
+    high, supplied = circuit.rails["12V"][1], circuit.rails["3V3"][0]
+    closed = pin_voltage(circuit, stop, trip_voltages(circuit)[0], -1)
+    yield Margin("emergency stop closed, at the pin", "V", closed, least=HIGH)
+    for use in (stop, "supply_adc", "accelerometer_adc"):
+        rail = circuit.rails[circuit.behind(use)[1]][1]
+        greatest = pin_voltage(circuit, use, rail, 1)
+        yield Margin(f"greatest voltage at {use}", "V", greatest, most=supplied)
+    # the stop open: R7 pulls the node down, and the filter empties over R8 and R7, and R9
+    upper, lower, capacitor = (part.at(1) for part in circuit.divider(stop))
+    both = 1.0 / (1.0 / (upper + parts["R7"].at(1)) + 1.0 / lower)
+    opened, begin = LEAKAGE * both, pin_voltage(circuit, stop, high, 1)
+    yield Margin("emergency stop open, at the pin", "V", opened, most=LOW)
+    time = capacitor * both * math.log((begin - opened) / (LOW - opened))
+    yield Margin("time until an open stop is sensed", "s", time, most=SAMPLE)
+    yield Margin("heat of R7", "W", high**2 / parts["R7"].at(-1), most=parts["R7"].power)
+
+
+def _supplies(circuit: Circuit) -> Iterator[Margin]:
+    parts, five = circuit.components, circuit.rails["5V"]
+    least, most = trip_voltages(circuit)
+    yield Margin("least supply that passes", "V", least, least=VALVE * NOMINAL)
+    yield Margin("greatest supply that is called low", "V", most, most=circuit.rails["12V"][0])
+    yield Margin("input of U1", "V", least, least=parts["U1"].least_input)
+    yield Margin("least voltage at VSYS", "V", five[0] - parts["D3"].forward, least=1.8)
+    yield Margin("greatest voltage at VSYS", "V", five[1], most=5.5)
+
+
+def _gates(circuit: Circuit) -> Iterator[Margin]:
+    for use in GATES:
+        gate = circuit.behind(use)[1]
+        (series,) = circuit.between(use, gate)
+        (down,) = circuit.between(gate, "GND")
+        (switch,) = (c for c in circuit.components.values() if c.nodes[1] == gate != c.nodes[-1])
+        on = OUTPUT * down.at(-1) / (down.at(-1) + series.at(1))
+        yield Margin(f"gate of {switch.ref}, on", "V", on, least=switch.gate)
+        reset = LEAKAGE * down.at(1)
+        yield Margin(f"gate of {switch.ref}, in reset", "V", reset, most=switch.threshold)
+        peak = circuit.rails["3V3"][1] / series.at(-1)
+        yield Margin(f"current into the gate of {switch.ref}", "A", peak, most=DRIVE)
+
+
+def switching_heat(circuit: Circuit) -> float:
+    """Return the heat of Q1 from switching the running pump [W]; an edge lasts Q_gd / I_gate."""
+    parts = circuit.components
+    edges = 2.0 * parts["Q1"].miller * parts["R1"].at(1) / (OUTPUT - PLATEAU)
+    energy = 0.5 * circuit.rails["12V"][1] * parts["M1"].running * edges
+    return energy * circuit.file.wiring.pump_frequency
+
+
+def _power(circuit: Circuit) -> Iterator[Margin]:
+    parts, high, clamp = circuit.components, circuit.rails["12V"][1], circuit.components["D4"].clamp
+    heats = {"Q1": switching_heat(circuit), "Q2": 0.0}
+    for n, name in (("1", "M1"), ("2", "Y1")):
+        switch, diode, load = parts[f"Q{n}"], parts[f"D{n}"], parts[name]
+        drain = clamp + diode.forward
+        yield Margin(f"{switch.ref}, drain to source", "V", drain, most=switch.voltage)
+        heat = heats[switch.ref] + load.running**2 * switch.value
+        yield Margin(f"heat of {switch.ref}", "W", heat, most=switch.power)
+        # of a stalled load at half power, where a diode and C1 carry most
+        half = 0.5 * high / load.value
+        yield Margin(f"{diode.ref}, mean current", "A", half, most=diode.current)
+        yield Margin(f"{diode.ref}, reverse voltage", "V", clamp, most=diode.voltage)
+    ripple = 0.5 * high / parts["M1"].value
+    yield Margin("ripple current of C1", "A", ripple, most=parts["C1"].ripple)
+    yield Margin("voltage of C1", "V", high, most=parts["C1"].voltage)
+    yield Margin("voltage of C2", "V", clamp, most=parts["C2"].voltage)
+    yield Margin("current of D5", "A", parts["M1"].running, most=parts["D5"].current)
+    yield Margin("current of D3", "A", BOARD, most=parts["D3"].current)
+    yield Margin("standing voltage of D4", "V", high, most=parts["D4"].standoff)
+    total = parts["M1"].running + parts["Y1"].running + BOARD
+    yield Margin("current of F1", "A", total, most=CARRIED * parts["F1"].current)
+    starts = high / parts["M1"].value + parts["Y1"].running
+    yield Margin("current of S1 while the pump starts", "A", starts, most=parts["S1"].current)
+
+
+def release_time(circuit: Circuit, volts: float, released: float = 0.3) -> float:
+    """Return the time [s] in which the valve's current falls to a share `released` of itself.
+
+    `volts` is the voltage that its diode puts against it, 0.5 V, or more with a Zener diode.
+    """
+    coil = circuit.components["Y1"]
+    ratio = (NOMINAL + volts) / (released * NOMINAL + volts)
+    return coil.inductance / coil.value * math.log(ratio)
