@@ -1,6 +1,6 @@
-"""Write the tables of the docs that come from the code, so that they cannot drift.
+"""Write what comes from the code, so that it cannot drift: tables of the docs, and the stub.
 
-    python docs/generate.py           rewrite docs/*.md
+    python docs/generate.py           rewrite docs/*.md and src/layerjam/__init__.pyi
     python docs/generate.py --check   exit 1 where a page differs from the code
 
 A page marks such a part with `<!-- generated: NAME -->` and `<!-- end -->`; NAME is a function
@@ -38,6 +38,9 @@ from layerjam.simulate.stick_slip import StickSlipRecord
 from layerjam.units import QuantitySpec, quantities, show
 
 DOCS = Path(__file__).parent
+sys.path.insert(0, str(DOCS))  # a test runs this file from elsewhere
+import stub  # noqa: E402
+
 PART = re.compile(r"(<!-- generated: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 GREEK = {"delta", "mu", "rho", "tau"}
 TABLES = {
@@ -365,7 +368,7 @@ def pages() -> list[Path]:
 
 
 def main() -> int:
-    """Write or check all pages."""
+    """Write or check all pages and the stub."""
     differ = []
     for path in pages():
         old = path.read_text(encoding="utf-8")
@@ -374,6 +377,11 @@ def main() -> int:
             differ.append(path.name)
             if "--check" not in sys.argv:
                 path.write_text(new, encoding="utf-8")
+    text = stub.stub()
+    if text != stub.STUB.read_text(encoding="utf-8"):
+        differ.append(stub.STUB.name)
+        if "--check" not in sys.argv:
+            stub.STUB.write_text(text, encoding="utf-8")
     print(", ".join(differ) or "nothing", "differs" if "--check" in sys.argv else "rewritten")
     return 1 if differ and "--check" in sys.argv else 0
 

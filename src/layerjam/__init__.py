@@ -46,8 +46,8 @@ _FOLDERS = {"design": "design_brake", "lab": "write_campaign", "report": "write_
 
 
 def _public() -> dict[str, tuple[str, str]]:
-    """Return {name: (module, name there)} of the names listed in `__init__.pyi`."""
-    tree = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+    """Return {name: (module, name there)} of the names listed in `_names.pyi`."""
+    tree = ast.parse(Path(__file__).with_name("_names.pyi").read_text(encoding="utf-8"))
     return {
         alias.asname or alias.name: (str(node.module), alias.name)
         for node in tree.body

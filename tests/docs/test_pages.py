@@ -128,6 +128,11 @@ def test_generated_tables_are_what_the_code_says(generate: ModuleType) -> None:
         assert generate.generated(text) == text, f"run docs/generate.py: {page.name} differs"
 
 
+def test_the_stub_is_what_the_commands_declare(generate: ModuleType) -> None:
+    stub = generate.stub
+    assert stub.STUB.read_text(encoding="utf-8") == stub.stub(), "run docs/generate.py"
+
+
 def test_every_table_the_generator_makes_is_used(generate: ModuleType) -> None:
     used = {m for p in generate.pages() for m in re.findall(r"generated: (\w+) -->", p.read_text())}
     assert used == set(generate.PARTS)

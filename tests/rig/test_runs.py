@@ -207,7 +207,7 @@ def test_readers_take_the_csv_as_it_is(
     # what `regulate --step` makes of it
     regulator = Regulator(plant=plant, sensor=made.sensor, safe_state="release")
     step = RecordedStep(step=out, start=full[0], end=full[-1])
-    _, found, _ = tuned_by(regulator, step, atmosphere=101325.0, keep_noise=True)
+    _, found, _ = tuned_by(regulator, step.step, step, atmosphere=101325.0, keep_noise=True)
     assert found.plant.rate == pytest.approx(plant.rate, rel=0.02)
 
 

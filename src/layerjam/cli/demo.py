@@ -230,12 +230,14 @@ def _glance(brake: BrakeFile) -> Part:
     from layerjam.commands.impact import drop
     from layerjam.commands.tensile import tensile
     from layerjam.commands.vacuum_line import rise
+    from layerjam.fluid.file import load_line
     from layerjam.report import build_pictures
     from layerjam.report.build_scene import scene
     from layerjam.report.device_drawing import device
     from layerjam.report.page import Part, Picture
 
-    drawing = verdict(brake).record
+    if (drawing := verdict(brake).record) is None:
+        raise LayerjamError(f"{brake.name}: it cannot be drawn")
     stop = drop(
         brake, mass=1.0, speed=2.5, vacuum="tuned", travel=0.04, rope_stiffness=ROPE_STIFFNESS
     )
@@ -246,7 +248,7 @@ def _glance(brake: BrakeFile) -> Part:
         "exploded": (partial(build_pictures.labelled, *shot), "Its parts, apart."),
         "pull": (pull.draw, "A pull at 94.5 kPa, computed."),
         "stop": (stop.draw, "1 kg at 2.5 m/s, stopped within 40 mm, computed."),
-        "rise": (rise("choi2018", target=80e3).draw, "The paper's pumps, computed."),
+        "rise": (rise(load_line("choi2018"), target=80e3).draw, "The paper's pumps, computed."),
     }
     pictures = [
         Picture(name=f"glance-{name}", figure=draw, caption=words)

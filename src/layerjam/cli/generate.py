@@ -79,8 +79,8 @@ def spread(args: Sequence[str], greedy: Container[str]) -> list[str]:
 def _place(p: Parameter) -> inspect.Parameter:
     kind, several = _kind(p)
     default: Any = inspect.Parameter.empty if p.required else p.default
-    if kind is not bool and default is not inspect.Parameter.empty and not several:
-        default = None if default is None else str(default)
+    if kind is not bool and not p.required and not several:
+        default = p.default_text or None
     sentence = p.sentence
     if p.stands_alone:
         note = typer.Argument(metavar=p.metavar or None, help=sentence)

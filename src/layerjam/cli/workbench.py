@@ -21,7 +21,7 @@ class WorkbenchResult(Result):
 @command("share", place=10, examples=("layerjam workbench",), computes=False)
 def workbench(
     *,
-    port: Annotated[int | str, PORT] = 8321,
+    port: Annotated[int, PORT] = 8321,
     host: Annotated[str, Help("Address; any but this machine's own gets a token.")] = "127.0.0.1",
     show: Annotated[bool, Help("Open a browser.", option="--show/--no-show")] = True,
 ) -> WorkbenchResult:

@@ -21,6 +21,7 @@ from layerjam.units import show, spec_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from layerjam.identify.friction.ageing import AgeingFit
     from layerjam.measure.trace import Trace
 
 HOLD = replace(spec_of(Film, "static_hold"), text="hold under load", example="10s")
@@ -30,6 +31,7 @@ HOLD = replace(spec_of(Film, "static_hold"), text="hold under load", example="10
 class Ageing(FromFiles):
     """Static friction after a hold and its growth for ten times that; `record` is the AgeingFit."""
 
+    record: AgeingFit
     static: float = number("1", "static friction after the hold", interval=True)
     ageing: float = number("1", "growth of static friction for ten times the hold", interval=True)
     hold: float = number("s", "hold that the static friction belongs to")
@@ -61,9 +63,7 @@ def ageing(
     files: Files,
     *,
     test: FrictionTest = FrictionTest(),
-    hold: Annotated[
-        float | str | None, HOLD, Help("Hold that the static friction is given at.")
-    ] = None,
+    hold: Annotated[float | None, HOLD, Help("Hold that the static friction is given at.")] = None,
     brake: TargetBrake | None = None,
     out: OutBrake | None = None,
     partial: Partial = False,

@@ -13,6 +13,7 @@ from layerjam.simulate.quantities import ELONGATION, VACUUM
 from layerjam.units import QuantitySpec
 
 if TYPE_CHECKING:
+    from layerjam.design.arrays import Pulled
     from layerjam.report.chart import Pane
 
 PARALLEL = QuantitySpec("1", "chains of brakes side by side", lo=1, hi=100, whole=True)
@@ -25,6 +26,7 @@ MOST = 1000
 class ArrayPull(Result):
     """Totals of an array of equal brakes and the outcome of one slow pull; `record` is a Pulled."""
 
+    record: Pulled
     brake: str = fact("name of the brake")
     parallel: int = number("1", "chains side by side")
     series: int = number("1", "brakes one behind the other in a chain")
@@ -59,13 +61,13 @@ class ArrayPull(Result):
 def array(
     brake: BrakeInput,
     *,
-    parallel: Annotated[int | str, PARALLEL] = 1,
-    series: Annotated[int | str, SERIES] = 1,
+    parallel: Annotated[int, PARALLEL] = 1,
+    series: Annotated[int, SERIES] = 1,
     vacuum: Annotated[
-        float | str | None, VACUUM, Help("Vacuum of all brakes; the site's full vacuum.")
+        float | None, VACUUM, Help("Vacuum of all brakes; the site's full vacuum.")
     ] = None,
     until: Annotated[
-        float | str | None, ELONGATION, Help("Elongation to pull to; the end of the travel.")
+        float | None, ELONGATION, Help("Elongation to pull to; the end of the travel.")
     ] = None,
     atmosphere: Atmosphere = None,
 ) -> ArrayPull:

@@ -102,7 +102,7 @@ def bench_clear(address: BenchAddress) -> BenchCleared:
 def bench_serve(
     address: BenchAddress,
     *,
-    port: Annotated[int | str, PORT] = 5025,
+    port: Annotated[int, PORT] = 5025,
     host: Annotated[str, Help("Address; any but this machine's own needs a token.")] = "127.0.0.1",
     token_file: Annotated[
         str | Path | None, Help("File of the token; made where there is none.", metavar="FILE")

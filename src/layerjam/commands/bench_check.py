@@ -13,7 +13,7 @@ from layerjam.fluid.file import LineFile
 from layerjam.rig.outcomes import Checked, Zero
 
 
-def _line(value: Any, _given: Mapping[str, Any]) -> LineFile:
+def _line(value: AnyLine, _given: Mapping[str, Any]) -> LineFile:
     return line_file(value)
 
 
@@ -65,7 +65,7 @@ def bench_check(
     address: BenchAddress,
     *,
     line: Annotated[
-        AnyLine | None,
+        LineFile | None,
         Input("Vacuum line that it should be: name or TOML file.", metavar="LINE", convert=_line),
     ] = None,
     vent_rest: VentRest = None,

@@ -41,6 +41,7 @@ class FaultCampaign(Result):
     names that the board gave. `deadline` is null where nothing is promised.
     """
 
+    record: tuple[Trial, ...]
     address: str = fact("virtual board that was broken", listed=False)
     board: str = fact("what ran the firmware")
     faults: Sequence[Row] = fact(
@@ -117,7 +118,7 @@ def bench_faults(
     only: Annotated[
         Sequence[str], Help("Faults to try; all of them.", metavar="NAME...", greedy=True)
     ] = (),
-    runs: Annotated[int | str, RUNS] = 10,
+    runs: Annotated[int, RUNS] = 10,
     seed: Annotated[Seed, Help("Seed of lines, targets, moments and noise.")] = 0,
     progress: Progress = lambda what, share: None,
 ) -> FaultCampaign:
@@ -197,7 +198,7 @@ def bench_soak(
     line: Annotated[
         str, Help("Line of the virtual board: a line, or sim:LINE with options.", metavar="LINE")
     ] = VIRTUAL,
-    hours: Annotated[float | str, HOURS] = 24.0,
+    hours: Annotated[float, HOURS] = 24.0,
     kind: Annotated[Literal["bang-bang", "pi", "scheduled"], Help("The control law.")] = "pi",
     seed: Annotated[Seed, Help("Seed of targets, holds and noise.")] = 0,
     progress: Progress = lambda what, share: None,

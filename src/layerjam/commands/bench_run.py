@@ -30,6 +30,7 @@ from layerjam.verdict import Verdict, judge
 if TYPE_CHECKING:
     from layerjam.rig.crosshead import Crosshead
     from layerjam.rig.driver import Bench
+    from layerjam.rig.execute import RunResult
 
 RECORDED = QuantitySpec("s", "time to record, by the board's clock", lo=0.1, hi=1e8, example="60s")
 BOARD_PERIOD = 0.01
@@ -41,6 +42,7 @@ FINISHED, STOPPED = "FINISHED", "OPERATOR_STOPPED"
 class RunRecorded(Judged):
     """Outcome of a procedure on a bench; `record` is None if a check failed first."""
 
+    record: RunResult | None = None
     outcome: str = fact("FINISHED, or what ended it")
     reason: str | None = fact("why it did not finish")
     run_id: str = fact("number of the run, also in the file")
@@ -83,6 +85,8 @@ class RunRecorded(Judged):
 @result
 class RunLogged(Result, Logged):
     """What a log recorded."""
+
+    record: Logged
 
     @property
     def exit_code(self) -> int:
@@ -137,7 +141,7 @@ def bench_run(
     out: Annotated[
         str | Path, OutFile("File of the run.", metavar="FILE.ljrun", endings=(".ljrun",))
     ],
-    accept: Accept = (),
+    accept: Accept = None,
     force: Overwrite = False,
 ) -> RunRecorded:
     """Carry out a procedure on a bench and record every sample.
@@ -185,7 +189,7 @@ def bench_run(
 
 
 def _verdict(
-    regulator: Regulator, steps: Procedure, accept: Mapping[str, str], out: str | Path
+    regulator: Regulator, steps: Procedure, accept: Mapping[str, str] | None, out: str | Path
 ) -> Verdict:
     """Return the verdict of a regulator at the highest vacuum of a procedure, if it has one."""
     from layerjam.control.checks import step_check
@@ -292,7 +296,7 @@ def bench_log(
     *,
     out: Annotated[str | Path, Help("File of the run.", metavar="FILE.ljrun")],
     duration: Annotated[
-        float | str | None, RECORDED, Help("Time to record; until Ctrl-C unless given.")
+        float | None, RECORDED, Help("Time to record; until Ctrl-C unless given.")
     ] = None,
     resume: Annotated[bool, Help("Go on in a file that an interrupted log has left.")] = False,
     force: Overwrite = False,

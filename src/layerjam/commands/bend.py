@@ -22,6 +22,8 @@ from layerjam.units import QuantitySpec, show
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from layerjam.device.file import BrakeFile
+
 ANGLE = QuantitySpec("rad", "angle between the caps", open_lo=True, hi=math.pi, example="90deg")
 RADIUS = QuantitySpec("m", "radius of the joint", lo=1e-3, hi=10, example="40mm")
 LIMB = QuantitySpec("1", "friction of the enclosure on the limb", lo=0, hi=5, example="0.5")
@@ -46,6 +48,7 @@ class Bend(Result):
     What a joint adds is None without a radius.
     """
 
+    record: tuple[BrakeFile, float, float, float, float | None]
     bending_stiffness_free: float = number("N m^2", "E I of the overlap without vacuum")
     bending_stiffness_jammed: float = number("N m^2", "E I of the overlap before it slips")
     stiffness_ratio: float = number("1", "the jammed over the free one")
@@ -95,13 +98,13 @@ def bend(
     brake: BrakeInput,
     *,
     vacuum: Vacuum,
-    angle: Annotated[float | str, ANGLE],
-    slip: Slip = "0 mm",
+    angle: Annotated[float, ANGLE],
+    slip: Slip = 0.0,
     radius: Annotated[
-        float | str | None, RADIUS, Help("Radius of a joint that the brake is pulled over.")
+        float | None, RADIUS, Help("Radius of a joint that the brake is pulled over.")
     ] = None,
     limb_friction: Annotated[
-        float | str | None, LIMB, Help("Friction of the enclosure on what it lies on.")
+        float | None, LIMB, Help("Friction of the enclosure on what it lies on.")
     ] = None,
     atmosphere: Atmosphere = None,
 ) -> Bend:

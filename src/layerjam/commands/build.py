@@ -29,18 +29,18 @@ MARKS = {"passed": "ok  ", "warning": "LOOK", "failed": "FAIL"}
 """Mark of a check's level in front of its line."""
 
 
-def _size(sides: int, name: str) -> Callable[[Any, Mapping[str, Any]], Any]:
+def _size(sides: int, name: str) -> Callable[[Any, Mapping[str, Any]], Size]:
     """What reads lengths such as "600x400mm", or takes SI numbers."""
     spec = SizeSpec("", sides)
 
-    def convert(value: Any, given: Mapping[str, Any]) -> Any:
+    def convert(value: str | Collection[float], given: Mapping[str, Any]) -> Size:
         return spec.read(value, name) if isinstance(value, str) else spec.check(tuple(value), name)
 
     return convert
 
 
-Size = str | Collection[float] | None
-"""Text such as "600x400mm", or SI numbers; one word on the command line."""
+Size = tuple[float, ...] | None
+"""Lengths [m] from text such as "600x400mm" or from SI numbers; one word on the command line."""
 
 
 def _amounts(found: Mapping[str, float] | None) -> str:
@@ -55,6 +55,7 @@ class Built(Result):
     unit, text and key.
     """
 
+    record: Drawing | None = None
     feasible: bool = fact("whether it can be drawn, and no check has failed that nobody accepted")
     reason: str | None = fact("why not")
     files: Sequence[str] = fact(
@@ -118,7 +119,7 @@ def build(
     cutter: Annotated[
         str | None, Help("Who cuts the film: service, laser or knife.", metavar="|".join(CUTTERS))
     ] = None,
-    kerf: Annotated[float | str | None, spec_of(Build, "kerf")] = None,
+    kerf: Annotated[float | None, spec_of(Build, "kerf")] = None,
     stock: Annotated[
         Size, Input("Film, length by width.", metavar="QxQ", convert=_size(2, "stock"))
     ] = None,
@@ -128,11 +129,11 @@ def build(
     print_bed: Annotated[
         Size, Input("Room of the printer.", metavar="QxQxQ", convert=_size(3, "print bed"))
     ] = None,
-    parallel: Annotated[int | str, PARALLEL] = 1,
-    series: Annotated[int | str, SERIES] = 1,
+    parallel: Annotated[int, PARALLEL] = 1,
+    series: Annotated[int, SERIES] = 1,
     coupons: Annotated[bool, Help("A comb for the kerf and strips for the friction too.")] = False,
     no_step: Annotated[bool, Help("No STEP files.")] = False,
-    accept: Accept = (),
+    accept: Accept = None,
     force: Overwrite = False,
     progress: Progress = lambda what, share: None,
 ) -> Built:
@@ -153,7 +154,7 @@ def build(
     with_step = not no_step and _can_write_step()
     progress("drawing", 0.1)
     found = _verdict(brake, chosen, rows, row, accept)
-    if not found.feasible:
+    if found.record is None or not found.feasible:
         return found
     made, notices = found.record, list(found.warnings)
     if not (with_step or no_step):
@@ -192,15 +193,16 @@ def _chosen(
     brake: BrakeFile,
     workshop: str | Path | None,
     cutter: str | None,
-    kerf: Any,
-    stock: Any,
-    laser_bed: Any,
-    print_bed: Any,
+    kerf: float | None,
+    stock: Size,
+    laser_bed: Size,
+    print_bed: Size,
 ) -> Choices:
     """The choices of brake, workshop and command together."""
     from layerjam.fabricate.choices import choices
 
-    given = {"cutter": cutter, "kerf": kerf, "laser_bed": laser_bed, "print_bed": print_bed}
+    given: dict[str, Any] = {"cutter": cutter, "kerf": kerf}
+    given |= {"laser_bed": laser_bed, "print_bed": print_bed}
     if stock is not None:
         given |= dict(zip(("stock_length", "stock_width"), stock, strict=True))
     return choices(brake, workshop, given)
@@ -249,7 +251,7 @@ def _verdict(
 
 
 def _content(
-    made: Drawing, with_step: bool, coupons: bool, notices: list[Notice], progress: Progress
+    made: Drawing, with_step: bool, coupons: bool, notices: list[str], progress: Progress
 ) -> dict[str, str | bytes]:
     """{path: content} of all files but the list; `notices` hears of one that cannot be made."""
     from layerjam.fabricate.folder import files
@@ -268,9 +270,8 @@ def _content(
     return content
 
 
-def _counts(parallel: int | str, series: int | str) -> tuple[int, int]:
+def _counts(rows: int, row: int) -> tuple[int, int]:
     """Chains side by side and brakes in each."""
-    rows, row = int(parallel), int(series)
     if rows * row > MOST:
         raise QuantityError(
             f"build: {rows} by {row} are {rows * row} brakes; at most {MOST} are allowed"

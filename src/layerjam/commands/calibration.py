@@ -54,9 +54,9 @@ Depth = Annotated[
 class Sampling:
     """How the posterior is sampled."""
 
-    draws: Annotated[int | str, DRAWS, Help("Draws of a chain (depth bayesian).")] = 1000
-    chains: Annotated[int | str, CHAINS, Help("Chains (depth bayesian).")] = 2
-    seed: Annotated[int | str, SEED, Help("Seed of the draws (depth bayesian).")] = 1
+    draws: Annotated[int, DRAWS, Help("Draws of a chain (depth bayesian).")] = 1000
+    chains: Annotated[int, CHAINS, Help("Chains (depth bayesian).")] = 2
+    seed: Annotated[int, SEED, Help("Seed of the draws (depth bayesian).")] = 1
 
 
 @result
@@ -66,6 +66,7 @@ class BrakeCalibration(FromFiles, Judged):
     What a depth does not tell is None. `traces` are the pulls that were used, thinned.
     """
 
+    record: tuple[BrakeFile, Calibration]
     depth: str = fact("how it was fitted", shown=lambda depth: "" if depth == "exact" else depth)
     scale_factor: float = number("1", "calibration factor on the sheets' friction")
     stiffness: float = number("N/m", "stiffness of brake and rig")
@@ -162,7 +163,7 @@ def calibrate(
     atmosphere: Atmosphere = None,
     left_out: LeftOut = LeftOut(),
     within: Within = None,
-    accept: Accept = (),
+    accept: Accept = None,
     options: FileOptions = FileOptions(),
     sampling: Sampling = Sampling(),
     progress: Progress | None = None,

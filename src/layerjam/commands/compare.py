@@ -13,6 +13,7 @@ from layerjam.commands.quantities import (
     vacuum_within,
 )
 from layerjam.commands.results import Result, fact, result
+from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice
 from layerjam.simulate.quantities import VACUUM
 from layerjam.units import show
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from layerjam.design.force_density import SheetLine
-    from layerjam.device.file import BrakeFile
+    from layerjam.design.published import PublishedDevices
 
 TABLE_UNITS = {
     "mass": "kg",
@@ -60,6 +61,7 @@ class Comparison(Result):
     `record` is (devices, SheetLine list, the catalogue of published devices).
     """
 
+    record: tuple[list[dict[str, Any]], list[SheetLine], PublishedDevices]
     devices: Sequence[Mapping[str, Any]] = fact(
         "brakes and devices: mass, greatest force, force density, source", listed=False
     )
@@ -132,11 +134,11 @@ def _brakes(value: Sequence[AnyBrake], given: Mapping[str, Any]) -> list[BrakeFi
 )
 def compare(
     *brakes: Annotated[
-        AnyBrake,
+        BrakeFile,
         Input("Brakes to compare; the catalogue's.", metavar="BRAKE", convert=_brakes),
     ],
     vacuum: Annotated[
-        float | str | None, VACUUM, Help("Vacuum of our brakes; the site's full vacuum.")
+        float | None, VACUUM, Help("Vacuum of our brakes; the site's full vacuum.")
     ] = None,
     atmosphere: Atmosphere = None,
 ) -> Comparison:

@@ -27,6 +27,8 @@ from layerjam.verdict import judge
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from layerjam.identify.logs.crash import Crash
+
 RANGE = replace(spec_of(Accelerometer, "range"), text="range of the sensor", example="'250 g'")
 BEFORE = QuantitySpec("s", "time before the event", open_lo=True, hi=1e6, example="50ms")
 SHOT = QuantitySpec("1", "number of the drop in a run", lo=1, hi=1e6, whole=True)
@@ -37,7 +39,7 @@ HIC = QuantitySpec(
 )
 
 
-def _range(value: Any, _given: Mapping[str, Any]) -> float:
+def _range(value: float | str, _given: Mapping[str, Any]) -> float:
     """m/s^2 of "250 g", "2450 m/s^2" or a number of m/s^2."""
     match = re.fullmatch(r"\s*(\d{1,9}(?:\.\d{1,9})?)\s*g\s*", str(value))
     return si(float(match[1]) * STANDARD_GRAVITY if match else value, RANGE, "range")
@@ -96,6 +98,7 @@ def _cut(shot: Shot) -> list[str]:
 class CrashFound(Judged, Pulse):
     """The greatest pulse of a log, its offset taken off; `record` is the Crash."""
 
+    record: Crash
     understood: Sequence[str] = fact("what was made of the file", listed=False)
 
     def draw(self) -> Figure:
@@ -122,23 +125,23 @@ def crash(
         Help("SAE J211-1: cfc60, 180, 600, 1000 or none.", metavar="CLASS", option="--filter"),
     ] = "cfc180",
     sampling: Annotated[
-        float | str | None, SAMPLING, Help("Sampling rate of a file without time.")
+        float | None, SAMPLING, Help("Sampling rate of a file without time.")
     ] = None,
     before: Annotated[
-        float | str | None, BEFORE, Help("Length of the quiet part at the beginning.")
+        float | None, BEFORE, Help("Length of the quiet part at the beginning.")
     ] = None,
     sensor_range: Annotated[
-        float | str | None,
+        float | None,
         Input("Range of the sensor, e.g. '250 g'.", metavar="Q", option="--range", convert=_range),
     ] = None,
     falling: Annotated[bool, Help("The sensor fell freely before, along its axis.")] = False,
     hic: Annotated[
-        float | str | None, HIC, Help("Head injury criterion over this window at most.")
+        float | None, HIC, Help("Head injury criterion over this window at most.")
     ] = None,
     shot: Annotated[
-        int | str | None, SHOT, Help("Number of the drop in a run that holds several.")
+        int | None, SHOT, Help("Number of the drop in a run that holds several.")
     ] = None,
-    accept: Accept = (),
+    accept: Accept = None,
     options: TableOptions = TableOptions(),
 ) -> CrashFound:
     """Peak, filtered peak, velocity change and duration of an impact in an accelerometer's log.

@@ -7,11 +7,11 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from layerjam.commands.declare import Progress, taken
+from layerjam.commands.declare import Progress
 from layerjam.commands.friction import FrictionTest
 from layerjam.commands.left_out import LeftOut
 from layerjam.commands.measurements import Measurements
-from layerjam.commands.quantities import brake_file
+from layerjam.commands.quantities import brake_file, parse_options
 from layerjam.commands.reading import FileOptions
 from layerjam.commands.report import HowTested, stages
 from layerjam.dataset import crate
@@ -56,16 +56,16 @@ def derive(root: Path, recipe: Recipe, out: Path, tell: Progress) -> tuple[Recip
         how,
         tell,
         command="layerjam publish; `layerjam recompute` computes it again",
-        date=stated and stated.date,
+        date=stated.date if stated else None,
         names={str(root / name): name for names in files.values() for name in names},
     )
     brake_files.write(content, out / crate.REPORT, say=lambda what: tell(what, 0.8))
-    used, unused = _apart(root, files, content)
+    (friction, fitted, tested), unused = _apart(root, files, content)
     given = {name for names in files.values() for name in names}
     for name in campaign(root / crate.RAW, how.options).measurements:
         if f"{crate.RAW}/{name}" not in given:
             unused[f"{crate.RAW}/{name}"] = {"use": "", "why": "no stage was given this file"}
-    recipe = replace(recipe, **used, unused=unused)
+    recipe = replace(recipe, friction=friction, calibrate=fitted, validate=tested, unused=unused)
     texts = {RECIPE: recipe.text()}
     if stated is not None:
         texts[crate.README] = crate.readme(
@@ -87,8 +87,8 @@ def describe(
 
 def _apart(
     root: Path, files: Mapping[str, Sequence[str]], content: BrakeReport
-) -> tuple[dict[str, tuple[str, ...]], dict[str, dict[str, str]]]:
-    """The files that served, by their use, and {path: use and reason} of those refused."""
+) -> tuple[list[tuple[str, ...]], dict[str, dict[str, str]]]:
+    """The files that served each of USES, and {path: use and reason} of those refused."""
     kept: dict[str, tuple[str, ...]] = {}
     unused: dict[str, dict[str, str]] = {}
     for use, stage in zip(USES, STAGES, strict=True):
@@ -102,7 +102,7 @@ def _apart(
                 served.discard(digest)  # a second file of the same content was refused
             else:
                 unused[file] = {"use": use, "why": reasons[name]}
-    return {use: kept.get(use, ()) for use in USES}, unused
+    return [kept.get(use, ()) for use in USES], unused
 
 
 def options_of(how: HowTested) -> dict[str, Any]:
@@ -140,8 +140,8 @@ def how_of(recipe: Recipe, root: Path) -> HowTested:
             for name, reason in dict(said.get("exclude", {})).items()
         }
         return HowTested(
-            test=taken(FrictionTest, test),
-            options=taken(FileOptions, reading),
+            test=parse_options(FrictionTest, test),
+            options=parse_options(FileOptions, reading),
             depth=said.get("depth", "exact"),
             vacuum=said.get("vacuum"),
             atmosphere=said.get("atmosphere"),

@@ -3,10 +3,11 @@
     @command("predict", place=10, examples=("layerjam force BRAKE --slip 20mm --vacuum 94.5kPa",))
     def force(brake: BrakeInput, *, slip: Slip, vacuum: Vacuum) -> Force: ...
 
-A parameter is annotated with a quantity's specification (`Annotated[float | str, QuantitySpec]`), a
-`Help`, an `Input` that is converted, or a record made by `options` that flattens into options. From
-that come the checks of every call, the command line, the page's controls, the copied code, the
-reference and the JSON Schema (`commands/schema.py`).
+A parameter is annotated with a quantity's specification (`Annotated[float, QuantitySpec]`), a
+`Help`, an `Input` that is converted, or a record made by `options` that flattens into options. The
+annotation states what the function gets; `__init__.pyi` what a caller may give. From them come the
+checks of every call, the command line, the page's controls, the copied code, the reference and the
+JSON Schema (`commands/schema.py`).
 """
 
 from __future__ import annotations
@@ -69,10 +70,19 @@ class PythonOnly(Help):
 class Input(Help):
     """A parameter that `convert(value, given)` turns into what the function takes.
 
-    `given` holds the other arguments of the call as they were given.
+    `given` holds the other arguments of the call as they were given. The annotation of `value`
+    states what a caller may give.
     """
 
     convert: Callable[[Any, Mapping[str, Any]], Any] | None = None
+
+
+def accepted(convert: Callable[..., Any]) -> Any:
+    """Return the type of what an `Input` converts, as text if only type checkers know it."""
+    text = next(iter(convert.__annotations__.values()))
+    with contextlib.suppress(NameError):
+        return eval(text, convert.__globals__)  # our own source, never a user's text
+    return text
 
 
 @dataclass(frozen=True)
@@ -136,6 +146,13 @@ class Parameter:
         text = text[0].upper() + text[1:].rstrip(" .,")
         example = f", e.g. {self.spec.example}" if self.spec.example else ""
         return f"{text}{example}."
+
+    @property
+    def default_text(self) -> str:
+        """The default as it is typed; empty if there is none."""
+        if self.spec is not None and isinstance(self.default, float):
+            return show(self.default, self.spec.unit)
+        return "" if self.default in (None, ()) else str(self.default)
 
     @property
     def metavar(self) -> str:
@@ -233,6 +250,8 @@ def parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
             plain = plain or member
     if isinstance(about, PythonOnly):
         plain = PYTHON_ONLY
+    elif isinstance(about, Input) and about.convert is not None:
+        plain = accepted(about.convert)
     required = default is inspect.Parameter.empty
     return Parameter(
         name=name,
@@ -248,29 +267,16 @@ def parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
     )
 
 
-def _declared(group: Any) -> Iterator[tuple[str, Any, Any]]:
-    """(name, annotation, default) of the fields of an `options` record that are annotated by us."""
+def declared(group: Any, record: str = "") -> Iterator[Parameter]:
+    """Return the fields of an `options` record that are annotated by us."""
     hints = typing.get_type_hints(group, include_extras=True)
     for f in fields(group):
         if any(get_origin(kind) is Annotated for kind in union(hints[f.name])):
-            yield f.name, hints[f.name], f.default
+            yield parameter(f.name, hints[f.name], f.default, record=record)
 
 
 PYTHON_ONLY = object()
 """The type of a parameter that is named to type checkers alone: no option, no control."""
-
-
-def taken(cls: type[T], given: Mapping[str, Any]) -> T:
-    """A record of `options` from text or SI numbers, checked; for functions that are no command."""
-    known = {name: parameter(name, kind, default) for name, kind, default in _declared(cls)}
-    unknown = [name for name in given if name not in known]
-    if unknown:
-        raise UnknownNameError(f"field of {cls.__name__}", unknown[0], known)
-    notices: list[Notice] = []
-    return cls(
-        **{name: p.read(given.get(name, p.default), given, notices) for name, p in known.items()}
-    )
-
 
 ARRAY = object()
 """Beside a specification: arrays are taken too, and broadcast."""
@@ -322,9 +328,8 @@ class Command:
         """What an annotation's text means; what is known to type checkers only is Any."""
         if not isinstance(text, str):
             return text
-        space = vars(sys.modules[self.module])
         try:
-            return eval(text, space)  # our own source, never a user's text
+            return eval(text, vars(sys.modules[self.module]))  # our own source, never a user's text
         except (NameError, TypeError):
             return PYTHON_ONLY
 
@@ -349,7 +354,7 @@ class Command:
                 default = () if several else at.default
                 made.append(parameter(name, kind, default, positional=positional, several=several))
                 continue
-            made += [parameter(*each, record=name) for each in _declared(group)]
+            made += declared(group, name)
         return tuple(made)
 
     @functools.cached_property
@@ -358,18 +363,14 @@ class Command:
         kinds = {n: self._annotation(p.annotation) for n, p in self.signature.parameters.items()}
         return {n: m for n, kind in kinds.items() for m in union(kind) if hasattr(m, FLATTENED)}
 
-    @functools.cached_property
-    def former(self) -> dict[str, str]:
-        """{former name or the option's in Python: what the parameter is called}."""
-        names = ((o, p.name) for p in self.parameters for o in (p.option, *p.help.old))
-        return {option.lstrip("-").replace("-", "_"): name for option, name in names}
-
     def arguments(
         self, args: Sequence[Any], named: Mapping[str, Any], notices: list[Notice]
     ) -> dict[str, Any]:
         """The arguments as the function takes them; raises as a call does."""
         flat = {p.name: p.record for p in self.parameters if p.record}
-        named = {self.former.get(name, name): value for name, value in named.items()}
+        options = ((o, p.name) for p in self.parameters for o in (p.option, *p.help.old))
+        own_names = {o.lstrip("-").replace("-", "_"): name for o, name in options}
+        named = {own_names.get(name, name): value for name, value in named.items()}
         loose = {k: v for k, v in named.items() if k in flat and k not in self.signature.parameters}
         rest = {k: v for k, v in named.items() if k not in loose}
         for p in self.parameters:
@@ -405,7 +406,7 @@ class Command:
 
 
 def precision() -> contextlib.AbstractContextManager[None]:
-    """Double precision for what is computed inside, and for nothing else in the process."""
+    """Return a context of double precision; JAX is loaded when something is computed."""
     from layerjam.mechanics.law import double_precision
 
     return double_precision()

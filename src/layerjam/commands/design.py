@@ -49,6 +49,7 @@ class DesignResult(Judged):
     `record` is a Designed.
     """
 
+    record: Designed
     name: str = fact("name of the specification")
     feasible: bool | None = fact("whether a design meets it")
     reason: str | None = fact("why none does")
@@ -154,7 +155,7 @@ def _spec(value: str | Path | DesignSpecification, _: Mapping[str, Any]) -> Desi
 
 
 SpecInput = Annotated[
-    "str | Path | DesignSpecification",
+    "DesignSpecification",
     Input("What is required: a file, or wrist or stop.", metavar="SPEC.toml", convert=_spec),
 ]
 
@@ -165,7 +166,7 @@ SpecInput = Annotated[
     examples=("layerjam design wrist", "layerjam design stop --figure front.svg"),
 )
 def design(
-    spec: SpecInput, *, accept: Accept = (), progress: Progress | None = None
+    spec: SpecInput, *, accept: Accept = None, progress: Progress | None = None
 ) -> DesignResult:
     """Find the best brake for a set of requirements.
 
@@ -244,7 +245,7 @@ def infeasible(
 
 
 def best(
-    make: Callable[..., R], search: Search, found: SweepResult, accept: Mapping[str, str]
+    make: Callable[..., R], search: Search, found: SweepResult, accept: Mapping[str, str] | None
 ) -> R:
     """The result from what a search found; `accept` are {check: reason}."""
     from layerjam.design.checks import design_checks

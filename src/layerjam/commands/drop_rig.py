@@ -24,12 +24,12 @@ class DropRigOptions:
         bool, Help("Record the accelerometer of a mass that falls on the brake in a hold.")
     ] = False
     mass: Annotated[
-        float | str | None, MASS, Help("Mass that falls; on a virtual board it does in each hold.")
+        float | None, MASS, Help("Mass that falls; on a virtual board it does in each hold.")
     ] = None
-    speed: Annotated[float | str | None, ARRIVAL_SPEED, Help("Speed with which it arrives.")] = None
+    speed: Annotated[float | None, ARRIVAL_SPEED, Help("Speed with which it arrives.")] = None
     rope_stiffness: RopeStiffness | None = None
     trigger_level: Annotated[
-        float | str | None, LEVEL, Help("Acceleration that triggers, in g; 5 unless given.")
+        float | None, LEVEL, Help("Acceleration that triggers, in g; 5 unless given.")
     ] = None
 
     def rig(self, brake: BrakeFile) -> DropRig | None:

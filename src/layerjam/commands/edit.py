@@ -11,6 +11,7 @@ from layerjam.commands.results import Result, fact, result
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, QuantityError, UnknownNameError
+from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Line
 from layerjam.fluid.parts import FAMILIES, parts
 from layerjam.records.changes import Change, RecordFile
@@ -32,6 +33,7 @@ OF_THE_BRAKE = ("scale_factor", "stiffness_measured", "weighed_mass", "fittings_
 class EditedFile(Result):
     """A brake or line that was changed; `record` is its BrakeFile or LineFile."""
 
+    record: BrakeFile | LineFile
     name: str = fact("its name")
     text: str = fact("text of its file", listed=False)
 
@@ -97,8 +99,8 @@ def _set(
             made[path] = None
             continue
         spec, _ = known[path]
-        words = {"text": source} if source else {"text": BY_HAND, "was": _was(file, path, spec)}
-        made[path] = spec.si(value, path), Source(kind=kind, **words)
+        was = "" if source else _was(file, path, spec)
+        made[path] = spec.si(value, path), Source(kind=kind, text=source or BY_HAND, was=was)
     return made
 
 

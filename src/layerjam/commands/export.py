@@ -58,6 +58,7 @@ class ExportedNumbers(Result, Export):
 class Exported(ExportedNumbers):
     """What was written; `record` holds the eight numbers."""
 
+    record: Parameters
     parameters: Mapping[str, float]
     state_bytes: int = number("1", "bytes of memory that a brake's state takes")
     holds: float
@@ -110,6 +111,7 @@ def export_c(
 class ExportedFmu(Result, Export):
     """The FMU that was written."""
 
+    record: dict[str, float]
     files: Sequence[str] = fact("the file")
     bytes: int | None = number("B", "its size; None if it was not written")
     fmi_version: str = fact("version of the standard")

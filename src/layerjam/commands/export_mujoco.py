@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.export import ExportedNumbers, Strict, export_facts
@@ -14,6 +14,9 @@ from layerjam.errors import CompilerError
 from layerjam.interop.tendon import Coupling
 from layerjam.units import QuantitySpec
 
+if TYPE_CHECKING:
+    from layerjam.kernel.parameters import Parameters
+
 LAG = QuantitySpec("s", "time constant of the vacuum line", lo=1e-4, hi=1e4, example="2.25s")
 
 
@@ -21,6 +24,7 @@ LAG = QuantitySpec("s", "time constant of the vacuum line", lo=1e-4, hi=1e4, exa
 class ExportedMujoco(ExportedNumbers):
     """What was written; `record` holds the eight numbers."""
 
+    record: Parameters
     plugin: str = fact("name of the plugin in a model")
     library: str | None = fact("the compiled plugin; none with --no-build")
     mujoco_version: str | None = fact("the MuJoCo that it was compiled for")
@@ -41,7 +45,7 @@ def export_mujoco(
     tendon: Annotated[str, Help("Name of the tendon that carries the brake.", metavar="NAME")] = (
         "cable"
     ),
-    vacuum_lag: Annotated[float | str | None, LAG] = None,
+    vacuum_lag: Annotated[float | None, LAG] = None,
     coupling: Annotated[
         Coupling, Help("How a step's force is found: limited softens what a step cannot carry.")
     ] = "limited",

@@ -23,7 +23,7 @@ from layerjam.units import QuantitySpec, show
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from layerjam.control.follow import Bode
+    from layerjam.control.follow import Bode, Following
 
 PROFILES = ("step", "sine", "rehabilitation")
 PERIOD = replace(DURATION, text="period of the profile", example="10s")
@@ -51,17 +51,18 @@ class ScheduledSettings(RegulatorSettings):
 class Swing:
     """A profile that is drawn: between two forces while the brake slips steadily."""
 
-    low: Annotated[float | str | None, FORCE, Help("Least force of the profile.")] = None
-    high: Annotated[float | str | None, FORCE, Help("Greatest force of the profile.")] = None
-    period: Annotated[float | str | None, PERIOD] = None
-    duration: Annotated[float | str | None, DURATION] = None
-    speed: Annotated[float | str | None, SLIP_SPEED] = None
+    low: Annotated[float | None, FORCE, Help("Least force of the profile.")] = None
+    high: Annotated[float | None, FORCE, Help("Greatest force of the profile.")] = None
+    period: Annotated[float | None, PERIOD] = None
+    duration: Annotated[float | None, DURATION] = None
+    speed: Annotated[float | None, SLIP_SPEED] = None
 
 
 @result
 class FollowedForce(Result):
     """How well the force follows; `record` is (Following, Bode)."""
 
+    record: tuple[Following, Bode | None]
     rms_error: float = number("N", "root mean square of the force's error")
     greatest_error: float = number("N", "greatest error of the force")
     possible: float = fact(
@@ -111,8 +112,8 @@ def follow(
     ],
     swing: Swing = Swing(),
     settings: ScheduledSettings = ScheduledSettings(),
-    slip_noise: Annotated[float | str, SLIP_NOISE] = "0 mm",
-    model_error: Annotated[float | str, MODEL_ERROR] = 1.0,
+    slip_noise: Annotated[float, SLIP_NOISE] = 0.0,
+    model_error: Annotated[float, MODEL_ERROR] = 1.0,
     seed: Annotated[Seed, Help("Seed of the sensor's noise.")] = 0,
     atmosphere: Atmosphere = None,
 ) -> FollowedForce:
@@ -177,16 +178,16 @@ def _drawn(profile: str, dt: float, swing: Swing) -> tuple[Any, Any]:
     missing = [name for name, value in vars(swing).items() if value is None]
     if missing:
         raise QuantityError(f"{', '.join(missing)}: missing; the profile {profile} needs them")
-    low, high, length = swing.low, swing.high, swing.duration
+    low, high, period, length, speed = vars(swing).values()
     if high <= low:
         raise QuantityError.of("high", f"{show(high, 'N')} is not above low, {show(low, 'N')}")
     time = np.arange(round(length / dt)) * dt
     if len(time) < 2:
         raise QuantityError.of("duration", f"{show(length, 's')} is less than two samples")
-    slip = swing.speed * time
+    slip = speed * time
     if profile == "rehabilitation":
-        return rehabilitation(time, low=low, high=high, period=swing.period), slip
-    wave = np.sin(2 * np.pi * time / swing.period)
+        return rehabilitation(time, low=low, high=high, period=period), slip
+    wave = np.sin(2 * np.pi * time / period)
     shape = (1 + wave) / 2 if profile == "sine" else (wave < 0).astype(float)
     return low + (high - low) * shape, slip
 

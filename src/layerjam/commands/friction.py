@@ -37,22 +37,22 @@ class FrictionTest:
     """How friction tests were done, and how they are read."""
 
     normal_force: Annotated[
-        float | str | None, NORMAL_FORCE, Help("Force that presses the films together.")
+        float | None, NORMAL_FORCE, Help("Force that presses the films together.")
     ] = None
     standard: Annotated[Literal["paper", "d1894", "iso8295"], Help("How the records are read.")] = (
         "paper"
     )
     start: Annotated[
-        float | str | None,
+        float | None,
         DISPLACEMENT,
         Help("Displacement where the kinetic window starts (paper: 40 mm).", option="--from"),
     ] = None
     end: Annotated[
-        float | str | None,
+        float | None,
         DISPLACEMENT,
         Help("Displacement where the kinetic window ends (paper: 100 mm).", option="--to"),
     ] = None
-    area: Annotated[float | str | None, AREA, Help("Area under the sled.")] = None
+    area: Annotated[float | None, AREA, Help("Area under the sled.")] = None
     accept_stick_slip: Annotated[
         bool,
         Help("Take the middle of stick–slip as the kinetic friction.", old=("--accept-judder",)),
@@ -75,6 +75,7 @@ class FrictionTest:
 class Friction(FromFiles, Judged):
     """Static and kinetic friction; `record` is (traces, FrictionResult), the traces thinned."""
 
+    record: tuple[list[Trace], FrictionResult]
     static: float = number("1", "static friction, mean over the repeats")
     kinetic: float | None = number("1", "kinetic friction; null where the films stick and slip")
     static_sd: float | None = number("1", "SD over the repeats")
@@ -128,7 +129,7 @@ def friction(
     brake: TargetBrake | None = None,
     out: OutBrake | None = None,
     partial: Partial = False,
-    accept: Accept = (),
+    accept: Accept = None,
     options: FileOptions = FileOptions(),
     progress: Progress | None = None,
     force: Overwrite = False,

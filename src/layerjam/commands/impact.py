@@ -62,6 +62,7 @@ class Stop(Reading, Heating):
     `record` is the DropRecord, or a BareDrop without a brake.
     """
 
+    record: DropRecord | BareDrop | None = None
     slip: float | None = number("m", "slip of the brake", default=None)
     peak_force: float | None = number("N", "greatest force on the mass", default=None)
     peak_deceleration: float | None = number(
@@ -140,14 +141,12 @@ def drop(
     vacuum_share: VacuumShare | None = None,
     leak_time: LeakTime | None = None,
     held: Held | None = None,
-    duration: Annotated[
-        float | str | None, DURATION, Help("Follow the rebound for this long.")
-    ] = None,
+    duration: Annotated[float | None, DURATION, Help("Follow the rebound for this long.")] = None,
     sensing: Sensing = Sensing(),
     warmth: Warmth = Warmth(),
     no_brake: Annotated[bool, Help("The rope alone.")] = False,
     horizontal: Horizontal = False,
-    accept: Accept = (),
+    accept: Accept = None,
     atmosphere: Atmosphere = None,
     progress: Progress | None = None,
 ) -> Stop:
@@ -165,7 +164,7 @@ def drop(
     """
     site = brake.brake.site
     arrives = arrival(speed, height, horizontal, site.gravity)
-    known = {"mass": mass, "speed": arrives, "rope_stiffness": rope_stiffness}
+    known: dict[str, Any] = {"mass": mass, "speed": arrives, "rope_stiffness": rope_stiffness}
     case = {**known, "gravity": 0.0 if horizontal else site.gravity}
     damping = rope_damping or 0.0
     _check_rope(rope_damping, rope_stiffness)
@@ -174,24 +173,24 @@ def drop(
     brake = with_share(brake, vacuum_share)
     if no_brake:
         return observed(_without_brake(case, damping, site.gravity), sensing, accept=accept)
-    pressure: Any = vacuum
+    pressure: float | History
     if vacuum_history is not None:
         pressure = _history(vacuum_history, site.atmosphere, log)
-    elif vacuum == "tuned":
+    elif travel is not None:
         found = tune(brake, travel=travel, horizontal=horizontal, **known)
-        if not found.feasible:
+        if found.vacuum is None:
             return not_tuned(found, arrives)
         pressure = found.vacuum
     else:
-        vacuum_within(vacuum, brake.brake)
-    if leak_time is not None:
+        pressure = vacuum_within(vacuum, brake.brake)
+    at_start = None
+    if leak_time is not None and not isinstance(pressure, History):
         pressure = History.leaking(pressure, leak_time, site.atmosphere, held or 0.0)
+        at_start = float(pressure.at(0.0))
     made = _with_brake(brake, case, pressure, damping, duration, progress)
-    if leak_time is not None:
-        made = replace(made, vacuum=float(pressure.at(0.0)))
-    made = observed(made, sensing, warmth, accept)
-    leaks = leak_time is not None
-    return _not_tuned_for(bool(damping), leaks, made, travel) if vacuum == "tuned" else made
+    leaks = at_start is not None
+    made = observed(replace(made, vacuum=at_start) if leaks else made, sensing, warmth, accept)
+    return _not_tuned_for(bool(damping), leaks, made, travel) if travel is not None else made
 
 
 def not_tuned(found: TunedVacuum, speed: float | None = None) -> Stop:
@@ -199,7 +198,7 @@ def not_tuned(found: TunedVacuum, speed: float | None = None) -> Stop:
     return Stop(speed=speed, feasible=False, reason=found.reason, warnings=found.warnings)
 
 
-def _not_tuned_for(damping: bool, leak: bool, made: Stop, travel: Any) -> Stop:
+def _not_tuned_for(damping: bool, leak: bool, made: Stop, travel: float) -> Stop:
     """The stop with a notice of what its tuned vacuum leaves out."""
     for there, what, words in (
         (damping, "damping", "for a rope without damping"),
@@ -276,7 +275,7 @@ def _with_brake(
     from layerjam.simulate.speed import follows_speed
 
     changes = isinstance(vacuum, History)
-    if changes or damping or until is not None:
+    if isinstance(vacuum, History) or damping or until is not None:
         from layerjam.simulate.drop_in_time import drop_in_time
 
         def tell(now: float) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from layerjam.commands.declare import Help, Progress, command
 from layerjam.commands.quantities import Overwrite
@@ -14,6 +14,9 @@ from layerjam.device.load import write_whole
 from layerjam.errors import Notice, QuantityError
 from layerjam.lab.spec import Spec
 from layerjam.simulate.quantities import SEED
+
+if TYPE_CHECKING:
+    from layerjam.lab.campaign import Campaign
 
 PRACTICE = "practice"
 """Name of the campaign that is built in."""
@@ -26,6 +29,7 @@ class PracticeFiles(Result):
     For an example to edit, `text` holds it, or says what to do with the file, and all else is None.
     """
 
+    record: Campaign | None = None
     folder: str | None = fact("the folder", default=None)
     files: Sequence[str] | None = fact(
         "the files", default=None, shown=lambda files: f"{len(files)}, each with its sidecar"
@@ -93,7 +97,7 @@ def lab(
     example: Annotated[
         bool, Help("Print a commented campaign to edit, or write it to --out.")
     ] = False,
-    seed: Annotated[int | str | None, SEED, Help("Seed instead of the campaign's own.")] = None,
+    seed: Annotated[int | None, SEED, Help("Seed instead of the campaign's own.")] = None,
     force: Overwrite = False,
     progress: Progress | None = None,
 ) -> PracticeFiles:

@@ -40,6 +40,7 @@ class LeakFound(Judged):
     volume.
     """
 
+    record: Leak
     model: str = fact("law that suits best")
     distinct: bool = fact("whether it suits clearly better than the others")
     rate: float = number("1/s", "conductance over volume", listed=False, interval=True)
@@ -84,14 +85,12 @@ class LeakFound(Judged):
 def leak(
     file: LogFile,
     *,
-    volume: Annotated[
-        float | str | None, VOLUME, Help("Volume of the chamber and its line.")
-    ] = None,
+    volume: Annotated[float | None, VOLUME, Help("Volume of the chamber and its line.")] = None,
     temperature: Temperature = None,
     zero: Zero = None,
     start: Start = None,
     end: End = None,
-    accept: Accept = (),
+    accept: Accept = None,
     atmosphere: Atmosphere = None,
     options: LogOptions = LogOptions(),
 ) -> LeakFound:

@@ -28,11 +28,11 @@ def line_file(line: AnyLine, atmosphere: float | str | None = None) -> LineFile:
     return record_file(line, LineFile, load_line, atmosphere)
 
 
-def _line(value: Any, given: Mapping[str, Any]) -> LineFile:
+def _line(value: AnyLine, given: Mapping[str, Any]) -> LineFile:
     return line_file(value, given.get("atmosphere"))
 
 
 LineInput = Annotated[
-    AnyLine,
+    LineFile,
     Input("Catalogue name or path of a line's TOML file.", metavar="LINE", convert=_line),
 ]

@@ -16,7 +16,7 @@ WITHIN = QuantitySpec("1", "half of a 95 % interval over its value", lo=1e-5, hi
 ALIKE = 1.001
 """Where the widest interval after one more pull is at most this times the narrowest."""
 Within = Annotated[
-    float | str | None,
+    float | None,
     WITHIN,
     Help("Say how many more pulls narrow each interval to plus or minus this."),
 ]

@@ -29,6 +29,7 @@ class PartList(Result):
     `note`.
     """
 
+    record: list[Part]
     pumps: list[dict[str, Any]] = fact("pumps", listed=False)
     valves: list[dict[str, Any]] = fact("valves", listed=False)
     sensors: list[dict[str, Any]] = fact("sensors", listed=False)
@@ -74,8 +75,8 @@ def parts(
         if name not in every:
             raise UnknownNameError("part", name, every)
         found = {f: {n: p for n, p in family.items() if n == name} for f, family in found.items()}
-    return PartList(
-        **{f"{f}s": [_shown(part) for part in family.values()] for f, family in found.items()},
+    return PartList.of(
+        {f"{f}s": [_shown(part) for part in family.values()] for f, family in found.items()},
         record=[part for family in found.values() for part in family.values()],
         full=name is not None,
     )

@@ -63,6 +63,7 @@ class CollisionPlan(Judged):
     the reason beside it.
     """
 
+    record: Plan
     feasible: bool = fact("whether the estimate stops within the travel at all the vacuum in time")
     reason: str | None = fact("why it does not")
     warning: float = number("s", "warning time")
@@ -189,24 +190,22 @@ def plan(
     *,
     mass: Mass,
     speed: Annotated[ArrivalSpeed, Help("Speed on arrival, as estimated.")],
-    warning: Annotated[float | str, WARNING, Help("Time from the warning to the taut rope.")],
+    warning: Annotated[float, WARNING, Help("Time from the warning to the taut rope.")],
     travel: StopTravel,
-    mass_sd: Annotated[float | str, MASS_SD] = "0 kg",
-    speed_sd: Annotated[float | str, SPEED_SD] = "0 m/s",
-    standing: Annotated[
-        float | str, VACUUM, Help("Idle vacuum: what is held while waiting.")
-    ] = "0 Pa",
+    mass_sd: Annotated[float, MASS_SD] = 0.0,
+    speed_sd: Annotated[float, SPEED_SD] = 0.0,
+    standing: Annotated[float, VACUUM, Help("Idle vacuum: what is held while waiting.")] = 0.0,
     stored: Annotated[
-        float | str | None, VACUUM, Help("Vacuum in the line's reservoir before the warning.")
+        float | None, VACUUM, Help("Vacuum in the line's reservoir before the warning.")
     ] = None,
     rope_stiffness: RopeStiffness | None = None,
     horizontal: Horizontal = False,
     fluid: Fluid = "air",
     vacuum_share: VacuumShare | None = None,
     leak_time: LeakTime | None = None,
-    samples: Annotated[int | str, SAMPLES, Help("Masses and speeds to try, at least.")] = 40_000,
+    samples: Annotated[int, SAMPLES, Help("Masses and speeds to try, at least.")] = 40_000,
     seed: Annotated[Seed, Help("Seed of their random shifts.")] = 1,
-    accept: Accept = (),
+    accept: Accept = None,
     atmosphere: Atmosphere = None,
 ) -> CollisionPlan:
     """Whether the vacuum is there when a collision comes, and what to build if not.

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.quantities import (
+    Array,
     Atmosphere,
     BrakeInput,
     Forces,
@@ -31,9 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SLIDING_SPEED = QuantitySpec("m/s", "sliding speed of the sheets", hi=100, example="500mm/s")
-SlidingSpeed = Annotated[
-    float | str | None, SLIDING_SPEED, Help("Speed at which the sheets slide.")
-]
+SlidingSpeed = Annotated[float | None, SLIDING_SPEED, Help("Speed at which the sheets slide.")]
 
 FRICTION = ("scale_factor", "film.kinetic", "film.static", "pressure_exponent")
 ENCLOSURE = ("enclosure.modulus", "film.friction_on_silicone")
@@ -92,6 +91,7 @@ def new(
 class BrakeSummary(Result):
     """What a brake weighs, holds, stores and bears; `record` is its BrakeFile."""
 
+    record: BrakeFile
     name: str = fact("name of the brake")
     mass: float = number("kg", "mass of the brake")
     drawn_mass: float | None = number("kg", "mass as `build` draws it; null where it cannot")
@@ -199,6 +199,7 @@ class BrakeForce(Result):
     `record` is (BrakeFile, vacuum, slip).
     """
 
+    record: tuple[BrakeFile, float | Array, float | Array]
     sheet_friction: float = number("N", "friction of the jammed sheets, eq. 4 and 7")
     enclosure_force: float = number("N", "force of the enclosure, eq. 5")
     force: float = number("N", "force of the brake, both together")
@@ -207,7 +208,8 @@ class BrakeForce(Result):
         """Force over slip, with this slip marked."""
         from layerjam.report import figures
 
-        return figures.force_over_slip(*self.record)
+        file, *case = self.record
+        return figures.force_over_slip(file, *_single(case))
 
 
 @command(
@@ -267,6 +269,15 @@ def _within_fitted(enclosure: Any, vacuum: Any, device: Any) -> None:
     )
 
 
+def _single(case: Sequence[float | Array]) -> list[float]:
+    """Return the numbers of one case; raise QuantityError for arrays."""
+    import numpy as np
+
+    if any(np.ndim(number) for number in case):
+        raise QuantityError("figure: it shows one case; give single numbers, not arrays")
+    return [float(number) for number in case]
+
+
 def _numbers(value: Any) -> Any:
     """A float, or a NumPy array."""
     import numpy as np
@@ -282,6 +293,7 @@ class VacuumForForce(Result):
     `record` is (BrakeFile, slip, force, vacuum).
     """
 
+    record: tuple[BrakeFile, float | Array, float | Array, float | Array]
     vacuum: float | None = number("Pa", "vacuum that gives the force; null where there is none")
     feasible: bool = fact("whether there is such a vacuum")
     reason: str | None = fact("why there is none")
@@ -292,7 +304,8 @@ class VacuumForForce(Result):
         """Force over vacuum at the slip, with the force marked."""
         from layerjam.report import figures
 
-        return figures.force_over_vacuum(*self.record)
+        file, *case = self.record
+        return figures.force_over_vacuum(file, *_single(case))
 
 
 @command(

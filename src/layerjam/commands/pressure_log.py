@@ -48,13 +48,11 @@ def temperature_of(text: float | str | None, _given: object = None) -> float | N
 
 
 LogFile = Annotated[str | Path, Help("Log: a column of time, one of pressure.", metavar="FILE")]
-Zero = Annotated[float | str | None, ZERO, Help("Reading of the sensor at the atmosphere; 0.")]
-Start = Annotated[
-    float | str | None, LOG_TIME, Help("Time where the part used starts.", option="--from")
-]
-End = Annotated[float | str | None, LOG_TIME, Help("Time where it ends.", option="--to")]
+Zero = Annotated[float | None, ZERO, Help("Reading of the sensor at the atmosphere; 0.")]
+Start = Annotated[float | None, LOG_TIME, Help("Time where the part used starts.", option="--from")]
+End = Annotated[float | None, LOG_TIME, Help("Time where it ends.", option="--to")]
 Temperature = Annotated[
-    float | str | None,
+    float | None,
     Input("Temperature of the gas, e.g. 23°C; else 20 °C.", metavar="Q", convert=temperature_of),
 ]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Input, Progress, command
 from layerjam.commands.friction import FrictionTest
@@ -18,6 +18,10 @@ from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import MissingExtraError, Notice
 from layerjam.units import show
 from layerjam.verdict import Verdict
+
+if TYPE_CHECKING:
+    from layerjam.dataset.comparison import Difference
+    from layerjam.report.brake_report import BrakeReport
 
 SHOWN = 6
 """Differences of a file that the table lists."""
@@ -36,6 +40,7 @@ def _names(files: Sequence[str]) -> str:
 class Published(Result):
     """The dataset that was written; `record` is the BrakeReport."""
 
+    record: BrakeReport | None = None
     folder: str | None = fact("the dataset; null if it was not written")
     files: Sequence[str] = fact("files in it", shown=lambda files: f"{len(files)} in the folder")
     friction_tests: int = number("1", "friction tests")
@@ -82,7 +87,7 @@ def publish(
     vacuum: FileVacuum = None,
     atmosphere: Atmosphere = None,
     left_out: LeftOut = LeftOut(),
-    accept: Accept = (),
+    accept: Accept = None,
     options: FileOptions = FileOptions(),
     title: Annotated[str | None, Help("Name of the dataset.", metavar="TEXT")] = None,
     licence: Annotated[
@@ -135,6 +140,7 @@ def publish(
 class Recomputed(Result):
     """Whether a dataset's numbers came out again; `record` is the list of differences."""
 
+    record: list[Difference] | None = None
     equal: bool = fact("whether every number and every file is as published")
     numbers: int = number("1", "numbers compared")
     differs: Sequence[Mapping[str, Any]] = fact(

@@ -9,7 +9,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from layerjam.commands.dataset_stages import USES, derive, describe, options_of
+from layerjam.commands.dataset_stages import derive, describe, options_of
 from layerjam.commands.declare import Progress
 from layerjam.commands.left_out import OF
 from layerjam.commands.measurements import Measurements
@@ -121,13 +121,16 @@ def _derive(
     if "exclude" in options:
         named = options["exclude"].items()
         options["exclude"] = {_inside(found, name): reason for name, reason in named}
+    friction, fitted, tested = _divided(staging, given, how, tell)
     recipe = Recipe(
         versions=versions(),
         brake=BRAKE,
         results=RESULTS,
         options=options,
         stated=stated,
-        **_divided(staging, given, how, tell),
+        friction=friction,
+        calibrate=fitted,
+        validate=tested,
     )
     recipe, content = derive(staging, recipe, staging, tell)
     description = describe(staging, checksums.inside(staging), recipe, stated, content)
@@ -200,8 +203,8 @@ def _copy(found: campaigns.Campaign, staging: Path) -> None:
 
 def _divided(
     staging: Path, given: Measurements, how: HowTested, tell: Progress
-) -> dict[str, list[str]]:
-    """{use: paths inside the dataset}."""
+) -> list[tuple[str, ...]]:
+    """Return the paths inside the dataset for each of USES."""
 
     def there(names: Any) -> list[str]:
         return [str(staging / RAW / name) for name in names]
@@ -214,8 +217,7 @@ def _divided(
         holdout=given.holdout,
     )
     fitted, tested = asked.divided(how.options, tell)
-    parts = dict(zip(USES, (asked.friction, fitted, tested), strict=True))
-    return {
-        use: [Path(str(p)).relative_to(staging).as_posix() for p in _listed(files)]
-        for use, files in parts.items()
-    }
+    return [
+        tuple(Path(str(p)).relative_to(staging).as_posix() for p in _listed(files))
+        for files in (asked.friction, fitted, tested)
+    ]

@@ -41,6 +41,7 @@ UNITS_OF_A_PULL = {name: unit for unit, names in _OF_UNIT.items() for name in na
 class Pulls(Result):
     """What each pull shows; `record` is a list of (trace, PullSummary), the traces thinned."""
 
+    record: list[tuple[Trace, PullSummary]]
     pulls: Sequence[Mapping[str, Any]] = fact("each pull", listed=False)
     tare: bool = fact("whether the force before the load rises was subtracted", listed=False)
     understood: Mapping[str, Any] = fact("what was made of each file", listed=False)

@@ -59,6 +59,7 @@ class PumpFound(Judged):
     where a compliance counts or None).
     """
 
+    record: tuple[PumpDown, PumpDown | None, PumpDown | None]
     rate: float = number("1/s", "flow over volume", interval=True)
     rate_with_volume: float | None = number("1/s", "the same with the volume added")
     time_constant: float = number("s", "time constant of the pump-down")
@@ -102,18 +103,18 @@ def pump_down(
         str | Path | None, Help("The same line with a known volume added.", metavar="FILE2")
     ] = None,
     *,
-    volume: Annotated[float | str | None, VOLUME, Help("Volume pumped, if known.")] = None,
-    flow: Annotated[float | str | None, FLOW, Help("Flow of the pump, if known.")] = None,
-    added_volume: Annotated[float | str | None, VOLUME, Help("Volume added for FILE2.")] = None,
+    volume: Annotated[float | None, VOLUME, Help("Volume pumped, if known.")] = None,
+    flow: Annotated[float | None, FLOW, Help("Flow of the pump, if known.")] = None,
+    added_volume: Annotated[float | None, VOLUME, Help("Volume added for FILE2.")] = None,
     compliance: Annotated[
-        float | str | Literal["fit"] | None,
+        float | Literal["fit"] | None,
         COMPLIANCE,
         Help("Volume lost per vacuum, or 'fit' to fit it too."),
     ] = None,
     zero: Zero = None,
     start: Start = None,
     end: End = None,
-    accept: Accept = (),
+    accept: Accept = None,
     atmosphere: Atmosphere = None,
     options: LogOptions = LogOptions(),
 ) -> PumpFound:
@@ -209,7 +210,7 @@ def _of_pump(
     from layerjam.identify.logs.pump_down import flow_of, from_two, volume_of
 
     found: dict[str, Known] = {}
-    if second is not None:
+    if second is not None and added is not None:
         found["volume"], found["flow"] = from_two(alone, second, added)
     elif volume is not None:
         found["flow"] = flow_of(alone, volume)

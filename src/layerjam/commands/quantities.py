@@ -7,12 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
-from layerjam.commands.declare import ARRAY, Help, Input, OutFile
+from layerjam.commands.declare import ARRAY, Help, Input, OutFile, declared
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.device.mount import Rope, Site
-from layerjam.errors import Notice, QuantityError
+from layerjam.errors import Notice, QuantityError, UnknownNameError
 from layerjam.records.changes import RecordFile
 from layerjam.records.source import Source
 from layerjam.simulate.quantities import (
@@ -33,12 +33,16 @@ from layerjam.units import QuantitySpec, show, spec_of
 from layerjam.verdict import read_acceptances
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    import numpy as np
+    from numpy.typing import NDArray
 
     from layerjam.fluid.line import Line
-else:
-    ArrayLike = Sequence[float]  # help is shown without loading NumPy
 
+    Array = NDArray[np.float64]
+else:
+    Array = Sequence[float]  # help is shown without loading NumPy
+
+T = TypeVar("T")
 F = TypeVar("F", bound=RecordFile[Any])
 AnyBrake = str | Path | BrakeFile | Brake
 
@@ -52,32 +56,30 @@ ROPE_DAMPING = replace(spec_of(Rope, "damping"), example="'20 N s/m'")
 SHARE = replace(spec_of(Brake, "vacuum_share"), example="80%")
 LOG_TIME = QuantitySpec("s", "time in the log", lo=-1e9, hi=1e9, example="2s")
 
-Atmosphere = Annotated[float | str | None, ATMOSPHERE, Help("Atmosphere of the site.")]
-Vacuum = Annotated[float | str, VACUUM]
-Target = Annotated[float | str, TARGET]
-Vacuums = Annotated[float | str | ArrayLike, VACUUM, ARRAY]
-Slips = Annotated[float | str | ArrayLike, SLIP, ARRAY]
-Slip = Annotated[float | str, SLIP]
-Force = Annotated[float | str, FORCE]
-Forces = Annotated[float | str | ArrayLike, FORCE, ARRAY]
-Mass = Annotated[float | str, MASS]
-ArrivalSpeed = Annotated[float | str, ARRIVAL_SPEED]
-Height = Annotated[float | str, HEIGHT]
-StopTravel = Annotated[float | str, STOP_TRAVEL]
-CrossheadSpeed = Annotated[float | str, CROSSHEAD_SPEED]
-Elongation = Annotated[float | str, ELONGATION]
-RopeStiffness = Annotated[float | str, ROPE_STIFFNESS]
-RopeDamping = Annotated[float | str, ROPE_DAMPING]
-Duration = Annotated[float | str, DURATION]
-Seed = Annotated[int | str, SEED]
+Atmosphere = Annotated[float | None, ATMOSPHERE, Help("Atmosphere of the site.")]
+Vacuum = Annotated[float, VACUUM]
+Target = Annotated[float, TARGET]
+Vacuums = Annotated[float | Array, VACUUM, ARRAY]
+Slips = Annotated[float | Array, SLIP, ARRAY]
+Slip = Annotated[float, SLIP]
+Force = Annotated[float, FORCE]
+Forces = Annotated[float | Array, FORCE, ARRAY]
+Mass = Annotated[float, MASS]
+ArrivalSpeed = Annotated[float, ARRIVAL_SPEED]
+Height = Annotated[float, HEIGHT]
+StopTravel = Annotated[float, STOP_TRAVEL]
+CrossheadSpeed = Annotated[float, CROSSHEAD_SPEED]
+Elongation = Annotated[float, ELONGATION]
+RopeStiffness = Annotated[float, ROPE_STIFFNESS]
+RopeDamping = Annotated[float, ROPE_DAMPING]
+Duration = Annotated[float, DURATION]
+Seed = Annotated[int, SEED]
 VacuumShare = Annotated[
-    float | str, SHARE, Help("Share of the vacuum that presses the sheets; all of it if not given.")
+    float, SHARE, Help("Share of the vacuum that presses the sheets; all of it if not given.")
 ]
-LeakTime = Annotated[
-    float | str, LEAK_TIME, Help("Time constant of the leak, as `leak` prints it.")
-]
+LeakTime = Annotated[float, LEAK_TIME, Help("Time constant of the leak, as `leak` prints it.")]
 Held = Annotated[
-    float | str, HELD, Help("With a leak: from shutting the line off to the taut rope (0 s).")
+    float, HELD, Help("With a leak: from shutting the line off to the taut rope (0 s).")
 ]
 Tuned = Literal["tuned"]
 Horizontal = Annotated[bool, Help("No gravity along the pull.")]
@@ -86,13 +88,16 @@ OutBrake = Annotated[
     str | Path, OutFile("Brake file to write.", metavar="FILE.toml", endings=(".toml",))
 ]
 
+
+def _accepted(
+    value: Sequence[str] | Mapping[str, str], _given: Mapping[str, Any]
+) -> Mapping[str, str]:
+    return read_acceptances(value)
+
+
 Accept = Annotated[
-    Sequence[str] | Mapping[str, str],
-    Input(
-        "Accept this failed check, with the reason.",
-        metavar="CHECK=REASON",
-        convert=lambda value, _given: read_acceptances(value),
-    ),
+    Mapping[str, str] | None,
+    Input("Accept this failed check, with the reason.", metavar="CHECK=REASON", convert=_accepted),
 ]
 """`--accept CHECK="reason"`, repeatable; the function gets {check: reason}."""
 
@@ -137,17 +142,17 @@ def record_file(
     return replace(file, **held)
 
 
-def _brake(value: Any, given: Mapping[str, Any]) -> BrakeFile:
+def _brake(value: AnyBrake, given: Mapping[str, Any]) -> BrakeFile:
     return brake_file(value, given.get("atmosphere"))
 
 
 BrakeInput = Annotated[
-    AnyBrake,
+    BrakeFile,
     Input("Catalogue name or path of a brake's TOML file.", metavar="BRAKE", convert=_brake),
 ]
 
 TargetBrake = Annotated[
-    AnyBrake, Input("Brake to write the result into.", metavar="BRAKE", convert=_brake)
+    BrakeFile, Input("Brake to write the result into.", metavar="BRAKE", convert=_brake)
 ]
 
 
@@ -165,6 +170,18 @@ def si(value: float | str, spec: QuantitySpec, name: str) -> float:
     if isinstance(value, str):
         return float(spec.read(value, name))
     return float(spec.check(float(value), name))
+
+
+def parse_options(cls: type[T], given: Mapping[str, Any]) -> T:
+    """Return a record of `options` from text or SI numbers, checked, for other functions."""
+    known = {p.name: p for p in declared(cls)}
+    unknown = [name for name in given if name not in known]
+    if unknown:
+        raise UnknownNameError(f"field of {cls.__name__}", unknown[0], known)
+    notices: list[Notice] = []
+    return cls(
+        **{name: p.read(given.get(name, p.default), given, notices) for name, p in known.items()}
+    )
 
 
 def vacuum_within(value: Any, device: Brake | Line, name: str = "vacuum") -> Any:

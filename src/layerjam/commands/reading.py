@@ -23,7 +23,7 @@ Files = Annotated[
     Sequence[Measured] | Measured, Help("Exports of a test machine.", metavar="FILE...")
 ]
 FileVacuum = Annotated[
-    float | str | None, VACUUM, Help("Vacuum of files whose sidecar does not state it.")
+    float | None, VACUUM, Help("Vacuum of files whose sidecar does not state it.")
 ]
 Partial = Annotated[bool, Help("Write the brake even if some files were refused.")]
 Columns = Annotated[

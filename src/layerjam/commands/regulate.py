@@ -54,6 +54,7 @@ class Regulation(Judged):
     Times are those of the true vacuum, not of the reading.
     """
 
+    record: tuple[Regulator, ClosedLoop]
     target: float = number("Pa", "vacuum to hold")
     kind: str = fact("control law")
     safe_state: str = fact("where a fault ends")
@@ -117,13 +118,13 @@ def regulate(
     target: Annotated[Target, Help("Vacuum to hold.")],
     settings: RegulatorSettings = RegulatorSettings(),
     duration: Annotated[
-        float | str | None, DURATION, Help("Time to simulate; 12 time constants unless given.")
+        float | None, DURATION, Help("Time to simulate; 12 time constants unless given.")
     ] = None,
     recorded: RecordedStep = RecordedStep(),
     fault: Annotated[Fault | None, Help("What breaks.")] = None,
-    fault_at: Annotated[float | str | None, FAULT_AT, Help("When it breaks.")] = None,
+    fault_at: Annotated[float | None, FAULT_AT, Help("When it breaks.")] = None,
     seed: Annotated[Seed, Help("Seed of the sensor's noise.")] = 0,
-    accept: Accept = (),
+    accept: Accept = None,
     atmosphere: Atmosphere = None,
 ) -> Regulation:
     """Bring a line to a vacuum and hold it there, in closed loop with a noisy sensor.
@@ -145,10 +146,7 @@ def regulate(
     found = None
     if recorded.step is not None:
         made, found, more = tuned_by(
-            made,
-            recorded,
-            atmosphere=line.line.site.atmosphere,
-            keep_noise=settings.noise is not None,
+            made, recorded.step, recorded, line.line.site.atmosphere, settings.noise is not None
         )
         notices += more
     elif recorded != RecordedStep():

@@ -43,18 +43,16 @@ class RegulatorSettings:
     kind: Annotated[Literal["bang-bang", "pi", "scheduled"], Help("The control law.")] = "pi"
     fluid: Fluid = "air"
     sample_time: Annotated[
-        float | str | None, SAMPLE_TIME, Help("Time between two samples; 10 ms unless given.")
+        float | None, SAMPLE_TIME, Help("Time between two samples; 10 ms unless given.")
     ] = None
     sensor_range: Annotated[
-        float | str | None, SENSOR_RANGE, Help("Greatest vacuum that the sensor shows.")
+        float | None, SENSOR_RANGE, Help("Greatest vacuum that the sensor shows.")
     ] = None
     noise: Annotated[
-        float | str | None, NOISE, Help("Standard deviation of a reading of the sensor.")
+        float | None, NOISE, Help("Standard deviation of a reading of the sensor.")
     ] = None
     reversible: Annotated[bool, Help("The pump regulates downwards by running backwards.")] = False
-    least_run: Annotated[
-        float | str | None, LEAST_RUN, Help("Shortest run and rest of the pump.")
-    ] = None
+    least_run: Annotated[float | None, LEAST_RUN, Help("Shortest run and rest of the pump.")] = None
 
 
 @options
@@ -70,10 +68,10 @@ class RecordedStep:
         Help("What the log's pressure counts from."),
     ] = None
     start: Annotated[
-        float | str | None, LOG_TIME, Help("Where the step begins in the log.", option="--from")
+        float | None, LOG_TIME, Help("Where the step begins in the log.", option="--from")
     ] = None
     end: Annotated[
-        float | str | None, LOG_TIME, Help("Where the pump stops in the log.", option="--to")
+        float | None, LOG_TIME, Help("Where the pump stops in the log.", option="--to")
     ] = None
 
 
@@ -151,7 +149,11 @@ def _check_step(plant: Plant) -> None:
 
 
 def tuned_by(
-    regulator: Regulator, recorded: RecordedStep, *, atmosphere: float, keep_noise: bool
+    regulator: Regulator,
+    step: str | Path,
+    recorded: RecordedStep,
+    atmosphere: float,
+    keep_noise: bool,
 ) -> tuple[Regulator, Identified, list[str]]:
     """The regulator with the plant that a step shows; leak and vent stay the line's.
 
@@ -162,7 +164,7 @@ def tuned_by(
     from layerjam.commands.pressure_log import read_pressure, window
     from layerjam.measure.options import ReadingOptions
 
-    read = read_pressure(recorded.step, ReadingOptions(reading=recorded.reading), atmosphere)
+    read = read_pressure(step, ReadingOptions(reading=recorded.reading), atmosphere)
     log = read.log
     first, last = window(recorded.start, recorded.end)
     time = log["time"]

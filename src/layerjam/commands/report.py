@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -28,7 +28,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import FitError, Notice, count_of
 from layerjam.measure.trace import Trace
 from layerjam.report.folder import plain
-from layerjam.verdict import Check, Verdict, judge, key_of, read_acceptances, remaining
+from layerjam.verdict import Check, Verdict, judge, key_of, remaining
 
 if TYPE_CHECKING:
     from layerjam.report.brake_files import Written
@@ -50,6 +50,7 @@ class Report(Result):
     The files are None if a check failed.
     """
 
+    record: BrakeReport | None = None
     report: str | None = fact("the page; null if a check failed")
     pdf: str | None = fact("the page as PDF; null without the extra 'pdf'")
     numbers: str | None = fact("every number, as CSV")
@@ -84,7 +85,7 @@ class _Work:
     def judged(self, stage: str, checks: Sequence[Check], numbers: Sequence[str] = ()) -> Verdict:
         """Return the verdict of a stage, whose checks concern `numbers`; the report adds it."""
         failed = {key_of(c.name) for c in checks if c.level == "failed"}
-        own = {name: why for name, why in self.how.accept.items() if key_of(name) in failed}
+        own = {name: why for name, why in (self.how.accept or {}).items() if key_of(name) in failed}
         found = judge(checks, own, numbers, date=self.report.date)
         before = self.report.verdict
         self.report.checks[stage] = checks
@@ -135,7 +136,7 @@ def report(
     vacuum: FileVacuum = None,
     atmosphere: Atmosphere = None,
     left_out: LeftOut = LeftOut(),
-    accept: Accept = (),
+    accept: Accept = None,
     options: FileOptions = FileOptions(),
     issued: Issued = Issued(),
     force: Overwrite = False,
@@ -179,7 +180,7 @@ def report(
             atmosphere=atmosphere,
             left_out=left_out,
             options=options,
-            accept=read_acceptances(accept),
+            accept=accept,
         ),
         tell,
         command=command,
@@ -202,7 +203,7 @@ class HowTested:
     atmosphere: float | None = None
     left_out: LeftOut = LeftOut()
     options: FileOptions = FileOptions()
-    accept: Mapping[str, str] = field(default_factory=dict)
+    accept: Mapping[str, str] | None = None
 
 
 def stages(

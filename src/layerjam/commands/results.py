@@ -58,7 +58,7 @@ class Result:
 
     command: ClassVar[str] = ""
     warnings: Sequence[str] = ()
-    record: Any = None
+    record: object = None
     verdict: str | None = None
     failed_checks: Sequence[Mapping[str, str]] = ()
     accepted: Sequence[Mapping[str, Any]] = ()

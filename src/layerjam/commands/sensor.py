@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from layerjam.commands.declare import Help, Input, options, taken
-from layerjam.commands.quantities import si
+from layerjam.commands.declare import Help, Input, options
+from layerjam.commands.quantities import parse_options, si
 from layerjam.commands.results import Judged, Result, fact, number, result
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, QuantityError
@@ -26,6 +26,9 @@ from layerjam.simulate.accelerometer import Reading as Seen
 from layerjam.simulate.record import DropRecord
 from layerjam.units import QuantitySpec, show, spec_of
 from layerjam.verdict import Check, check, judge
+
+if TYPE_CHECKING:
+    from layerjam.simulate.rope_alone import BareDrop
 
 LEAST_SAMPLES = 10
 """Samples in a pull below which its peak may fall between them."""
@@ -52,7 +55,7 @@ LOW_PASS = replace(spec_of(Accelerometer, "bandwidth"), example="400Hz")
 SAMPLING = replace(spec_of(Accelerometer, "sampling"), example="10kHz")
 
 
-def _rise(value: Any, given: Mapping[str, Any]) -> float:
+def _rise(value: float | str, given: Mapping[str, Any]) -> float:
     if isinstance(value, str) and re.search(r"°|deg|[CF]\s*$", value):
         raise QuantityError(
             f"allowed rise: '{value[:40]}' is a temperature; a temperature rise is given in K"
@@ -71,10 +74,8 @@ class Sensing:
         str | None,
         Help("SAE J211: cfc60, 180, 600, 1000 or none.", metavar="CLASS", option="--filter"),
     ] = None
-    low_pass: Annotated[float | str | None, LOW_PASS, Help("Low-pass of the accelerometer.")] = None
-    sampling: Annotated[
-        float | str | None, SAMPLING, Help("Sampling rate of the accelerometer.")
-    ] = None
+    low_pass: Annotated[float | None, LOW_PASS, Help("Low-pass of the accelerometer.")] = None
+    sampling: Annotated[float | None, SAMPLING, Help("Sampling rate of the accelerometer.")] = None
 
     def plain(self) -> bool:
         """Whether it shows the stop as it is."""
@@ -86,11 +87,11 @@ class Warmth:
     """What the temperature rise of the sheets is judged by."""
 
     allowed_rise: Annotated[
-        float | str | None,
+        float | None,
         Input("Temperature rise that the sheets may reach, e.g. 20K.", metavar="Q", convert=_rise),
     ] = None
     film_coefficient: Annotated[
-        float | str | None, FILM_COEFFICIENT, Help("Heat transfer to the air.")
+        float | None, FILM_COEFFICIENT, Help("Heat transfer to the air.")
     ] = None
 
 
@@ -98,6 +99,7 @@ class Warmth:
 class Reading(Judged):
     """What an accelerometer shows of a stop; `record` holds the signal after sensor and filter."""
 
+    record: Seen | DropRecord | BareDrop | None = None
     measured_peak: float | None = number("m/s^2", "peak that the sensor shows", default=None)
     measured_peak_g: float | None = number("1", "the same in g of the site", default=None)
     measured_peak_time: float | None = number("s", "time of the measured peak", default=None)
@@ -171,7 +173,7 @@ def reading(
     UnknownNameError for what is not known, out of bounds or sampled too slowly for the class.
     """
     asked = {"filter_class" if k == "filter" else k: v for k, v in asked.items()}
-    how = taken(Sensing, asked) if sensing is None else sensing
+    how = parse_options(Sensing, asked) if sensing is None else sensing
     sensor = sensor_of(how.accelerometer, how.low_pass, how.sampling)
     made = seen(signal, sensor, channel_class(how.filter_class))
     if gravity is None:
@@ -232,7 +234,7 @@ def heating(
         temperature_rise_of_sheets,
     )
 
-    how = taken(Warmth, asked) if warmth is None else warmth
+    how = parse_options(Warmth, asked) if warmth is None else warmth
     rise = DEFAULT_RISE if how.allowed_rise is None else how.allowed_rise
     film = DEFAULT_FILM_COEFFICIENT if how.film_coefficient is None else how.film_coefficient
     joule, brake = si(heat, QuantitySpec("J", "heat of a stop"), "heat"), file.brake

@@ -22,6 +22,9 @@ from layerjam.verdict import Verdict, judge
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from layerjam.identify.rubber.hyperelastic import Fit
+    from layerjam.identify.rubber.tensile import Moduli, Specimen
+
 GAUGE_LENGTH = QuantitySpec(
     "m", "length of the specimen that stretches", lo=1e-4, hi=10, example="33mm"
 )
@@ -54,6 +57,7 @@ class SiliconeFit(FromFiles, Judged):
     {path: (Specimen, Moduli, {model: Fit}, model)}.
     """
 
+    record: dict[str, tuple[Specimen, Moduli, dict[str, Fit], str]]
     material: str | None = fact("silicone of the catalogue")
     specimens: int | None = number("1", "specimens that count")
     modulus_100: float | None = number("Pa", "engineering stress at 100 % strain")
@@ -112,19 +116,19 @@ def sleeve(
     ],
     *,
     area: Annotated[
-        float | str | None, AREA, Help("Cross-section of the specimen, for files of force.")
+        float | None, AREA, Help("Cross-section of the specimen, for files of force.")
     ] = None,
     gauge_length: Annotated[
-        float | str | None, GAUGE_LENGTH, Help("Its length, for files of elongation.")
+        float | None, GAUGE_LENGTH, Help("Its length, for files of elongation.")
     ] = None,
     start: Annotated[
-        float | str, STRAIN, Help("Strain where the initial slope starts.", option="--from")
-    ] = "5%",
+        float, STRAIN, Help("Strain where the initial slope starts.", option="--from")
+    ] = 0.05,
     end: Annotated[
-        float | str, STRAIN, Help("Strain where the initial slope ends.", option="--to")
-    ] = "20%",
+        float, STRAIN, Help("Strain where the initial slope ends.", option="--to")
+    ] = 0.2,
     fit_to: Annotated[
-        float | str | None, STRAIN, Help("Greatest strain that is fitted, e.g. 200%; else all.")
+        float | None, STRAIN, Help("Greatest strain that is fitted, e.g. 200%; else all.")
     ] = None,
     material: Annotated[
         str | None, Help("Silicone of the catalogue to compare with.", metavar="NAME")
@@ -135,7 +139,7 @@ def sleeve(
         bool, Help("Write the model that was chosen into the brake too, as [hyperelastic].")
     ] = False,
     partial: Partial = False,
-    accept: Accept = (),
+    accept: Accept = None,
     options: TableOptions = TableOptions(),
     force: Overwrite = False,
 ) -> SiliconeFit:

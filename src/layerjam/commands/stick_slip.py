@@ -47,6 +47,7 @@ STATIC = replace(spec_of(Film, "static"), text="static friction", example="0.3")
 class StickSlip(Result):
     """The last slip of the run, and what would stop it; `record` is the StickSlipRecord."""
 
+    record: StickSlipRecord
     outcome: str = fact("how the run ended")
     amplitude: float | None = number("N", "half of the force's swing in the last slip")
     relative_amplitude: float | None = number("1", "amplitude over the kinetic force")
@@ -96,14 +97,12 @@ def stick_slip(
     speed: CrossheadSpeed,
     mass: Annotated[Mass, Help("Moving mass; half of the brake unless given.")] | None = None,
     mount_stiffness: Annotated[
-        float | str | None, MOUNT, Help("Stiffness of your mount, instead of the measured one.")
+        float | None, MOUNT, Help("Stiffness of your mount, instead of the measured one.")
     ] = None,
-    damping: Annotated[float | str, DAMPING] = "0 N s/m",
-    stribeck_speed: Annotated[float | str, STRIBECK_SPEED] = "0 mm/s",
-    static: Annotated[
-        float | str | None, STATIC, Help("Static friction, instead of the film's.")
-    ] = None,
-    slip: Annotated[Slip, Help("Slip at the start.")] = "0 mm",
+    damping: Annotated[float, DAMPING] = 0.0,
+    stribeck_speed: Annotated[float, STRIBECK_SPEED] = 0.0,
+    static: Annotated[float | None, STATIC, Help("Static friction, instead of the film's.")] = None,
+    slip: Annotated[Slip, Help("Slip at the start.")] = 0.0,
     travel: Annotated[Elongation, Help("Elongation to pull over; a dozen slips unless given.")]
     | None = None,
     atmosphere: Atmosphere = None,

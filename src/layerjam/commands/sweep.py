@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from layerjam.commands.declare import Help, Progress, command
+from layerjam.commands.declare import Help, Progress, PythonOnly, command
 from layerjam.commands.design import DesignResult, SpecInput, best, infeasible
 from layerjam.commands.quantities import Accept
 from layerjam.commands.results import STOPPED, fact, number, result
@@ -16,8 +16,6 @@ from layerjam.errors import Notice
 if TYPE_CHECKING:
     from layerjam.design.blocks import Store
     from layerjam.design.search import Search
-
-    Count = int
 
 
 @result
@@ -54,8 +52,8 @@ def sweep(
     scheduler: Annotated[
         str | None, Help("Dask cluster, e.g. tcp://10.0.0.1:8786.", metavar="ADDRESS")
     ] = None,
-    block: Count | None = None,
-    accept: Accept = (),
+    block: Annotated[int | None, PythonOnly("Designs of a block.")] = None,
+    accept: Accept = None,
     progress: Progress | None = None,
 ) -> DesignSweep:
     """Compute every design of a specification, in blocks on disk.

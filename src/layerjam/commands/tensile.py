@@ -27,6 +27,7 @@ from layerjam.units import QuantitySpec
 
 if TYPE_CHECKING:
     from layerjam.report.chart import Pane
+    from layerjam.simulate.record import TensileRecord
     from layerjam.simulate.sheet_motion import SheetMotion
     from layerjam.simulate.stack_layout import Housing, Interfaces
 
@@ -48,6 +49,7 @@ class Tensile(Result):
     hundred elongations of the pull; of the lumped brake, which has one friction, it is None.
     """
 
+    record: TensileRecord
     peak_force: float = number("N", "greatest force of the pull")
     peak_elongation: float = number("m", "elongation at the greatest force")
     force_at_end: float = number("N", "force at the end of the pull")
@@ -115,9 +117,9 @@ def tensile(
     ] = False,
     interfaces: Interfaces | None = None,
     housing: Housing | None = None,
-    scatter: Annotated[float | str | None, SCATTER, Help("Stack: relative SD of friction.")] = None,
-    samples: Annotated[int | str | None, SAMPLES, Help("Stack: stacks pulled (1000).")] = None,
-    seed: Annotated[int | str | None, SEED, Help("Stack: seed of the scatter (1).")] = None,
+    scatter: Annotated[float | None, SCATTER, Help("Stack: relative SD of friction.")] = None,
+    samples: Annotated[int | None, SAMPLES, Help("Stack: stacks pulled (1000).")] = None,
+    seed: Annotated[int | None, SEED, Help("Stack: seed of the scatter (1).")] = None,
     vacuum_share: VacuumShare | None = None,
     leak_time: LeakTime | None = None,
     progress: Progress | None = None,
@@ -139,7 +141,7 @@ def tensile(
     steps = _steps(brake, vacuum, speed, travel, procedure)
     layout: dict[str, Any] = {"static": static, "one_by_one": one_by_one}
     layout |= {"interfaces": interfaces, "housing": housing}
-    scattered = {"scatter": scatter, "samples": samples, "seed": seed}
+    scattered: dict[str, Any] = {"scatter": scatter, "samples": samples, "seed": seed}
     if model == "stack":
         if leak_time is not None:
             raise QuantityError.of("leak_time", LUMPED)
@@ -152,7 +154,7 @@ def tensile(
     return _shown(pull_lumped(brake, steps, leak_time=leak_time))
 
 
-def _shown(record: Any, notices: Sequence[Notice] = (), **more: Any) -> Tensile:
+def _shown(record: TensileRecord, notices: Sequence[Notice] = (), **more: Any) -> Tensile:
     import numpy as np
 
     top = int(np.argmax(record.force))
@@ -175,9 +177,9 @@ def _stack(
     steps: Procedure,
     layout: dict[str, Any],
     *,
-    scatter: Any,
-    samples: Any,
-    seed: Any,
+    scatter: float | None,
+    samples: int | None,
+    seed: int | None,
     tell: Progress,
 ) -> Tensile:
     """The pull sheet by sheet, and its spread over stacks whose interfaces scatter."""

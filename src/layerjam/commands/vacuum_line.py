@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from layerjam.commands.declare import Progress, command
 from layerjam.commands.lines import ONLY_COMPLIANCE, Fluid, LineInput
@@ -10,7 +10,7 @@ from layerjam.commands.quantities import Atmosphere, Target, vacuum_within
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import Notice
 from layerjam.fluid.file import LineFile
-from layerjam.fluid.line import Line, water_compliance
+from layerjam.fluid.line import Line, Tube, water_compliance
 from layerjam.units import show
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ CELLS = 10
 class VacuumRise(Result):
     """How fast the vacuum comes and goes; `record` is the Response in air, a Filling in water."""
 
+    record: Response | Filling
     rise_time: float | None = number("s", "time from 10 to 90 % of the target")
     time_constant: float = number("s", "time constant of pump and chamber")
     fall_time: float | None = number("s", "time from 90 to 10 % of the target when vented")
@@ -46,7 +47,7 @@ class VacuumRise(Result):
     gas_work: float | None = number("J", "work done on the gas up to the target")
     tube_delay: float | None = number("s", "travel time of a pressure wave along the tube")
     tube_lag: float | None = number("s", "time constant of tube resistance and chamber at target")
-    line: LineFile | None = None
+    line: LineFile
 
     def draw_panes(self, panes: Sequence[Pane]) -> Figure:
         """Vacuum over time, and what would make the line faster."""
@@ -110,12 +111,13 @@ def rise(
             forms.filling(target, made) if water else respond(made, 8 * forms.time_constant(made))
         )
     low, closed = forms.reachable(made, water), water or forms.simple(made)
-    tubed = made.tube is not None and not water
-    delay = wave_delay(made.tube, made.polytropic) if tubed else None
-    lag = filling_lag(made, made.site.atmosphere - target) if tubed else None
     notices = [*line.warnings(), *([ONLY_COMPLIANCE] if water else [])]
-    if tubed and rises is not None:
-        notices += _of_the_tube(made, rises, delay, lag)
+    delay, lag = None, None
+    if made.tube is not None and not water:
+        delay = wave_delay(made.tube, made.polytropic)
+        lag = filling_lag(made, made.site.atmosphere - target)
+        if rises is not None:
+            notices += _of_the_tube(made, made.tube, rises, delay, lag)
     return VacuumRise(
         rise_time=rises,
         time_constant=forms.time_constant(made, water),
@@ -162,13 +164,13 @@ def _closed_fall(target: float, line: Line, by: str | None, water: bool) -> floa
     return forms.fall_by_pump(target, line, water) if by is not None and alone else None
 
 
-def _of_the_tube(line: Line, rise: float, delay: Any, lag: Any) -> list[Notice]:
+def _of_the_tube(line: Line, tube: Tube, rise: float, delay: float, lag: float) -> list[Notice]:
     """What to say of a tube that delays much, or whose flow is not laminar."""
     from layerjam.fluid.pump import intake
     from layerjam.fluid.tube import LAMINAR_UP_TO, reynolds
 
     out: list[Notice] = []
-    if delay > MATTERS * rise and not line.tube.cells:
+    if delay > MATTERS * rise and not tube.cells:
         out.append(
             Notice(
                 f"tube: a pressure wave takes {show(delay, 's')}, {delay / rise:.0%} of the rise; "
@@ -186,7 +188,7 @@ def _of_the_tube(line: Line, rise: float, delay: Any, lag: Any) -> list[Notice]:
             )
         )
     a = line.site.atmosphere
-    flow = reynolds(intake(a, line.pump, a) * line.pump.count, line.tube.bore)
+    flow = reynolds(intake(a, line.pump, a) * line.pump.count, tube.bore)
     if flow > LAMINAR_UP_TO:
         out.append(
             Notice(

@@ -20,6 +20,9 @@ from layerjam.verdict import judge
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from layerjam.device.file import BrakeFile
+    from layerjam.identify.validation.metrics import Validation
+
 
 def _percent(part: float) -> str:
     return f"{part:.2%}"
@@ -33,6 +36,7 @@ class ModelErrors(Judged):
     compare; `traces` are the pulls that were used, thinned.
     """
 
+    record: tuple[BrakeFile, Validation]
     mape: float = number("1", "mean absolute error of the force, relative", shown=_percent)
     mape_sd: float | None = number("1", "SD over the pulls", shown=_percent)
     mape_conditions: float = number("1", "mean over the conditions", listed=False)
@@ -120,7 +124,7 @@ def validate(
     vacuum: FileVacuum = None,
     atmosphere: Atmosphere = None,
     left_out: LeftOut = LeftOut(),
-    accept: Accept = (),
+    accept: Accept = None,
     options: FileOptions = FileOptions(),
     progress: Progress | None = None,
 ) -> ModelErrors:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,7 +26,7 @@ G = 1e3
 def density(
     rows: Sequence[dict[str, Any]],
     lines: Sequence[SheetLine],
-    sheet: dict[str, Any],
+    sheet: Mapping[str, Any],
     missing: Sequence[str],
 ) -> style.Figure:
     """Devices as `compare` lists them, the first brake's line of sheet counts, what is missing."""

@@ -120,7 +120,7 @@ def chosen(command: str, name: str, words: Mapping[str, str], **more: str) -> Ch
     """The choice of one parameter of a command; `words` says more of what may be chosen."""
     declared = parameters(command)[name]
     shown = {word: words.get(word, word.replace("-", " ")) for word in declared.words}
-    default = more.pop("default", "") or str(declared.default or declared.words[0])
+    default = more.pop("default", "") or declared.default_text or declared.words[0]
     return Choice(name, shown, default, help=more.pop("help", "") or declared.sentence, **more)
 
 

@@ -110,7 +110,7 @@ class More:
 
     def _text(self, p: Parameter, ident: str, label: str) -> ui.input:
         now = str(self.desk.get(self.page.name, p.name, ""))
-        default = "" if p.default in (None, ()) else f"{p.default}"
+        default = p.default_text
         example = p.spec.example.strip("'") if p.spec else ""
         hinted = default or (f"such as {example}" if example else "")
         box = field(label, ident, now, tip=p.sentence, example=hinted, longest=120)

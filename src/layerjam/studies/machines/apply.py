@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, Input, Progress, command
 from layerjam.commands.quantities import Overwrite
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.commands.wording import in_words
 from layerjam.errors import QuantityError
+
+if TYPE_CHECKING:
+    from layerjam.studies.machines.verdict import Result as Machine
 
 
 @result
@@ -21,6 +24,7 @@ class MachineResult(Result):
     `record` is the machine's own result with its scenario.
     """
 
+    record: Machine | None = None
     machine: str | None = fact("kind of machine", default=None)
     scenario: str | None = fact("name of the scenario", default=None)
     feasible: bool | None = fact("whether every limit is met", default=None)
@@ -64,7 +68,7 @@ class MachineResult(Result):
         from layerjam.studies.machines.page import pictures
 
         made = []
-        for picture in pictures(self.record):
+        for picture in pictures(self.record) if self.record else ():
             progress(f"figure {picture.name}", 0.0)
             made.append((drawn(picture.figure(), words=True), picture.caption))
         return made
