@@ -175,5 +175,5 @@ def test_the_law_imports_nothing_and_its_numbers_are_short() -> None:
 def test_the_layouts_are_those_of_the_settings() -> None:
     packed: Packed = regulator().packed()
     assert all(isinstance(x, float) for part in packed for x in part)
-    assert [len(part) for part in packed] == [15, 23]
+    assert [len(part) for part in packed] == [15, 24]
     assert [len(part) for part in law.fresh()] == [8, 14]

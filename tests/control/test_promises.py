@@ -20,6 +20,7 @@ from layerjam.control import law
 from layerjam.control.detection import detection_times
 from layerjam.control.plant import Plant, plant_of
 from layerjam.control.settings import FAULTS, Regulator
+from layerjam.control.tolerances import EXACT, Tolerances
 from layerjam.fluid.file import load_line
 
 PHASES = 96
@@ -152,7 +153,7 @@ def at_room(loop: Regulator, steps: float) -> float:
 @pytest.mark.parametrize("plant", ["air", "paper"])
 def test_two_steps_of_room_do_in_air(plant: str, steps: float) -> None:
     """The paper's 94.5 kPa leaves 3.4 steps."""
-    loop = regulator(plant=PLANTS[plant], kind="bang-bang")
+    loop = regulator(plant=PLANTS[plant], kind="bang-bang", tolerances=EXACT)
     assert each_fault(loop, at_room(loop, steps)) == ALL
 
 
@@ -160,7 +161,7 @@ def test_two_steps_of_room_do_in_air(plant: str, steps: float) -> None:
 @pytest.mark.parametrize("plant", ["water", "paper-water"])
 def test_water_takes_the_room_of_a_sample_more(plant: str, steps: float) -> None:
     """A blocked water line rises by two decision steps within a sample of 10 ms."""
-    loop = regulator(plant=PLANTS[plant], kind="bang-bang")
+    loop = regulator(plant=PLANTS[plant], kind="bang-bang", tolerances=EXACT)
     assert each_fault(loop, at_room(loop, steps)) == ALL
 
 
@@ -168,16 +169,17 @@ def test_water_takes_the_room_of_a_sample_more(plant: str, steps: float) -> None
 @pytest.mark.parametrize("plant", ["tube", "wide-tube"])
 def test_a_block_behind_a_tube_is_named(plant: str, steps: float) -> None:
     """Tubes that hold a third and nearly all of the chamber's gas besides."""
-    loop = regulator(plant=PLANTS[plant], kind="bang-bang")
+    loop = regulator(plant=PLANTS[plant], kind="bang-bang", tolerances=EXACT)
     assert "LINE_BLOCKED" in each_fault(loop, at_room(loop, steps))
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("tolerances", [EXACT, Tolerances()], ids=["exact", "wide"])
 @pytest.mark.parametrize("sensor", [NOISY, IDEAL], ids=["noisy", "ideal"])
 @pytest.mark.parametrize("kind", ["bang-bang", "pi"])
 @pytest.mark.parametrize("plant", list(PLANTS))
-def test_every_room_stated(plant: str, kind: str, sensor: Any) -> None:
-    loop = regulator(plant=PLANTS[plant], kind=kind, sensor=sensor)
+def test_every_room_stated(plant: str, kind: str, sensor: Any, tolerances: Tolerances) -> None:
+    loop = regulator(plant=PLANTS[plant], kind=kind, sensor=sensor, tolerances=tolerances)
     for steps in (1.0, 1.3, 1.6, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0, 16.0, 25.0, 40.0):
         each_fault(loop, at_room(loop, steps), (1.0, 0.3, 0.01))
 

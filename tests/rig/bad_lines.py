@@ -84,7 +84,7 @@ BAD: list[tuple[str | bytes, int]] = [
     ("CONT:LAW 'zz','00000000'", -230),
     ("CONT:LAW 'abc','00000000'", -230),
     (f"CONT:LAW '{'00' * 263}','00000000'", -230),
-    (f"CONT:LAW '{'00' * 304}','00000000'", -230),
+    (f"CONT:LAW '{'00' * 312}','00000000'", -230),
     # states and settings that contradict each other
     ("OUTP ON", -221),
     ("SENS:VAC:ZERO", -221),

@@ -401,7 +401,7 @@ def test_settings_survive_a_reset_and_a_torn_write() -> None:
     assert rig.say("SYST:SETT:COUN?") == "2" and old != new
     slot, whole = 0, rig.hal.slots[0]
     assert whole is not None and rig.hal.slots[1] is not None
-    for size in range(0, len(whole) + 1, 7):
+    for size in range(0, len(whole), 7):
         hal = Hal()
         hal.slots = list(rig.hal.slots)
         hal.slots[slot] = whole[:size]

@@ -67,6 +67,7 @@ def _law() -> dict[str, Any]:
         "safe",
         "command",
         "given",
+        "expected",
         "excess",
         "pump_fault",
         "vented",

@@ -141,7 +141,7 @@ def detect(
     (
         rise, top, fall, leak, lag, low, high, confirm, clear, none, weak, fast, lost_band,
         lost_steps, same_steps, settle_steps, offset, fade_steps, most, less, bend, sound,
-        jump,
+        jump, zero,
     ) = watch  # fmt: skip
     (
         reading, beyond, same, quiet, rate, owed, risen, ahead, reached, missing, settled, off,
@@ -160,28 +160,26 @@ def detect(
     else:
         beyond = 0.0
         change = measured - reading
-        if change == 0.0 and measured > low:
-            same += 1.0
-            if same >= same_steps:
-                fault = 1.0 * STUCK
-        else:
-            same = 0.0
+        same = same + 1.0 if change == 0.0 and measured > low else 0.0
+        if same >= same_steps:
+            fault = 1.0 * STUCK
         pump, vent = drive[1], drive[2]
-        # owed is this less the healthy leak; a vent closed just now still shows in a slow sensor
-        rate += lag * (given(pump, measured, rise, top, fall, most, less, bend) - rate)
-        loss = leak * measured if measured > 0.0 else 0.0
+        least, largest, rate = expected(
+            pump, measured, zero, rate, lag, rise, top, fall, most, less, bend
+        )
+        # an orifice leaks as much at a low vacuum
+        loss = leak * (measured if measured > 0.5 * top else 0.5 * top)
+        # a vent closed just now still shows in a slow sensor
         pumping = pump > 0.0 and vent == 0.0 and drive[4] > fade_steps
-        ahead = excess(ahead + change, rate, loss, fast, sound) if pumping else 0.0
+        ahead = excess(ahead + change, largest, loss, fast, sound) if pumping else 0.0
         if ahead > jump:
             fault = 1.0 * BLOCKED
-        if pumping and rate > 2.0 * loss:
-            owed += rate - loss
-            risen += change
-            quiet = quiet + rate if change == 0.0 else 0.0
-            if owed >= clear and fault == 0.0:
-                away = measured > offset or measured < -offset
-                fault = pump_fault(owed, risen, quiet if away else 0.0, none, weak)
-                owed, risen = 0.0, 0.0
+        if pumping and least > 2.0 * loss:
+            quiet = quiet + least if change == 0.0 else 0.0
+            away = not -offset <= measured <= offset
+            owed, risen = owed + least - loss, risen + change
+            found, owed, risen, quiet = pump_fault(owed, risen, quiet, away, clear, none, weak)
+            fault = found if fault == 0.0 else fault
         else:
             owed, risen, quiet, ahead = 0.0, 0.0, 0.0, 0.0
 
@@ -200,6 +198,29 @@ def detect(
         measured, beyond, same, quiet, rate, owed, risen, ahead, reached, missing, settled, off,
         opened, fault,
     )  # fmt: skip
+
+
+def expected(
+    pump: float,
+    vacuum: float,
+    zero: float,
+    rate: float,
+    lag: float,
+    rise: float,
+    top: float,
+    fall: float,
+    most: float,
+    less: float,
+    bend: float,
+) -> tuple[float, float, float]:
+    """(least, largest rise in a sample of a healthy line, the largest one delayed by the lag)."""
+    # a zero that is off hides how near the pump's end is
+    high = given(pump, vacuum - zero, rise, top, fall, most, less, bend)
+    low = given(pump, vacuum + zero, rise, top, fall, most, less, bend)
+    # a sensor may be fast or slow: the smaller of both rises is owed, the greater is allowed
+    rate += lag * (high - rate)
+    least, largest = (rate, high) if rate < high else (high, rate)
+    return least - (high - low), largest, rate
 
 
 def given(
@@ -230,14 +251,22 @@ def excess(ahead: float, rate: float, loss: float, fast: float, sound: float) ->
     return ahead if ahead > 0.0 else 0.0
 
 
-def pump_fault(owed: float, risen: float, quiet: float, none: float, weak: float) -> float:
-    """Code of what is wrong where a rise is owed, 0 where it came; `quiet` of it saw no change."""
+def pump_fault(
+    owed: float, risen: float, quiet: float, away: bool, clear: float, none: float, weak: float
+) -> tuple[float, float, float, float]:
+    """(fault code, owed, risen, `quiet`: how much of it saw no change); 0 where enough has come.
+
+    What came before a pump failed does not hide it: a rise that keeps up begins a new count.
+    """
     if risen >= weak * owed:
-        return 0.0
+        return 0.0, 0.0, 0.0, 0.0
+    if weak * (owed - clear) <= risen:
+        return 0.0, owed, risen, quiet
+    fault = 1.0 * (NO_VACUUM if risen < none * owed else WEAK_PUMP)
     # a reading that never moved is the sensor's; at zero it may be the pump's
-    if quiet > 0.5 * owed:
-        return 1.0 * STUCK
-    return 1.0 * (NO_VACUUM if risen < none * owed else WEAK_PUMP)
+    if away and quiet > 0.5 * owed:
+        fault = 1.0 * STUCK
+    return fault, owed, risen, quiet
 
 
 def vented(

@@ -10,6 +10,7 @@ import numpy as np
 from layerjam.control import law
 from layerjam.control.passage import Owed, owing
 from layerjam.control.plant import Plant, check_target
+from layerjam.control.tolerances import Tolerances
 from layerjam.control.tuning import Gains, simc
 from layerjam.errors import QuantityError
 from layerjam.fluid.line import Sensor
@@ -34,8 +35,12 @@ FAULTS = {
 }
 SLOWEST = 0.1
 """A sample lasts at most this share of the line's time constant."""
-CLEAR_OF_NOISE = 24.0
+CLEAR_OF_NOISE = 20.0
 """Standard deviations of a reading that a detector's decision step has at least."""
+CLEAR_OF_ZERO = 5.0
+"""Standard deviations of a reading between the largest zero and the limit of an offset."""
+FADES = 6.0
+"""Lags after which a closed vent no longer shows in the reading."""
 AT_START = 2.5
 """A decision step over what a tube brings late, at least."""
 SAFELY = 1.3
@@ -57,6 +62,8 @@ class Regulator:
     sensor: Sensor
     kind: str = "pi"
     safe_state: str = ""
+    tolerances: Tolerances = Tolerances()
+    """Differences from `plant` and `sensor` that the detectors allow."""
     sample_time: float = quantity("s", "time between two samples", lo=1e-5, hi=10, default=0.01)
     hysteresis: float | None = quantity(
         "Pa", "bang-bang: distance of switching on and off", hi=1e5, open_lo=True, default=None
@@ -91,7 +98,7 @@ class Regulator:
         "1", "samples in a row out of range that make a fault", lo=1, hi=1e6, whole=True, default=3
     )
     decision_step: float | None = quantity(
-        "Pa", "rise the pump must owe before it is judged", hi=1e5, open_lo=True, default=None
+        "Pa", "rise owed by a dead pump when it is detected", hi=1e5, open_lo=True, default=None
     )
     no_vacuum_ratio: float = quantity(
         "1", "share of the rise owed below which there is no vacuum", lo=0.01, hi=1, default=0.2
@@ -147,8 +154,8 @@ class Regulator:
 
     @property
     def decision(self) -> float:
-        """Rise the pump owes before it is judged [Pa]."""
-        least = CLEAR_OF_NOISE * self.sensor.noise + 2 * self.sensor.resolution
+        """Rise that a dead pump owes when it is detected [Pa]."""
+        least = CLEAR_OF_NOISE * self.greatest_noise + 2 * self.sensor.resolution
         wide, tube = max(0.02 * self.plant.top, least), self.plant.passage
         if tube is not None:
             late = tube.missing(self.plant.rate, self.owed, self.kind == "bang-bang")
@@ -162,9 +169,29 @@ class Regulator:
         return 0.0 if tube is None else float(tube.lag(self.plant.rate, tube.atmosphere))
 
     @property
+    def greatest_noise(self) -> float:
+        """Standard deviation of a reading, at the end of its tolerance [Pa]."""
+        return self.tolerances.noise * self.sensor.noise
+
+    @property
+    def zero(self) -> float:
+        """Greatest error of the sensor's zero, either way [Pa]."""
+        return self.tolerances.zero * self.sensor.range
+
+    @property
+    def slowest(self) -> float:
+        """Longest lag of the sensor [s]."""
+        return max(self.tolerances.lag, self.sensor.lag)
+
+    @property
     def lag(self) -> float:
-        """Of sensor and tube together [s]."""
-        return self.sensor.lag + self.tube_lag
+        """Longest lag of sensor and tube together [s]."""
+        return self.slowest + self.tube_lag
+
+    @property
+    def fades_in(self) -> float:
+        """Time after which a closed vent no longer shows in the reading [s]."""
+        return FADES * self.slowest + 8 * self.evens_in
 
     @property
     def evens_in(self) -> float:
@@ -178,7 +205,9 @@ class Regulator:
         plant, tube = self.plant, self.plant.passage
         if tube is None:
             return self.lost_time
-        let_in, rise = -tube.still(tube.vacuum, plant.vent, 0.0), float(plant.rise(tube.vacuum))
+        most, slow = 1 + self.tolerances.vent, 1 - self.tolerances.pump
+        let_in = -tube.still(tube.vacuum, most * plant.vent, 0.0)
+        rise = slow * float(plant.rise(tube.vacuum))
         return self.lost_time + 8 * self.evens_in + (let_in / rise if rise > 0 else 0.0)
 
     @property
@@ -202,12 +231,17 @@ class Regulator:
         left = replace(tube, volume=smaller * tube.volume, passes=smaller * tube.passes)
         blocked = left.rise(vacuum, smaller * plant.rate, plant.top) / self.owed.at(vacuum)
         half = min(self.blocked_ratio, 0.5 * float(blocked.min()))
-        return max(SAFELY * self.owed.ratio, half)
+        return max(self.sound, half)
+
+    @property
+    def sound(self) -> float:
+        """Greatest rise of a healthy line over the rise owed, with a margin."""
+        return max(SAFELY, 1.05 * (1 + self.tolerances.pump)) * self.owed.ratio
 
     @property
     def jump(self) -> float:
         """Excess over `fast` times the rise owed that a blocked line is named by [Pa]."""
-        least = 0.5 * CLEAR_OF_NOISE * self.sensor.noise + 2 * self.sensor.resolution
+        least = 0.5 * CLEAR_OF_NOISE * self.greatest_noise + 2 * self.sensor.resolution
         tube, wide = self.plant.passage, max(0.5 * self.decision, least)
         if tube is None:
             return wide
@@ -223,21 +257,25 @@ class Regulator:
     @property
     def largest_zero(self) -> float:
         """Greatest reading that counts as none when vented [Pa]."""
-        noise = 8 * self.sensor.noise + self.sensor.resolution
-        least = max(0.01 * self.plant.top, noise)
+        noise = CLEAR_OF_ZERO * self.greatest_noise + self.sensor.resolution
+        least = self.zero + max(0.01 * self.plant.top, noise)
         return least if self.offset_limit is None else self.offset_limit
 
     @property
     def settles_in(self) -> float:
-        """Time after which an open vent leaves less than half of `largest_zero` [s]."""
+        """Time after which an open vent leaves little of the vacuum [s].
+
+        That is less than half of the distance between the sensor's zero and `largest_zero`.
+        """
         if self.settle_time is not None:
             return self.settle_time
         plant = self.plant.joined
-        decay, tube = plant.vent + plant.leak, self.plant.passage
-        lasting = max(math.log(2 * plant.top / self.largest_zero), 0.0)
+        slow, tube = 1 - self.tolerances.vent, self.plant.passage
+        decay, left = slow * plant.vent + plant.leak, max(self.largest_zero - self.zero, 1.0)
+        lasting = max(math.log(2 * plant.top / left), 0.0)
         # through a tube it ends as an exponential of twice the vacuum
         through = 0.0 if tube is None else (lasting + math.log(2)) * tube.filling(0.0)
-        return lasting / decay + through + 8 * self.sensor.lag + self.sample_time
+        return lasting / decay + through + 8 * self.slowest + self.sample_time
 
     @property
     def noisy(self) -> bool:
@@ -285,8 +323,8 @@ class Regulator:
             self.fast, self.lost_below, self.samples(self.lost_for),
             max(self.samples(self.stuck_time), 50.0) if self.noisy else _FAR,
             self.samples(self.settles_in), self.largest_zero,
-            self.samples(8 * (self.sensor.lag + self.evens_in)),
-            owed.most * dt, owed.less * dt, owed.bend * dt, SAFELY * owed.ratio, self.jump,
+            self.samples(self.fades_in),
+            owed.most * dt, owed.less * dt, owed.bend * dt, self.sound, self.jump, self.zero,
         )  # fmt: skip
         return regulator, watch
 
@@ -294,6 +332,7 @@ class Regulator:
 def validate(regulator: Regulator, target: float) -> None:
     """Raise QuantityError where a regulator cannot bring its line to `target` [Pa]."""
     check(regulator)
+    check(regulator.tolerances, "tolerances.")
     plant, sensor, dt = regulator.plant, regulator.sensor, regulator.sample_time
     check_target(plant, target)
     if plant.passage is not None and target > plant.passage.vacuum * (1 + 1e-9):
@@ -308,7 +347,7 @@ def validate(regulator: Regulator, target: float) -> None:
             f"sample_time: {show(dt, 's')} is not allowed; the line's time constant is "
             f"{show(line, 's')}, and a sample lasts at most a tenth of it, {show(line / 10, 's')}"
         )
-    most = target + regulator.half_band + 6 * sensor.noise + sensor.resolution
+    most = target + regulator.half_band + 3 * regulator.greatest_noise + sensor.resolution
     if not most < sensor.range:
         raise QuantityError(
             f"sensor.range: {show(sensor.range, 'Pa')} is not allowed; to hold a target of "
@@ -332,19 +371,22 @@ def validate(regulator: Regulator, target: float) -> None:
 
 
 def _check_noise(regulator: Regulator) -> None:
-    """Raise QuantityError where noise alone would switch the pump or look like a fault."""
-    noise, step = regulator.sensor.noise, regulator.sensor.resolution
-    for name, value, factor in (
-        ("hysteresis", 2 * regulator.half_band, 8.0 if regulator.kind == "bang-bang" else 0.0),
-        ("vent_band", regulator.vents_above - regulator.half_band, 8.0),
-        ("decision_step", regulator.decision, CLEAR_OF_NOISE),
-        ("lost_band", regulator.lost_below - regulator.half_band, 8.0),
-        ("offset_limit", regulator.largest_zero, 8.0),
-        ("floor", -regulator.lowest_reading, 8.0),
+    """Raise QuantityError if noise or zero alone would switch the pump or look like a fault."""
+    sensor, most, zero = regulator.sensor, regulator.greatest_noise, regulator.zero
+    stated = f"noise of {show(sensor.noise, 'Pa')}"
+    widened = f"noise of up to {show(most, 'Pa')} and a zero of up to {show(zero, 'Pa')}"
+    switching = 8.0 * sensor.noise if regulator.kind == "bang-bang" else 0.0
+    for name, value, noise, what in (
+        ("hysteresis", 2 * regulator.half_band, switching, stated),
+        ("vent_band", regulator.vents_above - regulator.half_band, 8.0 * sensor.noise, stated),
+        ("decision_step", regulator.decision, CLEAR_OF_NOISE * most, widened),
+        ("lost_band", regulator.lost_below - regulator.half_band, 8.0 * sensor.noise, stated),
+        ("offset_limit", regulator.largest_zero, zero + CLEAR_OF_ZERO * most, widened),
+        ("floor", -regulator.lowest_reading, zero + CLEAR_OF_ZERO * most, widened),
     ):
-        least = factor * noise + (step if factor else 0.0)
-        if value < least:
+        least = noise + (sensor.resolution if noise else 0.0)
+        if value < least * (1 - 1e-9):
             raise QuantityError(
-                f"{name}: {show(value, 'Pa')} is too little for a sensor with noise of "
-                f"{show(noise, 'Pa')}; it takes {show(least, 'Pa')}"
+                f"{name}: {show(value, 'Pa')} is too little for a sensor with {what}; it takes "
+                f"{show(least, 'Pa')}"
             )

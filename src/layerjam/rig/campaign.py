@@ -17,7 +17,7 @@ from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.rig.address import VIRTUAL, Address, address_of
 from layerjam.rig.board import VirtualBoard, connect
 from layerjam.rig.driver import Bench
-from layerjam.rig.kinds import KINDS, NOT_HERE
+from layerjam.rig.kinds import KINDS, NOT_HERE, NOTHING
 from layerjam.rig.line import LineError
 from layerjam.rig.link import SESSION, BoardLink
 from layerjam.rig.observer import Observer, Plan, draw_plan
@@ -31,6 +31,8 @@ FLOOD = 2000
 """Number of queries of a host that reads no response: they fill the pipe and the board's 4 kB."""
 VENTS, VENT_WINDOW = 3, 60.0
 """Openings of the vent within a time [s] after which the board suspects its sensor."""
+HEALTHY_RUNS = 10
+"""Runs in which nothing breaks, for one run of each fault."""
 CLOCK = 2e-6
 """Allowed difference of two times [s]: the board's clock counts microseconds."""
 
@@ -257,23 +259,29 @@ def campaign(
     only: Sequence[str] = (),
     runs: int = 10,
     seed: int = 0,
+    mismatch: bool = False,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> Campaign:
     """Inject each fault `runs` times, each with its own line, regulator, target and moment.
 
+    With `mismatch` the real lines differ from those of their regulators within the tolerances, and
+    ten runs in which nothing breaks go with each round.
+
     An interrupt from the keyboard returns the runs so far. Raises UnknownNameError, QuantityError
     for an address that is not a virtual board, FileError and LineError.
     """
-    names = select_faults(only)
+    names = [*select_faults(only), *([NOTHING] * HEALTHY_RUNS if mismatch else [])]
     trials: list[Trial] = []
     is_stopped, board = False, ""
     with Bed(accelerate(address)) as bed:
         board = bed.bench()[1].name
         try:
             for number in range(runs):
-                for name in names:
+                for place, name in enumerate(names):
                     progress("faults", len(trials) / (runs * len(names)))
-                    trials.append(run_trial(bed, draw_plan(bed.behind, name, number, seed)))
+                    count = number if name != NOTHING else number * len(names) + place
+                    plan = draw_plan(bed.behind, name, count, seed, mismatch=mismatch)
+                    trials.append(run_trial(bed, plan))
         except KeyboardInterrupt:
             is_stopped = True
     return Campaign(tuple(trials), is_stopped, board)

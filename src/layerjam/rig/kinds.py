@@ -10,12 +10,13 @@ import functools
 import math
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from typing import Literal
 
 from layerjam.control.detection import IN_NOISE, detection_times
 from layerjam.control.faults import OFFSET, FaultInjection, injection_of
+from layerjam.control.plant import Plant
 from layerjam.control.settings import Regulator
 from layerjam.rig.plant import COUNTS, VirtualPlant
 
@@ -51,14 +52,23 @@ class Case:
 
     @property
     def lowest(self) -> float:
-        """Vacuum [Pa] below which a loss shows in every reading, even with noise."""
-        sensor = self.regulator.sensor
-        return self.target - self.regulator.lost_below - IN_NOISE * sensor.noise - sensor.resolution
+        """Vacuum [Pa] below which a loss shows in every reading, even with noise and zero."""
+        made = self.regulator
+        noise = IN_NOISE * made.greatest_noise + made.sensor.resolution
+        return self.target - made.lost_below - noise - made.zero
 
     @property
     def highest(self) -> float:
         """Vacuum [Pa] at which the regulator has opened the vent."""
-        return self.target + self.regulator.vents_above
+        return self.target + self.regulator.vents_above + self.regulator.zero
+
+    @functools.cached_property
+    def strongest(self) -> Plant:
+        """The strongest pump against the weakest vent, within the tolerances."""
+        plant, within = self.regulator.plant.joined, self.regulator.tolerances
+        return replace(
+            plant, rate=plant.rate * (1 + within.pump), vent=plant.vent * (1 - within.vent)
+        )
 
     def falls(self, rate: float, end: float) -> float:
         """Return the time [s] to fall out of the band on the way to `end` [Pa] at a rate [1/s]."""
@@ -148,11 +158,11 @@ def _leak_shows(case: Case) -> float:
 
 def _leaks_out(case: Case) -> float:
     """Return the time of a loss against a pump at full power."""
-    plant = case.regulator.plant.joined
+    plant, pump = case.regulator.plant.joined, case.strongest.rate
     half = case.target / 2
-    inflow = plant.rate * (plant.top - plant.weight * half) / half
-    rate = plant.rate * plant.weight + max(inflow, plant.leak)
-    return case.falls(rate, half) + case.detected["VACUUM_LOST"]
+    inflow = max(plant.rate * (plant.top - plant.weight * half) / half, plant.leak)
+    rate = pump * plant.weight + inflow
+    return case.falls(rate, pump * plant.top / rate) + case.detected["VACUUM_LOST"]
 
 
 def _open_shows(case: Case) -> float:
@@ -161,7 +171,7 @@ def _open_shows(case: Case) -> float:
     Near zero vacuum the open vent takes little, and the pump works normally.
     """
     regulator = case.regulator
-    plant, left = regulator.plant.joined, 1 - regulator.weak_ratio / 2
+    plant, left = case.strongest, 1 - regulator.weak_ratio / 2
     out = plant.vent + plant.leak
     ends = plant.rate * plant.top / (plant.rate * plant.weight + out)
     weak = left * plant.rate * plant.top / (left * plant.rate * plant.weight + out)
@@ -183,7 +193,8 @@ def _disagree(case: Case) -> float:
     if not case.second:
         return math.inf
     regulator, sensor = case.regulator, case.regulator.sensor
-    differ = SENSOR_GAP * sensor.range + 2 * IN_NOISE * sensor.noise + sensor.resolution
+    noise = 2 * IN_NOISE * regulator.greatest_noise + sensor.resolution
+    differ = SENSOR_GAP * sensor.range + noise + 2 * regulator.zero
     return differ / case.size + (regulator.confirm + 1) * regulator.sample_time
 
 
@@ -234,6 +245,17 @@ def _kinds() -> Iterator[tuple[str, FaultKind]]:
 
 
 KINDS = dict(_kinds())
+NOTHING = "nothing"
+"""Name of a run in which nothing breaks, up to the release of the vacuum."""
+HEALTHY = FaultKind(
+    text="nothing breaks",
+    moments=("holding",),
+    answers="",
+    breaks=_set(),
+    names=frozenset(),
+    promise=lambda _: math.inf,
+    host="releases",
+)
 NOT_HERE = {
     "core-locked": "a virtual board has no watchdog; the emulated board has one",
 }

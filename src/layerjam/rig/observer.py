@@ -12,8 +12,19 @@ from layerjam.control.plant import Plant
 from layerjam.control.settings import KINDS as LAWS
 from layerjam.control.settings import Regulator
 from layerjam.fluid.line import Sensor
-from layerjam.rig.kinds import DRIFTS, KINDS, LEASES, STALLS, Case, FaultKind, Moment
+from layerjam.rig.kinds import (
+    DRIFTS,
+    HEALTHY,
+    KINDS,
+    LEASES,
+    NOTHING,
+    STALLS,
+    Case,
+    FaultKind,
+    Moment,
+)
 from layerjam.rig.plant import Hardware, VirtualPlant
+from layerjam.rig.uneven import draw_uneven
 
 SPREAD = 1.4
 """Factor by which a line's pump, leak and vent are drawn greater or smaller."""
@@ -21,6 +32,8 @@ TARGETS = (0.25, 0.75)
 """Shares of the vacuum that the pump reaches, and of the sensor's range."""
 LEVELS = (0.02, 0.6)
 """Shares of the target at which a fault during pumping begins."""
+ROOM = 3.0
+"""Decision steps of rise in which the detectors judge a pump that runs full."""
 FULL = 1.5
 """Distance from the target at which a PI regulator's pump runs full, in saturating errors."""
 WAITS = (0.2, 5.0)
@@ -61,7 +74,7 @@ class Plan:
     @property
     def kind(self) -> FaultKind:
         """Kind of the fault."""
-        return KINDS[self.name]
+        return KINDS.get(self.name, HEALTHY)
 
 
 def highest_target(plant: Plant, sensor: Sensor) -> float:
@@ -71,12 +84,19 @@ def highest_target(plant: Plant, sensor: Sensor) -> float:
 
 
 def draw_plan(
-    hardware: Hardware, name: str, number: int, seed: int, size: float | None = None
+    hardware: Hardware,
+    name: str,
+    number: int,
+    seed: int,
+    size: float | None = None,
+    *,
+    mismatch: bool = False,
 ) -> Plan:
     """Return the plan of run `number` of a fault; it depends on the seed, not on other runs.
 
-    The line varies about the board's line, and the regulator is made for the varied line. `size` is
-    the fault's, random by default.
+    The line varies about the board's line, and the regulator is made for the varied line; with
+    `mismatch` the real line differs from that one within the tolerances. `size` is the fault's,
+    random by default.
     """
     draw = random.Random(f"{seed} {name} {number}")
 
@@ -97,7 +117,7 @@ def draw_plan(
     )
     target = draw.uniform(TARGETS[0] / TARGETS[1], 1.0) * highest_target(plant, hardware.sensor)
     band = regulator.half_band if regulator.kind == "bang-bang" else 1 / regulator.gains().gain
-    highest = min(LEVELS[1] * target, target - FULL * band)
+    highest = min(LEVELS[1] * target, target - FULL * band - ROOM * regulator.decision)
     level = max(draw.uniform(LEVELS[0] * target, max(highest, 0.0)), 0.0)
     sizes = {
         "sensor-drift": draw.choice(DRIFTS),
@@ -111,16 +131,46 @@ def draw_plan(
         second=hardware.second,
         size=sizes.get(name, 1.0) if size is None else size,
     )
+    real = replace(hardware, plant=plant)
+    if mismatch:
+        # a promise that rests on the leak rests on the declared one
+        leak = draw.random() if name == NOTHING else 1.0
+        real = draw_mismatch(real, case, leak, draw)
     return Plan(
         name=name,
         number=number,
-        behind=replace(hardware, plant=plant),
+        behind=real,
         case=case,
-        moment=draw.choice(KINDS[name].moments),
+        moment=draw.choice(KINDS.get(name, HEALTHY).moments),
         level=level,
         wait=draw.uniform(*WAITS),
         phase=draw.random(),
         seed=draw.randrange(1 << 30),
+    )
+
+
+def draw_mismatch(hardware: Hardware, case: Case, leak: float, draw: random.Random) -> Hardware:
+    """Return hardware at random within the tolerances of a regulator that is made for it.
+
+    `leak` is the leak over the greatest healthy one.
+    """
+    regulator, plant, sensor = case.regulator, hardware.plant, hardware.sensor
+    within, zero = regulator.tolerances, regulator.zero
+    return replace(
+        hardware,
+        plant=replace(
+            plant,
+            rate=plant.rate * (1 + draw.uniform(-within.pump, within.pump)),
+            vent=plant.vent * (1 + draw.uniform(-within.vent, within.vent)),
+            leak=plant.leak * leak,
+        ),
+        sensor=replace(
+            sensor,
+            offset=sensor.offset + draw.uniform(-zero, zero),
+            lag=draw.uniform(0.0, regulator.slowest),
+            noise=sensor.noise * draw.uniform(1.0, within.noise),
+        ),
+        uneven=draw_uneven(draw, case.target),
     )
 
 
@@ -202,7 +252,10 @@ class Observer:
             self.since = plant.trace[-1][0]
         start = self.struck if self.event is None else self.event
         elapsed = time - start if start is not None else 0.0
-        if not math.isfinite(self._deadline):
+        if self.plan.kind is HEALTHY:
+            if elapsed > self._settle + MARGIN:
+                self._end()
+        elif not math.isfinite(self._deadline):
             if elapsed > LONGEST or plant.vacuum < GONE * case.target:
                 self._end()
         elif self.since is None or time - self.since < self._settle:

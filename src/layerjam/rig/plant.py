@@ -18,6 +18,7 @@ from layerjam.errors import QuantityError
 from layerjam.fluid.file import load_line
 from layerjam.fluid.line import Sensor
 from layerjam.rig.address import Address
+from layerjam.rig.uneven import SUBSTEP, Uneven
 from layerjam.units import check, parse
 
 if TYPE_CHECKING:
@@ -111,6 +112,8 @@ class Hardware:
     seed: int
     second: bool = False
     """Whether a second sensor of the same kind measures the same chamber."""
+    uneven: Uneven | None = None
+    """Flows that differ from the linear plant's, if any."""
 
 
 def behind(address: Address) -> Hardware:
@@ -237,6 +240,20 @@ class VirtualPlant:
         return cache[2]
 
     def _move(self, dt: float) -> None:
+        """Advance by `dt` [s]; uneven flows count as constant for up to 2 ms."""
+        rates, uneven = self._rates(), self.behind.uneven
+        if uneven is None:
+            self._move_evenly(dt, rates)
+            return
+        count = math.ceil(dt / SUBSTEP)
+        for _ in range(count):
+            pump, orifice = uneven.pump(self.time), uneven.orifice(self.vacuum)
+            real = rates._replace(
+                rate=rates.rate * pump, leak=rates.leak * orifice, vent=rates.vent * orifice
+            )
+            self._move_evenly(dt / count, real)
+
+    def _move_evenly(self, dt: float, rates: Rates) -> None:
         """Advance by `dt` [s], exact for constant outputs (see `control/exact.py`)."""
         if dt <= 0.0:
             return
@@ -244,7 +261,7 @@ class VirtualPlant:
         if self.estop or self.supply_low:  # without power the valve takes its rest position
             pump, vent = 0.0, self.behind.normally_open
         self._climbed += self.drift * dt
-        rates, lag = self._rates(), self.behind.sensor.lag
+        lag = self.behind.sensor.lag
         left = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
         a, b, gain, sensor_gain = factors(rates, pump, float(vent), dt, lag, left)
         if rates.side > 0.0:

@@ -30,6 +30,8 @@ RELEASES = 0.25
 """Share of the commands that release."""
 WARM = 60.0
 """Time [s] of the board before its memory is first read."""
+VENTED = 5.0
+"""Time [s] before the first order, in which the board notes the zero of its sensor."""
 LOOKS = 2
 """Number of readings of the memory, of which the least counts."""
 BLOCK = 200
@@ -130,7 +132,7 @@ def _run_for(
     plant.watch = log.hold
     faults: list[str] = []
     start, orders, complete = plant.time, 0, True
-    due, first = start, None
+    due, first = start + VENTED, None
     try:
         bench.output = True
         while (elapsed := plant.time - start) < lasting:

@@ -4,8 +4,8 @@ import binascii
 import math
 import struct
 
-LAW = 38
-"""Doubles of the control law's settings: 15 of the regulator, 23 of its watch."""
+LAW = 39
+"""Doubles of the control law's settings: 15 of the regulator, 24 of its watch."""
 REGULATOR = 15
 MAGIC = b"LJ01"
 FIXED = "<4sIBBddB"
@@ -15,7 +15,7 @@ LIMITS = (
     (0, 1e9), (0, 1e12), (0, 1e12), (10, 1.2e5), (0, 1), (0, 1),
     (1e-12, 1e6), (1, 1e6), (0, 1e3), (0, 1e3), (1e-12, 1), (-1e6, 0), (1e-3, 1e9), (1, 1e6),
     (1e-9, 1e6), (0, 1), (0, 1), (1, 1e3), (1e-9, 1e6), (0, 1e9), (1, FAR), (0, 1e9),
-    (1e-9, 1e5), (0, 1e9), (-FAR, FAR), (-FAR, FAR), (-FAR, FAR), (0, 1e3), (1e-12, 1e7),
+    (1e-9, 1e5), (0, 1e9), (-FAR, FAR), (-FAR, FAR), (-FAR, FAR), (0, 1e3), (1e-12, 1e7), (0, 1e5),
 )  # fmt: skip
 """Least and greatest of each number of the law's settings, in their order."""
 WHOLE = (0, 5, 14)

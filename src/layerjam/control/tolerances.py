@@ -1,0 +1,29 @@
+"""Differences between a bench and its model within which the detectors keep their word.
+
+A bench within them causes no false fault, and each fault is detected within its stated time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from layerjam.units import quantity
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tolerances:
+    """Tolerances of a regulator's detectors; the defaults cover the parts of the catalogue."""
+
+    pump: float = quantity("1", "relative error of the pump's flow", hi=0.5, default=0.2)
+    vent: float = quantity("1", "relative error of the vent's flow", hi=0.9, default=0.3)
+    zero: float = quantity("1", "error of the sensor's zero over its range", hi=0.1, default=0.01)
+    lag: float = quantity(
+        "s", "longest lag of the sensor, unless the sensor states a longer one", hi=10, default=0.05
+    )
+    noise: float = quantity(
+        "1", "greatest noise of a reading over the stated noise", lo=1, hi=20, default=4.0
+    )
+
+
+EXACT = Tolerances(pump=0.0, vent=0.0, zero=0.0, lag=0.0, noise=1.0)
+"""Tolerances of a bench that equals its model."""

@@ -1,0 +1,65 @@
+"""Flows of a real line: a pump that ripples and dips, and orifices as leak and vent."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import dataclass
+
+from layerjam.device.mount import Site
+from layerjam.fluid.flow import choked_share
+
+RIPPLE = (2.0, 20.0)
+"""Frequencies of a pump's strokes [Hz]."""
+SWING = 0.3
+"""Greatest ripple of a pump's flow over its mean."""
+DIP = (0.02, 0.1)
+"""Durations of a dip of the supply [s]."""
+EVERY = 1.0
+"""Time between two dips [s]."""
+SUPPLY = 0.5
+"""Smallest share of the pump's flow during a dip."""
+SUBSTEP = 2e-3
+"""Longest time [s] for which flows count as constant."""
+ATMOSPHERE = Site().atmosphere
+
+
+@dataclass(frozen=True, kw_only=True)
+class Uneven:
+    """A pump whose flow ripples and dips, and orifices as leak and vent.
+
+    An orifice passes as much as the linear plant at the vacuum `right_at` [Pa].
+    """
+
+    right_at: float
+    ripple: float
+    frequency: float
+    phase: float
+    dip: float
+    lasting: float
+
+    def pump(self, time: float) -> float:
+        """Flow of the pump over its mean at a time [s]."""
+        share = 1 + self.ripple * math.sin(2 * math.pi * self.frequency * time + self.phase)
+        return share * (self.dip if time % EVERY < self.lasting else 1.0)
+
+    def orifice(self, vacuum: float) -> float:
+        """Flow through an orifice over that of the linear plant at a vacuum [Pa]."""
+        if vacuum <= 0.0:
+            return 1.0
+        return self._passed(vacuum) / self._passed(self.right_at)
+
+    def _passed(self, vacuum: float) -> float:
+        return choked_share(1 - min(vacuum / ATMOSPHERE, 1.0)) / vacuum
+
+
+def draw_uneven(draw: random.Random, right_at: float) -> Uneven:
+    """Return a random uneven line, whose orifices are right at a vacuum [Pa]."""
+    return Uneven(
+        right_at=right_at,
+        ripple=draw.uniform(0.0, SWING),
+        frequency=draw.uniform(*RIPPLE),
+        phase=draw.uniform(0.0, 2 * math.pi),
+        dip=draw.uniform(SUPPLY, 1.0),
+        lasting=draw.uniform(*DIP),
+    )
