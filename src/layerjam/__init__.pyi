@@ -252,12 +252,16 @@ def bench_faults(
     only: _Sequence[str] = ...,
     runs: int | str = ...,
     seed: int | str = ...,
+    mismatch: bool = ...,
     progress: _Callable[[str, float], None] = ...,
 ) -> _FaultCampaign:
     """Break a virtual board in every way, many times over, and time how it becomes safe.
 
     Each run draws a line around that of the address, a regulator, a target and a moment from the
-    seed. The firmware is the board's own; its clock runs as fast as samples are computed. Raises
+    seed. With `mismatch` pump, vent, zero, lag and noise of the real line differ from the model,
+    leak and vent are orifices, the pump's flow ripples and the supply dips; ten runs in which
+    nothing breaks go with each round of faults. The firmware is the board's own; its clock runs as
+    fast as samples are computed. Raises
     UnknownNameError for a fault that nobody knows, QuantityError for an address that is no virtual
     board.
     """
@@ -349,7 +353,7 @@ def bench_wiring(
     *,
     out: str | _Path | None = ...,
 ) -> _BoardWiring:
-    """List a board's wires, look for contradictions, and draw them.
+    """List a board's wires and parts, calculate their worst case, and draw the circuit.
 
     Raises FileError for a file that is no board's, or that is there already; UnknownNameError for
     a board that nobody knows.

@@ -21,8 +21,8 @@ SYMBOLS = {
     "coil": "Inductor2",
 }
 """Symbol in schemdraw of each kind of component."""
-BOTTOM = -20.5
-"""Height below which texts stand, in the units of the drawing."""
+BOTTOM = -23.5
+"""Height of the first line of text, in the units of the drawing."""
 LINE = 0.62
 """Distance between lines of text."""
 AIR = (
@@ -47,10 +47,10 @@ def drawing(circuit: Circuit) -> str:
     )
     pen.board()
     pen.power(14.0, 1.0)
-    pen.bridge(14.0, -13.0)
-    pen.signals(36.0, -9.6)
+    pen.bridge(14.0, -18.6)
+    pen.signals(5.2, -21.0)
     for row, line in enumerate(_lines(circuit)):
-        pen.text(1.5, BOTTOM - LINE * row, line)
+        pen.text(18.0, BOTTOM - LINE * row, line)
     return str(sheet.get_imagedata("svg").decode("utf-8"))
 
 
@@ -175,8 +175,10 @@ class _Pen:
         self.part("D3", five, (five[0] + 1.8, five[1]))
         self.tag((five[0] + 1.8, five[1]), "VSYS")
         self.sense("supply_adc", (x + 17.0, y))
-        stop = x + 22.2
-        self.add(self.elements.Button(nc=True), (x + 20.0, y), (stop, y), "S1 E-STOP")
+        self.tag((x + 20.0, y), "12 V")
+        y, stop = y - 7.4, x + 4.0
+        self.tag((x + 1.8, y), "12 V", "left")
+        self.add(self.elements.Button(nc=True), (x + 1.8, y), (stop, y), "S1 E-STOP")
         self.text(stop + 0.4, y + 0.4, "12 V behind stop")
         self.down("R7", (stop + 0.8, y))
         self.sense("estop_sense", (stop + 2.8, y))
@@ -238,6 +240,6 @@ def _lines(circuit: Circuit) -> Iterator[str]:
     )
     yield ""
     for number, rule in enumerate(rules, 1):
-        yield from textwrap.wrap(f"{number}. {rule}", 150, subsequent_indent="    ")
+        yield from textwrap.wrap(f"{number}. {rule}", 100, subsequent_indent="    ")
     yield ""
     yield from (f"{part.refs}: {part.name}, {part.number}" for part in circuit.parts)
