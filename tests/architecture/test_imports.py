@@ -164,7 +164,7 @@ class Block:
 sys.meta_path.insert(0, Block())
 from layerjam.cli.main import main
 """
-EXTRAS = ("matplotlib", "xarray", "jinja2")
+EXTRAS = ("matplotlib", "xarray", "jinja2", "schemdraw")
 
 
 def without_extras(*words: str, blocked: tuple[str, ...] = EXTRAS) -> tuple[int, str, str]:
@@ -214,9 +214,10 @@ def test_a_build_without_its_libraries_writes_nothing(missing: str, tmp_path: Pa
           "4mm", "--out", "x.nc"), "layerjam[labelled]"),
         (("tensile", "choi2018-kapton", "--vacuum", "50kPa", "--speed", "1mm/s", "--travel",
           "4mm", "--out", "x.csv", "--figure", "x.svg"), "layerjam[figures]"),
+        (("bench", "wiring", "pico", "--out", "x.svg"), "layerjam[bench]"),
         (("reproduce", "--out", "folder"), "layerjam[report]"),
     ],
-    ids=["figure", "netcdf", "file-and-figure", "reproduce"],
+    ids=["figure", "netcdf", "file-and-figure", "wiring", "reproduce"],
 )  # fmt: skip
 def test_a_missing_extra_is_one_sentence(words: tuple[str, ...], what: str, tmp_path: Path) -> None:
     at = str(tmp_path)

@@ -71,7 +71,7 @@ def lines(part: Component, sign: int, at: Callable[[int], str]) -> Iterator[str]
     elif kind == "converter":
         yield f"B{name} {name}_o 0 V=2.5*(1+tanh(4*(V({a})-6.5)))"
         yield f"R{name} {name}_o {b} 0.05"
-        yield f"Rin{name} {a} 0 270"
+        yield f"Rload{name} {a} 0 270"
 
 
 def netlist(

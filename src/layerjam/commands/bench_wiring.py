@@ -57,10 +57,10 @@ def bench_wiring(
     if out is not None:
         from layerjam.report.wiring import drawing
 
-        path = Path(out)
+        path, svg = Path(out), drawing(made)
         try:
             with path.open("x", encoding="utf-8") as file:
-                file.write(drawing(made))
+                file.write(svg)
         except FileExistsError:
             raise FileError(path, "is there already") from None
         except OSError as error:
