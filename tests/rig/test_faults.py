@@ -13,12 +13,14 @@ from layerjam.cli.main import main
 from layerjam.control.faults import FaultInjection
 from layerjam.errors import LayerjamError
 from layerjam.rig import board as boards
+from layerjam.rig import campaign as campaign_module
 from layerjam.rig import observer as observer_module
 from layerjam.rig.address import VIRTUAL, address_of
 from layerjam.rig.campaign import Bed, accelerate, campaign, run_trial, select_faults
-from layerjam.rig.kinds import DRIFTS, KINDS, NOT_HERE, SENSOR_GAP, SUPPLY_SAMPLES
+from layerjam.rig.kinds import DRIFTS, KINDS, NOT_HERE, NOTHING, SENSOR_GAP, SUPPLY_SAMPLES
 from layerjam.rig.observer import Observer, draw_plan
 from layerjam.rig.plant import VirtualPlant, behind
+from layerjam.rig.uneven import Uneven
 from rig.boards import Hal, Rig, firmware
 
 CPYTHON = f"{VIRTUAL}&python=cpython"
@@ -92,6 +94,50 @@ def test_a_drift_is_doubted_by_the_board_when_the_plant_says_so(
                 assert trial.lost_after is not None
                 climbed = size * trial.lost_after - 0.1 * case.target
                 assert -band - 250 <= climbed <= band + 250 + 2 * size
+
+
+def test_a_real_line_differs_from_the_model_within_the_tolerances(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(campaign_module, "HEALTHY_RUNS", 2)
+    said = lj.bench_faults(VIRTUAL, only=["pump-dead"], runs=1, seed=8, mismatch=True)
+    assert (said.runs, said.healthy, said.false_faults, said.missed) == (3, 2, 0, 0)
+    assert said.exit_code == 0 and replace(said, false_faults=1).exit_code == 1
+    assert "nothing breaks: 0 false faults in 2 runs" in list(said.lines())
+    plans = [draw_plan(BEHIND, NOTHING, n, 0, mismatch=True) for n in range(300)]
+    shares = [plan.behind.plant.rate / plan.case.regulator.plant.rate for plan in plans]
+    zeros = [plan.behind.sensor.offset / plan.behind.sensor.range for plan in plans]
+    lags = [plan.behind.sensor.lag for plan in plans]
+    noises = [plan.behind.sensor.noise / BEHIND.sensor.noise for plan in plans]
+    for values, low, high in (
+        (shares, 0.8, 1.2), (zeros, -0.01, 0.01), (lags, 0.0, 0.05), (noises, 1.0, 4.0)
+    ):  # fmt: skip
+        reach = high - low
+        assert low <= min(values) < low + 0.05 * reach and high - 0.05 * reach < max(values) <= high
+
+
+def test_an_orifice_passes_less_than_in_proportion_at_a_high_vacuum() -> None:
+    """ISO 6358 with b = 0.528, right at 60 kPa; ripple and dip of the pump over their means."""
+    uneven = Uneven(
+        right_at=60e3, ripple=0.3, frequency=5.0, phase=0.0, dip=0.5, lasting=0.1
+    )  # fmt: skip
+    x = (1 - 10e3 / 101325 - 0.528) / 0.472
+    assert uneven.orifice(10e3) == pytest.approx(6 * math.sqrt(1 - x * x), rel=1e-9)
+    assert uneven.orifice(60e3) == 1.0 and uneven.orifice(90e3) == pytest.approx(2 / 3)
+    assert uneven.pump(0.05) == pytest.approx(0.5 * 1.3)
+    assert uneven.pump(0.15) == pytest.approx(0.7)
+    mean = sum(uneven.pump(0.2 + 0.2 * n / 1000) for n in range(1000)) / 1000
+    assert mean == pytest.approx(1.0, abs=1e-3)
+
+
+@pytest.mark.slow
+def test_the_campaign_on_real_lines() -> None:
+    """At most 1 % false faults, and every promise kept."""
+    sound = [name for name in KINDS if name != "sensor-drift"]
+    done = campaign(VIRTUAL, only=sound, runs=5, seed=5, mismatch=True)
+    healthy = [trial for trial in done.trials if trial.plan.name == NOTHING]
+    assert len(healthy) == 50 and not any(trial.named for trial in healthy)
+    assert [trial for trial in done.trials if not trial.met] == []
 
 
 @pytest.mark.slow

@@ -53,8 +53,10 @@ class FaultCampaign(Result):
     )
     runs: int = number("1", "runs that came to their end")
     missed: int = fact("runs that were not safe, or not named, within their deadline")
-    healthy: int = number("1", "runs in which nothing broke", default=0)
-    false_faults: int = fact("runs of these in which the board reported a fault", default=0)
+    healthy: int = fact("runs in which nothing broke", listed=False, default=0)
+    false_faults: int = fact(
+        "runs of these in which the board reported a fault", listed=False, default=0
+    )
     left_out: Mapping[str, str] = fact("faults not tried, and why", listed=False)
     complete: bool = fact("whether all runs were made")
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from layerjam.control import law
 from layerjam.control.settings import Regulator
 from layerjam.units import show
 from layerjam.verdict import Check, check
@@ -69,7 +70,11 @@ def regulation_checks(regulator: Regulator, target: float, loop: ClosedLoop) -> 
     sentence = f"the detectors report {loop.outcome}"
     wrong = f" after {show(loop.fault_time, 's')}, although nothing is broken"
     yield check("fault", loop.outcome == "HEALTHY", sentence, wrong, "failed")
-    reached, ends = math.isfinite(loop.rise_time), float(loop.time[-1])
+    settings, ends = regulator.packed()[0], float(loop.time[-1])
+    noise = 3 * regulator.sensor.noise + regulator.sensor.resolution
+    reached = math.isfinite(loop.rise_time) and any(
+        law.reached(settings, reading, target, noise) for reading in loop.measured.tolist()
+    )
     sentence = "the vacuum reaches its target"
     if not reached:
         sentence = f"the vacuum does not reach {show(target, 'Pa')} within {show(ends, 's')}"

@@ -10,6 +10,8 @@ settings = (regulator, watch), state = (drive, seen); the layouts are those unpa
 BANG_BANG, PI, SCHEDULED = 0, 1, 2
 HEALTHY, NOT_A_NUMBER, OUT_OF_RANGE, STUCK, OFFSET = 0, 1, 2, 3, 4
 NO_VACUUM, WEAK_PUMP, BLOCKED, LOST = 5, 6, 7, 8
+CLOSE = 0.01
+"""Share of a target within which a reading always counts as having reached it."""
 LEAST_ROOM = 0.05
 """Share of the pump's vacuum that the gain schedule and the feed-forward divide by at least."""
 
@@ -99,6 +101,18 @@ def command(
     elif wanted != 0.0 and pump == 0.0 and pump_age < off_steps:
         wanted = 0.0
     return moved(drive, integral, wanted, venting, target)
+
+
+def reached(regulator: tuple[float, ...], reading: float, target: float, noise: float) -> bool:
+    """Whether a reading is as near to its target as the law brings it, but for noise [Pa].
+
+    That is where the law lets pump and vent rest: it does not pump within its band below the
+    target, and it vents only beyond its vent band above.
+    """
+    near, band, vent_band = CLOSE * target, regulator[3], regulator[4]
+    below = (near if near > band else band) + noise
+    above = (near if near > vent_band else vent_band) + noise
+    return target - below <= reading <= target + above
 
 
 def switched(pump: float, error: float, band: float, vent_band: float, lowest: float) -> float:

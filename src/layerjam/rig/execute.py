@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from layerjam.control.law import CLOSE
 from layerjam.control.settings import FAULTS
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.rig.address import Address
@@ -46,8 +47,6 @@ from layerjam.units import show
 
 NOT_REACHED, NOT_VENTED = "NOT_REACHED", "NOT_VENTED"
 CROSSHEAD_LOST, FAULT = "CROSSHEAD_LOST", "FAULT"
-CLOSE = 0.01
-"""Half width of the band about a target, over the target."""
 EXTRA, TIMES = 10.0, 3.0
 """A vacuum is given up after EXTRA [s] and TIMES predicted rises."""
 AT_REST = 0.3
@@ -180,10 +179,11 @@ class Execution:
 
     def _evacuate(self, step: Evacuate) -> None:
         """Wait until the vacuum has been near its target for half a second, then hold."""
-        band = max(CLOSE * step.to, self.watch.half_band, self._noise)
-        limit = TIMES * self.watch.rise_time(self._vacuum, step.to - band) + EXTRA
+        close = max(CLOSE * step.to, self.watch.regulator[3])
+        limit = TIMES * self.watch.rise_time(self._vacuum, step.to - close) + EXTRA
         self.bench.target = step.to
-        if not self._until(stays(band, step.to, self.recorder.now), limit, self._last_sample()):
+        done = stays(self.watch, step.to, self._noise, self.recorder.now)
+        if not self._until(done, limit, self._last_sample()):
             raise EndedError(
                 NOT_REACHED,
                 f"{show(step.to, 'Pa')} was not reached within {limit:.3g} s; the vacuum is "

@@ -27,7 +27,7 @@ class Watch:
     fall: float
     leak: float
     tube: tuple[float, float, float]
-    half_band: float
+    regulator: tuple[float, ...]
     settle_time: float
     zero: float
 
@@ -41,7 +41,7 @@ class Watch:
             fall=second[2],
             leak=second[3],
             tube=(second[18], second[19], second[20]),
-            half_band=first[3],
+            regulator=first,
             settle_time=second[15] * PERIOD * 1e-6,
             zero=second[16],
         )
@@ -75,15 +75,15 @@ def last(block: Block) -> float:
     return float(block.rows["vacuum"][-1])
 
 
-def stays(band: float, target: float, start: int) -> Callable[[Block], bool]:
-    """Return a test: every reading of the last half second is within a band [Pa] of the target."""
+def stays(watch: Watch, target: float, noise: float, start: int) -> Callable[[Block], bool]:
+    """Return a test: every reading of the last half second has reached the target [Pa]."""
     outside = start
 
     def done(block: Block) -> bool:
         nonlocal outside
-        outliers = np.flatnonzero(~(np.abs(block.rows["vacuum"] - target) <= band))
-        if len(outliers):
-            outside = int(block.us[outliers[-1]])
+        for time, reading in zip(block.us, block.rows["vacuum"], strict=True):
+            if not law.reached(watch.regulator, float(reading), target, noise):
+                outside = int(time)
         return int(block.us[-1]) - outside >= SETTLED * 1e6
 
     return done

@@ -353,7 +353,7 @@ class Bench:
             now |= status.CAPTURES
         if self.state == RUN:
             now |= status.OUTPUTS_ON
-            if not abs(self.target - self.reading) <= 0.01 * self.target:
+            if not law.reached(self.settings.law[0], self.reading, self.target, 0.0):
                 now |= status.SETTLING
             if self.left < self.lease * 250000:
                 now |= status.LEASE_SHORT
