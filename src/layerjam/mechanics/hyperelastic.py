@@ -8,7 +8,7 @@ A sigma(e_m) in the middle once the whole face moves. With ds = A sigma'(e) de/q
 
 W* being the complementary energy; with sigma = E e that is the law of `enclosure`. Every integral
 over the strip is its length times a mean over the strain with the weight sigma', which also holds
-without friction. The strain at the end is found by halving; it is the one unknown.
+without friction. The strain at the end is the one unknown.
 
 First loading at constant vacuum only; `hyperelastic_cycle` follows what comes later.
 """
@@ -25,7 +25,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.hyperelastic import Hyperelastic
 from layerjam.errors import QuantityError
 from layerjam.mechanics.law import law
-from layerjam.mechanics.roots import rising_zero
+from layerjam.mechanics.roots import implicit_root, rising_zero
 from layerjam.mechanics.softening import lost_energy
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
@@ -127,10 +127,8 @@ def _middle(end: Any, strip: Strip) -> tuple[Any, Any]:
     pull = rubber_stress(end, strip.rubber)
     left = pull - strip.friction * strip.reach / strip.section
     whole = left > 0
-    rest = jax.lax.stop_gradient((end, left, strip.rubber))
-    guess = rising_zero(lambda e: rubber_stress(e, rest[2]) - rest[1], jnp.zeros_like(end), rest[0])
-    slope = jax.lax.stop_gradient(rubber_slope(guess, strip.rubber))
-    strain = guess + (left - rubber_stress(guess, strip.rubber)) / slope
+    over = jnp.where(whole, left, 0.0)
+    strain = implicit_root(lambda e: rubber_stress(e, strip.rubber) - over, 0.0 * end, end)
     rubs = jnp.where(whole, 1.0, strip.friction)
     length = jnp.where(whole, strip.reach, strip.section * pull / rubs)
     return jnp.where(whole, strain, 0.0), length

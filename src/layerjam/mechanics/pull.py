@@ -18,7 +18,7 @@ from layerjam.mechanics.fan import Sheets, along_tangents, force_of, tangent
 from layerjam.mechanics.friction import friction_per_contact, sheets_at
 from layerjam.mechanics.hyperelastic import slip_under
 from layerjam.mechanics.law import law, safe_sqrt, within
-from layerjam.mechanics.roots import implicit_root
+from layerjam.mechanics.roots import implicit_root, rising_zero
 from layerjam.mechanics.stiffness import working_stiffness
 
 _PARTS = 64
@@ -81,31 +81,28 @@ def _closed_peak(
 
 
 def searched_peak(travel: Any, sheets: Sheets, enclosure: EnclosureLaw) -> tuple[Any, Any, Any]:
-    """The same along any friction: the best of 64 slips, and 60 thirds around it.
+    """Return the same along any friction: the best of 64 slips, and the top next to it.
 
     The search is not differentiated: the slope of the force vanishes at the peak.
     """
 
-    def force(root: Any) -> Any:
-        return force_of(root**2, sheets) + backbone(root**2, enclosure)
+    def force(root: Any, at: tuple[Sheets, EnclosureLaw]) -> Any:
+        return force_of(root**2, at[0]) + backbone(root**2, at[1])
 
-    parts = jax.tree.leaves((travel, sheets, enclosure))
-    shape = jnp.broadcast_shapes(*(jnp.shape(a) for a in parts))
-    far = jax.lax.stop_gradient(jnp.sqrt(jnp.maximum(travel, 0.0)) + jnp.zeros(shape))
-    share = jnp.linspace(0.0, 1.0, _PARTS + 1).reshape((-1,) + (1,) * len(shape))
-    best = jnp.argmax(jax.lax.stop_gradient(force(share * far)), axis=0)
+    end = safe_sqrt(jnp.maximum(travel, 0.0))
+    end = end + sum(0.0 * part for part in jax.tree.leaves((sheets, enclosure)))
+    far, fixed = jax.lax.stop_gradient((end, (sheets, enclosure)))
+    share = jnp.linspace(0.0, 1.0, _PARTS + 1).reshape((-1,) + (1,) * far.ndim)
+    best = jnp.argmax(force(share * far, fixed), axis=0)
     low, high = (jnp.clip(best + k, 0, _PARTS) * far / _PARTS for k in (-1, 1))
 
-    def third(_: int, bounds: tuple[Any, Any]) -> tuple[Any, Any]:
-        low, high = bounds
-        left, right = low + (high - low) / 3, high - (high - low) / 3
-        rises = jax.lax.stop_gradient(force(left) < force(right))
-        return jnp.where(rises, left, low), jnp.where(rises, high, right)
+    def falls(root: Any) -> Any:
+        return -jax.jvp(lambda w: force(w, fixed), (root,), (jnp.ones_like(root),))[1]
 
-    low, high = jax.lax.fori_loop(0, 60, third, (low, high))
-    inside = high < far
-    root = jnp.where(inside, (low + high) / 2, jnp.sqrt(jnp.maximum(travel, 0.0)))
-    return force(root), root**2, inside
+    root = rising_zero(falls, low, high, 26)
+    inside = root < far
+    root = jnp.where(inside, root, end)
+    return force(root, (sheets, enclosure)), root**2, inside
 
 
 def spread_root(drive: Any, spring: Any, enclosure: EnclosureLaw) -> Any:

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
 from layerjam.device.speed_law import SpeedLaw
 from layerjam.mechanics.enclosure import EnclosureLaw, backbone
 from layerjam.mechanics.friction import growth
+from layerjam.mechanics.roots import rising_zero
 from layerjam.mechanics.stick_slip.laws import static_left
 
 STUCK, TAUT, SLACK = 0, 1, 2
@@ -243,15 +243,7 @@ def hermite_root(h: Any, f0: Any, d0: Any, f1: Any, d1: Any) -> tuple[Any, Any]:
     dips = (f0 > 0) & (d0 < 0) & (d1 > 0) & (cubic(turn) < 0)
     crosses = (f1 < 0) | dips
     high = jnp.where(dips & (f1 >= 0), turn, 1.0)
-    low = jnp.zeros_like(high)
-
-    def halve(_: int, ends: tuple[Any, Any]) -> tuple[Any, Any]:
-        below, above = ends
-        middle = (below + above) / 2
-        ahead = cubic(middle) > 0
-        return jnp.where(ahead, middle, below), jnp.where(ahead, above, middle)
-
-    return crosses, jax.lax.fori_loop(0, 48, halve, (low, high))[1] * h
+    return crosses, rising_zero(lambda s: -cubic(s), jnp.zeros_like(high), high, 48) * h
 
 
 def hermite_range(h: Any, f0: Any, d0: Any, f1: Any, d1: Any) -> tuple[Any, Any]:

@@ -23,9 +23,10 @@ from layerjam.mechanics.hysteresis import Setting, slip_to_balance
 from layerjam.mechanics.law import safe_sqrt
 from layerjam.mechanics.memory import Memory, at_rest, at_vacuum, slide_to
 from layerjam.mechanics.pull import rising_root
+from layerjam.mechanics.roots import newton_root
 from layerjam.mechanics.stop.algebra import snap_slip
 
-_NEWTON, _PACED = 3, 24
+_NEWTON = 3
 
 
 class Load(NamedTuple):
@@ -178,17 +179,12 @@ def _meet_paced(
         new = new + force_of_enclosure(_slide_to(motion, slip, at), at.enclosure)
         return new, slip - start + (new - force) / at.k
 
-    def excess(slip: Any) -> Any:
-        new, distance = there(slip)
-        return (force + new) / 2 + beta * distance - alpha
+    def excess(state: tuple[Any, None]) -> tuple[Any, Any, None]:
+        def over(slip: Any) -> Any:
+            new, distance = there(slip)
+            return (force + new) / 2 + beta * distance - alpha
 
-    def newton(_: int, state: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
-        low, high, slip = state
-        here, slope = jax.jvp(excess, (slip,), (jnp.ones_like(slip),))
-        low, high = jnp.where(here < 0, slip, low), jnp.where(here < 0, high, slip)
-        near = slip - here / jnp.where(slope > 0, slope, 1.0)
-        inside = (slope > 0) & (near >= low) & (near <= high)
-        return low, high, jnp.where(inside, near, (low + high) / 2)
+        return *jax.jvp(over, (state[0],), (jnp.ones_like(start),)), None
 
     hold = force_of(start, resting(at))
     hold = hold + force_of_enclosure(motion, at.enclosure)
@@ -197,8 +193,7 @@ def _meet_paced(
     # it slips at most as far as nothing would hold mass and spring
     far = start + jnp.maximum(alpha / beta, 0.0) + force / at.k
     guess = jnp.minimum(start + motion.pace * dt, (start + far) / 2)
-    slip = jax.lax.fori_loop(0, _PACED, newton, (start, far, guess))[2]
-    slip = jnp.where(slides, slip, start)
+    slip = jnp.where(slides, newton_root(excess, guess, start, far), start)
     new, sliding = there(slip)
     distance = jnp.where(slides, sliding, stuck)
     new = jnp.where(slides, new, force + at.k * stuck)

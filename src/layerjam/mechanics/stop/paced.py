@@ -30,6 +30,7 @@ from layerjam.mechanics.enclosure import (
 from layerjam.mechanics.fan import Fan, Sheets, grown, rise_with_friction, tangent
 from layerjam.mechanics.fan import force_of as friction_of
 from layerjam.mechanics.friction import growth
+from layerjam.mechanics.roots import false_position
 from layerjam.mechanics.stick_slip.slide_step import hermite_range
 from layerjam.mechanics.stop.algebra import (
     BOTTOMED_OUT,
@@ -187,41 +188,23 @@ def _loading(now: Any, of: Paced) -> Any:
     return of.at.k * (now[1] - now[2])
 
 
-class _Ends(NamedTuple):
-    """The end lies between two steps [s]; what each leaves of speed or travel, as a share."""
-
-    low: Any
-    above: Any
-    high: Any
-    below: Any
-    last: Any
-    """State after the longer one."""
-
-
 def _ended(run: Run, of: Paced) -> Run:
-    """The standstill or end of travel that the next step holds, by Illinois' false position."""
+    """Go to the standstill or end of travel that the next step holds."""
 
-    def narrow(turn: Any, ends: _Ends) -> _Ends:
-        span = ends.above - ends.below
-        share = ends.above / jnp.where(span > 0, span, 1.0)
-        h = jnp.where(turn == 0, ends.high, ends.low + (ends.high - ends.low) * share)
-        new = rosenbrock(lambda y: rates_of(y, of), run.now, h).after
-        left = jnp.minimum(new[1] / run.now[1], (of.travel - new[0]) / of.travel)
-        more = (left > 0) & (turn > 0)
-        return _Ends(
-            jnp.where(more, h, ends.low),
-            jnp.where(more, left, jnp.where(turn > 0, ends.above / 2, ends.above)),
-            jnp.where(more, ends.high, h),
-            jnp.where(more, ends.below / 2, left),
-            jnp.where(more, ends.last, new),
-        )
+    def after(h: Any) -> Any:
+        return rosenbrock(lambda y: rates_of(y, of), run.now, h).after
+
+    def spent(h: Any) -> Any:
+        """Return what a step has used up of speed or travel, less all of it; as a share."""
+        new = jnp.where(h > 0, after(h), run.now)
+        return jnp.maximum(-new[1] / run.now[1], (new[0] - of.travel) / of.travel)
 
     zero = jnp.zeros_like(run.step)
-    whole = _Ends(zero, jnp.minimum(1.0, 1 - run.now[0] / of.travel), run.step, zero - 1, run.now)
-    found = jax.lax.fori_loop(0, 25, narrow, whole)
+    found = false_position(spent, zero, run.step, 1e-13, 62)
     # a creeping mass has no end in its next step
-    ends = found.below <= 0
-    now, last = jnp.where(ends, found.last, run.now), jnp.where(ends, found.high, 0.0)
+    ends = found.is_met
+    last = jnp.where(ends, found.best, 0.0)
+    now = jnp.where(ends, after(found.best), run.now)
     used = ends & (now[0] >= of.travel * (1 - 1e-12)) & (now[1] > 0)
     swing = (force_of(run.now, of), _loading(run.now, of), force_of(now, of), _loading(now, of))
     highest = hermite_range(last, *swing)[0]

@@ -7,7 +7,7 @@ itself is what the search asks, for many cases at once.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -17,6 +17,7 @@ from layerjam.errors import QuantityError
 from layerjam.mechanics.friction import at_speed
 from layerjam.mechanics.law import law
 from layerjam.mechanics.pull import brake_force, vacuum_for_force
+from layerjam.mechanics.roots import false_position
 from layerjam.mechanics.stop.exact import BOTTOMED_OUT, stop
 
 CLOSE = 1e-8
@@ -65,63 +66,15 @@ def _no_gradient(_: Any, __: Any) -> Any:
     )
 
 
-class _Bracket(NamedTuple):
-    """Where the search has got to; arrays of one shape."""
-
-    turn: Any
-    low: Any
-    under: Any
-    high: Any
-    above: Any
-    best: Any
-    near: Any
-    """Distance of the best from zero."""
-
-
 def _root(
     rising: Callable[[Any], Any], low: Any, high: Any, slip: Any, already: float = jnp.nan
 ) -> Any:
-    """Where a rising function of arrays passes zero, by Illinois' false position; NaN for nowhere.
+    """Return where the distance [m] beyond a slip passes zero; NaN if nowhere near enough.
 
-    Where it jumps over zero there is no slip that is near enough, and the result is NaN too;
-    `already` where it is above zero at the lower end.
+    `already` where it is above zero at the lower end. Where it jumps over zero the result is NaN.
     """
-
-    def brackets(at: _Bracket) -> Any:
-        return (at.under <= 0) & (at.above >= 0)
-
-    def going(at: _Bracket) -> Any:
-        apart = jnp.abs(at.high - at.low) > 1e-12 * jnp.abs(at.high)
-        open_ = brackets(at) & (at.near > CLOSE * slip) & apart
-        return (at.turn < 2) | ((at.turn < ROUNDS) & jnp.any(open_))
-
-    def on(at: _Bracket) -> _Bracket:
-        # the first two turns are the ends, so that the stop is compiled once
-        share = -at.under / jnp.where(at.above > at.under, at.above - at.under, 1.0)
-        # every third time in the middle: a jump is not to be crept up to
-        share = jnp.where(at.turn % 3 == 1, 0.5, jnp.clip(share, 0.0, 1.0))
-        x = at.low + (at.high - at.low) * share
-        x = jnp.where(at.turn == 0, at.low, jnp.where(at.turn == 1, at.high, x))
-        here = rising(x)
-        first, last = at.turn == 0, at.turn == 1
-        less = first | (~last & (here < 0))
-        closer = jnp.abs(here) < at.near
-        return _Bracket(
-            at.turn + 1,
-            jnp.where(less, x, at.low),
-            jnp.where(less, here, jnp.where(last, at.under, at.under / 2)),
-            jnp.where(less, at.high, x),
-            jnp.where(less, jnp.where(first, at.above, at.above / 2), here),
-            jnp.where(closer, x, at.best),
-            jnp.where(closer, jnp.abs(here), at.near),
-        )
-
-    zero = jnp.zeros_like(low + high)
-    start = _Bracket(
-        jnp.array(0), low + zero, zero - 1, high + zero, zero + 1, zero, zero + jnp.inf
-    )
-    end = jax.lax.while_loop(going, on, start)
-    there = brackets(end) & (end.near <= NEAR * slip)
+    end = false_position(rising, low, high, CLOSE * slip, ROUNDS)
+    there = end.is_met & (end.near <= NEAR * slip)
     return jnp.where(there, end.best, jnp.where(end.under > 0, already, jnp.nan))
 
 
