@@ -200,6 +200,7 @@ def brake_of(point: Point, base: Brake) -> Brake:
         speed_law=base.speed_law,
         vacuum_share=base.vacuum_share,
         site=base.site,
+        effects=base.effects,
     )
     if base.stiffness_measured is None:
         return made

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import atan, pi
+from typing import Any, Protocol
 
 from layerjam.device.enclosure import Enclosure
 from layerjam.device.fan import check_exponent_of_fan
@@ -13,6 +15,13 @@ from layerjam.device.speed_law import SpeedLaw
 from layerjam.errors import QuantityError
 from layerjam.records.changes import Change, with_changes
 from layerjam.units import check, nested, quantity, record, show
+
+
+class Effect(Protocol):
+    """An effect on the sheets' friction that no file states: a `record` of its numbers."""
+
+    def friction_factor(self, vacuum: Any, brake: Brake) -> Any:
+        """Return the friction coefficient at a vacuum [Pa] over that without the effect."""
 
 
 @record
@@ -65,6 +74,8 @@ class Brake:
     )
     rope: Rope | None = nested(Rope, default=None)
     site: Site = nested(Site, default=Site())
+    effects: tuple[Effect, ...] = ()
+    """Further effects on the friction; every law applies them, exports reject them."""
 
     def with_(self, **changes: Change) -> Brake:
         """Return the brake with some numbers changed by name, such as width="14 mm".
@@ -73,7 +84,7 @@ class Brake:
         UnknownNameError with the nearest names, or QuantityError for a number out of bounds or
         numbers that contradict each other.
         """
-        brake = with_changes(self, changes)
+        brake = replace(with_changes(self, changes), effects=self.effects)
         validate(brake)
         return brake
 
@@ -81,6 +92,8 @@ class Brake:
 def validate(brake: Brake) -> None:
     """Raise QuantityError for a value out of bounds or values that contradict each other."""
     check(brake)
+    for effect in brake.effects:
+        check(effect)
     sheets, mount = brake.sheets, brake.mount
     if sheets.usable_travel > sheets.overlap:
         raise QuantityError.of(

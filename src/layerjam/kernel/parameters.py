@@ -52,6 +52,10 @@ def brake_of(brake: Brake | BrakeFile) -> Brake:
             "the exported law depends on the path, not on speed; without [speed_law] friction "
             "keeps its value at the speed at which it was measured",
         )
+    if brake.effects:
+        raise QuantityError.of(
+            "effects", "the exported law has none; export the brake without them"
+        )
     return straight(brake, "the exported law")
 
 

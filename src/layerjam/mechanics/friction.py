@@ -1,4 +1,4 @@
-"""Friction of the jammed sheets (paper, eq. 4 and 7), over pressure and speed where measured."""
+"""Friction of the jammed sheets (paper, eq. 4 and 7), with all that changes its coefficient."""
 
 from __future__ import annotations
 
@@ -25,17 +25,30 @@ def pressure_on_sheets(vacuum: Any, brake: Brake) -> Any:
 def friction_per_contact(vacuum: Any, brake: Brake) -> Any:
     """c [N/m]: what one metre of overlap resists with, all interfaces together.
 
-    The calibration factor multiplies the friction, and so does `friction_over_pressure`. With a
+    The calibration factor multiplies the friction, and so does `friction_factor`. With a
     `speed_law` it is that at its `test_speed`, to be multiplied by `growth`.
     """
     c = brake.scale_factor * brake.film.kinetic * (brake.sheets.count - 1)
     c = c * brake.sheets.width * pressure_on_sheets(vacuum, brake)
-    if brake.pressure_exponent is None:
+    if is_proportional(brake):
         return c
-    return jnp.where(vacuum > 0, c * friction_over_pressure(vacuum, brake), 0.0)
+    return jnp.where(vacuum > 0, c * friction_factor(vacuum, brake), 0.0)
 
 
-def friction_over_pressure(vacuum: Any, brake: Brake) -> Any:
+def is_proportional(brake: Brake) -> bool:
+    """Return whether the friction is known to be proportional to the vacuum."""
+    return brake.pressure_exponent is None and not brake.effects
+
+
+def friction_factor(vacuum: Any, brake: Brake) -> Any:
+    """Return the friction coefficient at a vacuum [Pa] over the film's: all effects together."""
+    factor = _friction_over_pressure(vacuum, brake)
+    for effect in brake.effects:
+        factor = factor * effect.friction_factor(vacuum, brake)
+    return factor
+
+
+def _friction_over_pressure(vacuum: Any, brake: Brake) -> Any:
     """Return the friction coefficient at a vacuum [Pa] over that at the test pressure.
 
     (P/P_test)^m with the pressure P on the sheets and a fitted `pressure_exponent` m (ours); 1 if
@@ -53,7 +66,7 @@ def friction_over_pressure(vacuum: Any, brake: Brake) -> Any:
 def sheets_at(vacuum: Any, brake: Brake) -> Sheets:
     """Return the friction law of the sheets at a vacuum [Pa]."""
     c: Any = friction_per_contact(vacuum, brake)
-    fan = fan_of(brake, friction_over_pressure(vacuum, brake))
+    fan = fan_of(brake, friction_factor(vacuum, brake))
     return Sheets(c, brake.sheets.overlap, fan)
 
 

@@ -61,6 +61,8 @@ def law(function: F) -> F:
 
     @functools.wraps(function)
     def wrapper(*args: Any, **named: Any) -> Any:
+        if len(_registered) < len(RECORDS):  # a new effect
+            register_records()
         # by place, so that a call by name does not compile a second time
         placed = places.bind(*args, **named).args if named else args
         if jax.config.jax_enable_x64:

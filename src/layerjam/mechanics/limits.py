@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import backbone, enclosure_at
 from layerjam.mechanics.fan import concentration, force_of
-from layerjam.mechanics.friction import holding_force, sheets_at
+from layerjam.mechanics.friction import holding_force, is_proportional, sheets_at
 from layerjam.mechanics.law import law, safe_sqrt, within
 from layerjam.mechanics.pull import peak
 from layerjam.mechanics.roots import implicit_root
@@ -72,8 +72,8 @@ def self_closing_vacuum(slip: Any, brake: Brake) -> Any:
     """
     unit = enclosure_at(1.0, brake)
     contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
-    if brake.pressure_exponent is not None:
-        return _closing_with_exponent(slip, brake)
+    if not is_proportional(brake):
+        return _searched_closing(slip, brake)
     c1 = force_of(slip, sheets_at(1.0, brake))
     spread = (unit.root * safe_sqrt(slip) / jnp.where(contact > 0, c1, 1.0)) ** 2
     held = c1 - unit.friction * unit.reach
@@ -83,8 +83,8 @@ def self_closing_vacuum(slip: Any, brake: Brake) -> Any:
     return within(slip >= 0, jnp.where(slip == 0, 0.0, closing))
 
 
-def _closing_with_exponent(slip: Any, brake: Brake) -> Any:
-    """With a pressure exponent: where friction starts to hold the enclosure, by halving log P."""
+def _searched_closing(slip: Any, brake: Brake) -> Any:
+    """Return the same for other friction: where it starts to hold the enclosure, over log P."""
 
     def holds(log_vacuum: Any) -> Any:
         vacuum = jnp.exp(log_vacuum)

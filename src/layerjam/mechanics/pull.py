@@ -15,7 +15,7 @@ import jax.numpy as jnp
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import EnclosureLaw, backbone, enclosure_at, first_loading
 from layerjam.mechanics.fan import Sheets, along_tangents, force_of, tangent
-from layerjam.mechanics.friction import friction_per_contact, sheets_at
+from layerjam.mechanics.friction import friction_per_contact, is_proportional, sheets_at
 from layerjam.mechanics.hyperelastic import slip_under
 from layerjam.mechanics.law import law, safe_sqrt, within
 from layerjam.mechanics.roots import implicit_root, rising_zero
@@ -240,7 +240,7 @@ def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
     contact = jnp.maximum(sheets.overlap - slip, 0.0)
     most = force_of(slip, sheets_at(atmosphere, brake))
     most = most + backbone(slip, enclosure_at(atmosphere, brake))
-    if brake.pressure_exponent is None:
+    if is_proportional(brake):
         c1 = force_of(slip, sheets_at(1.0, brake))
         c2 = unit.root * safe_sqrt(slip)
         below = c2 + safe_sqrt(c2**2 + 4 * c1 * jnp.maximum(force, 0.0))
@@ -256,7 +256,7 @@ def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
 
 
 def _vacuum_by_bisection(force: Any, slip: Any, brake: Brake) -> Any:
-    """The inverse with a pressure exponent, which has no closed form."""
+    """Return the inverse for friction that is not proportional to the vacuum: no closed form."""
 
     def resist(vacuum: Any) -> Any:
         sheets = force_of(slip, sheets_at(vacuum, brake))
@@ -278,12 +278,15 @@ def force_limits(slip: Any, brake: Brake) -> tuple[Any, Any]:
 def peak_vacuum(brake: Brake) -> Any:
     """Vacuum [Pa] below which a pull has no peak: E_e A_e/(a mu_k (n-1) W l).
 
-    With a pressure exponent m the friction grows as P^(1+m), and so does this bound; a fan, whose
-    factor then depends on the vacuum too, counts as at the test pressure.
+    Searched if the friction is not proportional to the vacuum.
     """
     unit = enclosure_at(1.0, brake)
     bound = unit.stiffness / unit.reach
-    if brake.pressure_exponent is None:
+    if is_proportional(brake):
         return bound / tangent(0.0, sheets_at(1.0, brake)).c
-    at_test = tangent(0.0, sheets_at(brake.test_pressure, brake)).c
-    return brake.test_pressure * (bound / at_test) ** (1 / (1 + brake.pressure_exponent))
+
+    def over(log_vacuum: Any) -> Any:
+        return jnp.log(tangent(0.0, sheets_at(jnp.exp(log_vacuum), brake)).c / bound)
+
+    middle = 0.0 * over(0.0)
+    return jnp.exp(implicit_root(over, middle - 100.0, middle + 100.0))

@@ -14,7 +14,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.mechanics.enclosure import EnclosureLaw, enclosure_at
-from layerjam.mechanics.friction import friction_per_contact
+from layerjam.mechanics.friction import friction_per_contact, is_proportional
 from layerjam.mechanics.stop import algebra
 from layerjam.mechanics.stop.exact import SETTLED
 from layerjam.mechanics.threads import once
@@ -54,8 +54,8 @@ class Constants(NamedTuple):
 
 def constants_of(brake: Brake) -> Constants | None:
     """The constants of a brake; None where friction is no straight line over slip and vacuum."""
-    bent = (brake.pressure_exponent, brake.speed_law, brake.mount.spacers)
-    if any(part is not None for part in bent):
+    bent = brake.speed_law is not None or brake.mount.spacers is not None
+    if bent or not is_proportional(brake):
         return None
     enclosure = enclosure_at(1.0, brake)
     sheets, c = brake.sheets, friction_per_contact(1.0, brake)
