@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
-import math
 from collections.abc import Mapping
+from typing import Any
 
 from layerjam.errors import QuantityError
 from layerjam.units import quantity, record
@@ -65,11 +64,11 @@ class Hyperelastic:
 NAMES: Mapping[str, Mapping[str, str]] = {
     "neo-hookean": {"C1": "c10"},
     "mooney-rivlin": {"C1": "c10", "C2": "c01"},
-    "yeoh": {"C1": "c10", "C2": "c20", "C3": "c30"},
     "ogden-1": {"mu1": "mu1", "alpha1": "alpha1"},
+    "yeoh": {"C1": "c10", "C2": "c20", "C3": "c30"},
     "ogden-2": {"mu1": "mu1", "alpha1": "alpha1", "mu2": "mu2", "alpha2": "alpha2"},
 }
-"""Names of the parameters here, for each model that `sleeve` fits."""
+"""Names of the parameters here, for each model that `sleeve` fits, from few to many."""
 _STEPS = 2000
 _SOFTENING = ("softening_r", "softening_m", "softening_beta")
 
@@ -89,10 +88,14 @@ def validate_hyperelastic(rubber: Hyperelastic) -> None:
         raise QuantityError.of(
             f"hyperelastic.{missing[0]}", f"give {', '.join(_SOFTENING)} together, or none of them"
         )
-    stresses = [_stress(rubber, rubber.strain * i / _STEPS) for i in range(_STEPS + 1)]
-    rises = [b > a for a, b in itertools.pairwise(stresses)]
-    if not all(rises):
-        strain = rubber.strain * rises.index(False) / _STEPS
+    import numpy as np
+
+    strains = rubber.strain * np.arange(_STEPS + 1) / _STEPS
+    with np.errstate(all="ignore"):
+        stresses = uniaxial_stress(strains, rubber, np)
+        rises = np.isfinite(stresses[1:]) & (np.diff(stresses) > 0)
+    if not rises.all():
+        strain = strains[rises.argmin()]
         raise QuantityError.of(
             "hyperelastic",
             f"its stress does not rise at a strain of {strain:.3g}; a law that rises up to "
@@ -100,13 +103,29 @@ def validate_hyperelastic(rubber: Hyperelastic) -> None:
         )
 
 
-def _stress(rubber: Hyperelastic, strain: float) -> float:
-    stretch = 1 + strain
-    invariant = stretch**2 + 2 / stretch - 3
-    shear = (rubber.c10 or 0.0) + (rubber.c01 or 0.0) / stretch
-    shear += 2 * (rubber.c20 or 0.0) * invariant + 3 * (rubber.c30 or 0.0) * invariant**2
-    total = 2 * (stretch - stretch**-2) * shear
-    for mu, alpha in ((rubber.mu1, rubber.alpha1), (rubber.mu2, rubber.alpha2)):
-        if mu is not None and alpha is not None:
-            total += mu * (stretch ** (alpha - 1) - stretch ** (-alpha / 2 - 1))
-    return total if math.isfinite(total) else math.nan
+def uniaxial_stress(strain: Any, rubber: Hyperelastic, xp: Any) -> Any:
+    """Return the engineering stress [Pa] of uniaxial tension at a strain [-]; exact for small ones.
+
+    `xp` is the library that computes it: NumPy or JAX's.
+    """
+    stretch, shear = 1 + strain, 0.0
+    over = strain**2 * (stretch + 2) / stretch
+    for coefficient, by in (
+        (rubber.c10, 1.0),
+        (rubber.c01, 1 / stretch),
+        (rubber.c20, 2 * over),
+        (rubber.c30, 3 * over**2),
+    ):
+        if coefficient is not None:
+            shear = shear + coefficient * by
+    total = 2 * strain * (stretch**2 + stretch + 1) / stretch**2 * shear
+    log = xp.log1p(strain)
+    for mu, alpha in ogden_terms(rubber):
+        total = total + mu * xp.exp(-(alpha / 2 + 1) * log) * xp.expm1(1.5 * alpha * log)
+    return total
+
+
+def ogden_terms(rubber: Hyperelastic) -> list[tuple[Any, Any]]:
+    """Return (stress [Pa], exponent) of the Ogden terms that the law has."""
+    terms = ((rubber.mu1, rubber.alpha1), (rubber.mu2, rubber.alpha2))
+    return [(mu, alpha) for mu, alpha in terms if mu is not None]

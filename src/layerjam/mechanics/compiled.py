@@ -67,5 +67,6 @@ def scalar(function: Callable[..., Any]) -> Any:
             names[name] = _SCALARS
         elif isinstance(there, types.FunctionType):
             names[name] = scalar(there)
+    names["__name__"] = function.__module__  # from where numba's cache loads it
     plain = types.FunctionType(function.__code__, names, function.__name__)
     return numba.njit(error_model="numpy", forceinline=True, fastmath={"contract"})(plain)

@@ -22,7 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.device.hyperelastic import Hyperelastic
+from layerjam.device.hyperelastic import Hyperelastic, ogden_terms, uniaxial_stress
 from layerjam.errors import QuantityError
 from layerjam.mechanics.law import law
 from layerjam.mechanics.roots import implicit_root, rising_zero
@@ -33,22 +33,8 @@ _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
 
 
 def rubber_stress(strain: Any, rubber: Hyperelastic) -> Any:
-    """Engineering stress [Pa] of uniaxial tension at a strain [-]; exact for small ones."""
-    stretch, shear = 1 + strain, 0.0
-    over = strain**2 * (stretch + 2) / stretch
-    for coefficient, by in (
-        (rubber.c10, 1.0),
-        (rubber.c01, 1 / stretch),
-        (rubber.c20, 2 * over),
-        (rubber.c30, 3 * over**2),
-    ):
-        if coefficient is not None:
-            shear = shear + coefficient * by
-    total = 2 * strain * (stretch**2 + stretch + 1) / stretch**2 * shear
-    log = jnp.log1p(strain)
-    for mu, alpha in _ogden(rubber):
-        total = total + mu * jnp.exp(-(alpha / 2 + 1) * log) * jnp.expm1(1.5 * alpha * log)
-    return total
+    """Return `uniaxial_stress` [Pa] at a strain [-], in JAX."""
+    return uniaxial_stress(strain, rubber, jnp)
 
 
 def rubber_energy(strain: Any, rubber: Hyperelastic) -> Any:
@@ -64,16 +50,11 @@ def rubber_energy(strain: Any, rubber: Hyperelastic) -> Any:
         if coefficient is not None:
             total = total + coefficient * by
     log = jnp.log1p(strain)
-    for mu, alpha in _ogden(rubber):
+    for mu, alpha in ogden_terms(rubber):
         side = jnp.exp(-alpha / 2 * log)
         apart = jnp.expm1(-alpha / 2 * log)
         total = total + mu / alpha * apart**2 * (2 * side + 1) / side**2
     return total
-
-
-def _ogden(rubber: Hyperelastic) -> list[tuple[Any, Any]]:
-    terms = ((rubber.mu1, rubber.alpha1), (rubber.mu2, rubber.alpha2))
-    return [(mu, alpha) for mu, alpha in terms if mu is not None]
 
 
 class Strip(NamedTuple):
@@ -89,7 +70,10 @@ class Strip(NamedTuple):
 
 
 class Stretched(NamedTuple):
-    """The enclosure, both faces, with a strain at the ends."""
+    """The enclosure, both faces, or a whole brake, in first loading over a coordinate.
+
+    The coordinate of a hyperelastic enclosure is the strain at its ends.
+    """
 
     slip: Any
     """[m]"""
@@ -100,8 +84,13 @@ class Stretched(NamedTuple):
     heat: Any
     """Friction heat since it was relaxed, and what the rubber lost in softening [J]."""
     slip_slope: Any
-    """Slope of the slip over the strain at the ends [m]."""
+    """Slope of the slip over the coordinate."""
     force_slope: Any
+
+    @property
+    def work(self) -> Any:
+        """External work of the first loading [J]."""
+        return self.stored + self.heat
 
 
 def strip_at(vacuum: Any, brake: Brake) -> Strip:

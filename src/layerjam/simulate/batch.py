@@ -19,7 +19,7 @@ from layerjam.device.load import load
 from layerjam.errors import MissingExtraError, QuantityError, UnknownNameError
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stop.exact import Stop, stop
-from layerjam.mechanics.stop.many import Axis, constants_of, kernel
+from layerjam.mechanics.stop.many import Axis, constants_of
 from layerjam.mechanics.threads import Workers
 from layerjam.units import quantities
 
@@ -220,6 +220,8 @@ def _runner(
     """What evaluates flat cases, the names of its results, and whether it is the compiled loop."""
     constants = constants_of(brake) if law is stop else None
     if constants is not None and not fixed and not any(s.name.startswith("brake.") for s in swept):
+        from layerjam.mechanics.stop.loops import kernel
+
         order = [n for n in inspect.signature(law).parameters if n != "brake"]
         by_name = {s.name: s for s in swept}
         axes = tuple(Axis(by_name[n].values, by_name[n].stride) for n in order)

@@ -16,19 +16,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from layerjam.device.hyperelastic import NAMES, Hyperelastic, uniaxial_stress
 from layerjam.errors import FitError, UnknownNameError
 from layerjam.measure.trace import Array
 
-PARAMETERS = {
-    "neo-hookean": ("C1",),
-    "mooney-rivlin": ("C1", "C2"),
-    "ogden-1": ("mu1", "alpha1"),
-    "yeoh": ("C1", "C2", "C3"),
-    "ogden-2": ("mu1", "alpha1", "mu2", "alpha2"),
-}
+PARAMETERS = {model: tuple(names) for model, names in NAMES.items()}
 """Models and their parameters, from few to many; C and mu in Pa, alpha is a pure number."""
 FOLDS = 8
 BINS = 400
@@ -60,29 +56,23 @@ class Fit:
 
 def basis(model: str, stretch: Array, exponents: Sequence[float] | Array = ()) -> Array:
     """What each linear parameter adds to the engineering stress, shape (N, parameters)."""
-    lam = stretch
-    simple = 2 * (lam - lam**-2)
-    if model == "neo-hookean":
-        return np.stack([simple], axis=-1)
-    if model == "mooney-rivlin":
-        return np.stack([simple, simple / lam], axis=-1)
-    if model == "yeoh":
-        over = lam**2 + 2 / lam - 3
-        return np.stack([simple, 2 * simple * over, 3 * simple * over**2], axis=-1)
+    strain = np.asarray(stretch)[..., None] - 1
     if model.startswith("ogden"):
-        return np.stack([lam ** (a - 1) - lam ** (-a / 2 - 1) for a in exponents], axis=-1)
-    raise UnknownNameError("hyperelastic model", model, PARAMETERS)
+        each: Any = np.asarray(exponents)
+        return np.asarray(uniaxial_stress(strain, Hyperelastic(strain=1, mu1=1, alpha1=each), np))
+    if model not in NAMES:
+        raise UnknownNameError("hyperelastic model", model, PARAMETERS)
+    units = [Hyperelastic(strain=1, **{name: 1}) for name in NAMES[model].values()]
+    return np.concatenate([uniaxial_stress(strain, one, np) for one in units], axis=-1)
 
 
 def stress(model: str, parameters: Mapping[str, float], strain: object) -> Array:
     """Engineering stress [Pa] at engineering strains, any shape; incompressible, uniaxial."""
     if model not in PARAMETERS:
         raise UnknownNameError("hyperelastic model", model, PARAMETERS)
-    stretch = 1 + np.asarray(strain, float)
-    names = PARAMETERS[model]
-    linear = [parameters[n] for n in names if not n.startswith("alpha")]
-    exponents = [parameters[n] for n in names if n.startswith("alpha")]
-    return np.asarray(basis(model, stretch, exponents) @ np.array(linear))
+    rubber = {ours: parameters[name] for name, ours in NAMES[model].items()}
+    law = Hyperelastic(strain=1, **rubber)
+    return np.asarray(uniaxial_stress(np.asarray(strain, float), law, np))
 
 
 def initial_modulus(model: str, parameters: Mapping[str, float]) -> float:

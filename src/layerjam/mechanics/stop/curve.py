@@ -23,12 +23,17 @@ from layerjam.mechanics.enclosure import (
     backbone,
     backbone_dissipated,
     backbone_stored,
-    backbone_work,
     enclosure_at,
 )
 from layerjam.mechanics.fan import Sheets, along_tangents, force_of, tangent, work_of
 from layerjam.mechanics.friction import sheets_at
-from layerjam.mechanics.hyperelastic import end_strain, saturation_strain, stretched, strip_at
+from layerjam.mechanics.hyperelastic import (
+    Stretched,
+    end_strain,
+    saturation_strain,
+    stretched,
+    strip_at,
+)
 from layerjam.mechanics.law import safe_sqrt, within
 from layerjam.mechanics.roots import first_fall, newton_root
 from layerjam.mechanics.stop.algebra import (
@@ -50,23 +55,6 @@ from layerjam.mechanics.stop.timing import (
     expand_quartic,
     pieces_time,
 )
-
-
-class Point(NamedTuple):
-    """A brake in first loading; arrays of one shape."""
-
-    slip: Any
-    force: Any
-    """Force of the sliding brake [N]."""
-    stored: Any
-    """Elastic energy in the enclosure [J]."""
-    heat: Any
-    """Energy dissipated since it was relaxed [J]."""
-    slip_slope: Any
-    """Slope of the slip over the coordinate."""
-    force_slope: Any
-    work: Any
-    """`stored` and `heat` together [J]."""
 
 
 class Mass(NamedTuple):
@@ -92,7 +80,7 @@ class Mass(NamedTuple):
 class Curve(NamedTuple):
     """First loading of a brake at one vacuum over its coordinate w, which is zero at the start."""
 
-    point: Callable[[Any], Point]
+    point: Callable[[Any], Stretched]
     place: Callable[[Any], Any]
     """w at a slip [m]; NaN beyond what was measured."""
     most: Any
@@ -109,26 +97,25 @@ def curve_of(vacuum: Any, brake: Brake) -> Curve:
     """Return the first loading of a brake at a vacuum [Pa]."""
     sheets = sheets_at(vacuum, brake)
 
-    def add_sheets(enclosure: Point) -> Point:
+    def add_sheets(enclosure: Stretched) -> Stretched:
         slip, slope = enclosure.slip, enclosure.slip_slope
         rubbed = work_of(jnp.zeros_like(slip), slip, sheets)
         return enclosure._replace(
             force=enclosure.force + force_of(slip, sheets),
             heat=enclosure.heat + rubbed,
-            work=enclosure.work + rubbed,
             force_slope=enclosure.force_slope - tangent(slip, sheets).c * slope,
         )
 
     if brake.hyperelastic is None:
         strip = enclosure_at(vacuum, brake)
 
-        def at_root(w: Any) -> Point:
+        def at_root(w: Any) -> Stretched:
             slip = w**2
             whole = 2 * w * strip.stiffness / strip.reach
             slope = jnp.where(slip < strip.saturation, strip.root, whole)
             stored, heat = backbone_stored(slip, strip), backbone_dissipated(slip, strip)
-            pull, work = backbone(slip, strip), backbone_work(slip, strip)
-            return add_sheets(Point(slip, pull, stored, heat, 2 * w, slope, work))
+            pull = backbone(slip, strip)
+            return add_sheets(Stretched(slip, pull, stored, heat, 2 * w, slope))
 
         def balance(weight: Any, far: Any) -> tuple[Any, Any]:
             def meets(line: Sheets) -> Any:
@@ -154,11 +141,10 @@ def curve_of(vacuum: Any, brake: Brake) -> Curve:
         return Curve(at_root, safe_sqrt, jnp.inf, kink, balance, closed)
     rubber = strip_at(vacuum, brake)
 
-    def at_strain(strain: Any) -> Point:
+    def at_strain(strain: Any) -> Stretched:
         moves = strain > 0
         made = stretched(jnp.where(moves, strain, 1e-9), rubber)
-        parts = (*made, made.stored + made.heat)
-        return add_sheets(Point(*(jnp.where(moves, part, 0.0) for part in parts)))
+        return add_sheets(Stretched(*(jnp.where(moves, part, 0.0) for part in made)))
 
     def place(slip: Any) -> Any:
         return end_strain(slip, jnp.ones_like(slip), 0.0, rubber)
@@ -173,13 +159,13 @@ def curve_of(vacuum: Any, brake: Brake) -> Curve:
     return Curve(at_strain, place, rubber.rubber.strain, saturation_strain(rubber), crossings)
 
 
-def energy_at(point: Point, of: Mass) -> Any:
+def energy_at(point: Stretched, of: Mass) -> Any:
     """K [J]: what is left of the energy of motion of the mass."""
     lost = point.work + point.force**2 / (2 * of.k)
     return of.arriving + of.weight * (point.slip + point.force / of.k) - lost
 
 
-def _pace(point: Point, of: Mass) -> Any:
+def _pace(point: Stretched, of: Mass) -> Any:
     """Displacement of the mass over the coordinate; below zero the brake snaps."""
     return point.slip_slope + point.force_slope / of.k
 
