@@ -31,9 +31,9 @@ MASS, SPEED, VACUUM, SPRING, GRAVITY = range(0, 5 * ROW, ROW)
 ROOT, A0, A1, A2, A3, A4, LOW, HIGH, STOPS, FAR, SNAPS, W, STEP = range(5 * ROW, 18 * ROW, ROW)
 ROWS = 18 * ROW
 SETTLED = exact.SETTLED
-setup, search, end_of = map(scalar, (algebra.setup, algebra.search, algebra.end_of))
-guess, curved = map(scalar, (algebra.guess, algebra.curved))
-polished, slope_of = map(scalar, (algebra.polished, algebra.slope_of))
+setup, search, end_of = scalar(algebra.setup), scalar(algebra.search), scalar(algebra.end_of)
+guess, curved = scalar(algebra.guess), scalar(algebra.curved)
+polished, slope_of = scalar(algebra.polished), scalar(algebra.slope_of)
 
 
 def _inlined(function: Any) -> Any:
