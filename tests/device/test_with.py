@@ -8,18 +8,19 @@ from dataclasses import replace
 import pytest
 
 from layerjam.device.brake import Brake, mass
-from layerjam.device.file import BrakeFile
+from layerjam.device.file import BrakeFile, updated_text
 from layerjam.device.load import brake_of, load, materials
 from layerjam.errors import FileError, LayerjamError, QuantityError, UnknownNameError
 from layerjam.fluid.closed_forms import rise_time
 from layerjam.fluid.file import LineFile, load_line
 from layerjam.fluid.line import Line
 from layerjam.fluid.parts import parts
+from layerjam.kernel.parameters import parameters
 from layerjam.mechanics.friction import sheet_friction
 from layerjam.mechanics.stiffness import stiffness_before_slip
 from layerjam.records.changes import names
 from layerjam.records.shipped import shipped
-from layerjam.units import quantities
+from layerjam.units import quantities, quantity, record
 
 KAPTON = load("choi2018-kapton")
 PAPER = load_line("choi2018")
@@ -175,3 +176,27 @@ def test_spacers_are_true_false_or_unstated_however_they_are_said():
         BrakeFile.read(KAPTON.text.replace("[mount]", '[mount]\nspacers = "true"'), "x")
     with pytest.raises(QuantityError, match="2.0 is not allowed; write true or false"):
         brake_of(replace(KAPTON.brake, mount=replace(KAPTON.brake.mount, spacers=2.0)))
+
+
+@record
+class Halved:
+    share: float = quantity("1", "share of the friction that is left", hi=1)
+
+    def friction_factor(self, vacuum, brake):
+        return self.share
+
+
+def test_effects_stay_with_the_brake_and_never_get_lost_in_silence():
+    half = replace(KAPTON, brake=replace(KAPTON.brake, effects=(Halved(share=0.5),)))
+    wide = half.brake.with_(width="26 mm")
+    assert friction(wide) == pytest.approx(friction(KAPTON.brake), rel=1e-12)
+    for write in (
+        lambda: half.with_(width="26 mm"),
+        lambda: half.render("half"),
+        lambda: updated_text(half, "half", {}),
+        lambda: parameters(half),
+    ):
+        with pytest.raises(QuantityError, match="effects"):
+            write()
+    with pytest.raises(QuantityError, match="share of the friction"):
+        replace(half.brake, effects=(Halved(share=2.0),)).with_()

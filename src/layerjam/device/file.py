@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Self
 from layerjam.device.brake import Brake, validate
 from layerjam.device.fan import MATTERS, fan_exponent, fan_factor
 from layerjam.device.workshop import FilmCutting, Making, check_build
-from layerjam.errors import Notice, UnknownNameError
+from layerjam.errors import Notice, QuantityError, UnknownNameError
 from layerjam.records.changes import RecordFile, paths_of, values_of
 from layerjam.records.reader import DESCRIBING, Reader
 from layerjam.records.shipped import shipped
@@ -96,6 +96,11 @@ class BrakeFile(RecordFile[Brake]):
                 check_build(file.brake, making.build)
         return file
 
+    def render(self, name: str) -> str:
+        """Return a complete, commented file; QuantityError for a brake with effects."""
+        _check_effects(self.brake)
+        return super().render(name)
+
     @property
     def known_values(self) -> dict[str, Any]:
         """{dotted path: value in SI} of all known values."""
@@ -169,6 +174,11 @@ class BrakeFile(RecordFile[Brake]):
             )
 
 
+def _check_effects(brake: Brake) -> None:
+    if brake.effects:
+        raise QuantityError.of("effects", "a brake file cannot state them; remove them first")
+
+
 def materials() -> dict[str, dict[str, str]]:
     """Return {"films": {name: TOML text}, "silicones": ...} of the catalogue."""
     return {folder: shipped("layerjam.device", "catalogue", folder) for folder in _USE.values()}
@@ -220,6 +230,7 @@ def updated_text(
     `made_by` becomes the [made_by] table, which only describes; it gets the digest of the file that
     was changed. `accepted` are the failed checks that somebody accepted.
     """
+    _check_effects(file.brake)
     if made_by is not None:
         made_by = {**made_by, "brake_sha256": file.sha256}
     edits: dict[str, tuple[Any, Source] | None] = dict(changes)
