@@ -40,7 +40,7 @@ from layerjam.identify.logs.checks import (  # noqa: E402
     leak_checks,
     pump_down_checks,
 )
-from layerjam.identify.logs.crash import crash  # noqa: E402
+from layerjam.identify.logs.crash import reduce_crash  # noqa: E402
 from layerjam.identify.logs.leak import fit_leak  # noqa: E402
 from layerjam.identify.logs.pump_down import fit_pump_down  # noqa: E402
 from layerjam.identify.rubber import hyperelastic  # noqa: E402
@@ -136,7 +136,7 @@ def pulses(random: Random, fault: str) -> Iterator[Check]:
         signal = np.minimum(signal, random.uniform(0.4, 0.8) * height)
     if fault == "cut":
         signal, time = signal[time < 0.05 + 0.6 * length], time[time < 0.05 + 0.6 * length]
-    yield from crash_checks(crash(time, signal, cfc=180))
+    yield from crash_checks(reduce_crash(time, signal, cfc=180))
 
 
 def campaigns(random: Random, fault: str) -> Iterator[Check]:

@@ -23,17 +23,17 @@ from layerjam.identify.bayes.model import (
     FLOOR,
     RISE,
     SLIDE,
+    CurveEstimates,
     Data,
     Guess,
-    Told,
     known_of,
     log_likelihood,
     log_stretch,
-    packed,
+    pack,
     priors,
-    reduced,
+    reduce_curves,
     start,
-    unpacked,
+    unpack,
 )
 from layerjam.identify.bayes.posterior import BayesFit
 from layerjam.identify.bayes.predictive import peak_band, vacuum_band
@@ -149,7 +149,7 @@ def test_same_seed_same_bits_and_ctrl_c_keeps_what_is_done(fit: BayesFit) -> Non
 
 
 def test_verdicts(fit: BayesFit) -> None:
-    data = reduced(CURVES)
+    data = reduce_curves(CURVES)
     assert failed(fit) <= {"draws", "chains agree"}, "few draws were taken"
 
     def found(**change: Any) -> set[str]:
@@ -214,7 +214,7 @@ def test_figures_say_what_they_show(fit: BayesFit) -> None:
 
 def test_reduction_keeps_the_law_and_leaves_the_onset_out() -> None:
     quiet, _ = pulls(1, noise=0.0, scatter=0.0)
-    data = reduced(quiet)
+    data = reduce_curves(quiet)
     brake = with_shape(KAPTON, *TRUTH)
     law = np.asarray(force_at_elongation(data.elongation, VACUUM, brake))
     assert data.real.sum() <= RISE + SLIDE
@@ -232,8 +232,8 @@ def test_many_samples_are_not_many_measurements() -> None:
     trace = virtual.pull(KAPTON, VACUUM, 0.013, 0.04, machine)
     one = curves_of([(trace, pull_features(trace), VACUUM)])
     assert len(trace) > 39_000
-    assert reduced(one).force.shape == (1, RISE + SLIDE)
-    assert reduced(one).white.max() < 0.15
+    assert reduce_curves(one).force.shape == (1, RISE + SLIDE)
+    assert reduce_curves(one).white.max() < 0.15
 
 
 def test_likelihood_is_that_of_a_correlated_normal() -> None:
@@ -262,13 +262,16 @@ def guessed(
 ) -> tuple[np.ndarray, Guess, dict[str, tuple[float, float]]]:
     """A flat vector away from the mode, and what it is relative to."""
     mounted = mounting is not None
-    first, known = start(reduced(CURVES), CURVES, KAPTON), known_of(KAPTON, mounted)
-    told = (Told(first.own_a, np.array([0.01, 0.02, 0.03])), Told(first.own_k, np.full(3, 0.05)))
+    first, known = start(reduce_curves(CURVES), CURVES, KAPTON), known_of(KAPTON, mounted)
+    told = (
+        CurveEstimates(first.own_a, np.array([0.01, 0.02, 0.03])),
+        CurveEstimates(first.own_k, np.full(3, 0.05)),
+    )
     first = first._replace(log_sd_a=np.log(0.02), log_sd_k=np.log(0.04))
     if mounted:
         first = first._replace(log_mounting_sd_a=np.log(0.03), log_mounting_sd_k=np.log(0.01))
     guess = Guess(*told, mounting)
-    return packed(first, guess, known) + 0.3, guess, known
+    return pack(first, guess, known) + 0.3, guess, known
 
 
 PAIR = np.array([[1.0, 1, 0], [1, 1, 0], [0, 0, 1]])
@@ -278,11 +281,11 @@ PAIR = np.array([[1.0, 1, 0], [1, 1, 0], [0, 0, 1]])
 @pytest.mark.parametrize("mounting", [None, PAIR], ids=["alone", "mounted"])
 def test_flat_vector_and_its_stretch(mounting: np.ndarray | None) -> None:
     flat, guess, known = guessed(mounting)
-    sites = jax.tree.map(np.asarray, unpacked(flat, guess, known))
-    assert packed(sites, guess, known) == pytest.approx(flat, abs=1e-9)
+    sites = jax.tree.map(np.asarray, unpack(flat, guess, known))
+    assert pack(sites, guess, known) == pytest.approx(flat, abs=1e-9)
 
     def natural(v: Any) -> Any:
-        there = [x for x in unpacked(v, guess, known) if x is not None]
+        there = [x for x in unpack(v, guess, known) if x is not None]
         return jnp.concatenate([jnp.atleast_1d(x) for x in there])
 
     _, size = np.linalg.slogdet(np.asarray(jax.jit(jax.jacfwd(natural))(flat)))
@@ -302,7 +305,7 @@ def test_flat_vector_is_standard_where_errors_are_normal() -> None:
         precision[0, i + 1] = precision[i + 1, 0] = -(scatter**-2)
 
     def natural(v: Any) -> Any:
-        sites = unpacked(v, guess, known)
+        sites = unpack(v, guess, known)
         return jnp.concatenate([jnp.atleast_1d(sites.log_a), sites.own_a])
 
     zero = np.where(np.arange(len(flat)) == 3, flat[3], 0.0)
@@ -313,9 +316,9 @@ def test_flat_vector_is_standard_where_errors_are_normal() -> None:
 
 
 def test_gradient_also_where_a_bin_lies_on_the_onset() -> None:
-    data = Data(*map(jnp.asarray, reduced(CURVES)))
+    data = Data(*map(jnp.asarray, reduce_curves(CURVES)))
     flat, guess, known = guessed()
-    sites = unpacked(flat, guess, known)
+    sites = unpack(flat, guess, known)
     brake = with_shape(
         KAPTON, *(float(np.exp(x)) for x in (sites.own_a[0], sites.own_k[0], sites.log_f))
     )

@@ -14,11 +14,11 @@ from layerjam.identify.bayes.fit import fit_bayes
 from layerjam.identify.bayes.model import (
     Data,
     log_stretch,
-    packed,
+    pack,
     potential,
     priors,
-    reduced,
-    unpacked,
+    reduce_curves,
+    unpack,
 )
 from layerjam.identify.curves import curves_of
 from layerjam.identify.pull.features import pull_features
@@ -31,15 +31,15 @@ pytest.importorskip("numpyro")
 def test_curves_of_one_mounting_are_correlated() -> None:
     """The potential's change with the curves' own values is that of scipy's normal density."""
     flat, guess, known = guessed(PAIR)
-    data = Data(*map(jnp.asarray, reduced(CURVES)))
-    sites = jax.tree.map(np.asarray, unpacked(flat, guess, known))
+    data = Data(*map(jnp.asarray, reduce_curves(CURVES)))
+    sites = jax.tree.map(np.asarray, unpack(flat, guess, known))
 
     def density(own: np.ndarray, mounting: np.ndarray | None) -> float:
-        moved = packed(sites._replace(own_a=own), guess._replace(mounting=PAIR), known)
+        moved = pack(sites._replace(own_a=own), guess._replace(mounting=PAIR), known)
         there = guess._replace(mounting=mounting)
         if mounting is None:  # the same place in the unknowns of the other model
             bare = sites._replace(own_a=own, log_mounting_sd_a=None, log_mounting_sd_k=None)
-            moved = packed(bare, there, known)
+            moved = pack(bare, there, known)
         stretch = float(log_stretch(moved, there, known))
         return -float(potential(moved, there, data, KAPTON, known)) - stretch
 

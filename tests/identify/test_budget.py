@@ -17,7 +17,7 @@ from layerjam.identify.calibration.budget import (
     budget,
     enclosure_line,
     friction_lines,
-    rounded,
+    round_to_uncertainty,
     scatter_line,
 )
 from layerjam.identify.calibration.intervals import combine, coverage_factor
@@ -145,7 +145,7 @@ def test_the_headline_has_two_significant_digits(
     value: float, uncertainty: float, texts: tuple[str, str]
 ) -> None:
     """GUM, 7.2.6, rounded by hand."""
-    assert rounded(value, uncertainty) == texts
+    assert round_to_uncertainty(value, uncertainty) == texts
 
 
 def test_nothing_stated_is_not_zero() -> None:

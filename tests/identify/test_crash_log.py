@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from layerjam.errors import FitError, QuantityError
 from layerjam.identify.logs.checks import crash_checks
-from layerjam.identify.logs.crash import crash, head_injury, sampling_rate
+from layerjam.identify.logs.crash import head_injury, reduce_crash, sampling_rate
 from layerjam.simulate.accelerometer import STANDARD_GRAVITY as G
 from layerjam.simulate.accelerometer import cfc_filter
 
@@ -24,7 +24,7 @@ def half_sine(height, length=0.02, rate=10e3, start=0.08, end=0.2, noise=0.0, of
 @pytest.mark.parametrize("height", [50 * G, -30 * G])
 def test_a_half_sine_gives_its_peak_and_its_area(height):
     t, a = half_sine(height, offset=3.0)
-    found = crash(t, a, cfc=1000)
+    found = reduce_crash(t, a, cfc=1000)
     assert found.offset == pytest.approx(3.0)
     assert found.peak == pytest.approx(height, rel=1e-4)
     assert found.filtered_peak == pytest.approx(height, rel=2e-3)
@@ -39,7 +39,7 @@ def test_the_standard_error_of_the_velocity_change_is_its_scatter():
     due = 50 * G * 2 * 0.02 / np.pi
     off = []
     for seed in range(60):
-        found = crash(*half_sine(50 * G, noise=2.0, offset=1.0, seed=seed))
+        found = reduce_crash(*half_sine(50 * G, noise=2.0, offset=1.0, seed=seed))
         off.append((found.velocity_change - due) / found.velocity_change_se)
     assert abs(np.mean(off)) < 0.5
     assert 0.7 < np.std(off) < 1.4
@@ -47,19 +47,19 @@ def test_the_standard_error_of_the_velocity_change_is_its_scatter():
 
 def test_the_filter_is_the_one_of_the_standard():
     t, a = half_sine(40 * G, length=0.004)
-    found = crash(t, a, cfc=180)
+    found = reduce_crash(t, a, cfc=180)
     np.testing.assert_array_equal(
         found.filtered, cfc_filter(found.acceleration, found.sampling, 180)
     )
     assert abs(found.filtered_peak) < abs(found.peak)
-    assert crash(t, a, cfc=None).filtered_peak == found.peak
+    assert reduce_crash(t, a, cfc=None).filtered_peak == found.peak
 
 
 @settings(max_examples=25, deadline=None)
 @given(scale=st.floats(0.01, 100), shift=st.floats(-1e3, 1e3))
 def test_scales_with_the_signal_and_not_with_the_clock(scale, shift):
     t, a = half_sine(20 * G, noise=0.5)
-    one, other = crash(t, a), crash(t + shift, a * scale)
+    one, other = reduce_crash(t, a), reduce_crash(t + shift, a * scale)
     assert other.filtered_peak == pytest.approx(one.filtered_peak * scale, rel=1e-6)
     assert other.velocity_change == pytest.approx(one.velocity_change * scale, rel=1e-5)
     assert other.peak_time - shift == pytest.approx(one.peak_time, abs=1e-6)
@@ -70,20 +70,20 @@ def test_a_stop_that_began_in_free_fall():
     t = np.arange(0, 0.3, 1e-4)
     length = 2.0 / (9 * G)
     a = np.where((t > 0.1) & (t < 0.1 + length), 10 * G, 0.0)
-    resting = crash(t, a, cfc=1000)
-    falling = crash(t, a, cfc=1000, falling=True)
+    resting = reduce_crash(t, a, cfc=1000)
+    falling = reduce_crash(t, a, cfc=1000, falling=True)
     assert resting.velocity_change == pytest.approx(10 * G * length, rel=0.01)
     assert falling.velocity_change == pytest.approx(2.0, rel=0.02)
 
 
 def test_saturation_is_recognised():
     t, a = half_sine(60 * G, noise=0.1)
-    cut = crash(t, np.clip(a, -50 * G, 50 * G))
+    cut = reduce_crash(t, np.clip(a, -50 * G, 50 * G))
     assert cut.saturated and cut.saturation == pytest.approx(50 * G)
     first = next(crash_checks(cut))
     assert first.level == "failed" and "lower bounds" in first.sentence
-    assert not crash(t, a).saturated
-    assert crash(t, a, limit=59.9 * G).saturated
+    assert not reduce_crash(t, a).saturated
+    assert reduce_crash(t, a, limit=59.9 * G).saturated
 
 
 def test_hic_of_a_block_and_its_limit_window():
@@ -98,22 +98,24 @@ def test_hic_of_a_block_and_its_limit_window():
 
 def test_gravity_along_another_axis_afterwards_is_said():
     t, a = half_sine(30 * G, noise=0.2)
-    assert any("after the event" in w for w in crash(t, a + np.where(t > 0.1, G, 0.0)).warnings)
-    assert not any("after the event" in w for w in crash(t, a).warnings)
+    assert any(
+        "after the event" in w for w in reduce_crash(t, a + np.where(t > 0.1, G, 0.0)).warnings
+    )
+    assert not any("after the event" in w for w in reduce_crash(t, a).warnings)
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.02])
 def test_the_rate_is_checked(noise):
     t, a = half_sine(30 * G)
     uneven = t + np.random.default_rng(1).uniform(-noise, noise, len(t)) * 1e-4
-    assert crash(np.sort(uneven), a).sampling == pytest.approx(10e3, rel=1e-3)
+    assert reduce_crash(np.sort(uneven), a).sampling == pytest.approx(10e3, rel=1e-3)
     with pytest.raises(FitError, match="not evenly spaced"):
-        crash(np.delete(t, range(400, 420)), np.delete(a, range(400, 420)))
+        reduce_crash(np.delete(t, range(400, 420)), np.delete(a, range(400, 420)))
     with pytest.raises(QuantityError, match="too slow for CFC 180"):
-        crash(t[::10], a[::10])
-    assert crash(t[::10], a[::10], cfc=60).sampling == pytest.approx(1e3)
+        reduce_crash(t[::10], a[::10])
+    assert reduce_crash(t[::10], a[::10], cfc=60).sampling == pytest.approx(1e3)
     with pytest.raises(QuantityError, match="no.* class of SAE J211"):
-        crash(t, a, cfc=100)
+        reduce_crash(t, a, cfc=100)
 
 
 def test_stamps_of_whole_milliseconds_are_even():
@@ -126,16 +128,16 @@ def test_stamps_of_whole_milliseconds_are_even():
 def test_without_a_quiet_part_the_offset_is_not_known():
     t, a = half_sine(30 * G, start=0.0)
     with pytest.raises(FitError, match="--before"):
-        crash(t, a)
+        reduce_crash(t, a)
     t, a = half_sine(30 * G, offset=4.0)
-    assert crash(t, a, before=0.05).offset == pytest.approx(4.0)
+    assert reduce_crash(t, a, before=0.05).offset == pytest.approx(4.0)
     with pytest.raises(FitError, match="5 at least"):
-        crash(t, a, before=1e-5)
+        reduce_crash(t, a, before=1e-5)
     with pytest.raises(FitError, match="20 samples"):
-        crash(t[:9], a[:9])
+        reduce_crash(t[:9], a[:9])
 
 
 def test_a_pulse_cut_off_is_said():
     t, a = half_sine(30 * G, end=0.09)
-    checks = {c.name: c for c in crash_checks(crash(t, a))}
+    checks = {c.name: c for c in crash_checks(reduce_crash(t, a))}
     assert checks["whole pulse"].level == "failed" and "cut off" in checks["whole pulse"].sentence

@@ -12,7 +12,14 @@ from lab.bench import FULL, curve
 from layerjam.errors import FitError
 from layerjam.identify.calibration.forward import reduce
 from layerjam.identify.calibration.whole_curves import calibrate_curves
-from layerjam.identify.curves import conditions, curves_of, fitted_part, numbered, speed_of, usable
+from layerjam.identify.curves import (
+    conditions,
+    curves_of,
+    fitted_part,
+    number_repeats,
+    require_usable,
+    speed_of,
+)
 from layerjam.identify.pull.features import pull_features
 from strategies import KAPTON, PTFE, change
 
@@ -147,7 +154,7 @@ def test_what_cannot_be_told_is_refused() -> None:
         (two, ("speed",), "speeds at least 20 % apart"),
         (two, ("inertia",), "'inertia' is not known; there are pressure_exponent"),
         ((*slow, *fast), ("speed", "pressure_exponent"), "vacuum and speed change together"),
-        ((unknown, two[1]), ("speed",), "x.csv tells no speed"),
+        ((unknown, two[1]), ("speed",), "x.csv states no speed"),
     ):
         with pytest.raises(FitError, match=words):
             calibrate_curves(curves, BLANK, free)
@@ -156,17 +163,17 @@ def test_what_cannot_be_told_is_refused() -> None:
 def test_pulls_that_cannot_be_used() -> None:
     pull = pull_features(curve(KAPTON))
     with pytest.raises(FitError, match="no sheet is jammed"):
-        usable(pull, 0.0)
+        require_usable(pull, 0.0)
     few = replace(pull, force=pull.force[::200], elongation=pull.elongation[::200])
     with pytest.raises(FitError, match="samples above 20% of its greatest force"):
-        usable(few, FULL)
+        require_usable(few, FULL)
 
 
 def test_repeats_are_counted_within_their_condition() -> None:
     curves = campaign((FULL, 0.98 * FULL, 40e3), 2, speeds=(0.005, 0.013))
     assert [c.repeat for c in curves] == [1, 2, 1, 2, 3, 4, 3, 4, 1, 2, 1, 2]
     assert sorted(len(g) for g in conditions(curves)) == [2, 2, 4, 4]
-    assert [c.repeat for c in numbered(curves[2:4])] == [1, 2]
+    assert [c.repeat for c in number_repeats(curves[2:4])] == [1, 2]
 
 
 def test_speed_from_the_sidecar_or_the_clock() -> None:

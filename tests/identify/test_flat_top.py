@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from layerjam.identify.logs.crash import crash
+from layerjam.identify.logs.crash import reduce_crash
 from layerjam.identify.logs.flat_top import CHANCE, flat_top
 
 STILL = 0.07
@@ -125,12 +125,14 @@ def test_the_scale_and_the_digits_of_a_file_do_not_matter():
 def test_what_was_computed_without_noise_is_not_judged():
     time = np.arange(0, 0.2, 1e-4)
     pulse = np.clip(500 * shape((time - 0.08) / 0.02, 0), None, 400)
-    found = crash(time, pulse)
+    found = reduce_crash(time, pulse)
     assert not found.saturated and found.saturation is None
     assert [w.key for w in found.warnings if hasattr(w, "key")] == ["flat-top"]
-    noisy = crash(time, np.clip(pulse + np.random.default_rng(1).normal(0, 0.1, 2000), None, 400))
+    noisy = reduce_crash(
+        time, np.clip(pulse + np.random.default_rng(1).normal(0, 0.1, 2000), None, 400)
+    )
     assert noisy.saturated and noisy.saturation == 400
-    assert crash(time, pulse, limit=400.0).saturated
-    assert not crash(time, 500 * shape((time - 0.08) / 0.02, 0)).warnings[1:]
-    coarse = crash(time, np.round(pulse))
+    assert reduce_crash(time, pulse, limit=400.0).saturated
+    assert not reduce_crash(time, 500 * shape((time - 0.08) / 0.02, 0)).warnings[1:]
+    coarse = reduce_crash(time, np.round(pulse))
     assert coarse.saturated and coarse.saturation == 400

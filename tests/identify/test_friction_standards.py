@@ -17,7 +17,7 @@ from layerjam.device.load import load
 from layerjam.errors import FileError, FitError, UnknownNameError
 from layerjam.identify.friction.breakaway import find_breakaway, inertia_of
 from layerjam.identify.friction.reduction import reduce_friction, reduce_repeat, with_friction
-from layerjam.identify.friction.standards import D1894, ISO8295, PAPER, STANDARDS, standard_named
+from layerjam.identify.friction.standards import D1894, ISO8295, PAPER, STANDARDS, find_standard
 from layerjam.identify.repeats import over_repeats
 from layerjam.measure.trace import Trace
 
@@ -231,6 +231,6 @@ def test_a_brake_names_files_digests_standard_and_interval(tmp_path) -> None:
 
 
 def test_names_of_standards() -> None:
-    assert standard_named("paper") is PAPER and set(STANDARDS) == {"paper", "d1894", "iso8295"}
+    assert find_standard("paper") is PAPER and set(STANDARDS) == {"paper", "d1894", "iso8295"}
     with pytest.raises(UnknownNameError, match="d1894"):
-        standard_named("d1984")
+        find_standard("d1984")

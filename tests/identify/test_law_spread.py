@@ -60,7 +60,7 @@ def test_of_peaks_it_covers_the_truth_as_often_as_it_says():
             intervals={"scale_factor": None},
             contributions=(None, fitted_enclosure()),
         )
-        told = LawSpread.of(found)
+        told = LawSpread.from_calibration(found)
         error = told.error(60e3, 0.01)
         assert error.pulls == 4
         width = error.t * np.sqrt(np.diag(error.covariance))[:2]
@@ -73,7 +73,7 @@ def test_it_is_the_covariance_that_a_calibration_states():
     pulls = campaign(repeats=5, spread=(0.02, 0.03, 0.0), noise=0.1)
     known = replace(KAPTON, enclosure=replace(KAPTON.enclosure, force_uncertainty=0.0))
     peaks = calibrate_peaks(pulls, known)
-    told, stated = LawSpread.of(peaks), peaks.covariance
+    told, stated = LawSpread.from_calibration(peaks), peaks.covariance
     own = np.array([peaks.scale_factor, peaks.stiffness])
     names = ("scale_factor", "stiffness")
     due = np.array([[stated[x][y] for y in names] for x in names]) / np.outer(own, own)
@@ -82,15 +82,17 @@ def test_it_is_the_covariance_that_a_calibration_states():
     assert told.sure(FULL, 0.013)[:2, :2] / sizes == pytest.approx(due / sizes, abs=0.02)
     assert not told.covariance[2].any()
     assert told.t == pytest.approx(stats.t.ppf(0.975, 4))
-    assert LawSpread.of(calibrate_peaks(pulls, KAPTON)).covariance[2, 2] == pytest.approx(0.3**2)
-    assert LawSpread.of(calibrate_peaks(pulls[:1], KAPTON)) is None
+    assert LawSpread.from_calibration(calibrate_peaks(pulls, KAPTON)).covariance[
+        2, 2
+    ] == pytest.approx(0.3**2)
+    assert LawSpread.from_calibration(calibrate_peaks(pulls[:1], KAPTON)) is None
 
 
 @pytest.mark.slow
 def test_over_whole_curves_it_is_that_of_the_friction_at_the_vacuum():
     pulls = campaign((30e3, 60e3, FULL), 3, spread=(0.02, 0.03, 0.05), noise=0.1, exponent=-0.1)
     found = calibrate_curves(pulls, KAPTON, ["pressure_exponent"])
-    told, stated = LawSpread.of(found), found.covariance
+    told, stated = LawSpread.from_calibration(found), found.covariance
     scale = np.array(
         [found.values[n] if n in ("scale_factor", "stiffness") else 1 for n in told.names]
     )

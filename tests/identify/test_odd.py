@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from layerjam.identify.odd import FIRST, _likeliest, group_apart, odd_ones
+from layerjam.identify.odd import FIRST, _likeliest, find_outliers, find_shifted_group
 
 GRUBBS = {3: 1.155, 5: 1.715, 8: 2.126, 10: 2.290, 12: 2.412, 20: 2.709}
 """Critical values, two-sided at 5 % (one-sided at 2.5 %), of Grubbs and Beck 1972, table 1."""
@@ -36,7 +36,7 @@ def test_one_value_is_judged_as_in_grubbs_table(count: int, critical: float) -> 
         assert critical == pytest.approx(2 / math.sqrt(3), abs=1e-3)
         return
     for ratio, odd in ((critical - 0.006, ()), (critical + 0.006, (count - 1,))):
-        assert odd_ones(on_the_edge(count, ratio), 0.05 / share, 0.0) == odd
+        assert find_outliers(on_the_edge(count, ratio), 0.05 / share, 0.0) == odd
 
 
 @given(st.lists(st.floats(-5, 5), min_size=8, max_size=11, unique=True), st.integers(1, 2))
@@ -64,14 +64,14 @@ def test_the_verdict_knows_no_unit_and_no_zero(
     values: list[float], moved: float, scaled: float
 ) -> None:
     x = np.round(np.array(values), 6)
-    assert odd_ones(x * scaled + moved, 0.05, 1e-3 * scaled) == odd_ones(x, 0.05, 1e-3)
+    assert find_outliers(x * scaled + moved, 0.05, 1e-3 * scaled) == find_outliers(x, 0.05, 1e-3)
 
 
 @pytest.mark.parametrize("count", [4, 6, 12, 24])
 def test_false_alarms_among_like_values(count: int) -> None:
     """The stated share at most, and not far below: three standard errors of 1,500 draws."""
     random = np.random.default_rng(count)
-    found = sum(bool(odd_ones(random.standard_normal(count), 0.05, 0.0)) for _ in range(1500))
+    found = sum(bool(find_outliers(random.standard_normal(count), 0.05, 0.0)) for _ in range(1500))
     assert 0.4 * 0.05 < found / 1500 < 0.05 + 3 * math.sqrt(0.05 * 0.95 / 1500)
 
 
@@ -81,19 +81,19 @@ def test_two_odd_values_do_not_hide_each_other() -> None:
     for _ in range(200):
         x = random.standard_normal(12)
         x[:2] += 10.0
-        both += odd_ones(x, 0.02, 0.0) == (0, 1)
+        both += find_outliers(x, 0.02, 0.0) == (0, 1)
         far = np.abs(x - x.mean()).max() / x.std(ddof=1)
         single += far > GRUBBS[12]
     assert both > 160 and single < 40
 
 
 def test_too_few_or_too_near_or_too_far() -> None:
-    assert odd_ones(np.array([0.0, 9.0]), 0.05, 0.0, 0.1) == ()
+    assert find_outliers(np.array([0.0, 9.0]), 0.05, 0.0, 0.1) == ()
     near = np.array([0.0, 1e-9, -1e-9, 0.019])
-    assert odd_ones(near, 0.05, 0.02) == () and odd_ones(near, 0.05, 0.018) == (3,)
+    assert find_outliers(near, 0.05, 0.02) == () and find_outliers(near, 0.05, 0.018) == (3,)
     wide = np.array([-0.1, 0.1, 0.0, -0.05, 0.05, 0.13])
-    assert odd_ones(wide, 0.05, 0.0) == () and odd_ones(wide, 0.05, 0.0, 0.1) == (0, 5)
-    assert odd_ones(np.full(5, 3.0), 0.05, 0.0) == ()
+    assert find_outliers(wide, 0.05, 0.0) == () and find_outliers(wide, 0.05, 0.0, 0.1) == (0, 5)
+    assert find_outliers(np.full(5, 3.0), 0.05, 0.0) == ()
 
 
 def test_a_group_is_judged_as_by_a_t_test() -> None:
@@ -102,7 +102,7 @@ def test_a_group_is_judged_as_by_a_t_test() -> None:
     alarms = 0
     for _ in range(400):
         x = random.standard_normal(12)
-        found = group_apart(x, groups, 0.1, 0.0)
+        found = find_shifted_group(x, groups, 0.1, 0.0)
         alarms += found is not None
         tests = [stats.ttest_ind(x[g], np.delete(x, g)).pvalue for g in groups]
         assert (found is not None) == (3 * min(tests) <= 0.1)
@@ -113,7 +113,7 @@ def test_a_group_is_judged_as_by_a_t_test() -> None:
             )
     assert alarms / 400 < 0.1 + 3 * math.sqrt(0.1 * 0.9 / 400)
     # of a group of one nothing says how it scatters, and a small shift does not matter
-    assert group_apart(np.array([0.0, 0.1, 5.0]), [[0, 1], [2]], 0.5, 0.0) is None
+    assert find_shifted_group(np.array([0.0, 0.1, 5.0]), [[0, 1], [2]], 0.5, 0.0) is None
     even = np.array([0.0, 0.0, 0.01, 0.01])
-    assert group_apart(even, [[0, 1], [2, 3]], 0.05, 0.02) is None
-    assert group_apart(even, [[0, 1], [2, 3]], 0.05, 0.005) is not None
+    assert find_shifted_group(even, [[0, 1], [2, 3]], 0.05, 0.02) is None
+    assert find_shifted_group(even, [[0, 1], [2, 3]], 0.05, 0.005) is not None

@@ -11,7 +11,7 @@ from lab.bench import FULL, curve
 from layerjam.identify.calibration.peaks import calibrate
 from layerjam.identify.checks import (
     Check,
-    agreement,
+    check_agreement,
     end_of_curve,
     identifiable,
     no_trend,
@@ -153,10 +153,10 @@ def test_bounds_of_the_single_checks() -> None:
 
 def test_agreement_allows_three_of_their_own_errors() -> None:
     wide, narrow = [0.8, 1.0], [0.875, 0.880]
-    assert not agreement(wide, [0.001, 0.001]).passed
-    assert agreement(wide, [0.1, 0.1]).passed
-    assert agreement(narrow, [0.0, 0.0]).passed
-    assert not agreement([0.9], [0.1]).passed
+    assert not check_agreement(wide, [0.001, 0.001]).passed
+    assert check_agreement(wide, [0.1, 0.1]).passed
+    assert check_agreement(narrow, [0.0, 0.0]).passed
+    assert not check_agreement([0.9], [0.1]).passed
 
 
 def test_trend_needs_three_vacuums_and_more_than_scatter() -> None:

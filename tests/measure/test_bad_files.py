@@ -40,8 +40,8 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
     "cut off: within quotes": (CUT[:-2], "cut off", 69),
     "cut off: within a number": (named()[:-3], "the last line is cut off within", 61),
     "cut off: after a separator": (named()[: named().rindex(",") + 1], "cut off", 61),
-    "a short row": (with_row(7, "1,2"), "has 2 values where 3 are due", 9),
-    "a long row": (with_row(7, "1,2,3,4"), "has 4 values where 3 are due", 9),
+    "a short row": (with_row(7, "1,2"), "has 2 values instead of 3", 9),
+    "a long row": (with_row(7, "1,2,3,4"), "has 4 values instead of 3", 9),
     "decimal commas between commas": (
         table(*("0,1,0,2,3,4" for _ in range(20))),
         "decimal commas need another separator",
@@ -50,7 +50,7 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
     "two specimens": (table(*rows(), "", HEAD, *rows()), "holds 2 specimens", None),
     "words among the numbers": (
         table(*rows(), "no numbers here,or here,", *rows()),
-        "is no row of numbers, and rows of numbers without names follow it",
+        "is not a row of numbers, and rows of numbers without names follow it",
         62,
     ),
     "names among the numbers": (
@@ -96,17 +96,17 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
     ),
     "wrong dimension": (
         table(*rows(), head="Time (s),Extension (mm),Load (mm)"),
-        "column 'Load' is in 'mm', which is no unit of force",
+        "column 'Load' is in 'mm', which is not a unit of force",
         1,
     ),
     "a mass as force": (
         table(*rows(), head="Time (s),Extension (mm),Load (kg)"),
-        "column 'Load' is in 'kg', which is no unit of force",
+        "column 'Load' is in 'kg', which is not a unit of force",
         1,
     ),
     "wrong dimension, own": (
         own().replace("force [N]", "force [mm]"),
-        "column 'force' is in 'mm', which is no unit of force",
+        "column 'force' is in 'mm', which is not a unit of force",
         5,
     ),
     "column missing, own": (
@@ -119,12 +119,12 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
         "does not say which column is the force: 'Load' or 'Force'",
         1,
     ),
-    "a word": (with_row(30, "0.3,3.9,abc"), "'abc' in column 'Load' is no finite number", 32),
-    "NaN": (with_row(30, "0.3,NaN,95"), "'NaN' in column 'Extension' is no finite number", 32),
-    "NaN in the first row": (with_row(0, "0,0,NaN"), "is no finite number", 2),
-    "infinite": (with_row(30, "0.3,3.9,inf"), "'inf' in column 'Load' is no finite number", 32),
+    "a word": (with_row(30, "0.3,3.9,abc"), "'abc' in column 'Load' is not a finite number", 32),
+    "NaN": (with_row(30, "0.3,NaN,95"), "'NaN' in column 'Extension' is not a finite number", 32),
+    "NaN in the first row": (with_row(0, "0,0,NaN"), "is not a finite number", 2),
+    "infinite": (with_row(30, "0.3,3.9,inf"), "'inf' in column 'Load' is not a finite number", 32),
     "overflow": (with_row(30, "0.3,3.9,1e999"), "'1e999' in column 'Load' is no finite", 32),
-    "True": (with_row(30, "0.3,3.9,True"), "'True' in column 'Load' is no finite number", 32),
+    "True": (with_row(30, "0.3,3.9,True"), "'True' in column 'Load' is not a finite number", 32),
     "an empty cell": (with_row(30, "0.3,,95"), "column 'Extension' is empty", 32),
     "a stray quote": (with_row(30, '0.3,3.9,9"5'), "a quote is not closed", 32),
     "no such force": (with_row(30, "0.3,3.9,1e200"), "is beyond any test machine", 32),

@@ -53,11 +53,11 @@ def test_a_name_after_its_pattern(name, pattern, vacuum, speed, tmp_path: Path) 
         ("a_{vacuum}|b_*", r"the pattern 'a_{vacuum}\|b_\*' \(--names\)$"),
         ("pull_*|friction_*", "holds no quantity"),
         ("pull_{vacum}_*", "did you mean vacuum"),
-        ("pull_{vacuum:mm}_*", "'mm' is no unit of vacuum"),
+        ("pull_{vacuum:mm}_*", "'mm' is not a unit of vacuum"),
         ("pull_*", "holds no quantity"),
-        ("pull_{vacuum}_{vacuum}_*", "stands twice"),
+        ("pull_{vacuum}_{vacuum}_*", "appears twice"),
         ("pull_{speed}_*", "speed"),
-        ("pull_{repeat:mm}_*", "'mm' is no unit of repeat"),
+        ("pull_{repeat:mm}_*", "'mm' is not a unit of repeat"),
     ],
 )
 def test_a_pattern_that_does_not_fit_is_refused(pattern: str, words: str, tmp_path: Path) -> None:

@@ -120,7 +120,7 @@ def test_what_is_refused_and_how(tmp_path, text, columns, words):
     [
         ("time:s,force:N", "not of the form"),
         ("time:s,pressure", "pressure has no unit"),
-        ("time:s,pressure:mm", "'mm' is no unit of pressure"),
+        ("time:s,pressure:mm", "'mm' is not a unit of pressure"),
         ("time:s,time:s", "given twice"),
         ("skip,skip", "names no column"),
         ("pressure:kPa=", "not of the form"),

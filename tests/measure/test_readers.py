@@ -183,9 +183,7 @@ def test_sign_is_asked_for_and_turned(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="negative where it is largest"):
         read(tmp_path, text)
     trace = read(tmp_path, text, negative=("force",))
-    assert trace.force.max() > 99 and "the sign of the force was turned, as asked" in (
-        trace.understood
-    )
+    assert trace.force.max() > 99 and "the sign of the force was changed" in (trace.understood)
     rows_down = [f"{-x},{f}" for _, x, f in zip(*curve(), strict=True)]
     falling = "\n".join(["Extension (mm),Load (N)", *rows_down, ""])
     with pytest.raises(FileError, match="elongation falls by 7.67 mm"):
@@ -303,5 +301,5 @@ class TestRealFiles:
 
 
 def test_a_sign_turned_in_vain_is_said(tmp_path: Path) -> None:
-    with pytest.raises(FileError, match="once its sign is turned as asked"):
+    with pytest.raises(FileError, match="once its sign is changed"):
         read(tmp_path, encoded("bluehill"), negative=("force",))

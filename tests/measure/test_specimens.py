@@ -172,13 +172,13 @@ def test_units_that_the_user_gives(tmp_path: Path) -> None:
         read_trace(path)
     some = ReadingOptions(column=["elongation:mm=Extension"])
     with pytest.raises(
-        FileError, match=r"'lb', which is no unit of force, a unit of mass.*force:lbf="
+        FileError, match=r"'lb', which is not a unit of force, a unit of mass.*force:lbf="
     ):
         read_trace(path, some)
     trace = read_trace(path, ReadingOptions(column=["elongation:mm=Extension", "force:lbf=Load"]))
     np.testing.assert_allclose(trace.force, FORCE * 4.4482216152605, atol=1e-3)
     assert trace.time is None and any("the time is not read" in s for s in trace.understood)
-    with pytest.raises(LayerjamError, match="'mm' is no unit of force"):
+    with pytest.raises(LayerjamError, match="'mm' is not a unit of force"):
         read_trace(path, ReadingOptions(column=["force:mm=Load"]))
 
 

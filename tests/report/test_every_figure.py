@@ -35,7 +35,7 @@ from layerjam.identify.calibration.whole_curves import calibrate_curves
 from layerjam.identify.curves import Curve, curves_of
 from layerjam.identify.friction.ageing import fit_ageing
 from layerjam.identify.friction.reduction import reduce_friction
-from layerjam.identify.logs.crash import crash
+from layerjam.identify.logs.crash import reduce_crash
 from layerjam.identify.logs.leak import fit_leak
 from layerjam.identify.logs.leak import pressure as leaked
 from layerjam.identify.logs.pump_down import fit_pump_down
@@ -236,7 +236,7 @@ def struck() -> Any:
     t = np.arange(0, 0.15, 1e-4)
     inside = (t > 0.06) & (t < 0.08)
     pulse = np.where(inside, 180 * np.sin(np.pi * (t - 0.06) / 0.02), 0.0)
-    return crash(t, pulse + np.random.default_rng(3).normal(0, 0.5, len(t)))
+    return reduce_crash(t, pulse + np.random.default_rng(3).normal(0, 0.5, len(t)))
 
 
 def specimens(tmp_path: Path, count: int) -> Any:

@@ -14,7 +14,7 @@ import layerjam.rig
 from layerjam.cli.main import main
 from layerjam.control.settings import Regulator
 from layerjam.errors import QuantityError
-from layerjam.identify.logs.crash import crash
+from layerjam.identify.logs.crash import reduce_crash
 from layerjam.measure.shots import Shot
 from layerjam.rig.driver import Bench
 from layerjam.rig.drop import CaptureError, arm, capture, collect, fall, prepare
@@ -54,11 +54,11 @@ def test_a_known_pulse_comes_back(bench: Bench) -> None:
     spread = GAIN * math.hypot(NOISE, math.sqrt(1 / 12))
     assert abs(np.std(off[:700]) / spread - 1) < 0.15
     assert abs(np.mean(off)) < 0.2 and np.max(np.abs(off)) < 6 * spread + PEAK * 2e-4 / LONG * 3
-    found = crash(shot.time, shot.acceleration, cfc=180, limit=shot.range, falling=True)
+    found = reduce_crash(shot.time, shot.acceleration, cfc=180, limit=shot.range, falling=True)
     change = PEAK * LONG * 2 / math.pi - G * LONG
     assert found.velocity_change == pytest.approx(change, rel=0.02)
     assert np.abs(shot.acceleration).max() < shot.range
-    again = Shot.of(shot.row(), shot.parts()[::-1], synthetic=True)
+    again = Shot.from_rows(shot.row(), shot.parts()[::-1], synthetic=True)
     assert np.array_equal(again.counts, shot.counts)
     assert (again.row(), again.parts()) == (shot.row(), shot.parts())
 
@@ -71,7 +71,7 @@ def test_the_file_says_what_crash_says(
     file = shot.write(tmp_path / "drop.csv")
     assert main(["crash", str(file), "--falling", "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
-    found = crash(shot.time, shot.acceleration, cfc=180, falling=True)
+    found = reduce_crash(shot.time, shot.acceleration, cfc=180, falling=True)
     assert said["peak"] == pytest.approx(found.peak, rel=1e-6)
     assert said["velocity_change"] == pytest.approx(found.velocity_change, rel=1e-4)
     assert said["sampling"] == pytest.approx(4000, rel=1e-6)
@@ -126,7 +126,7 @@ def test_a_mass_falls_on_the_brake(bench: Bench) -> None:
     shot = collect(bench, 30)
     assert bench.state == "RUN"
     assert stop.outcome.name == "STOPPED" and stop.peak_force == pytest.approx(149.0, rel=0.02)
-    found = crash(shot.time, shot.acceleration, cfc=1000 if shot.rate >= 10e3 else 600)
+    found = reduce_crash(shot.time, shot.acceleration, cfc=1000 if shot.rate >= 10e3 else 600)
     # the first peak is the taut brake; the sensor's low-pass and noise move it by a few percent
     assert found.peak == pytest.approx(stop.peak_force / 1.0, rel=0.08)
     still = shot.time[0] + (stop.time + (shot.before / shot.rate))

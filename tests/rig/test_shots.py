@@ -18,7 +18,7 @@ from layerjam.commands.drop_rig import DropRigOptions
 from layerjam.device.load import load
 from layerjam.errors import QuantityError
 from layerjam.measure.runs import read_run
-from layerjam.measure.shots import PIECE, Shot, chosen
+from layerjam.measure.shots import PIECE, Shot, find_shot
 from layerjam.rig.shots import DropRig, Shots, check_rig
 from layerjam.simulate.drop import drop
 from layerjam.simulate.procedure import parse_procedure
@@ -171,17 +171,17 @@ def made_shot(counts: int = 2500, **other: Any) -> Shot:
 
 def test_rows_give_the_shot_back() -> None:
     shot = made_shot()
-    again = Shot.of(shot.row(), shot.parts()[::-1], synthetic=False)
+    again = Shot.from_rows(shot.row(), shot.parts()[::-1], synthetic=False)
     assert np.array_equal(again.counts, shot.counts)
     assert (again.row(), again.parts()) == (shot.row(), shot.parts())
     # a part that is missing ends it there
-    cut = Shot.of(shot.row(), [shot.parts()[0], shot.parts()[2]], synthetic=False)
+    cut = Shot.from_rows(shot.row(), [shot.parts()[0], shot.parts()[2]], synthetic=False)
     assert len(cut.counts) == PIECE and cut.size == 2500
 
 
 def test_the_shot_that_is_meant() -> None:
     one, two = made_shot(), made_shot(number=4)
-    assert chosen((one,), None, "a") is one and chosen((one, two), 4, "a") is two
+    assert find_shot((one,), None, "a") is one and find_shot((one, two), 4, "a") is two
 
 
 def test_a_killed_run_keeps_what_came_of_a_shot(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import FileError, LayerjamError
 from layerjam.fluid.file import LineFile
 from layerjam.identify.provenance import sha256
-from layerjam.measure.runs import ENDING, opened
+from layerjam.measure.runs import ENDING, open_run
 from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING, places, read_facts
 from layerjam.measure.synthetic import says_synthetic
 from layerjam.records.table_text import plain_comment
@@ -64,7 +64,7 @@ def run(path: str, file: Mapping[str, Any]) -> Content:
 
     Raises FileError for a file that is not a run, or not a complete one.
     """
-    base = opened(path, whole=True)
+    base = open_run(path, is_complete=True)
     try:
         rows = base.execute("SELECT key, value FROM meta").fetchall()
         counts = base.execute(

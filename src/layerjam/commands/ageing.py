@@ -79,11 +79,11 @@ def ageing(
     """
     from layerjam.identify.friction.ageing import fit_ageing
     from layerjam.identify.friction.reduction import GRAVITY, reduce_repeat
-    from layerjam.identify.friction.standards import standard_named
+    from layerjam.identify.friction.standards import find_standard
 
     if (brake is None) != (out is None):
         raise QuantityError("--brake and --out: give both to write a brake, or neither")
-    rule = standard_named(test.standard)
+    rule = find_standard(test.standard)
     span = test.window(rule)
     by_rule = None if rule.sled_mass is None else rule.sled_mass * GRAVITY
 
@@ -120,7 +120,7 @@ def ageing(
 def _written(brake: Any, found: Any, used: Sequence[tuple[Trace, float, float]], name: str) -> str:
     """The brake's file with the fit."""
     from layerjam.device.file import updated_text
-    from layerjam.identify.provenance import digests, marked
+    from layerjam.identify.provenance import digests, mark_synthetic
     from layerjam.records.source import Source
 
     def measured(interval: tuple[float, float]) -> Source:
@@ -136,7 +136,7 @@ def _written(brake: Any, found: Any, used: Sequence[tuple[Trace, float, float]],
     }
     files = digests([t.path for t, _, _ in used], [t.path for t, _, _ in used if t.synthetic])
     made_by = {"program": "layerjam ageing", "files": files}
-    return updated_text(brake, name, marked(changes, _synthetic(used)), made_by)
+    return updated_text(brake, name, mark_synthetic(changes, _synthetic(used)), made_by)
 
 
 def _synthetic(used: Sequence[tuple[Trace, float, float]]) -> bool:

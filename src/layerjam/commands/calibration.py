@@ -182,12 +182,12 @@ def calibrate(
     name, {check: reason}.
     """
     from layerjam.identify.calibration.peaks import fit_pull
-    from layerjam.identify.curves import usable
+    from layerjam.identify.curves import require_usable
     from layerjam.identify.provenance import calibrated_text, made_from
 
     free = _free_parameters(free, depth)
     exact = depth == "exact"
-    test = fit_pull if exact else lambda pull, pressure, _brake: usable(pull, pressure)
+    test = fit_pull if exact else lambda pull, pressure, _brake: require_usable(pull, pressure)
     files, without, excluded = left_out.apart(files, options)
     used, refused, odd = pulls(files, brake, vacuum, options, test, progress, without)
     used, outliers = _leave_out_outliers(used, brake.brake)

@@ -19,7 +19,7 @@ from layerjam.errors import FileError, FitError, Notice, QuantityError
 from layerjam.identify.logs.crash import Pulse
 from layerjam.measure.log import ACCELERATION, TIME, Log, read_log
 from layerjam.measure.runs import ENDING, read_run
-from layerjam.measure.shots import Shot, chosen
+from layerjam.measure.shots import Shot, find_shot
 from layerjam.simulate.accelerometer import STANDARD_GRAVITY, Accelerometer
 from layerjam.units import QuantitySpec, spec_of
 from layerjam.verdict import judge
@@ -74,7 +74,7 @@ def _shot(file: str | Path, number: Any, sampling: Any, options: TableOptions) -
     for name, given in {"sampling": sampling, **vars(options)}.items():
         if given not in (None, ()):
             raise QuantityError.of(name, f"{file} is a run, which states it itself; leave it out")
-    found = chosen(read_run(file).shots, None if number is None else int(number), str(file))
+    found = find_shot(read_run(file).shots, None if number is None else int(number), str(file))
     if len(found.counts) < LEAST:
         raise FileError(file, f"only {len(found.counts)} samples of shot {found.number} were kept")
     return found
@@ -160,7 +160,7 @@ def crash(
     signal = log["acceleration"]
     clock = np.arange(len(signal)) / sampling if sampling else log["time"]
     try:
-        found = crash_log.crash(
+        found = crash_log.reduce_crash(
             clock,
             signal,
             cfc=cfc,

@@ -27,7 +27,7 @@ from layerjam.verdict import Verdict
 
 if TYPE_CHECKING:
     from layerjam.identify.pull.features import PullFeatures
-    from layerjam.measure.readers.read import Opened as UnreadSpecimen
+    from layerjam.measure.readers.read import UnreadSpecimen
 
 S = TypeVar("S", bound=Measured)
 T = TypeVar("T")

@@ -143,12 +143,17 @@ def friction(
     of the stick–slip. With `brake` and `out` the result is written into a copy of the brake's file.
     If a check fails, nothing is written; `accept` accepts failed checks by name, {check: reason}.
     """
-    from layerjam.identify.friction.reduction import GRAVITY, pooled, reduce_repeat, with_friction
-    from layerjam.identify.friction.standards import standard_named
+    from layerjam.identify.friction.reduction import (
+        GRAVITY,
+        pool_repeats,
+        reduce_repeat,
+        with_friction,
+    )
+    from layerjam.identify.friction.standards import find_standard
 
     if (brake is None) != (out is None):
         raise QuantityError("brake and out: give both to write a brake, or neither")
-    rule = standard_named(test.standard)
+    rule = find_standard(test.standard)
     span, accepted = test.window(rule), test.accept_stick_slip
     by_rule = None if rule.sled_mass is None else rule.sled_mass * GRAVITY
 
@@ -164,7 +169,7 @@ def friction(
     traces = [trace for trace, _, _ in used]
     odd = [w for trace in traces for w in trace.warnings]
     film = _film_range(traces, brake)
-    found = pooled([r for _, r, _ in used], odd, normal, span, rule, accepted, film)
+    found = pool_repeats([r for _, r, _ in used], odd, normal, span, rule, accepted, film)
     verdict = judge(found.checks, accept, [f"film.{name}" for name in found.means], out)
     warnings = [*found.warnings, *_odd_loads(traces, normal, test.normal_force is None, rule)]
     warnings += _stick_slip_notices(found)
@@ -297,7 +302,7 @@ def _row(repeat: FrictionRepeat, load: float) -> dict[str, Any]:
         "lower": teeth and teeth.lower / load,
         "period": teeth and teeth.period,
         "spacing": teeth and teeth.spacing,
-        "inertial_force": inertia and inertia.most,
+        "inertial_force": inertia and inertia.bound,
         "connection_stiffness": inertia and inertia.stiffness,
         "acceleration": inertia and inertia.acceleration,
     }

@@ -30,7 +30,7 @@ from layerjam.verdict import judge
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from layerjam.identify.logs.pump_down import Known, PumpDown
+    from layerjam.identify.logs.pump_down import DerivedValue, PumpDown
 
 FLOW = replace(spec_of(Pump, "flow"), text="flow of the pump", example="20mL/s")
 COMPLIANCE = QuantitySpec(
@@ -209,7 +209,7 @@ def _of_pump(
     """What the fits tell of pump and volume."""
     from layerjam.identify.logs.pump_down import flow_of, from_two, volume_of
 
-    found: dict[str, Known] = {}
+    found: dict[str, DerivedValue] = {}
     if second is not None and added is not None:
         found["volume"], found["flow"] = from_two(alone, second, added)
     elif volume is not None:

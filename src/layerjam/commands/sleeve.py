@@ -151,19 +151,25 @@ def sleeve(
     mean 100 % modulus is written into a copy of the brake, with `hyperelastic` the model too.
     """
     from layerjam.identify.rubber.checks import specimen_checks
-    from layerjam.identify.rubber.specimens import data_sheets, material_of, pooled, read, row_of
+    from layerjam.identify.rubber.specimens import (
+        data_sheets,
+        material_of,
+        pool_specimens,
+        read_specimen,
+        row_of,
+    )
 
     sheets = data_sheets()
     _check(start, end, brake, out, material, sheets, hyperelastic)
     asked: dict[str, Any] = {"area": area, "gauge_length": gauge_length, "most": fit_to}
-    one = bound(read, window=(start, end), options=options, **asked)
+    one = bound(read_specimen, window=(start, end), options=options, **asked)
     specimens, refused = taken(several(files), lambda path: [("", bound(one, path))])
     done = {made[0].path: made for made in specimens}
     names = {p: material_of(s, material, sheets) for p, (s, *_) in done.items()}
     warnings: list[str] = [w for s, m, *_ in specimens for w in (*s.warnings, *m.warnings)]
     rows = {path: row_of(made, names[path], sheets) for path, made in done.items()}
     alike = len({n and n[0] for n in names.values()}) == 1
-    values = pooled(specimens, list(rows.values()), fit_to) if alike else {}
+    values = pool_specimens(specimens, list(rows.values()), fit_to) if alike else {}
     warnings += [] if alike else [SEVERAL_MATERIALS]
     changed = _changes(values, done, brake, hyperelastic)
     verdict = judge(specimen_checks(rows, values, hyperelastic), accept, list(changed), out)
@@ -229,7 +235,7 @@ def _changes(
     values: Mapping[str, Any], done: Mapping[str, Any], brake: BrakeFile | None, hyperelastic: bool
 ) -> dict[str, tuple[float, Source] | None]:
     """The modulus, and the chosen model if it is wanted, as a brake's file takes them."""
-    from layerjam.identify.provenance import marked
+    from layerjam.identify.provenance import mark_synthetic
 
     if brake is None:
         return {}
@@ -237,7 +243,7 @@ def _changes(
     modulus = _with_modulus(values, done)
     source = modulus["enclosure.modulus"][1]
     changes = {**modulus, **_with_model(values, brake, source, hyperelastic)}
-    return marked(changes, any(specimen.synthetic for specimen, *_ in done.values()))
+    return mark_synthetic(changes, any(specimen.synthetic for specimen, *_ in done.values()))
 
 
 def _with_model(

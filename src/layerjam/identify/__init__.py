@@ -1,1 +1,1 @@
-"""What measurements mean: friction, pulls, calibration, validation, rubber, logs."""
+"""Analysis of measurements: friction, pulls, calibration, validation, rubber, logs."""

@@ -1,4 +1,4 @@
-"""The verdict a fit carries: whether its numbers deserve belief, in plain sentences."""
+"""Checks of a fit: whether its numbers are plausible, in plain sentences."""
 
 from __future__ import annotations
 
@@ -16,41 +16,43 @@ from layerjam.verdict import Check, Level, check, interval_check
 __all__ = ["Check", "check"]
 
 PLAUSIBLE = (0.5, 2.0)
-"""Scale factors beyond this are suspect; the paper's are 0.875 and 1.24."""
+"""Range of plausible scale factors; the paper's are 0.875 and 1.24."""
 POSSIBLE = (0.3, 3.0)
-"""Scale factors beyond this fail: friction off by more than that is another film or unit."""
+"""Range outside which a scale factor fails: such friction means another film or unit."""
 SMALL = 0.05
-"""Relative change, or difference, below which a trend is let pass whatever its interval."""
+"""Relative change or difference below which a trend passes, whatever its interval."""
 
 REPEATABLE = 0.05
-"""Scatter between repeats' scale factors (SD, relative) up to which they agree."""
+"""Largest scatter between repeats' scale factors (SD, relative) at which they agree."""
 GROSS = 0.2
-"""The same above which no film or rig explains it. Choi 2018, table I: films scatter by 3 to 8 %.
+"""Largest such scatter that a film or rig explains. Choi 2018, table I: films scatter by 3 to 8 %.
 """
 DRIFTS = 0.995
-"""Quantile of Student's t that a drift of the calibrated numbers must pass, either way: 1 % in all.
-Five of a hundred false alarms are for all checks together."""
+"""Quantile of Student's t that a drift of the calibrated numbers must exceed: 1 % in all, both
+ways. The 5 % of false alarms are shared by all checks."""
 SHARPEST = 0.005
-"""Relative difference of a scale factor after the peak that is let pass however sure it is."""
+"""Relative difference of a scale factor after the peak that passes, however certain it is."""
 
 
-def within(
+def check_span(
     name: str,
     value: float,
     span: tuple[float, float],
-    what: str,
+    quantity: str,
     advice: str,
     level: Level = "warning",
 ) -> Check:
-    """Whether a value lies where one expects it; `what` names it."""
+    """Check that a value lies in its expected span; `quantity` names it in the sentence."""
     low, high = span
     fine = low <= value <= high
-    sentence = f"{what} {value:.4g} lies {'within' if fine else 'outside'} {low:.3g} to {high:.3g}"
+    sentence = (
+        f"{quantity} {value:.4g} lies {'within' if fine else 'outside'} {low:.3g} to {high:.3g}"
+    )
     return check(name, fine, sentence, f": {advice}", level)
 
 
 def identifiable(brake: Brake) -> Check:
-    """Peaks give the product of scale factor and friction, never either alone."""
+    """Note that peaks give the product of scale factor and friction, never one of them alone."""
     return check(
         "identifiable",
         True,
@@ -60,15 +62,15 @@ def identifiable(brake: Brake) -> Check:
 
 
 def plausible(factor: float) -> Check:
-    """The scale factor lies in the expected range; far outside it no brake explains it."""
+    """Check the scale factor; a warning outside `PLAUSIBLE`, a failure outside `POSSIBLE`."""
     advice = "check the unit of the force, the friction, the vacuum and the number of sheets"
     low, high = POSSIBLE
     level: Level = "warning" if low <= factor <= high else "failed"
-    return within("plausible", factor, PLAUSIBLE, "scale factor", advice, level)
+    return check_span("plausible", factor, PLAUSIBLE, "scale factor", advice, level)
 
 
 def stiffness_possible(stiffness: float, sheets_alone: float, told_by: str = "") -> Check:
-    """A rig in series cannot make the sheets stiffer; `told_by` says which pulls tell it."""
+    """Check that a pull is not stiffer than its sheets; `told_by` names the pulls used."""
     fine = stiffness <= sheets_alone
     return check(
         "stiffness",
@@ -81,7 +83,7 @@ def stiffness_possible(stiffness: float, sheets_alone: float, told_by: str = "")
 
 
 def interval_checks(values: Mapping[str, float], intervals: Mapping[str, Any]) -> Iterator[Check]:
-    """Checks of the 95 % intervals of scale factor and stiffness, positive by nature."""
+    """Yield the checks of the 95 % intervals of scale factor and stiffness, both positive."""
     for name in ("scale_factor", "stiffness"):
         interval = intervals.get(name)
         if interval is not None:
@@ -90,8 +92,8 @@ def interval_checks(values: Mapping[str, float], intervals: Mapping[str, Any]) -
 
 
 def one_pull_only() -> Check:
-    """A single pull cannot be compared with a repeat."""
-    return check("repeats", False, "one pull only: nothing says how well it repeats")
+    """Return the warning that one pull cannot be compared with a repeat."""
+    return check("repeats", False, "one pull only: its repeatability is unknown")
 
 
 def repeats(
@@ -99,30 +101,30 @@ def repeats(
     own_error: float,
     used: str,
     name: str = "repeats",
-    what: str = "scale factors",
-    most: float = REPEATABLE,
+    quantity: str = "scale factors",
+    limit: float = REPEATABLE,
 ) -> Check:
-    """Values scatter by at most `most` (SD, relative) or three of their own errors.
+    """Check that values scatter by at most `limit` (SD, relative) or three of their own errors.
 
-    A scatter above `GROSS` fails: several of the pulls have another unit, vacuum or brake.
+    A scatter above `GROSS` fails: some of the pulls have another unit, vacuum or brake.
     """
-    fine = spread <= max(most, 3 * own_error)
+    fine = spread <= max(limit, 3 * own_error)
     level: Level = "failed" if spread > max(GROSS, 3 * own_error) else "warning"
-    return check(name, fine, f"{what} of {used} scatter by {spread:.1%} (SD)", level=level)
+    return check(name, fine, f"{quantity} of {used} scatter by {spread:.1%} (SD)", level=level)
 
 
-def agreement(factors: Sequence[float], errors: Sequence[float]) -> Check:
-    """Pulls agree with each other within 5 % or three of their own standard errors."""
+def check_agreement(factors: Sequence[float], errors: Sequence[float]) -> Check:
+    """Check that pulls agree within 5 % or three of their own standard errors."""
     values = np.asarray(factors)
     if len(values) < 2:
         return one_pull_only()
     mean = float(values.mean())
-    own = float(np.mean(errors)) / mean
-    return repeats(float(values.std(ddof=1)) / mean, own, f"{len(values)} pulls")
+    own_error = float(np.mean(errors)) / mean
+    return repeats(float(values.std(ddof=1)) / mean, own_error, f"{len(values)} pulls")
 
 
 def percent(part: float) -> str:
-    """A relative change with its sign, such as +3.2%."""
+    """Return a relative change with its sign, such as +3.2%."""
     return f"{part:+.1%}".replace("-0.0%", "+0.0%")
 
 
@@ -130,31 +132,32 @@ def trend(
     name: str,
     word: str,
     values: Array,
-    over: Array,
+    quantities: Array,
     unit: str,
     *,
     levels: int = 3,
     quantile: float = 0.975,
 ) -> Check | None:
-    """Whether relative values change over a quantity of the pulls; None where too few tell.
+    """Check whether relative values change over a quantity of the pulls; None if too few values.
 
-    `name` ends in that quantity, `word` says what the values are of, `levels` how many distinct
-    values of the quantity are needed. A change passes that is small, or whose interval (Student's t
-    at `quantile`, either way) holds zero.
+    `name` ends in that quantity, `word` names the values and `levels` is the number of distinct
+    values of the quantity required. A change passes if it is small or if its interval (Student's t
+    at `quantile`, either way) contains zero.
     """
     from scipy.special import stdtrit
 
-    line = straight_line(over, values)
-    if len(values) < 3 or line is None or not np.ptp(over) > 0.05 * float(over.max()):
+    line = straight_line(quantities, values)
+    if len(values) < 3 or line is None or not np.ptp(quantities) > 0.05 * float(quantities.max()):
         return None
-    if len(np.unique(np.round(over / over.max(), 3))) < levels:
+    if len(np.unique(np.round(quantities / quantities.max(), 3))) < levels:
         return None
-    span = float(np.ptp(over))
+    span = float(np.ptp(quantities))
     change = line.slope * span
     reach = float(stdtrit(line.freedom, quantile)) * line.slope_se * span
-    what = name.rpartition(" over ")[2]
+    quantity = name.rpartition(" over ")[2]
     sentence = (
-        f"over {what} from {show(float(over.min()), unit, 3)} to {show(float(over.max()), unit, 3)}"
+        f"over {quantity} from {show(float(quantities.min()), unit, 3)} to "
+        f"{show(float(quantities.max()), unit, 3)}"
         f" the {word} changes by {percent(change)}"
     )
     interval = f"{percent(change - reach)} to {percent(change + reach)}"
@@ -164,56 +167,61 @@ def trend(
 
 def no_trend(
     values: Sequence[float],
-    over: Sequence[float],
-    what: str,
+    quantities: Sequence[float],
+    quantity: str,
     unit: str,
     word: str = "scale factor",
 ) -> Check | None:
-    """A number of pulls does not drift; None with fewer than three distinct values of `what`."""
-    each, x = np.asarray(values, float), np.asarray(over, float)
-    name = f"trend over {what}" if word == "scale factor" else f"{word}'s trend over {what}"
-    return trend(name, word, each / each.mean(), x, unit, quantile=DRIFTS)
+    """Check that a number of the pulls does not drift; None below three distinct levels."""
+    numbers, x = np.asarray(values, float), np.asarray(quantities, float)
+    name = f"trend over {quantity}" if word == "scale factor" else f"{word}'s trend over {quantity}"
+    return trend(name, word, numbers / numbers.mean(), x, unit, quantile=DRIFTS)
 
 
-def end_of_curve(predicted: float, measured: float) -> Check:
-    """The calibrated law also meets the end of the curve, not only the peak it was fitted to."""
-    off = (predicted - measured) / measured if measured > 0 else np.inf
-    sentence = f"at the end of the pulls the calibrated law is {off:+.1%} off the measured force"
-    return check("shape", abs(off) <= 0.15, sentence)
+def end_of_curve(predicted_force: float, measured_force: float) -> Check:
+    """Check that the calibrated law also meets the end of the curve, not only its peak."""
+    deviation = (
+        (predicted_force - measured_force) / measured_force if measured_force > 0 else np.inf
+    )
+    sentence = (
+        f"at the end of the pulls the calibrated law is {deviation:+.1%} off the measured force"
+    )
+    return check("shape", abs(deviation) <= 0.15, sentence)
 
 
 def shape(
-    off: Sequence[float],
+    deviations: Sequence[float],
     half_width: float | None,
     *,
     alarms: float,
     least: float,
     end: Check | None = None,
 ) -> Check | None:
-    """The curves after the peak say the peaks' scale factor, on the mean over the pulls.
+    """Check that the curves after the peak give the scale factor of the peaks, on the mean.
 
-    `off` is by which part the scale factor of each pull's sliding part lies off its peak's. What
-    lies within the factor's own 95 % interval (relative `half_width`, None where there is none) or
-    within Student's t of zero passes, so that the check is as sharp as the interval it vouches for.
-    However wide that is, a mean of more than `least` does not pass where Student's t has it with
-    `alarms` false alarms. `end` is the check at the curves' end, where that belongs to it; without,
-    None where no pull tells.
+    `deviations` are the relative differences between the scale factor of each pull's sliding part
+    and that of its peak. A mean within the factor's own 95 % interval (relative `half_width`, or
+    None) or within Student's t of zero passes, so that the check is as sharp as the interval. A
+    mean above `least` fails if Student's t rejects it with `alarms` false alarms, however wide the
+    interval is. `end` is the check at the curves' end; without it, None if no pull has a value.
     """
     from scipy.special import stdtrit
 
-    values = np.asarray(off)
+    values = np.asarray(deviations)
     count = len(values)
     if not count:
-        why = "; too little was recorded after the peaks to tell a scale factor there: pull further"
-        return None if end is None else check("shape", False, end.sentence, why)
+        explanation = (
+            "; too little was recorded after the peaks to fit a scale factor there: pull further"
+        )
+        return None if end is None else check("shape", False, end.sentence, explanation)
     mean = float(values.mean())
     limit = max(SMALL if half_width is None else half_width, SHARPEST)
     if count > 1:
         error = float(values.std(ddof=1)) / count**0.5
-        within, sure = (
+        half_interval, certain_limit = (
             float(stdtrit(count - 1, quantile)) * error for quantile in (0.975, 1 - alarms / 2)
         )
-        limit = min(max(limit, within), max(least, sure))
+        limit = min(max(limit, half_interval), max(least, certain_limit))
     fine = abs(mean) <= limit
     sentence = (
         f"after the peak the curves have a scale factor {percent(mean)} off the peaks' "
@@ -221,5 +229,7 @@ def shape(
     )
     if end is not None:
         sentence = f"{end.sentence}; {sentence}"
-    why = ": the peaks are not the law's, as with static friction or stick-slip" * (not fine)
-    return check("shape", fine and (end is None or end.passed), sentence, why)
+    explanation = ": the law does not explain the peaks, as with static friction or stick-slip" * (
+        not fine
+    )
+    return check("shape", fine and (end is None or end.passed), sentence, explanation)

@@ -1,4 +1,4 @@
-"""Measured pulls as a fit over many of them sees them."""
+"""Measured pulls as input to a fit over many of them."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from layerjam.measure.trace import Trace
 from layerjam.units import show
 
 ALIKE = 0.03
-"""Part by which neighbouring vacuums or speeds of one condition may differ."""
+"""Relative difference up to which neighbouring vacuums or speeds count as one condition."""
 SHORTEST = 50
-"""Samples a curve needs from a fifth of its greatest force on."""
+"""Fewest samples of a curve above a fifth of its greatest force."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Curve:
-    """The loading branch of one pull, SI units; its crosshead's zero is where the rise begins.
+    """Loading branch of one pull, SI units; its elongation is zero where the rise begins.
 
-    `speed` is None where neither the file nor its sidecar tells it, `recorded_speed` where the file
-    has no time. `repeat` numbers the pull among those at the same vacuum and speed; `pull` holds
-    the features it was reduced to.
+    `speed` is None if neither the file nor its sidecar states it, `recorded_speed` if the file has
+    no time. `repeat` numbers the pull among those at the same vacuum and speed; `pull` has its
+    features.
     """
 
     elongation: np.ndarray
@@ -38,24 +38,24 @@ class Curve:
     specimen: str = ""
     recorded_speed: float | None = None
     mounting: int | None = None
-    """Number of the mounting that it was pulled in, as its sidecar states it."""
+    """Number of the mounting that it was pulled in, from its sidecar."""
     synthetic: bool = False
     """Whether a program wrote the file."""
 
     @property
     def name(self) -> str:
-        """The file's name without its folder, and the specimen where the file holds several."""
+        """File name without its folder, with the specimen if the file has several."""
         name = Path(self.path).name
         return f"{name}, specimen {self.specimen}" if self.specimen else name
 
 
 def speed_of(trace: Trace) -> float | None:
-    """Crosshead speed [m/s]: as stated, else as recorded; None if unknown."""
+    """Return the crosshead speed [m/s]: as stated, else as recorded, None if unknown."""
     return recorded_speed(trace) if trace.facts.speed is None else trace.facts.speed
 
 
 def recorded_speed(trace: Trace) -> float | None:
-    """Crosshead speed [m/s] from the time of the loading branch; None where there is no time.
+    """Return the crosshead speed [m/s] over the loading branch; None if the record has no time.
 
     The middle half of the branch counts, so that acceleration and a return do not.
     """
@@ -72,7 +72,7 @@ def recorded_speed(trace: Trace) -> float | None:
 
 
 def curve_of(pull: PullFeatures, vacuum: float, trace: Trace | None = None) -> Curve:
-    """The curve of a pull at a vacuum [Pa]; its `trace` tells speed and specimen."""
+    """Return the curve of a pull at a vacuum [Pa]; its `trace` has the speed and the specimen."""
     return Curve(
         elongation=pull.elongation,
         force=pull.force,
@@ -89,12 +89,12 @@ def curve_of(pull: PullFeatures, vacuum: float, trace: Trace | None = None) -> C
 
 
 def curves_of(pulls: Iterable[tuple[Trace, PullFeatures, float]]) -> tuple[Curve, ...]:
-    """Curves from traces, their features and their vacuums [Pa], repeats numbered in this order."""
-    return numbered([curve_of(pull, vacuum, trace) for trace, pull, vacuum in pulls])
+    """Return curves from traces, features and vacuums [Pa], repeats numbered in this order."""
+    return number_repeats([curve_of(pull, vacuum, trace) for trace, pull, vacuum in pulls])
 
 
 def conditions(curves: Sequence[Curve]) -> list[tuple[int, ...]]:
-    """Which curves (their places) were pulled alike: vacuum and speed within `ALIKE` each."""
+    """Return the indices of curves pulled alike: vacuum and speed each within `ALIKE`."""
     vacuums = levels([c.vacuum for c in curves])
     speeds = levels([c.speed or 0.0 for c in curves])
     members: dict[tuple[int, int], list[int]] = {}
@@ -104,7 +104,7 @@ def conditions(curves: Sequence[Curve]) -> list[tuple[int, ...]]:
 
 
 def levels(values: Sequence[float]) -> list[int]:
-    """Number of the level each value belongs to; a gap of more than `ALIKE` begins one."""
+    """Return the number of each value's level; a gap of more than `ALIKE` begins a new level."""
     order = np.argsort(values)
     level, last, out = 0, None, [0] * len(values)
     for place in order:
@@ -116,21 +116,21 @@ def levels(values: Sequence[float]) -> list[int]:
 
 
 def condition_words(curve: Curve) -> str:
-    """Vacuum and speed, such as 94.5 kPa, 13 mm/s."""
+    """Return vacuum and speed as text, such as 94.5 kPa, 13 mm/s."""
     words = show(curve.vacuum, "Pa")
     return words if curve.speed is None else f"{words}, {show(curve.speed, 'm/s')}"
 
 
-def numbered(curves: Sequence[Curve]) -> tuple[Curve, ...]:
-    """The curves with `repeat` counted from 1 within each condition."""
+def number_repeats(curves: Sequence[Curve]) -> tuple[Curve, ...]:
+    """Return the curves with `repeat` counted from 1 within each condition."""
     counts = {place: n for group in conditions(curves) for n, place in enumerate(group, 1)}
     return tuple(replace(curve, repeat=counts[i]) for i, curve in enumerate(curves))
 
 
 def fitted_part(curve: Curve) -> slice:
-    """The samples a fit of the whole curve uses: from a fifth of the greatest force on.
+    """Return the samples that a whole-curve fit uses: from a fifth of the greatest force on.
 
-    Below, grips settle and slack is taken up, which no brake's law describes.
+    Below that, grips settle and slack is taken up, which the law does not describe.
     """
     height = curve.pull.peak_force
     rise = curve.force[: int(np.argmax(curve.force)) + 1]
@@ -138,8 +138,8 @@ def fitted_part(curve: Curve) -> slice:
     return slice(int(below[-1]) + 1 if len(below) else 0, len(curve.force))
 
 
-def usable(pull: PullFeatures, vacuum: float) -> None:
-    """Raise FitError for a pull that least squares over whole curves cannot use."""
+def require_usable(pull: PullFeatures, vacuum: float) -> None:
+    """Raise FitError if least squares over whole curves cannot use a pull."""
     if vacuum <= 0:
         raise FitError.of(pull.path, f"at {show(vacuum, 'Pa')} of vacuum no sheet is jammed")
     above = int((pull.force > LINEAR[0] * pull.peak_force).sum())

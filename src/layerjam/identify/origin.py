@@ -1,4 +1,4 @@
-"""One word for where a brake's numbers come from, out of the facts in its file."""
+"""Origin of a brake's numbers in one word, derived from its file."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ ORIGINS: Mapping[str, str] = MappingProxyType(
         "edited": "numbers were set by hand",
         "calibrated": "fitted to pulls of this brake",
         "measured": "measured on this brake or this pair of surfaces",
-        "paper": "printed in a paper, or following from what is printed",
+        "paper": "printed in a paper, or derived from a printed value",
         "data sheet": "from the maker's data sheet of the material",
         "handbook": "published for such a material, not measured on these surfaces",
         "assumed": "assumed, no source",
         "unstated": "the file does not say",
     }
 )
-"""{word: what it says of the brake}, the first that applies."""
+"""{word: meaning}; the first word that applies is used."""
 DECISIVE = MappingProxyType(
     {
         "film.kinetic": "friction",
@@ -31,42 +31,47 @@ DECISIVE = MappingProxyType(
         "stiffness_measured": "stiffness",
     }
 )
-"""The numbers that set the force of a pull, and how a sentence calls them."""
+"""Numbers that set the force of a pull, with their names in a sentence."""
 
 
 @dataclass(frozen=True)
 class Origin:
-    """`word` is one of ORIGINS; `sentence` says what it means and what it rests on."""
+    """`word` is one of ORIGINS; `sentence` gives its meaning and its sources."""
 
     word: str
     sentence: str
 
 
 def origin(file: BrakeFile) -> Origin:
-    """Where a brake's numbers come from: from kinds of sources and the [made_by] table alone."""
+    """Return the origin of a brake's numbers, from the kinds of sources and the [made_by] table."""
     kinds = {
         name: "paper" if file.sources[path].kind == "inferred" else file.sources[path].kind
         for path, name in DECISIVE.items()
         if path in file.sources
     }
-    by_hand = [path for path, _, _ in quantities(Brake) if _was(file, path)]
-    known = {"synthetic": bool(file.synthetic) or _synthetic(file), "edited": bool(by_hand)}
-    word = next((word for word in ORIGINS if known.get(word) or word in kinds.values()), "unstated")
+    by_hand = [path for path, _, _ in quantities(Brake) if _is_edited(file, path)]
+    flags = {
+        "synthetic": bool(file.synthetic) or _has_synthetic_file(file),
+        "edited": bool(by_hand),
+    }
+    word = next((word for word in ORIGINS if flags.get(word) or word in kinds.values()), "unstated")
     details = [f"{name}: {kind}" for name, kind in kinds.items()]
     if file.synthetic:
         details.insert(0, f"synthetic: {', '.join(file.synthetic)}")
     if by_hand:
-        some = ", ".join(by_hand[:4]) + (", ..." if len(by_hand) > 4 else "")
-        details.insert(0, f"by hand: {some}")
+        names = ", ".join(by_hand[:4]) + (", ..." if len(by_hand) > 4 else "")
+        details.insert(0, f"by hand: {names}")
     return Origin(word, f"{ORIGINS[word]} ({'; '.join(details)})" if details else ORIGINS[word])
 
 
-def _was(file: BrakeFile, path: str) -> bool:
+def _is_edited(file: BrakeFile, path: str) -> bool:
     return path in file.sources and bool(file.sources[path].was)
 
 
-def _synthetic(file: BrakeFile) -> bool:
-    """Whether one of the files that it was made from is marked as made by a program."""
+def _has_synthetic_file(file: BrakeFile) -> bool:
+    """Return whether a program wrote one of the files that the brake was computed from."""
     files = file.notes.get("files", [])
-    entries = [one for one in files if isinstance(one, dict)] if isinstance(files, list) else []
-    return any(one.get("synthetic") is True for one in entries)
+    entries = (
+        [entry for entry in files if isinstance(entry, dict)] if isinstance(files, list) else []
+    )
+    return any(entry.get("synthetic") is True for entry in entries)

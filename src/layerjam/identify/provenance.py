@@ -1,4 +1,4 @@
-"""Which files a calibration came from, so that nobody validates on them unawares."""
+"""Record of the files of a calibration, so that nobody validates on them by mistake."""
 
 from __future__ import annotations
 
@@ -23,74 +23,77 @@ if TYPE_CHECKING:
 
 
 def sha256(path: str | Path) -> str:
-    """Digest of a file, read in pieces."""
+    """Return the digest of a file, read in pieces."""
     with Path(path).open("rb") as handle:
         return hashlib.file_digest(handle, "sha256").hexdigest()
 
 
 def digests(paths: Iterable[str], synthetic: Collection[str] = ()) -> list[dict[str, Any]]:
-    """Name and SHA-256 of each file, as a [made_by] table holds them; a made trace has no file.
+    """Return name and SHA-256 of each file for a [made_by] table; simulated traces have no file.
 
-    Of a sidecar the digest too, and of those among `synthetic` that they are.
+    An entry includes the digest of the sidecar, and a mark if the file is among `synthetic`.
     """
-    made = []
-    for path in filter(_there, paths):
-        one: dict[str, Any] = {"name": Path(path).name, "sha256": sha256(path)}
-        if _there(beside := str(sidecar_path(path))):
-            one["facts_sha256"] = sha256(beside)
+    entries = []
+    for path in filter(_is_file, paths):
+        entry: dict[str, Any] = {"name": Path(path).name, "sha256": sha256(path)}
+        if _is_file(sidecar := str(sidecar_path(path))):
+            entry["facts_sha256"] = sha256(sidecar)
         if path in synthetic:
-            one["synthetic"] = True
-        made.append(one)
-    return made
+            entry["synthetic"] = True
+        entries.append(entry)
+    return entries
 
 
 def made_from(file: BrakeFile, traces: Iterable[Trace]) -> dict[str, Any]:
-    """What a result was computed from: the brake and every file, by name and SHA-256."""
-    known = {t.path: t.synthetic for t in traces}
-    marked = [path for path, synthetic in known.items() if synthetic]
+    """Return the inputs of a result: the brake and every file, by name and SHA-256."""
+    synthetic_files = {t.path: t.synthetic for t in traces}
+    synthetic_paths = [path for path, synthetic in synthetic_files.items() if synthetic]
     brake = {"name": file.name, "sha256": file.sha256}
-    return {"brake": brake, "files": digests(known, marked)}
+    return {"brake": brake, "files": digests(synthetic_files, synthetic_paths)}
 
 
-def renamed(value: Any, names: Mapping[str, str]) -> Any:
-    """A text, or lists and tables of texts, in which files (with their folder) are called anew.
+def rename_files(value: Any, names: Mapping[str, str]) -> Any:
+    """Return a text, or lists and tables of texts, with files (and their folder) renamed.
 
-    `names` is {name of a file: what it is called}, for files that lie under other names than those
-    their owner knows.
+    `names` is {name of a file: new name}, for files stored under other names than their owner's.
     """
     if isinstance(value, Notice):
-        return Notice(renamed(str(value), names), value.key)
+        return Notice(rename_files(str(value), names), value.key)
     if isinstance(value, str):
         for name, new in names.items():
             if name in value:
-                found = rf"(?:[^\s'\"(),;]*/)?{re.escape(name)}"
-                value = re.sub(found, new.replace("\\", r"\\"), value)
+                pattern = rf"(?:[^\s'\"(),;]*/)?{re.escape(name)}"
+                value = re.sub(pattern, new.replace("\\", r"\\"), value)
         return value
     if isinstance(value, Mapping):
-        return {renamed(k, names): renamed(v, names) for k, v in value.items()}
+        return {rename_files(k, names): rename_files(v, names) for k, v in value.items()}
     if isinstance(value, list | tuple):
-        several = [renamed(v, names) for v in value]
+        several = [rename_files(v, names) for v in value]
         return several if isinstance(value, list) else tuple(several)
     return value
 
 
 def calibrated_on(file: BrakeFile, paths: Iterable[str]) -> list[str]:
-    """Those of `paths` whose content the brake's [made_by] table names."""
-    known = {
+    """Return those of `paths` whose content the brake's [made_by] table lists."""
+    calibration_digests = {
         entry.get("sha256")
         for entry in file.notes.get("files", [])
         if isinstance(entry, dict) and isinstance(entry.get("sha256"), str)
     }
-    return [path for path in paths if known and _there(path) and sha256(path) in known]
+    return [
+        path
+        for path in paths
+        if calibration_digests and _is_file(path) and sha256(path) in calibration_digests
+    ]
 
 
-def _there(path: str) -> bool:
+def _is_file(path: str) -> bool:
     return bool(path) and Path(path).is_file()
 
 
 def calibrated_text(
     file: BrakeFile,
-    found: Calibration,
+    calibration: Calibration,
     depth: str,
     name: str,
     excluded: Sequence[Mapping[str, Any]] = (),
@@ -98,47 +101,51 @@ def calibrated_text(
     accepted: Sequence[Acceptance] = (),
     date: str | None = None,
 ) -> str:
-    """The brake's file with what a calibration found, and a [made_by] table on it.
+    """Return the text of the brake's file with a calibration and its [made_by] table.
 
-    The table holds program and version, date, depth, the window of the fit, the verdict (the
-    sentences of failed checks), the covariance of what was fitted (SI), and every file's name and
-    SHA-256; of those that were left out by hand (`file`, `because`, `sha256`) the reason too.
-    `files` are the entries of those that were used, where the caller has them. Where a program
-    wrote any of them, the source of every number that was fitted says so. `accepted` are the failed
-    checks that somebody accepted; `date` (ISO) is today unless given.
+    The table contains program, version, date, depth, window, verdict (sentences of failed checks),
+    the covariance of the fitted numbers (SI), and every file's name and SHA-256. `excluded` lists
+    the files excluded by hand with the reason (`file`, `because`, `sha256`); `files` are the
+    entries of the files used, if the caller has them. If a program wrote any of them, the source of
+    every fitted number records that. `accepted` are the failed checks that a person accepted;
+    `date` (ISO) is today unless given.
     """
-    used = {c.path: c.synthetic for c in found.curves}
-    failed = [c.sentence for c in found.checks if not c.passed]
+    used = {c.path: c.synthetic for c in calibration.curves}
+    failures = [c.sentence for c in calibration.checks if not c.passed]
     made_by: dict[str, Any] = {
         "program": f"layerjam {__version__} calibrate",
         "date": date or datetime.now(UTC).date().isoformat(),
         "depth": depth,
-        "window": found.window,
-        "verdict": "; ".join(failed) if failed else "all checks passed",
+        "window": calibration.window,
+        "verdict": "; ".join(failures) if failures else "all checks passed",
         "files": files or digests(used, [p for p, synthetic in used.items() if synthetic]),
     }
-    if found.covariance:
-        pairs = combinations_with_replacement(found.covariance, 2)
+    if calibration.covariance:
+        pairs = combinations_with_replacement(calibration.covariance, 2)
         made_by["covariance"] = [
-            {"of": a, "and": b, "value": found.covariance[a][b]} for a, b in pairs
+            {"of": a, "and": b, "value": calibration.covariance[a][b]} for a, b in pairs
         ]
     if excluded:
         made_by["excluded"] = [
-            {"name": Path(one["file"]).name, "because": one["because"]}
-            | ({"sha256": one["sha256"]} if one["sha256"] else {})
-            for one in excluded
+            {"name": Path(entry["file"]).name, "because": entry["because"]}
+            | ({"sha256": entry["sha256"]} if entry["sha256"] else {})
+            for entry in excluded
         ]
-    synthetic = any(curve.synthetic for curve in found.curves)
-    return updated_text(file, name, marked(found.sources, synthetic), made_by, accepted)
+    synthetic = any(curve.synthetic for curve in calibration.curves)
+    return updated_text(
+        file, name, mark_synthetic(calibration.sources, synthetic), made_by, accepted
+    )
 
 
-def marked(
+def mark_synthetic(
     changes: Mapping[str, tuple[float, Source] | None], synthetic: bool
 ) -> dict[str, tuple[float, Source] | None]:
-    """Numbers for a brake's file; where `synthetic` the source of each that was found says so.
+    """Return numbers for a brake's file, their sources marked if `synthetic`.
 
-    The numbers carry the mark themselves, since [made_by] is another one after the next command.
+    The numbers carry the mark themselves, because the next command replaces [made_by].
     """
     if not synthetic:
         return dict(changes)
-    return {path: one and (one[0], one[1].from_synthetic()) for path, one in changes.items()}
+    return {
+        path: change and (change[0], change[1].from_synthetic()) for path, change in changes.items()
+    }

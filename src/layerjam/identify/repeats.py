@@ -1,4 +1,4 @@
-"""Mean and 95 % interval over repeats: the repeat is the unit, its samples are not."""
+"""Mean and 95 % interval over repeats: the repeat is the unit, not the sample."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ LEVEL = 0.95
 
 @dataclass(frozen=True, kw_only=True)
 class OverRepeats:
-    """What `repeats` values of one quantity say, in the quantity's unit.
+    """Statistics of `repeats` values of one quantity, in its unit.
 
-    `sd` is the sample standard deviation, `low` and `high` bound the mean with 95 % confidence by
-    Student's t with `repeats` - 1 degrees of freedom; all four are None for one repeat.
+    `sd` is the sample standard deviation. `low` and `high` bound the mean with 95 % confidence by
+    Student's t with `repeats` - 1 degrees of freedom. All but `mean` are None for one repeat.
     """
 
     mean: float
@@ -27,13 +27,13 @@ class OverRepeats:
     repeats: int
 
     def interval_words(self) -> str:
-        """The interval in words."""
+        """Return the interval as text."""
         if self.low is None or self.high is None:
             return "one repeat"
         return f"95 % interval {self.low:.4g} to {self.high:.4g} (t, {self.repeats} repeats)"
 
     def as_dict(self) -> dict[str, float | int | None]:
-        """The fields by name, for JSON."""
+        """Return the fields by name, for JSON."""
         return asdict(self) | {"level": LEVEL}
 
 
@@ -51,19 +51,19 @@ def interval_ends(value: float, reach: float, positive: bool = True) -> tuple[fl
 
 
 def over_repeats(values: Sequence[float], positive: bool = True) -> OverRepeats:
-    """Mean, SD, standard error and 95 % t interval of one value a repeat; at least one.
+    """Return mean, SD, standard error and 95 % t interval of one value per repeat; at least one.
 
-    `positive` is whether the quantity is so by nature.
+    `positive` states that the quantity cannot be negative.
     """
     from scipy.special import stdtrit
 
-    found = np.asarray(values, float)
-    mean, count = float(found.mean()), len(found)
+    numbers = np.asarray(values, float)
+    mean, count = float(numbers.mean()), len(numbers)
     if count < 2:
         return OverRepeats(
             mean=mean, sd=None, standard_error=None, low=None, high=None, repeats=count
         )
-    sd = float(found.std(ddof=1))
+    sd = float(numbers.std(ddof=1))
     error = sd / count**0.5
     reach = float(stdtrit(count - 1, 0.5 + LEVEL / 2)) * error
     low, high = interval_ends(mean, reach, positive)

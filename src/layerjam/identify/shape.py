@@ -1,4 +1,4 @@
-"""The brake with the numbers that fits over curves find."""
+"""A brake with the numbers that a fit over curves varies."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Any
 from layerjam.device.brake import Brake
 
 SHAPE = ("scale_factor", "stiffness", "enclosure_factor")
-"""What a single curve's shape depends on; fits take the first two by their logarithms."""
+"""Numbers that set the shape of a curve; fits use the logarithms of the first two."""
 
 
 def with_shape(brake: Brake, factor: Any, stiffness: Any, enclosure: Any) -> Brake:
-    """The brake with another scale factor, stiffness [N/m] and factor on the enclosure's force.
+    """Return the brake with a scale factor, stiffness [N/m] and factor on the enclosure's force.
 
-    Only the product of the enclosure's modulus and friction shows in its force: both are multiplied
-    alike, so that the slip from which the whole enclosure moves stays as it was.
+    A force shows only the product of the enclosure's modulus and friction. Both are multiplied
+    alike, so the slip at which the whole enclosure moves does not change.
     """
     return replace(
         brake,
@@ -27,5 +27,5 @@ def with_shape(brake: Brake, factor: Any, stiffness: Any, enclosure: Any) -> Bra
 
 
 def plain(brake: Brake) -> Brake:
-    """The brake without its pressure exponent, which a fit over curves keeps apart."""
+    """Return the brake without its pressure exponent, which curve fits treat separately."""
     return replace(brake, pressure_exponent=None, test_pressure=None)

@@ -1,4 +1,4 @@
-"""The friction of a brake at the speed of a pull, where its file has a speed law."""
+"""Friction of a brake at the speed of a pull, if its file has a speed law."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from layerjam.simulate.speed import follows_speed
 
 
 def growth_in(brake: Brake, speed: float | None, path: str) -> float:
-    """Friction at a crosshead's speed [m/s] over that at the law's test speed; 1 without a law.
+    """Return the friction at a speed [m/s] over that at the law's test speed; 1 if no law.
 
-    Raises FitError where the brake has a law and the pull tells no speed.
+    Raises FitError if the brake has a law and the speed of the pull is unknown.
     """
     if not follows_speed(brake):
         return 1.0
     if speed is None:
         raise FitError.of(
             path,
-            "tells no speed and has no time, and the friction of this brake depends on it "
+            "states no speed and has no time, and the friction of this brake depends on it "
             "([speed_law]); name the speed in a sidecar, or use the brake without that table",
         )
     return float(growth_of(speed, brake))
 
 
 def as_pulled(brake: Brake, speed: float | None, path: str) -> Brake:
-    """The brake with the friction that it has at a crosshead's speed [m/s]; raises as `growth_in`.
+    """Return the brake with its friction at a crosshead speed [m/s]; raises as `growth_in`.
 
-    A scale factor that is fitted with it is that at the law's test speed.
+    A scale factor fitted with it is the one at the law's test speed.
     """
     growth_in(brake, speed, path)
     return brake if speed is None else at_speed(speed, brake)

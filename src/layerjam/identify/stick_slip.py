@@ -1,9 +1,9 @@
-"""Stick-slip in a measured force: saw teeth told from noise, texture and vibration.
+"""Stick-slip in a measured force: saw teeth as distinct from noise, texture and vibration.
 
-While the films stick the force rises at the stiffness of what pulls them, as often as it does so;
-when they slip it falls at once. Four things must therefore hold together: the swing stands out of
-the noise, the teeth come at a regular distance, they rise for longer than they fall, and they all
-rise equally fast. Noise and a rough film rise and fall alike; a vibration does too.
+While the films stick the force rises at the stiffness of the pulling parts; when they slip it falls
+at once. Four conditions must therefore be met together: the swing exceeds the noise, the teeth are
+regularly spaced, they rise for longer than they fall, and all rise equally fast. Noise and a rough
+film rise and fall alike; so does a vibration.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from layerjam.measure.trace import Array
 Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 LEAST_TEETH = 5
-"""Teeth needed; three will do where they are large and alike."""
+"""Fewest teeth; three are enough if they are large and alike."""
 LEAST_SWING = 0.02
-"""Smaller swings, as a part of the middle force, are left in the mean."""
+"""Smallest swing reported, relative to the middle force; smaller ones stay in the mean."""
 LEAST_SHARE = 0.6
 """Part of a tooth during which the force rises; 0.5 is a vibration."""
 SUDDEN = 0.72
-"""The same where the teeth are fewer than MANY or not all alike: a rough film comes close."""
-MANY, ALIKE = 15, 0.3
+"""The same if the teeth are fewer than MANY_TEETH or not all alike: a rough film comes close."""
+MANY_TEETH, ALIKE = 15, 0.3
 CLEAR = 4.0
 """Standard errors by which that part must exceed one half."""
 MOST_UNLIKE = 0.5
@@ -34,7 +34,7 @@ MOST_UNLIKE = 0.5
 STANDS_OUT = 8.0
 """Swing that counts as a reversal, in standard deviations of the smoothed noise."""
 SMOOTHINGS = (1, 5, 21, 63, 151)
-"""Samples of the running means tried, until teeth are found."""
+"""Samples of the running means tried, until teeth are detected."""
 MOST_SAMPLES = 60_000
 
 
@@ -43,9 +43,9 @@ class SawTeeth:
     """Stick-slip in a stretch of a record, SI units.
 
     `upper` and `lower` are the mean forces at which the teeth end and begin [N], with standard
-    errors from their scatter; `spacing` is the crosshead's travel between two slips [m], `period`
-    the time [s], None without time stamps. `rising_share` is the part of a tooth that rises,
-    `irregularity` the scatter of the spacing as a part of it. `peaks` and `troughs` are indices
+    errors from their scatter. `spacing` is the crosshead's travel between two slips [m], `period`
+    the time [s] or None if the record has no time. `rising_share` is the part of a tooth that
+    rises, `irregularity` the relative scatter of the spacing. `peaks` and `troughs` are indices
     into the stretch.
     """
 
@@ -70,21 +70,21 @@ class SawTeeth:
 
     @property
     def middle(self) -> float:
-        """Halfway between the envelopes [N]: the kinetic force where nothing damps the slip."""
+        """Force halfway between the envelopes [N]: the kinetic force if nothing damps the slip."""
         return (self.upper + self.lower) / 2
 
 
 class Search(NamedTuple):
-    """Saw teeth, or None, and why."""
+    """Saw teeth or None, and the reason."""
 
     teeth: SawTeeth | None
     reason: str
 
 
 def noise_of(force: Array) -> float:
-    """Standard deviation of white noise in a record [N], whatever slow or rare lies under it.
+    """Return the standard deviation of white noise in a record [N], without its slow changes.
 
-    From the median of the second differences, which lines do not change and jumps hardly.
+    It is from the median of the second differences, which lines do not change and jumps hardly.
     """
     if len(force) < 5:
         return 0.0
@@ -93,7 +93,7 @@ def noise_of(force: Array) -> float:
 
 
 def running_mean(values: Array, samples: int) -> Array:
-    """Centred running mean over an odd number of samples; same length, ends repeated."""
+    """Return the centred running mean over an odd number of samples; same length, ends repeated."""
     if samples < 3:
         return values
     half = samples // 2
@@ -102,37 +102,37 @@ def running_mean(values: Array, samples: int) -> Array:
 
 
 def turning_points(values: Array, least: float) -> tuple[Indices, Indices]:
-    """(peaks, troughs): indices where the values turn by more than `least`, alternating."""
+    """Return (peaks, troughs): indices where the values turn by more than `least`, alternating."""
     step = np.diff(values)
     moving = np.flatnonzero(step)
     if not len(moving):
         return np.empty(0, np.intp), np.empty(0, np.intp)
     signs = np.sign(step[moving])
     bends = moving[:-1][signs[1:] != signs[:-1]] + 1
-    at = [0, *bends.tolist(), len(values) - 1]
-    found: tuple[list[int], list[int]] = ([], [])
-    high = low = at[0]
+    places = [0, *bends.tolist(), len(values) - 1]
+    turns: tuple[list[int], list[int]] = ([], [])
+    high = low = places[0]
     up: bool | None = None
-    heights = values[at].tolist()
+    heights = values[places].tolist()
     top = bottom = heights[0]
-    for index, height in zip(at, heights, strict=True):
+    for index, height in zip(places, heights, strict=True):
         if height > top:
             top, high = height, index
         if height < bottom:
             bottom, low = height, index
         if up is not False and top - height > least:
-            found[0].append(high)
+            turns[0].append(high)
             up, bottom, low = False, height, index
             top, high = height, index
         elif up is not True and height - bottom > least:
-            found[1].append(low)
+            turns[1].append(low)
             up, top, high = True, height, index
             bottom, low = height, index
-    return np.array(found[0], np.intp), np.array(found[1], np.intp)
+    return np.array(turns[0], np.intp), np.array(turns[1], np.intp)
 
 
 class _Stretch(NamedTuple):
-    """A stretch of sliding and how it is looked at: `noise` of one sample [N], smoothing."""
+    """A stretch of sliding, the noise of one sample [N], and the samples of a smoothing."""
 
     position: Array
     force: Array
@@ -142,7 +142,7 @@ class _Stretch(NamedTuple):
 
 
 class _Turns(NamedTuple):
-    """Whole teeth as indices: where each peaks, where it starts and where it ends."""
+    """Whole teeth as indices: their peaks, starts and ends."""
 
     peaks: Indices
     starts: Indices
@@ -150,46 +150,46 @@ class _Turns(NamedTuple):
 
 
 def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> Search:
-    """Saw teeth in a stretch of sliding, arrays of shape (N,): position [m], force [N], time [s].
+    """Find saw teeth in a stretch of sliding: position [m], force [N], time [s], shape (N,).
 
     The position rises. Smoothings from none to 151 samples are tried, so that teeth smaller than
-    the noise of one sample are found where there are many samples to a tooth.
+    the noise of one sample are detected if there are many samples to a tooth.
     """
     if len(force) < 3 * LEAST_TEETH:
         return Search(None, f"only {len(force)} samples")
-    # every so many samples one; the mean would take the teeth's tips
+    # take single samples at a regular distance; the mean would cut the teeth's tips
     coarse = max(1, -(-len(force) // MOST_SAMPLES))
     position, force = position[::coarse], force[::coarse]
     noise = max(noise_of(force), _step_of(force) / 12**0.5)
-    whole = _Stretch(position, force, None if time is None else time[::coarse], noise)
-    found, told, reason = None, False, "nothing stands out of the noise"
+    stretch = _Stretch(position, force, None if time is None else time[::coarse], noise)
+    best, has_reason, reason = None, False, "no swing exceeds the noise"
     for samples in SMOOTHINGS:
         if 4 * samples > len(force):
             break
         smooth = running_mean(force, samples)
-        rest = noise / samples**0.5
-        least = max(STANDS_OUT * rest, 0.3 * LEAST_SWING * abs(float(force.mean())))
+        smoothed_noise = noise / samples**0.5
+        least = max(STANDS_OUT * smoothed_noise, 0.3 * LEAST_SWING * abs(float(force.mean())))
         peaks, troughs = _large_turns(smooth, least)
-        teeth, why = _judged(whole._replace(samples=samples), smooth, peaks, troughs)
-        if teeth is not None and (found is None or teeth.teeth > found.teeth):
-            found, reason = teeth, why
-        elif found is None and len(peaks) > LEAST_TEETH and not told:
-            reason, told = why, True  # the least smoothed record that swings knows best
-        if found is not None and found.upper - found.lower > 2 * STANDS_OUT * rest:
+        teeth, explanation = _judge_turns(stretch._replace(samples=samples), smooth, peaks, troughs)
+        if teeth is not None and (best is None or teeth.teeth > best.teeth):
+            best, reason = teeth, explanation
+        elif best is None and len(peaks) > LEAST_TEETH and not has_reason:
+            reason, has_reason = explanation, True  # keep the reason of the least smoothed record
+        if best is not None and best.upper - best.lower > 2 * STANDS_OUT * smoothed_noise:
             break  # below that the smallest teeth are missed, and a smoother record shows more
-    if found is not None and coarse > 1:
-        found = replace(found, peaks=found.peaks * coarse, troughs=found.troughs * coarse)
-    return Search(found, reason)
+    if best is not None and coarse > 1:
+        best = replace(best, peaks=best.peaks * coarse, troughs=best.troughs * coarse)
+    return Search(best, reason)
 
 
 def _step_of(force: Array) -> float:
-    """The load cell's digit, where a record shows one; else next to nothing."""
+    """Return the load cell's digit if a record shows one, else a value near zero."""
     steps = np.diff(np.unique(force[:4000]))
     return float(steps.min()) if len(steps) else 0.0
 
 
 def _large_turns(smooth: Array, least: float) -> tuple[Indices, Indices]:
-    """Turning points of the large swings: those above `least`, without the wiggles on them."""
+    """Return the turning points of the swings above `least`, without the wiggles on them."""
     peaks, troughs = turning_points(smooth, least)
     if min(len(peaks), len(troughs)) < 3:
         return peaks, troughs
@@ -199,15 +199,15 @@ def _large_turns(smooth: Array, least: float) -> tuple[Indices, Indices]:
 
 
 def _unlike(values: Array) -> float:
-    """Scatter as a part of the median, both robust."""
+    """Return the scatter relative to the median, both robust."""
     middle = float(np.median(values))
     return 1.4826 * float(np.median(np.abs(values - middle))) / max(abs(middle), 1e-300)
 
 
-def _judged(of: _Stretch, smooth: Array, peaks: Indices, troughs: Indices) -> Search:
-    """Whether turning points are saw teeth, and their measures."""
-    position, samples = of.position, of.samples
-    # whole teeth only, trough, peak and next trough; the first turn may be cut off by the window
+def _judge_turns(stretch: _Stretch, smooth: Array, peaks: Indices, troughs: Indices) -> Search:
+    """Return the measures of turning points if they are saw teeth, else the reason."""
+    position, samples = stretch.position, stretch.samples
+    # whole teeth only: trough, peak and next trough; the window may cut off the first turn
     if len(troughs) and len(peaks):
         troughs = troughs[1:] if troughs[0] < peaks[0] else troughs
         peaks = peaks[1:]
@@ -215,23 +215,23 @@ def _judged(of: _Stretch, smooth: Array, peaks: Indices, troughs: Indices) -> Se
     if count < 3:
         return Search(None, f"{max(count, 0)} swings stand out, too few to tell")
     peaks, starts, ends = peaks[:count], troughs[:count], troughs[1 : count + 1]
-    rise, whole = position[peaks] - position[starts], position[ends] - position[starts]
-    if not (whole > 0).all() or not (rise > 0).all():
+    rise, length = position[peaks] - position[starts], position[ends] - position[starts]
+    if not (length > 0).all() or not (rise > 0).all():
         return Search(None, "the crosshead does not move on while the force swings")
-    share = rise / whole
+    share = rise / length
     spread = float(share.std(ddof=1)) / count**0.5
     mean_share = float(share.mean())
     swing = float(np.median(smooth[peaks] - smooth[starts]))
     irregular = _unlike(np.diff(position[peaks]))
     slopes = _unlike((smooth[peaks] - smooth[starts]) / rise)
     middle = float(np.median(smooth[peaks] + smooth[starts])) / 2
-    clear = swing > 20 * of.noise / samples**0.5 and swing > 0.05 * abs(middle)
+    clear = swing > 20 * stretch.noise / samples**0.5 and swing > 0.05 * abs(middle)
     large = clear and mean_share > 0.75 and slopes < 0.25
     if count < LEAST_TEETH and not large:
         return Search(None, f"{count} swings stand out, too few to tell")
     if np.median(np.diff(peaks)) < 4 * samples and samples > 1:
         return Search(None, "swings as short as the smoothing")
-    alike = count >= MANY and max(irregular, slopes) <= ALIKE
+    alike = count >= MANY_TEETH and max(irregular, slopes) <= ALIKE
     least = LEAST_SHARE if alike else SUDDEN
     if mean_share < least or mean_share - 0.5 < CLEAR * spread:
         return Search(
@@ -241,7 +241,7 @@ def _judged(of: _Stretch, smooth: Array, peaks: Indices, troughs: Indices) -> Se
         )
     if irregular > MOST_UNLIKE or slopes > MOST_UNLIKE:
         return Search(None, f"{count} swings without a regular spacing or slope: a rough film")
-    teeth = _measured(of, _Turns(peaks, starts, ends))
+    teeth = _measure_teeth(stretch, _Turns(peaks, starts, ends))
     if teeth.upper - teeth.lower < LEAST_SWING * abs(teeth.middle):
         part = (teeth.upper - teeth.lower) / abs(teeth.middle)
         return Search(None, f"saw teeth of {part:.1%} of the force, too small to matter")
@@ -252,8 +252,8 @@ def _judged(of: _Stretch, smooth: Array, peaks: Indices, troughs: Indices) -> Se
     )
 
 
-def _measured(of: _Stretch, turns: _Turns) -> SawTeeth:
-    (position, force, time, noise, samples), (peaks, starts, ends) = of, turns
+def _measure_teeth(stretch: _Stretch, turns: _Turns) -> SawTeeth:
+    (position, force, time, noise, samples), (peaks, starts, ends) = stretch, turns
     tops, feet = _ends_of_falls(force, turns, samples)
     high, low = force[tops].astype(float), force[feet].astype(float)
     if float(np.median(high - low)) < 50 * noise:
@@ -264,22 +264,22 @@ def _measured(of: _Stretch, turns: _Turns) -> SawTeeth:
             if line is not None:
                 low[i], high[i] = line.at(float(position[a])), line.at(float(position[b]))
     count = len(peaks)
-    apart = np.diff(position[peaks])
-    between = float(np.median(np.diff(peaks)))
+    spacings = np.diff(position[peaks])
+    samples_per_tooth = float(np.median(np.diff(peaks)))
     # a tooth ends somewhere between two samples, or within the smoothing
-    unsure = (samples / 2) * float(np.mean(high - low)) / between
+    uncertainty = (samples / 2) * float(np.mean(high - low)) / samples_per_tooth
     return SawTeeth(
         upper=float(high.mean()),
         lower=float(low.mean()),
-        upper_se=float(np.hypot(high.std(ddof=1) / count**0.5, unsure / 2)),
-        lower_se=float(np.hypot(low.std(ddof=1) / count**0.5, unsure / 2)),
-        spacing=float(np.median(apart)),
+        upper_se=float(np.hypot(high.std(ddof=1) / count**0.5, uncertainty / 2)),
+        lower_se=float(np.hypot(low.std(ddof=1) / count**0.5, uncertainty / 2)),
+        spacing=float(np.median(spacings)),
         period=None if time is None else float(np.median(np.diff(time[peaks]))),
         teeth=count,
         rising_share=float(
             ((position[peaks] - position[starts]) / (position[ends] - position[starts])).mean()
         ),
-        irregularity=_unlike(apart),
+        irregularity=_unlike(spacings),
         start=float(position[starts[0]]),
         end=float(position[ends[-1]]),
         peaks=tops,
@@ -288,7 +288,7 @@ def _measured(of: _Stretch, turns: _Turns) -> SawTeeth:
 
 
 def _ends_of_falls(force: Array, turns: _Turns, samples: int) -> tuple[Indices, Indices]:
-    """(tops, feet) of the teeth, where a smoothed record shows them too early and too late.
+    """Return (tops, feet) of the teeth; smoothing moves the one earlier and the other later.
 
     A fall is centred where the means over half a smoothing before and after it differ most.
     """
@@ -300,11 +300,14 @@ def _ends_of_falls(force: Array, turns: _Turns, samples: int) -> tuple[Indices, 
     last = len(force) - 1
 
     def fall(early: int, late: int) -> tuple[int, int]:
-        at = np.arange(max(early, half), min(late, last - half) + 1)
-        if not len(at):
+        places = np.arange(max(early, half), min(late, last - half) + 1)
+        if not len(places):
             return early, late
-        before, after = sums[at + 1] - sums[at + 1 - half], sums[at + 1 + half] - sums[at + 1]
-        centre = int(at[np.argmax(before - after)])
+        before, after = (
+            sums[places + 1] - sums[places + 1 - half],
+            sums[places + 1 + half] - sums[places + 1],
+        )
+        centre = int(places[np.argmax(before - after)])
         reach = max(late - early - samples, 0) // 2
         return max(centre - reach, 0), min(centre + 1 + reach, last)
 

@@ -1,4 +1,4 @@
-"""Straight lines through samples: slope, its standard error, and where the line meets a value."""
+"""Straight lines through samples: slope, its standard error, and crossings."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from layerjam.measure.trace import Array
 
 
 class StraightLine(NamedTuple):
-    """A least-squares line through N points, in their own units.
+    """Least-squares line through N points, in their own units.
 
-    It passes through the points' mean (`x`, `y`); `slope_se` rests on their scatter about the line
+    It passes through the points' mean (`x`, `y`). `slope_se` is from their scatter about the line
     with `freedom` = N - 2, and is 0 for fewer than three points.
     """
 
@@ -23,23 +23,23 @@ class StraightLine(NamedTuple):
     freedom: int
 
     def at(self, x: float) -> float:
-        """The line's value at `x`."""
+        """Return the line's value at `x`."""
         return self.y + self.slope * (x - self.x)
 
     def meets(self, y: float) -> float:
-        """Where the line has the value `y`."""
+        """Return the x at which the line has the value `y`."""
         return self.x + (y - self.y) / self.slope
 
 
 def straight_line(x: Array, y: Array) -> StraightLine | None:
-    """The line through points, arrays of shape (N,); None where x does not vary."""
+    """Return the line through points, arrays of shape (N,); None if x does not vary."""
     if len(x) < 2 or not np.ptp(x) > 0:
         return None
     mean_x, mean_y = float(x.mean()), float(y.mean())
-    run = x - mean_x
-    spread = float(run @ run)
-    slope = float(run @ (y - mean_y)) / spread
-    rest = y - mean_y - slope * run
+    offsets = x - mean_x
+    spread = float(offsets @ offsets)
+    slope = float(offsets @ (y - mean_y)) / spread
+    residuals = y - mean_y - slope * offsets
     freedom = len(x) - 2
-    error = float(np.sqrt(rest @ rest / freedom / spread)) if freedom > 0 else 0.0
+    error = float(np.sqrt(residuals @ residuals / freedom / spread)) if freedom > 0 else 0.0
     return StraightLine(slope, error, mean_x, mean_y, freedom)

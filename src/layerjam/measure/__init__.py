@@ -1,1 +1,1 @@
-"""What a file says: readers (one a format), one taker of columns, sidecars, traces."""
+"""Reading of measurements: readers for the formats, column selection, sidecars, traces."""

@@ -13,7 +13,7 @@ from layerjam.records.values import AsItIs
 
 @dataclass(frozen=True, kw_only=True)
 class Certificate:
-    """One certificate: number, day of the calibration, laboratory, and day when the next is due.
+    """One certificate: number, day of calibration, laboratory, and day of the next calibration.
 
     Days are ISO 8601; `due` is empty if nobody stated it.
     """
@@ -41,7 +41,7 @@ class CertificateSpec(AsItIs):
         )
 
     def read(self, text: object, name: str) -> Certificate:
-        """Return the certificate; QuantityError if a key or a day is not as it must be."""
+        """Return the certificate; QuantityError if a key or a day is invalid."""
         if not isinstance(text, Mapping):
             raise QuantityError.of(name, f"must be {self.limits()}")
         unknown = ", ".join(sorted(set(text) - set(KEYS)))[:60]

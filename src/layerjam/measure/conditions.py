@@ -1,4 +1,4 @@
-"""The conditions of a test: from its sidecar, from one list for a whole folder, from its name."""
+"""Conditions of a test: from its sidecar, from one list for a whole folder, from its name."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from layerjam.records.values import entries
 from layerjam.units import FlagSpec, QuantitySpec, show
 
 LIST = "conditions.csv"
-"""A table in the folder of the files: one row for each, its name under `file`."""
+"""A table in the folder of the files: one row per file, its name under `file`."""
 FILE = "file"
 _FIELDS = {name: entry for name, entry in entries(Facts) if not isinstance(entry.spec, FlagSpec)}
 _IN_NAMES = {
@@ -32,31 +32,33 @@ _NUMBER = r"\d+(?:[.,p]\d+)?"
 
 
 def conditions(path: str | Path, options: ReadingOptions) -> Facts:
-    """What is stated of a test, by its sidecar, by the folder's list or by its name.
+    """Return the conditions of a test from its sidecar, the folder's list and its name.
 
-    `options.names` is the pattern of the file's name, `options.speed` [m/s] the speed where nothing
-    states one. Raises FileError for a list or a name that cannot be read, or where two of them say
-    different things, and QuantityError for a pattern that is none.
+    `options.names` is the pattern of the file's name, `options.speed` [m/s] the default speed.
+    Raises FileError for a list or a name that cannot be read, or if two of them disagree, and
+    QuantityError for an invalid pattern.
     """
     facts = read_facts(path)
-    said = {"its sidecar": _stated(facts), LIST: _listed(Path(path))}
+    sources = {"its sidecar": _stated_values(facts), LIST: _values_in_list(Path(path))}
     if options.names is not None:
-        said["its name"] = _named(Path(path), options.names)
-    made: dict[str, Any] = {}
-    by: dict[str, str] = {}
-    for where, values in said.items():
+        sources["its name"] = _values_in_name(Path(path), options.names)
+    merged: dict[str, Any] = {}
+    source_of: dict[str, str] = {}
+    for source, values in sources.items():
         for name, value in values.items():
-            if name in made and made[name] != value:
-                one, other = (_text(name, v) for v in (made[name], value))
+            if name in merged and merged[name] != value:
+                first, second = (_text(name, v) for v in (merged[name], value))
                 raise FileError(
-                    path, f"{by[name]} states {name} {one}, {where} {other}; correct one of them"
+                    path, f"{source_of[name]} states {name} {first}, {source} {second}; correct one"
                 )
-            made[name], by[name] = value, where
-    found = replace(facts, **made)
-    return found if found.speed is not None else replace(found, speed=options.speed)
+            merged[name], source_of[name] = value, source
+    facts_found = replace(facts, **merged)
+    return (
+        facts_found if facts_found.speed is not None else replace(facts_found, speed=options.speed)
+    )
 
 
-def _stated(facts: Facts) -> dict[str, Any]:
+def _stated_values(facts: Facts) -> dict[str, Any]:
     return {name: v for name in _FIELDS if (v := getattr(facts, name)) not in (None, "")}
 
 
@@ -65,22 +67,22 @@ def _text(name: str, value: Any) -> str:
     return show(value, spec.unit) if isinstance(spec, QuantitySpec) else f"'{value}'"
 
 
-def _listed(path: Path) -> Mapping[str, Any]:
-    at = path.parent / LIST
+def _values_in_list(path: Path) -> Mapping[str, Any]:
+    place = path.parent / LIST
     try:
-        known = at.stat()
+        status = place.stat()
     except (OSError, ValueError):
         return {}
-    return _list(at, known.st_mtime_ns, known.st_size).get(path.name, {})
+    return _list(place, status.st_mtime_ns, status.st_size).get(path.name, {})
 
 
 @lru_cache(maxsize=16)
-def _list(path: Path, _changed: int, _size: int) -> dict[str, dict[str, Any]]:
-    return listed(read_text(path), path)
+def _list(path: Path, _time: int, _size: int) -> dict[str, dict[str, Any]]:
+    return parse_list(read_text(path), path)
 
 
-def listed(text: str, path: str | Path) -> dict[str, dict[str, Any]]:
-    """{file's name: {fact: SI value}} of a list's text; FileError names `path` and the line."""
+def parse_list(text: str, path: str | Path) -> dict[str, dict[str, Any]]:
+    """Return {file name: {fact: SI value}} of a list's text; FileError has `path` and line."""
     mark = max(",;\t", key=text.partition("\n")[0].count)
     rows = [(n, row) for n, row in enumerate(csv.reader(io.StringIO(text), delimiter=mark), 1)]
     rows = [
@@ -102,8 +104,8 @@ def listed(text: str, path: str | Path) -> dict[str, dict[str, Any]]:
         cells = dict(zip(names, zip(row, (u for _, u in heads), strict=False), strict=False))
         file = cells.pop(FILE, ("", None))[0]
         if not file or file in out:
-            why = f"lists '{file}' twice" if file else "has a row without a file's name"
-            raise FileError(path, why, number)
+            fault = f"lists '{file}' twice" if file else "has a row without a file's name"
+            raise FileError(path, fault, number)
         try:
             out[file] = {
                 name: _value(name, cell.replace(",", ".") if mark != "," else cell, unit)
@@ -116,22 +118,22 @@ def listed(text: str, path: str | Path) -> dict[str, dict[str, Any]]:
 
 
 def _value(name: str, text: str, unit: str | None) -> Any:
-    """The SI value of a cell or of a part of a name, whose unit may stand elsewhere."""
+    """Return the SI value of a cell or of a part of a name, whose unit may be elsewhere."""
     of_number = name in _IN_NAMES and unit is not None
     return _FIELDS[name].spec.read(f"{text} {unit}" if of_number else text, name)
 
 
-def _named(path: Path, names: str) -> dict[str, Any]:
-    """What a file's name says, after the first of the patterns that it follows."""
-    tried = (
+def _values_in_name(path: Path, names: str) -> dict[str, Any]:
+    """Return the values in a file's name, by the first of the patterns that matches it."""
+    matches = (
         (pattern.fullmatch(path.name) or pattern.fullmatch(path.stem), units)
         for pattern, units in _patterns(names)
     )
-    match, units = next((one for one in tried if one[0] is not None), (None, {}))
+    match, units = next((pair for pair in matches if pair[0] is not None), (None, {}))
     if match is None:
-        more = "" if "|" in names else "; for files of two kinds, two patterns with | between them"
-        said = f"its name does not follow the pattern '{names}'"
-        raise FileError(path, said, how=f" (--names{more})")
+        hint = "" if "|" in names else "; for files of two kinds, two patterns with | between them"
+        fault = f"its name does not follow the pattern '{names}'"
+        raise FileError(path, fault, how=f" (--names{hint})")
     try:
         return {
             name: _value(name, re.sub(r"(?<=\d)[,p](?=\d)", ".", text), units[name])
@@ -143,15 +145,15 @@ def _named(path: Path, names: str) -> dict[str, Any]:
 
 @lru_cache(maxsize=64)
 def _patterns(names: str) -> list[tuple[re.Pattern[str], dict[str, str | None]]]:
-    """Patterns with | between them; QuantityError where none of them holds a quantity."""
-    made = [_pattern(one) for one in names.split("|")]
-    if not any(units for _, units in made):
+    """Return the patterns between | signs; QuantityError if none of them has a quantity."""
+    patterns = [_pattern(part) for part in names.split("|")]
+    if not any(units for _, units in patterns):
         raise QuantityError(f"names: '{names[:60]}' holds no quantity; {_form()}")
-    return made
+    return patterns
 
 
 def _pattern(names: str) -> tuple[re.Pattern[str], dict[str, str | None]]:
-    """The regular expression of a pattern, and the unit it gives to each quantity in it."""
+    """Return the regular expression of a pattern, and the unit of each quantity in it."""
     units: dict[str, str | None] = {}
     parts: list[str] = []
     for part in re.split(r"(\{[^{}]*\}|\*)", names):
@@ -166,21 +168,21 @@ def _pattern(names: str) -> tuple[re.Pattern[str], dict[str, str | None]]:
 
 
 def _group(name: str, unit: str, units: dict[str, str | None]) -> str:
-    """The expression of one quantity of a pattern."""
+    """Return the expression of one quantity of a pattern."""
     if name not in _IN_NAMES:
         raise UnknownNameError("quantity of a file's name", name, _IN_NAMES)
     if name in units:
-        raise QuantityError(f"names: {{{name}}} stands twice")
+        raise QuantityError(f"names: {{{name}}} appears twice")
     si = _IN_NAMES[name].unit
     if unit and (si == "1" or convert(unit, si) is None):
-        raise QuantityError(f"names: '{unit[:20]}' is no unit of {name}; {_form()}")
+        raise QuantityError(f"names: '{unit[:20]}' is not a unit of {name}; {_form()}")
     units[name] = unit or None
-    written = "" if unit or si == "1" else r"\s?[A-Za-zµ]+(?:/[A-Za-z]+)?"
-    return rf"(?P<{name}>{_NUMBER}{written})"
+    in_name = "" if unit or si == "1" else r"\s?[A-Za-zµ]+(?:/[A-Za-z]+)?"
+    return rf"(?P<{name}>{_NUMBER}{in_name})"
 
 
-def _form(known: Sequence[str] = tuple(_IN_NAMES)) -> str:
+def _form(quantities: Sequence[str] = tuple(_IN_NAMES)) -> str:
     return (
-        f"write such as 'pull_{{vacuum}}_{{speed:mm/s}}_*' with {', '.join(known)}; a unit within "
-        "the braces where the name holds none, * for anything"
+        f"write such as 'pull_{{vacuum}}_{{speed:mm/s}}_*' with {', '.join(quantities)}; a unit "
+        "within the braces if the name has none, * for anything"
     )

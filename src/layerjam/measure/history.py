@@ -1,4 +1,4 @@
-"""A vacuum over time from a file, as a pump's log or a spreadsheet holds it."""
+"""Vacuum over time from a file, such as a pump's log or a spreadsheet."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from layerjam.units import show
 def read_history(
     path: str | Path, atmosphere: float, options: ReadingOptions | None = None
 ) -> History:
-    """The history in a log such as ``time [s],vacuum [kPa]``, read as every other log is.
+    """Read the history in a log such as ``time [s],vacuum [kPa]``, like every other log.
 
-    What the pressure counts from, its column says (vacuum, absolute pressure, gauge pressure) or
-    `options.reading` does. Raises FileError where neither says so, for what is no such log, where
-    time does not rise, or the vacuum leaves 0 to `atmosphere` [Pa].
+    The column's name (vacuum, absolute pressure, gauge pressure) or `options.reading` states the
+    reference of the pressure. Raises FileError if neither does, if the file is not such a log, if
+    time does not rise, or if the vacuum leaves 0 to `atmosphere` [Pa].
     """
     log = read_log(path, (TIME, PRESSURE), options)
     kind, _ = log.pressure_reference(options.reading if options else None)

@@ -1,7 +1,7 @@
-"""A time log of any logger or test machine: named columns, units, and nothing guessed.
+"""Time log of any logger or test machine: named columns and units, without guesses.
 
-A command says which quantities it wants (`Want`). A column is taken by its unit first, then by its
-name; where a file does not say enough, `ReadingOptions` do.
+A command lists the quantities it needs (`Want`). A column is selected by its unit first, then by
+its name. `ReadingOptions` decide where the file does not.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from layerjam.measure.readers.columns import (
     Want,
     assign,
     by_order,
-    how,
-    spoken,
+    columns_hint,
+    plain_words,
 )
 from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.lines import read_lines, split
@@ -56,10 +56,11 @@ ACCELERATION = Want(
 
 @dataclass(frozen=True)
 class Log:
-    """Columns in SI units by role, shape (N,) each, and what was understood of the file.
+    """Columns in SI units by role, shape (N,) each, and the interpretation of the file.
 
-    `head` holds the lines above the table, lower-case key to the rest of the line; `taken` each
-    column's name and unit as written, for what a unit alone does not say (bar absolute or gauge).
+    `head` has the lines above the table, lower-case key to the rest of the line. `taken` has each
+    column's name and unit as written, because a unit alone may be incomplete (bar absolute or
+    gauge).
     """
 
     path: str
@@ -78,22 +79,22 @@ class Log:
 
     @property
     def name(self) -> str:
-        """The file's name without its folder."""
+        """File name without its folder."""
         return Path(self.path).name
 
     @property
     def said(self) -> list[Notice]:
-        """What every result made from it has to say."""
+        """Notices for every result computed from the file."""
         return [SYNTHETIC] if self.synthetic else []
 
-    def pressure_reference(self, given: str | None) -> tuple[str, str | None]:
-        """(what the pressure counts from, what its column says of it or None).
+    def pressure_reference(self, reference: str | None) -> tuple[str, str | None]:
+        """Return (reference of the pressure, reference in its column or None).
 
-        One of `options.REFERENCES`; FileError where neither the column nor `given` says so.
+        One of `options.REFERENCES`; FileError if neither the column nor `reference` states it.
         """
         column = self.taken["pressure"]
         says = reference_of(column)
-        if given is None and says is None:
+        if reference is None and says is None:
             raise FileError(
                 self.path,
                 f"does not say what '{column.name[:60]}' counts from: name the column vacuum",
@@ -101,17 +102,19 @@ class Log:
                 "vacuum (below it)",
                 asks="reading",
             )
-        return given or says or "", says
+        return reference or says or "", says
 
 
 def reference_of(column: Column) -> str | None:
-    """What a column's unit or name says of its pressure: absolute, gauge, vacuum or None."""
+    """Return the pressure reference in a column's unit or name, or None if there is none."""
     match = PRESSURE_UNIT.fullmatch(column.unit.strip())
-    how = (match["how"] or "").lower() if match and unit_factor(column.unit, "Pa") is None else ""
-    name = "" if column.given else spoken(column.name)
-    if how in ("a", "abs", "absolute") or re.search(r"\babs\b|absolute?", name):
+    suffix = (
+        (match["how"] or "").lower() if match and unit_factor(column.unit, "Pa") is None else ""
+    )
+    name = "" if column.given else plain_words(column.name)
+    if suffix in ("a", "abs", "absolute") or re.search(r"\babs\b|absolute?", name):
         return "absolute"
-    if how in ("g", "gauge", "gage", "rel", "ü") or re.search(
+    if suffix in ("g", "gauge", "gage", "rel", "ü") or re.search(
         r"\b(gauge|gage)\b|uberdruck|relative?", name
     ):
         return "gauge"
@@ -119,34 +122,34 @@ def reference_of(column: Column) -> str | None:
 
 
 def read_log(path: str | Path, wants: Sequence[Want], options: ReadingOptions | None = None) -> Log:
-    """The wanted columns of a file in SI units.
+    """Read the required columns of a file in SI units.
 
-    Raises FileError (no such column, several, no unit, no number) and QuantityError for options
-    that are none. Time, where it is wanted and not optional, may not run backwards.
+    Raises FileError (column missing or ambiguous, no unit, no number) and QuantityError for invalid
+    options. A required time may not run backwards.
     """
     options = options or ReadingOptions()
-    said = options.entries({w.role: w.si for w in wants})
+    entries = options.entries({w.role: w.si for w in wants})
     source = load_source(path)
     order = options.by_order
     table = _table(source, wants, order is not None)
     if order is not None:
-        taken, notes = by_order(table.header, wants, said, len(order))
+        selected, notes = by_order(table.header, wants, entries, len(order))
     else:
-        taken, notes = assign(_with_units(table.header, wants), wants, said)
-    decimal, columns = options.decimal or source.decimal, list(taken.values())
-    rows, fixed = _last_point(Rows(source, table), columns, decimal)
-    made = dict(zip(taken, read_columns(rows, columns, decimal), strict=True))
-    _check_time(source.path, made, wants)
+        selected, notes = assign(_with_units(table.header, wants), wants, entries)
+    decimal, columns = options.decimal or source.decimal, list(selected.values())
+    rows, fixes = _last_point(Rows(source, table), columns, decimal)
+    values = dict(zip(selected, read_columns(rows, columns, decimal), strict=True))
+    _check_time(source.path, values, wants)
     above = source.data[: table.first]
     synthetic = says_synthetic(above) or read_facts(source.path).synthetic
     head = _head(source, table)
-    return Log(source.path, made, taken, head, (*notes, *fixed), synthetic)
+    return Log(source.path, values, selected, head, (*notes, *fixes), synthetic)
 
 
 def _table(source: Source, wants: Sequence[Want], listed: bool) -> Table:
-    """The table with the most rows, one with units if there is one.
+    """Return the table with the most rows, one with units if there is one.
 
-    Where the user has `listed` its columns: all from the first row of numbers on.
+    If the user has `listed` its columns it has all rows from the first row of numbers on.
     """
     lines = read_lines(source)
     blocks = blocks_of(lines)
@@ -155,15 +158,15 @@ def _table(source: Source, wants: Sequence[Want], listed: bool) -> Table:
     if listed:
         return replace(bare_table(lines, blocks[0]), last=None)
     best = max((b for b in blocks if b.table), key=lambda b: (b.styled, b.rows), default=None)
-    found = best.table if best else headless(lines, blocks)
-    if found is None:
-        why = "has no row of column names; say what its columns are"
-        raise FileError(source.path, why, how=f": {how(wants)}", asks="columns")
-    return found
+    table = best.table if best else headless(lines, blocks)
+    if table is None:
+        fault = "has no row of column names; say what its columns are"
+        raise FileError(source.path, fault, how=f": {columns_hint(wants)}", asks="columns")
+    return table
 
 
 def _with_units(header: Header, wants: Sequence[Want]) -> Header:
-    """The header, with units that end a name: 'Druck / kPa', 'p_bar', 'p [kPa(g)]'."""
+    """Return the header, with units that end a name: 'Druck / kPa', 'p_bar', 'p [kPa(g)]'."""
     names, units = zip(*(_name_unit(n, u, wants) for n, u in header.columns), strict=True)
     return replace(header, names=names, units=units)
 
@@ -180,17 +183,19 @@ def _name_unit(name: str, unit: str | None, wants: Sequence[Want]) -> tuple[str,
     return name, None
 
 
-def _last_point(rows: Rows, taken: Sequence[Column], decimal: str | None) -> tuple[Rows, list[str]]:
-    """Numbers such as 1.002.000 for 1002.000, where the point groups and is the decimal sign too.
+def _last_point(
+    rows: Rows, columns: Sequence[Column], decimal: str | None
+) -> tuple[Rows, list[str]]:
+    """Convert numbers such as 1.002.000 for 1002.000, whose last point is the decimal sign.
 
-    Only where the user says that the point is the decimal sign, or the column itself does: a group
-    of thousands cannot follow a lone zero, so 0.000 shows it.
+    This requires the user's decimal sign or a column with a number such as 0.000, because a group
+    of thousands cannot follow a lone zero.
     """
     source, table = rows.source, rows.table
     notes: list[str] = []
     if decimal == "," or not _TWO_POINTS.search(rows.body):
         return rows, notes
-    for column in taken:
+    for column in columns:
         cells = [fields[column.index] for _, fields in rows]
         twice = next((c for c in cells if _TWO_POINTS.fullmatch(c.encode())), None)
         if twice is None:
@@ -203,31 +208,31 @@ def _last_point(rows: Rows, taken: Sequence[Column], decimal: str | None) -> tup
                 how=" (--decimal)",
                 asks="decimal",
             )
-        whole = twice.replace(".", "", twice.count(".") - 1)
+        number = twice.replace(".", "", twice.count(".") - 1)
         notes.append(
-            f"in {column.name} {twice} is read as {whole}: the last point is the decimal one"
+            f"in {column.name} {twice} is read as {number}: the last point is the decimal one"
         )
     if not notes:
         return rows, notes
-    fixed = _TWO_POINTS.sub(lambda m: m[0].replace(b".", b"", m[0].count(b".") - 1), rows.body)
-    data = source.data[: table.first] + fixed
+    body = _TWO_POINTS.sub(lambda m: m[0].replace(b".", b"", m[0].count(b".") - 1), rows.body)
+    data = source.data[: table.first] + body
     return Rows(replace(source, data=data), replace(table, last=None)), notes
 
 
-def _check_time(path: str, made: Mapping[str, Array], wants: Sequence[Want]) -> None:
+def _check_time(path: str, values: Mapping[str, Array], wants: Sequence[Want]) -> None:
     due = any(w.role == "time" and not w.optional for w in wants)
-    if not due or "time" not in made:
+    if not due or "time" not in values:
         return
-    back = np.flatnonzero(np.diff(made["time"]) < 0)
-    if back.size:
-        at = float(made["time"][back[0]])
-        raise FileError(path, f"time runs backwards after {show(at, 's', 6)}")
-    if len(made["time"]) < 2 or made["time"][-1] <= made["time"][0]:
+    backwards = np.flatnonzero(np.diff(values["time"]) < 0)
+    if backwards.size:
+        time = float(values["time"][backwards[0]])
+        raise FileError(path, f"time runs backwards after {show(time, 's', 6)}")
+    if len(values["time"]) < 2 or values["time"][-1] <= values["time"][0]:
         raise FileError(path, "its time does not advance")
 
 
 def _head(source: Source, table: Table) -> dict[str, tuple[str, ...]]:
-    """Lines above the table as key and values: 'Material;EcoFlex30;', '# volume: 120 mL'."""
+    """Return the lines above the table as {key: values}: 'Material;EcoFlex30;'."""
     out: dict[str, tuple[str, ...]] = {}
     for number, (offset, text) in enumerate(source.lines()):
         if offset >= table.first or number + 1 == table.header.line or number == _HEAD_LINES:

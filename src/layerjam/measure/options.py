@@ -1,4 +1,4 @@
-"""What a user says of a file where the file leaves something open: one record, one syntax.
+"""Reading options for ambiguous files: one record, one syntax.
 
 The same words serve as options of the commands and as the `[read]` table of a sidecar.
 """
@@ -20,12 +20,12 @@ from layerjam.units import like, quantity
 
 SKIP = "skip"
 REFERENCES = ("absolute", "gauge", "vacuum")
-"""What a pressure may count from: nothing, the atmosphere upwards, the atmosphere downwards."""
+"""References of a pressure: zero, above the atmosphere, below the atmosphere."""
 
 
 @dataclass(frozen=True)
 class ColumnEntry:
-    """What the user says of one column: its role, its unit, and its name or its index."""
+    """User's entry for one column: its role, its unit, and its name or its index."""
 
     role: str
     unit: str
@@ -35,15 +35,16 @@ class ColumnEntry:
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingOptions:
-    """Answers to what a file leaves open; what is empty or None is left to the file.
+    """Options for ambiguities of a file; empty or None leaves a choice to the file.
 
-    `negative`: of "force" and "elongation", those the machine counts the other way round. `columns`
-    says what each column is, in order (``time:ms,skip,force:N``) or by name
-    (``force:N=Load,time=Zeit``); an entry of `column` does so for one name. `decimal`: "." or ",".
-    `specimen`: which of several in a file, from 1. `sheet`: of a workbook, by name. `names`: what
-    the names of the files say, such as "pull_{vacuum}_{speed:mm/s}_*". `speed` [m/s]: of the
-    crosshead, where nothing else states it; where a file holds no elongation, that is speed times
-    time. `reading`: the reference of a pressure, one of `REFERENCES`.
+    `negative` lists those of "force" and "elongation" that the machine counts with the other sign.
+    `columns` assigns the columns, in order (``time:ms,skip,force:N``) or by name
+    (``force:N=Load,time=Zeit``); an entry of `column` does so for one name. `decimal` is "." or
+    ",". `specimen` is the number of one of several in a file, from 1. `sheet` is the name of a
+    workbook's sheet. `names` is the pattern of the files' names, such as
+    "pull_{vacuum}_{speed:mm/s}_*". `speed` [m/s] is the crosshead's if nothing else states it;
+    without elongation in the file, that is speed times time. `reading` is the reference of a
+    pressure, one of `REFERENCES`.
     """
 
     negative: Sequence[str] = value(ListSpec(each=TextSpec(choices=tuple(ROLES)), single=True), ())
@@ -58,38 +59,38 @@ class ReadingOptions:
 
     def __post_init__(self) -> None:
         for name, entry in entries(ReadingOptions):
-            given = getattr(self, name)
+            setting = getattr(self, name)
             if isinstance(entry.spec, ListSpec):
-                given = (given,) if isinstance(given, str) else tuple(given)
-                object.__setattr__(self, name, entry.spec.check(given, name))
-            elif given is not None:
-                entry.spec.check(given, name)
+                setting = (setting,) if isinstance(setting, str) else tuple(setting)
+                object.__setattr__(self, name, entry.spec.check(setting, name))
+            elif setting is not None:
+                entry.spec.check(setting, name)
 
-    def over(self, beside: ReadingOptions) -> ReadingOptions:
-        """The options of both; where both speak, these count."""
-        own = {f.name: v for f in fields(self) if (v := getattr(self, f.name))}
-        if (
-            self.column and beside.by_order
-        ):  # a name that is given outranks an order beside the file
-            own["columns"] = self.columns
-        return replace(beside, **own)
+    def over(self, sidecar: ReadingOptions) -> ReadingOptions:
+        """Return the options of both; these outrank `sidecar`."""
+        settings = {f.name: v for f in fields(self) if (v := getattr(self, f.name))}
+        if self.column and sidecar.by_order:  # an explicit name outranks an order in the sidecar
+            settings["columns"] = self.columns
+        return replace(sidecar, **settings)
 
     @property
     def by_order(self) -> list[str] | None:
-        """The entries of `columns` where they follow the file's order, else None."""
+        """Entries of `columns` if they follow the file's order, else None."""
         if self.columns is None or "=" in self.columns:
             return None
         return [entry.strip() for entry in self.columns.split(",")]
 
     def entries(self, roles: Mapping[str, str]) -> dict[str, ColumnEntry]:
-        """{role: what is said of its column}; `roles` are the ones that are wanted, with SI units.
+        """Return {role: entry of its column} for the required `roles` {role: SI unit}.
 
-        Raises QuantityError for an entry that is none, for a unit that is none of its role, and
-        for a role that is given twice.
+        Raises QuantityError for an invalid entry, for a unit of another role, and for a role that
+        appears twice.
         """
         order, out = self.by_order, {}
-        named = [*self.column, *_named(self.columns or "")] if order is None else [*self.column]
-        for index, text in [*enumerate(order or ()), *((None, text) for text in named)]:
+        texts = (
+            [*self.column, *_split_names(self.columns or "")] if order is None else [*self.column]
+        )
+        for index, text in [*enumerate(order or ()), *((None, text) for text in texts)]:
             if index is not None and text == SKIP:
                 continue
             entry = _entry(text, index, roles)
@@ -97,12 +98,14 @@ class ReadingOptions:
                 raise QuantityError(f"columns: {entry.role} is given twice")
             out[entry.role] = entry
         if self.columns is not None and not out:
-            raise QuantityError(f"columns: '{self.columns[:40]}' names no column; {_known(roles)}")
+            raise QuantityError(
+                f"columns: '{self.columns[:40]}' names no column; {_list_roles(roles)}"
+            )
         return out
 
 
-def _named(columns: str) -> list[str]:
-    """ROLE=NAME entries; a part without "=" belongs to the name before it, which holds a comma."""
+def _split_names(columns: str) -> list[str]:
+    """Return ROLE=NAME entries; a part without "=" belongs to the name before, with its comma."""
     out: list[str] = []
     for part in columns.split(",") if columns else ():
         if out and "=" not in part:
@@ -113,36 +116,38 @@ def _named(columns: str) -> list[str]:
 
 
 def _entry(text: str, index: int | None, roles: Mapping[str, str]) -> ColumnEntry:
-    said, _, name = text.partition("=")
-    role, _, unit = (part.strip() for part in said.partition(":"))
+    assignment, _, name = text.partition("=")
+    role, _, unit = (part.strip() for part in assignment.partition(":"))
     if role not in roles or (index is None and not name.strip()):
         form = "ROLE:UNIT or skip" if index is not None else "ROLE:UNIT=NAME"
-        raise QuantityError(f"columns: '{text[:40]}' is not of the form {form}; {_known(roles)}")
+        raise QuantityError(
+            f"columns: '{text[:40]}' is not of the form {form}; {_list_roles(roles)}"
+        )
     si = roles[role]
     if convert(unit, si) is None and (unit or (index is not None and si != "1")):
-        what = f"'{unit[:20]}' is no unit of {role}" if unit else f"{role} has no unit"
+        fault = f"'{unit[:20]}' is not a unit of {role}" if unit else f"{role} has no unit"
         weight = weight_unit(unit) if si == "N" else None
-        what += ", a unit of mass" if weight else ""
-        raise QuantityError(f"columns: {what}; give one such as {role}:{weight or si}")
+        fault += ", a unit of mass" if weight else ""
+        raise QuantityError(f"columns: {fault}; give one such as {role}:{weight or si}")
     return ColumnEntry(role, unit, name.strip() if index is None else None, index)
 
 
-def _known(roles: Mapping[str, str]) -> str:
+def _list_roles(roles: Mapping[str, str]) -> str:
     return f"roles are {', '.join(roles)}"
 
 
 KEYS = tuple(f.name for f in fields(ReadingOptions))
-"""Of the `[read]` table, named as the options of the commands."""
+"""Keys of the `[read]` table, named as the options of the commands."""
 _FIELDS = dict(entries(ReadingOptions, f"{READ}."))
 
 
 def options_beside(path: str | Path) -> ReadingOptions:
-    """What the `[read]` table of the file's sidecar says, or that of its folder's conditions.toml.
+    """Return the options in the `[read]` table of the sidecar or of the folder's conditions.toml.
 
-    Raises FileError, with file and line, for an unknown key or a value that is none.
+    Raises FileError, with file and line, for an unknown key or an invalid value.
     """
-    of_all, own = (_read(place) for place in places(path))
-    return own.over(of_all)
+    of_all, of_file = (_read(place) for place in places(path))
+    return of_file.over(of_all)
 
 
 def _read(place: Path) -> ReadingOptions:

@@ -1,4 +1,4 @@
-"""How a file looks: its columns as written, its first rows, and what is made of each column now."""
+"""Preview of a file: its columns as written, its first rows, and their interpretation."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from layerjam.measure.readers.table import Block, bare_table, blocks_of, under_o
 from layerjam.measure.readers.unit_words import ROLES, convert
 from layerjam.measure.trace import Array
 
-ROWS, LETTERS, MOST = 6, 40, 40
-"""Rows, letters of a cell, and columns that are shown."""
+ROWS, LETTERS, COLUMN_LIMIT = 6, 40, 40
+"""Largest number of rows, of letters of a cell, and of columns."""
 
 
 @dataclass(frozen=True)
 class Preview:
     """The largest table of a file.
 
-    `names` and `units` as written, "column 1" and "" where nothing is; `rows` its first ones as
-    text; `taken` {index of a column: (role, unit) that it is read as}. `sheets` are those of a
-    workbook. `ours`: written by this program, whose columns need no correction.
+    `names` and `units` are as written, "column 1" and "" if missing. `rows` are the first ones as
+    text, `taken` {index of a column: (role, unit)} its interpretation, `sheets` those of a
+    workbook. `ours` states that this program wrote the file, whose columns need no correction.
     """
 
     names: tuple[str, ...]
@@ -41,19 +41,19 @@ class Preview:
     ours: bool = False
 
     def columns(self, index: int, role: str, unit: str) -> str:
-        """The option `columns` where the column `index` is `role` in `unit` too; no role: ignored.
+        """Return the option `columns` if the column `index` is `role` in `unit`; no role: ignored.
 
-        Another column that had the role loses it; empty where no column is left.
+        Another column with the role loses it. The option is empty if no column is left.
         """
-        said = {i: one for i, one in self.taken.items() if i != index and one[0] != role}
+        roles = {i: pair for i, pair in self.taken.items() if i != index and pair[0] != role}
         if role:
-            said[index] = (role, unit)
-        entries = [":".join(said[i]) if i in said else SKIP for i in range(len(self.names))]
-        return ",".join(entries) if said else ""
+            roles[index] = (role, unit)
+        entries = [":".join(roles[i]) if i in roles else SKIP for i in range(len(self.names))]
+        return ",".join(entries) if roles else ""
 
 
 def preview(path: str | Path, options: ReadingOptions | None = None) -> Preview:
-    """The table of a file as a page shows it; FileError where it holds no row of numbers."""
+    """Return the table of a file for a page; FileError if it has no row of numbers."""
     every = (options or ReadingOptions()).over(options_beside(path))
     sources = load_sources(path, every.sheet)
     source = max(sources, key=lambda s: len(s.data))
@@ -70,7 +70,7 @@ def preview(path: str | Path, options: ReadingOptions | None = None) -> Preview:
         tuple(_cut(name) for name in header.names),
         tuple(_cut(unit or "") for unit in header.units),
         tuple(rows),
-        _taken(source, _table(lines, block, header), every),
+        _assign_roles(source, _table(lines, block, header), every),
         sheets,
         source.data.startswith(b"# layerjam"),
     )
@@ -79,29 +79,29 @@ def preview(path: str | Path, options: ReadingOptions | None = None) -> Preview:
 def column_of(
     path: str | Path, index: int, unit: str, si: str, decimal: str | None = None
 ) -> Array:
-    """The numbers of one column of a file's largest table, in SI units.
+    """Return the numbers of one column of a file's largest table, in SI units.
 
-    Raises FileError where they are none, or the unit is none of the quantity.
+    Raises FileError if they are not numbers, or the unit has another dimension.
     """
     source = max(load_sources(path), key=lambda s: len(s.data))
     lines, block = _largest(source)
-    known = convert(unit, si)
-    if known is None or not 0 <= index < block.width:
+    scale = convert(unit, si)
+    if scale is None or not 0 <= index < block.width:
         raise FileError(path, f"has no column {index + 1} in '{unit[:20]}'")
     rows = Rows(source, _table(lines, block, _header(lines, block)))
-    column = Column("value", index, f"column {index + 1}", unit, *known, True)
+    column = Column("value", index, f"column {index + 1}", unit, *scale, True)
     (values,) = read_columns(rows, [column], decimal or source.decimal)
     return values
 
 
-def vacuum_columns(shown: Preview) -> list[tuple[int, str]]:
-    """(index, unit) of columns whose name says vacuum and whose unit is one of pressure."""
-    found = []
-    for index, (name, unit) in enumerate(zip(shown.names, shown.units, strict=True)):
-        known = convert(unit, "Pa") if unit else None
-        if known and reference_of(Column("pressure", index, name, unit, *known)) == "vacuum":
-            found.append((index, unit))
-    return found
+def vacuum_columns(table: Preview) -> list[tuple[int, str]]:
+    """Return (index, unit) of columns whose name contains vacuum and whose unit is of pressure."""
+    columns = []
+    for index, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
+        scale = convert(unit, "Pa") if unit else None
+        if scale and reference_of(Column("pressure", index, name, unit, *scale)) == "vacuum":
+            columns.append((index, unit))
+    return columns
 
 
 def _largest(source: Source) -> tuple[Lines, Block]:
@@ -113,7 +113,7 @@ def _largest(source: Source) -> tuple[Lines, Block]:
 
 
 def _header(lines: Lines, block: Block) -> Header:
-    """The names and units of a block, as many as its rows have fields."""
+    """Return the names and units of a block, as many as its rows have fields."""
     bare = bare_table(lines, block).header
     if block.table is None:
         return bare
@@ -129,25 +129,27 @@ def _table(lines: Lines, block: Block, header: Header) -> Table:
     return Table(header, bare.separator, bare.first, bare.last, bare.rows)
 
 
-def _taken(source: Source, table: Table, options: ReadingOptions) -> dict[int, tuple[str, str]]:
-    """What each column is read as, role by role; a role that no column has is left out."""
-    said = options.entries(ROLES)
+def _assign_roles(
+    source: Source, table: Table, options: ReadingOptions
+) -> dict[int, tuple[str, str]]:
+    """Return each column's role and unit; a role without a column is omitted."""
+    entries = options.entries(ROLES)
     if options.by_order is not None:
-        listed = {e.index: (e.role, e.unit) for e in said.values() if e.index is not None}
-        return {i: one for i, one in listed.items() if i < len(table.header.names)}
+        by_index = {e.index: (e.role, e.unit) for e in entries.values() if e.index is not None}
+        return {i: pair for i, pair in by_index.items() if i < len(table.header.names)}
     alike = partial(same, Rows(source, table), decimal=options.decimal or source.decimal)
-    made: dict[int, tuple[str, str]] = {}
+    roles: dict[int, tuple[str, str]] = {}
     for want in PULL:
         try:
-            found, _ = assign(table.header, [want], said, alike)
+            columns, _ = assign(table.header, [want], entries, alike)
         except LayerjamError:
             continue
-        for column in found.values():
-            made.setdefault(column.index, (want.role, column.unit))
-    return made
+        for column in columns.values():
+            roles.setdefault(column.index, (want.role, column.unit))
+    return roles
 
 
 def _cut(text: str) -> str:
-    """A cell for a page: printable, in one line, not long."""
+    """Return a cell for a page: printable, in one line, at most `LETTERS` long."""
     plain = " ".join("".join(c if c.isprintable() else " " for c in text).split())
     return plain if len(plain) <= LETTERS else plain[: LETTERS - 1] + "…"

@@ -1,4 +1,4 @@
-"""A run of a bench as the CSV that every command reads, and the facts that stand beside it."""
+"""A run of a bench as the CSV that every command reads, and the facts for its sidecar."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ UNITS = {
     "acceleration": "m/s^2",
 }
 FIRST = ("time", "elongation", "force", "vacuum", "target")
-"""Columns that commands look for, in front; the board's own follow as they are."""
+"""Columns that commands look for, first; the board's own follow unchanged."""
 LONG = 400
-"""Characters of a fact beyond which it is not for a header."""
+"""Characters of the longest fact in a header."""
 
 
 def in_order(run: Run) -> dict[str, Array]:
-    """The columns of a run, those of FIRST in front."""
+    """Return the columns of a run, those of FIRST first."""
     names = [name for name in FIRST if name in run.columns]
     names += [name for name in run.columns if name not in names]
     return {name: run.columns[name] for name in names}
 
 
 def csv_text(run: Run) -> str:
-    """The whole run as text: a header with what is known, names with units, a row a sample."""
+    """Return the whole run as text: a header with the facts, names with units, a row per sample."""
     head = {"data": SYNTHETIC if run.simulated else MEASURED}
     head |= {key: text for key, text in run.meta.items() if text and key != "simulated"}
     short = {key: text for key, text in head.items() if "\n" not in text and len(text) <= LONG}
@@ -50,16 +50,16 @@ def csv_text(run: Run) -> str:
 
 
 def _cells(name: str, values: Array) -> list[str]:
-    """The digits that read back to the same numbers; of the time the microseconds."""
+    """Return digits that read back to the same numbers; times are in microseconds."""
     if name == "time":
         return [f"{value:.6f}" for value in values.tolist()]
     return list(map(repr, values.tolist()))
 
 
 def facts_of(run: Run) -> Facts:
-    """What a sidecar says of a run: that it is synthetic, the vacuum and speed of its procedure.
+    """Return the facts of a run for its sidecar: synthetic or not, vacuum, speed, and so on.
 
-    A vacuum or a speed counts where the procedure has one only.
+    A vacuum or a speed counts if the procedure has only one.
     """
     meta = run.meta
     vacuums, speeds = set(), set()

@@ -1,7 +1,7 @@
 """One record that was exported twice, with another sampling, unit or separator.
 
-Repeats of one brake look alike, but their noise does not: the load cell's noise of one record is
-the mark of that record. It is compared in second differences, which hold hardly anything else.
+Repeats of one brake look alike, but the load cell's noise identifies a record. It is compared in
+second differences, which contain hardly anything else.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ import numpy as np
 
 from layerjam.measure.trace import Array, Trace
 
-LEAST, MOST = 30, 20_000
-"""Samples that two records must share to be compared, and samples of a record that are kept."""
+LEAST, SAMPLE_LIMIT = 30, 20_000
+"""Samples that two records must share to be compared, and samples of a record that are stored."""
 ALIKE = 0.75
 """Correlation of the noise from which two records are one. Repeats of virtual brakes reach 0.46,
 strokes of a printed actuator 0.84, but these differ by 1.5 times their noise."""
-NEAR = 1.0
+CLOSE_CURVES = 1.0
 """Median difference of the curves over that of the noise, up to which two records may be one."""
 QUIET = 1e-5
 """Noise over the range of forces below which a record has none: a program computed it, and two of
@@ -42,38 +42,40 @@ class Records:
     def find_same(self, trace: Trace) -> str | None:
         """Return the name of the earlier record that this one is a copy of, or None."""
         part = _window(trace)
-        return next((name for name, one in self.seen.items() if is_same_record(one, part)), None)
+        return next(
+            (name for name, earlier in self.seen.items() if is_same_record(earlier, part)), None
+        )
 
     def add(self, name: str, trace: Trace) -> None:
         """Remember a record."""
         self.seen[name] = _window(trace)
 
 
-def is_same_record(one: Trace, other: Trace) -> bool:
+def is_same_record(first: Trace, second: Trace) -> bool:
     """Return whether two traces are one record: equal up to noise, with the same noise."""
-    return noise_correlation(one, other) >= ALIKE
+    return noise_correlation(first, second) >= ALIKE
 
 
-def noise_correlation(one: Trace, other: Trace) -> float:
+def noise_correlation(trace: Trace, other_trace: Trace) -> float:
     """Correlation of the noise of two records [1]; 0 if their curves differ by more than noise."""
     best = 0.0
     for clock in ("elongation", "time"):
-        first, second = _rising(one, clock), _rising(other, clock)
+        first, second = _rising(trace, clock), _rising(other_trace, clock)
         if first is not None and second is not None:
             best = max(best, *_correlations(first, second))
     return best
 
 
 def _window(trace: Trace) -> Trace:
-    """The samples around the greatest force that are kept."""
-    start = max(0, min(int(trace.force.argmax()) - MOST // 2, len(trace) - MOST))
-    part = slice(start, start + MOST)
+    """Return the stored samples around the greatest force."""
+    start = max(0, min(int(trace.force.argmax()) - SAMPLE_LIMIT // 2, len(trace) - SAMPLE_LIMIT))
+    part = slice(start, start + SAMPLE_LIMIT)
     time = None if trace.time is None else trace.time[part]
     return Trace(trace.force[part], trace.elongation[part], time, trace.path, trace.format)
 
 
 def _rising(trace: Trace, clock: str) -> tuple[Array, Array] | None:
-    """The clock up to its greatest value, and the force; each clock value once."""
+    """Return the clock up to its greatest value, and the force; each clock value once."""
     values = getattr(trace, clock)
     if values is None or len(values) < LEAST:
         return None
@@ -81,28 +83,28 @@ def _rising(trace: Trace, clock: str) -> tuple[Array, Array] | None:
     return (clock_values, trace.force[first]) if len(first) >= LEAST else None
 
 
-def _correlations(one: tuple[Array, Array], other: tuple[Array, Array]) -> Iterator[float]:
-    """Correlations of the noise for the same origin of both clocks, and for the same start.
+def _correlations(curve: tuple[Array, Array], other_curve: tuple[Array, Array]) -> Iterator[float]:
+    """Yield the correlations of the noise for the same origin of both clocks, and the same start.
 
-    A record of which every n-th sample was kept may start with another sample.
+    A record of which every n-th sample was stored may start with another sample.
     """
     yield 0.0
-    dense, sparse = sorted((one, other), key=lambda pair: _step(pair[0]))
+    dense, sparse = sorted((curve, other_curve), key=lambda pair: _step(pair[0]))
     step = _step(dense[0])
-    most = min(int(np.ceil(_step(sparse[0]) / step)), STARTS)
+    limit = min(int(np.ceil(_step(sparse[0]) / step)), STARTS)
     start = dense[0][0] - sparse[0][0]
     if not any(_is_near((sparse[0] + offset, sparse[1]), dense) for offset in (0.0, start)):
         return
-    for offset in (0.0, *(start + n * step for n in range(-most, most + 1))):
+    for offset in (0.0, *(start + n * step for n in range(-limit, limit + 1))):
         yield from _at_offset((sparse[0] + offset, sparse[1]), dense)
 
 
 def _is_near(sparse: tuple[Array, Array], dense: tuple[Array, Array]) -> bool:
     """Return whether two curves differ by hardly more than noise: others are not one record."""
     part = slice(None, None, max(1, len(sparse[0]) // SAMPLE))
-    apart = np.abs(sparse[1][part] - np.interp(sparse[0][part], *dense))
+    gaps = np.abs(sparse[1][part] - np.interp(sparse[0][part], *dense))
     second = np.abs(sparse[1][1:-1] - (sparse[1][2:] + sparse[1][:-2]) / 2)
-    return bool(np.median(apart) <= 10 * np.median(second))
+    return bool(np.median(gaps) <= 10 * np.median(second))
 
 
 def _step(clock: Array) -> float:
@@ -110,10 +112,9 @@ def _step(clock: Array) -> float:
 
 
 def _at_offset(sparse: tuple[Array, Array], dense: tuple[Array, Array]) -> Iterator[float]:
-    """Correlations at the samples of the sparser record.
+    """Yield the correlations at the samples of the sparser record.
 
-    The denser one is taken at these points, and as its mean around each of them, as programs
-    resample.
+    The denser record enters at these points, and as its mean around each, as programs resample.
     """
     low, high = max(sparse[0][0], dense[0][0]), min(sparse[0][-1], dense[0][-1])
     spans = [clock[-1] - clock[0] for clock in (sparse[0], dense[0])]
@@ -137,13 +138,13 @@ def _smooth(values: Array) -> Array:
     return np.asarray((values[2:] + 2 * values[1:-1] + values[:-2]) / 4)
 
 
-def _correlation(one: Array, other: Array, step: int = 1) -> float:
-    """Correlation of the second differences; 0 if there is no noise, or the curves differ more."""
-    noise = [v[step:-step] - (v[2 * step :] + v[: -2 * step]) / 2 for v in (one, other)]
+def _correlation(force: Array, other_force: Array, step: int = 1) -> float:
+    """Return the correlation of second differences; 0 without noise, or if curves differ more."""
+    noise = [v[step:-step] - (v[2 * step :] + v[: -2 * step]) / 2 for v in (force, other_force)]
     sizes = [float(np.median(np.abs(part))) for part in noise]
-    if min(sizes) < QUIET * float(np.ptp(one)):
+    if min(sizes) < QUIET * float(np.ptp(force)):
         return 0.0
-    if float(np.median(np.abs(one - other))) > NEAR * min(sizes):
+    if float(np.median(np.abs(force - other_force))) > CLOSE_CURVES * min(sizes):
         return 0.0
     ends = [MOST_SIZE * size for size in sizes]
     first, second = (np.clip(n, -end, end) for n, end in zip(noise, ends, strict=True))

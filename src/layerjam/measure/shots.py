@@ -1,4 +1,4 @@
-"""An accelerometer's record of one drop, as a board takes it and a run file holds it."""
+"""Accelerometer record of one drop, from a board or a run file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from layerjam.records.table_text import comment
 SYNTHETIC = "synthetic: a virtual bench computed it, nothing was measured"
 MEASURED = "measured on a bench"
 PIECE = 1000
-"""Samples in one row of `shot_data`, and in one question to a board."""
+"""Samples in one row of `shot_data`, and in one query to a board."""
 SCHEMA = """
 -- accelerations: trigger_us on the clock of board_us; samples of the whole record, pre of them
 -- before the trigger; scale is JSON: zero (counts at 0), gain (m/s^2 a count), range (m/s^2)
@@ -37,10 +37,10 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Shot:
-    """One record; `counts` has shape (N,), int16, of which `before` come before the trigger.
+    """One record; `counts` has shape (N,), int16, with `before` samples before the trigger.
 
     `zero` [counts], `gain` [m/s^2 a count], `range` [m/s^2] and `rate` [Hz] are the board's own.
-    `number` and `boot` are those of a run file; `size` is N where nothing is missing.
+    `number` and `boot` are those of a run file; `size` is N if nothing is missing.
     """
 
     counts: Array
@@ -51,7 +51,7 @@ class Shot:
     range: float
     before: int
     trigger_us: int
-    """The board's time of the trigger [us]; outside of a run file its low 32 bits."""
+    """The board's time of the trigger [us]; outside a run file only its low 32 bits."""
     synthetic: bool
     """Whether a virtual board made it."""
     number: int = 1
@@ -68,7 +68,7 @@ class Shot:
         return (self.counts.astype(float) - self.zero) * self.gain
 
     def row(self) -> dict[str, Any]:
-        """Its row of `shots`."""
+        """Return the row of `shots`."""
         scale = {"zero": self.zero, "gain": self.gain, "range": self.range}
         return {
             "shot": self.number,
@@ -81,16 +81,16 @@ class Shot:
         }
 
     def parts(self) -> list[tuple[int, int, bytes]]:
-        """Its rows of `shot_data`: first, n, samples."""
+        """Return the rows of `shot_data`: first, n, samples."""
         counts = self.counts.astype("<i2")
-        pieces = {at: counts[at : at + PIECE] for at in range(0, len(counts), PIECE)}
-        return [(at, len(piece), piece.tobytes()) for at, piece in pieces.items()]
+        pieces = {first: counts[first : first + PIECE] for first in range(0, len(counts), PIECE)}
+        return [(first, len(piece), piece.tobytes()) for first, piece in pieces.items()]
 
     @classmethod
-    def of(
+    def from_rows(
         cls, row: Mapping[str, Any], parts: list[tuple[int, int, bytes]], synthetic: bool
     ) -> Shot:
-        """The record that `row` and `parts` made rows of, as far as it came without a gap."""
+        """Return the record of `row` and `parts`, up to the first gap."""
         data = b""
         for first, _, samples in sorted(parts):
             if first * 2 == len(data):
@@ -110,10 +110,10 @@ class Shot:
             boot=int(row["boot"]),
         )
 
-    def text(self, said: Mapping[str, str] | None = None) -> str:
-        """CSV that `layerjam crash` reads; `said` is what its first lines say besides."""
+    def text(self, facts: Mapping[str, str] | None = None) -> str:
+        """Return CSV for `layerjam crash`; `facts` are added to its first lines."""
         head = {
-            **(said or {}),
+            **(facts or {}),
             "data": SYNTHETIC if self.synthetic else MEASURED,
             "shot": f"{self.number}",
             "range": f"{self.range:.6g} m/s^2",
@@ -122,42 +122,42 @@ class Shot:
         lines += [comment(f"{key}: {text}") for key, text in head.items()]
         lines.append("time [s],acceleration [m/s^2]")
         pairs = zip(self.time.tolist(), self.acceleration.tolist(), strict=True)
-        lines += [f"{at:.9g},{value:.9g}" for at, value in pairs]
+        lines += [f"{time:.9g},{value:.9g}" for time, value in pairs]
         return "\n".join(lines) + "\n"
 
     def write(self, file: str | Path, force: bool = False) -> Path:
-        """A CSV file of `text`; FileError where it exists (unless `force`) or cannot be written."""
+        """Write a CSV file; FileError if it exists (unless `force`) or cannot be written."""
         return write_whole(file, self.text(), force)
 
 
 def shots_in(base: sqlite3.Connection, synthetic: bool) -> tuple[Shot, ...]:
-    """The records in an open run file, in their order.
+    """Return the records in an open run file, in order.
 
-    Raises sqlite3.Error, or ValueError for rows that are none of ours.
+    Raises sqlite3.Error, or ValueError for foreign rows.
     """
     table = base.execute("SELECT * FROM shots ORDER BY shot")
     names = [column[0] for column in table.description]
-    made = []
+    shots = []
     for values in table.fetchall():
         row = dict(zip(names, values, strict=True))
         parts = base.execute("SELECT first, n, data FROM shot_data WHERE shot = ?", (row["shot"],))
         try:
-            made.append(Shot.of(row, parts.fetchall(), synthetic))
+            shots.append(Shot.from_rows(row, parts.fetchall(), synthetic))
         except (KeyError, TypeError) as error:
             raise ValueError(f"shot {row['shot']}: {error!r}") from None
-    return tuple(made)
+    return tuple(shots)
 
 
-def chosen(shots: tuple[Shot, ...], number: int | None, path: str) -> Shot:
-    """The shot of a run that is meant: the only one, or that of a number; raises FileError."""
+def find_shot(shots: tuple[Shot, ...], number: int | None, path: str) -> Shot:
+    """Return the only shot of a run, or that of a number; raises FileError."""
     numbers = [shot.number for shot in shots]
     if not numbers:
         raise FileError(path, "holds no shot; 'layerjam bench run --shot' records one")
     if number is None and len(numbers) > 1:
-        listed = ", ".join(map(str, numbers))
-        raise FileError(path, f"holds the shots {listed}; say which one (--shot {numbers[0]})")
-    found = next((shot for shot in shots if number in (None, shot.number)), None)
-    if found is None:
-        listed = ", ".join(map(str, numbers))
-        raise FileError(path, f"holds no shot {number}; there are {listed}")
-    return found
+        names = ", ".join(map(str, numbers))
+        raise FileError(path, f"holds the shots {names}; say which one (--shot {numbers[0]})")
+    match = next((shot for shot in shots if number in (None, shot.number)), None)
+    if match is None:
+        names = ", ".join(map(str, numbers))
+        raise FileError(path, f"holds no shot {number}; there are {names}")
+    return match

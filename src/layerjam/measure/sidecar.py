@@ -1,4 +1,4 @@
-"""What a measurement's file does not say itself: NAME.csv.toml beside NAME.csv."""
+"""Facts missing in a measurement's file: NAME.csv.toml next to NAME.csv."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from layerjam.units import FlagSpec, build, like, quantity
 
 SIDECAR_ENDING = ".toml"
 FOLDER = "conditions.toml"
-"""What holds for every file of its folder, in the same keys."""
+"""File of facts common to all files of its folder, with the same keys."""
 READ = "read"
-"""Table of a sidecar that says how to read the file; `measure.options` takes it."""
+"""Table of a sidecar with reading options; see `measure.options`."""
 
 
-def _said(text: str) -> str:
-    """A text that a report shows, or "not stated"."""
-    described: str = value(TextSpec(text=text), default="")
-    return described
+def _text_field(text: str) -> str:
+    """Return the field of a text for the report, "not stated" if empty."""
+    field: str = value(TextSpec(text=text), default="")
+    return field
 
 
 def _certificate(instrument: str) -> Any:
@@ -33,16 +33,18 @@ def _certificate(instrument: str) -> Any:
     return value(spec, default=None, table=True)
 
 
-def _limit(of: str) -> Any:
-    return quantity("1", f"limit of error of the {of}, over its value", hi=0.2, default=None)
+def _limit(quantity_name: str) -> Any:
+    return quantity(
+        "1", f"limit of error of the {quantity_name}, over its value", hi=0.2, default=None
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Facts:
-    """The conditions of one test; None (or empty) where nobody stated them.
+    """Conditions of one test; None (or empty) if nobody stated them.
 
-    From `number` on: what a report that one can sign states (ASTM D1894, section 12; ISO/IEC 17025,
-    section 7.8.2).
+    From `number` on they are the content of a report to sign (ASTM D1894, section 12; ISO/IEC
+    17025, section 7.8.2).
     """
 
     vacuum: float | None = like(VACUUM, "vacuum in the brake during the test", default=None)
@@ -65,17 +67,17 @@ class Facts:
     synthetic: bool = value(FlagSpec(text="the numbers were computed, not measured"), default=False)
     seed: int | None = like(SEED, "seed of a synthetic file", default=None)
     note: str = value(TextSpec(text="anything else"), default="")
-    number: str = _said("number of the test or of its report")
-    customer: str = _said("who ordered the test, with the address")
-    date: str = _said("day of the test")
-    operator: str = _said("who did it")
-    laboratory: str = _said("where, with its address")
-    machine: str = _said("test machine, with its serial number")
-    apparatus: str = _said("sled and table, or grips and fixture")
-    load_cell: str = _said("load cell, with its serial number")
+    number: str = _text_field("number of the test or of its report")
+    customer: str = _text_field("who ordered the test, with the address")
+    date: str = _text_field("day of the test")
+    operator: str = _text_field("who did it")
+    laboratory: str = _text_field("where, with its address")
+    machine: str = _text_field("test machine, with its serial number")
+    apparatus: str = _text_field("sled and table, or grips and fixture")
+    load_cell: str = _text_field("load cell, with its serial number")
     load_cell_limit: float | None = _limit("load cell")
     load_cell_certificate: Certificate | None = _certificate("load cell")
-    gauge: str = _said("vacuum gauge, with its serial number")
+    gauge: str = _text_field("vacuum gauge, with its serial number")
     gauge_limit: float | None = quantity(
         "Pa", "limit of error of the vacuum gauge", hi=5e4, default=None
     )
@@ -84,11 +86,11 @@ class Facts:
     normal_force_certificate: Certificate | None = _certificate("normal force of a friction test")
     area: float | None = like(AREA, "area under the sled of a friction test", default=None)
     area_limit: float | None = _limit("area under the sled")
-    film_maker: str = _said("maker and product of the film")
-    film_lot: str = _said("lot of the film")
-    film_direction: str = _said("direction of the film's roll in the test")
-    conditioning: str = _said("how long, and in which climate, the specimens lay before")
-    climate: str = _said("temperature and humidity during the test")
+    film_maker: str = _text_field("maker and product of the film")
+    film_lot: str = _text_field("lot of the film")
+    film_direction: str = _text_field("direction of the film's roll in the test")
+    conditioning: str = _text_field("how long, and in which climate, the specimens lay before")
+    climate: str = _text_field("temperature and humidity during the test")
 
     @property
     def mounted(self) -> int | None:
@@ -100,24 +102,23 @@ _FIELDS = dict(entries(Facts))
 
 
 def sidecar_path(path: str | Path) -> Path:
-    """Where the facts of a data file stand: the same name with .toml behind it."""
+    """Return the place of a data file's facts: the same name with .toml behind it."""
     path = Path(path)
     return path.parent / (path.name + SIDECAR_ENDING)  # a name may be empty: '', '.', '/'
 
 
 def read_facts(path: str | Path) -> Facts:
-    """The facts beside the data file `path`; all unknown where there is no such file.
+    """Return the facts of the data file `path`; all unknown if there is no sidecar.
 
-    What holds for all files of a folder stands once in its conditions.toml; a file's own sidecar
-    outranks it. Raises FileError, with file and line, for broken TOML, an unknown key or a bad
-    value.
+    Facts of all files of a folder are in its conditions.toml; a file's own sidecar outranks it.
+    Raises FileError, with file and line, for broken TOML, an unknown key or a bad value.
     """
-    of_all, own = (_read(place) for place in places(path))
-    return build(Facts, {**of_all, **own})
+    of_all, of_file = (_read(place) for place in places(path))
+    return build(Facts, {**of_all, **of_file})
 
 
 def places(path: str | Path) -> tuple[Path, Path]:
-    """Where facts of a data file may stand: for its folder, and for itself, which outranks it."""
+    """Return the places of a data file's facts: its folder's and its own, which outranks it."""
     return Path(path).parent / FOLDER, sidecar_path(path)
 
 
@@ -126,27 +127,27 @@ def _read(place: Path) -> dict[str, Any]:
 
 
 def values_of(text: str, place: str | Path) -> dict[str, Any]:
-    """{fact: SI value} of a sidecar's text; FileError names `place` and the line."""
+    """Return {fact: SI value} of a sidecar's text; FileError names `path` and the line."""
     reader = Reader(text, place, _FIELDS, words={})
     reader.take({k: v for k, v in parse_toml(text, place).items() if k != READ})
     return reader.values
 
 
 def text_of(place: Path) -> str:
-    """The text of a file of facts; empty where there is none."""
+    """Return the text of a file of facts; empty if there is none."""
     try:
-        there = place.exists()
-    except (OSError, ValueError):  # a name too long or with a NUL is no sidecar either
-        there = False
-    return read_text(place) if there else ""
+        exists = place.exists()
+    except (OSError, ValueError):  # a name too long or with a NUL has no sidecar
+        exists = False
+    return read_text(place) if exists else ""
 
 
 def facts_text(facts: Facts) -> str:
-    """The sidecar's TOML; `read_facts` gives back exactly these facts."""
+    """Return the sidecar's TOML; `read_facts` returns exactly these facts."""
     lines = ["# What the data file beside this one does not say itself."]
     return "\n".join([*lines, *plain(_FIELDS, vars(facts)), ""])
 
 
 def write_facts(path: str | Path, facts: Facts, force: bool = False) -> Path:
-    """Write the sidecar of the data file `path`; FileError where one exists and not `force`."""
+    """Write the sidecar of the data file `path`; FileError if one exists, unless `force`."""
     return write_whole(sidecar_path(path), facts_text(facts), force)

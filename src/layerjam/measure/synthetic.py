@@ -1,4 +1,4 @@
-"""How a file says that a program wrote it: in its own words, or in the facts beside it."""
+"""Detection of files that a program wrote: by their own words, or by their sidecar."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import re
 from layerjam.errors import Notice
 
 SYNTHETIC = Notice("synthetic: written by a program, not measured", "synthetic")
-"""What every result says that rests on such a file."""
+"""Notice of every result that uses such a file."""
 _WORD = re.compile(rb"(?i)\bsynthetic\b")
 
 
 def says_synthetic(head: bytes) -> bool:
-    """Whether the lines above a file's numbers say so."""
+    """Return whether the lines above a file's numbers contain the word "synthetic"."""
     return _WORD.search(head) is not None

@@ -1,4 +1,4 @@
-"""A measured curve in SI units, and the checks every curve passes before anything is computed."""
+"""A measured curve in SI units, and the checks that every curve passes."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from layerjam.units import show
 Array = npt.NDArray[np.float64]
 
 FEWEST_ROWS = 10
-# Beyond these no test machine exists: such a number is damage, and squares of it would overflow.
+# No test machine exceeds these: such a number is damage, and its square would overflow.
 _LARGEST = {"force": (1e8, "N"), "elongation": (1e3, "m"), "time": (1e11, "s")}
 
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """One pull or friction test as a machine recorded it, in SI units.
+    """One pull or friction test as recorded by a machine, in SI units.
 
-    `force` [N] and `elongation` [m] (as the crosshead shows it, with the machine's own origin) are
-    float64 arrays of one length, finite throughout; `time` [s] likewise, or None where the file has
-    none. `format` names the machine's format, `understood` says which column became what,
-    `warnings` what is odd but not wrong, `facts` what the sidecar states.
+    `force` [N] and `elongation` [m] (with the machine's own origin) are float64 arrays of one
+    length, finite throughout; `time` [s] likewise, or None. `format` names the machine's format,
+    `understood` describes the interpretation of the columns, `warnings` are anomalies, `facts` are
+    those of the sidecar.
     """
 
     force: Array
@@ -38,7 +38,7 @@ class Trace:
     warnings: tuple[str, ...] = ()
     facts: Facts = field(default_factory=Facts)
     specimen: str = ""
-    """What the file calls the specimen, where it holds several."""
+    """Name of the specimen, if the file has several."""
 
     def __len__(self) -> int:
         return len(self.force)
@@ -50,15 +50,15 @@ class Trace:
 
     @property
     def synthetic(self) -> bool:
-        """Whether a program wrote the file: its sidecar says so, or the file itself."""
+        """Whether a program wrote the file, according to its sidecar or the file itself."""
         return self.facts.synthetic
 
     def between(
         self, start: float | None = None, end: float | None = None, *, over: str = "time"
     ) -> Trace:
-        """The samples from `start` to `end` of `over`: "time" [s] or "elongation" [m], as stored.
+        """Return the samples from `start` to `end` of `over`: "time" [s] or "elongation" [m].
 
-        None leaves an end open. Raises QuantityError where fewer than 10 samples are left.
+        None leaves an end open. Raises QuantityError if fewer than 10 samples are left.
         """
         if over not in ("time", "elongation"):
             raise UnknownNameError("over", over, ("time", "elongation"))
@@ -67,33 +67,33 @@ class Trace:
             raise QuantityError(f"between: {self.path} holds no time; cut it over 'elongation'")
         unit = "s" if over == "time" else "m"
         low, high = -np.inf if start is None else start, np.inf if end is None else end
-        kept = (clock >= low) & (clock <= high)
+        inside = (clock >= low) & (clock <= high)
         span = " ".join(
             f"{word} {show(v, unit)}" for word, v in (("from", start), ("to", end)) if v is not None
         )
-        if kept.sum() < FEWEST_ROWS:
+        if inside.sum() < FEWEST_ROWS:
             raise QuantityError(
-                f"between: {int(kept.sum())} samples of {self.path} lie within its {over} {span}; "
-                f"at least {FEWEST_ROWS} are needed"
+                f"between: {int(inside.sum())} samples of {self.path} lie within its {over} {span}"
+                f"; at least {FEWEST_ROWS} are needed"
             )
         return replace(
             self,
-            force=self.force[kept],
-            elongation=self.elongation[kept],
-            time=None if self.time is None else self.time[kept],
-            understood=(*self.understood, f"cut to its {over} {span}, as asked"),
+            force=self.force[inside],
+            elongation=self.elongation[inside],
+            time=None if self.time is None else self.time[inside],
+            understood=(*self.understood, f"cut to its {over} {span}"),
         )
 
     def thinned(self, most: int) -> Trace:
-        """The same record with at most `most` samples, means over neighbours."""
+        """Return the record with at most `most` samples, means over neighbours."""
         time = None if self.time is None else block_means(self.time, most)
         force, elongation = (block_means(a, most) for a in (self.force, self.elongation))
         return replace(self, force=force, elongation=elongation, time=time)
 
 
-def block_means(values: Array, most: int) -> Array:
-    """Means over equally many neighbours, at most `most` of them; the last may be of fewer."""
-    size = -(-len(values) // most)
+def block_means(values: Array, limit: int) -> Array:
+    """Return means over equally many neighbours, at most `limit`; the last may be of fewer."""
+    size = -(-len(values) // limit)
     if size <= 1:
         return values
     starts = np.arange(0, len(values), size)
@@ -101,13 +101,13 @@ def block_means(values: Array, most: int) -> Array:
     return np.asarray(np.add.reduceat(values, starts) / count)
 
 
-def checked(trace: Trace, line: Callable[[int], int | None], *, turned: bool = False) -> Trace:
-    """The trace with its warnings, if it can be a tension test; FileError if it cannot.
+def check_trace(trace: Trace, line: Callable[[int], int | None], *, turned: bool = False) -> Trace:
+    """Return the trace with its warnings; FileError if it cannot be a tension test.
 
-    `line` gives the line of the file for a row (0-based), `turned` says that the user had the sign
-    of the force turned. Refused are: fewer than 10 rows, values
-    that are not finite or beyond any test machine, time running backwards, a force that never
-    changes or was cut off at the load cell's end, and signs that belong to compression.
+    `line` returns the line of the file for a row (0-based); `turned` states that the user changed
+    the sign of the force. Rejected are fewer than 10 rows, and values that are not finite or beyond
+    any test machine. Time that runs backwards, a force that never changes or is saturated, and
+    signs of compression are rejected too.
     """
     rows = len(trace)
     if rows < FEWEST_ROWS:
@@ -142,11 +142,11 @@ def _check_time(trace: Trace, line: Callable[[int], int | None]) -> list[str]:
         raise FileError(
             trace.path, f"time runs backwards, from {before:.9g} s to {after:.9g} s", line(row)
         )
-    repeated = int((step == 0).sum())
-    if repeated == len(step):
+    repeats = int((step == 0).sum())
+    if repeats == len(step):
         return [f"the time never changes, it stays at {float(trace.time[0]):.9g} s"]
-    if repeated:
-        return [f"{repeated} of {len(trace)} time stamps repeat the one before"]
+    if repeats:
+        return [f"{repeats} of {len(trace)} time stamps repeat the one before"]
     return []
 
 
@@ -154,8 +154,8 @@ def _check_signs(trace: Trace, turned: bool) -> list[str]:
     force, travel = trace.force, trace.travel
     low, high, mean = float(force.min()), float(force.max()), float(force.mean())
     if low < 0 and -low > high and mean < 0:
-        why, how = (
-            (" once its sign is turned as asked", "; it needs no --negative force")
+        reason, hint = (
+            (" once its sign is changed", "; it needs no --negative force")
             if turned
             else (
                 ", as in compression; if this machine counts tension as negative, say so",
@@ -163,17 +163,17 @@ def _check_signs(trace: Trace, turned: bool) -> list[str]:
             )
         )
         largest = f"the force is negative where it is largest ({show(low, 'N')})"
-        raise FileError(trace.path, largest + why, how=how, asks="force-sign")
-    away, back = float(travel.max()), -float(travel.min())
-    if back > 0 and away < 0.1 * back:
+        raise FileError(trace.path, largest + reason, how=hint, asks="force-sign")
+    farthest, lowest = float(travel.max()), -float(travel.min())
+    if lowest > 0 and farthest < 0.1 * lowest:
         raise FileError(
             trace.path,
-            f"the elongation falls by {show(back, 'm')} and hardly ever rises; if this machine "
+            f"the elongation falls by {show(lowest, 'm')} and hardly ever rises; if this machine "
             "counts pulling as negative, say so",
             how=" (--negative elongation)",
             asks="elongation-sign",
         )
-    if away == 0:
+    if farthest == 0:
         raise FileError(trace.path, "the elongation never changes: nothing was pulled")
     if low < 0 and -low > 0.1 * high:
         return [f"the force goes down to {show(low, 'N')}: compressed, or not set to zero"]
@@ -181,14 +181,14 @@ def _check_signs(trace: Trace, turned: bool) -> list[str]:
 
 
 def _check_stuck(trace: Trace) -> None:
-    """Refuse a force that stands at its greatest value while the crosshead moves on.
+    """Reject a force that stays at its greatest value while the crosshead moves on.
 
-    A saturated load cell repeats one number; a real plateau carries noise, so its greatest value
-    is rare. Refused therefore only where the greatest value comes at least 20 times (fewer in
-    short records), and ten times as often, in a row or in all, as any other value in the upper
-    half (where no other repeats, 20 will do). The factor ten spares coarsely digitised but smooth
-    peaks: there the top level is at most about five times as long as its neighbours. A hold, where
-    the crosshead stands, is no saturation.
+    A saturated load cell repeats one number; a real plateau has noise, so its greatest value is
+    rare. The force is rejected if the greatest value occurs at least 20 times (fewer in short
+    records) and ten times as often, in a row or in all, as any other value in the upper half. If no
+    other value repeats, 20 times is enough. The factor ten accepts smooth peaks with coarse digits,
+    whose top level is at most about five times as long as its neighbours. A hold, with the
+    crosshead at rest, is not a saturation.
     """
     force, rows = trace.force, len(trace)
     top = float(force.max())
@@ -213,19 +213,19 @@ def _check_stuck(trace: Trace) -> None:
     if _far_more(stuck, often, least) or _far_more(stuck_run, longest, least):
         raise FileError(
             trace.path,
-            f"the load cell was saturated: {stuck} of {rows} samples stand at exactly "
+            f"the load cell was saturated: {stuck} of {rows} samples are exactly "
             f"{show(top, 'N', 6)} while the crosshead moves on",
         )
 
 
 def _far_more(stuck: int, others: int, least: int) -> bool:
-    """Ten times as many, or at least `least` where no other value repeats at all."""
+    """Return whether there are ten times as many, or `least` if no other value repeats."""
     return stuck >= max(least, 10 * others if others > 1 else least)
 
 
-def _longest_run(where: npt.NDArray[np.bool_], force: Array) -> int:
-    if not where.any():
+def _longest_run(mask: npt.NDArray[np.bool_], force: Array) -> int:
+    if not mask.any():
         return 0
-    starts = np.flatnonzero(where & np.r_[True, (np.diff(force) != 0) | ~where[:-1]])
-    ends = np.flatnonzero(where & np.r_[(np.diff(force) != 0) | ~where[1:], True])
+    starts = np.flatnonzero(mask & np.r_[True, (np.diff(force) != 0) | ~mask[:-1]])
+    ends = np.flatnonzero(mask & np.r_[(np.diff(force) != 0) | ~mask[1:], True])
     return int((ends - starts).max()) + 1

@@ -10,7 +10,12 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.identify.calibration.record import Calibration
-from layerjam.identify.validation.metrics import ConditionError, Validation, sampled, uncalibrated
+from layerjam.identify.validation.metrics import (
+    ConditionError,
+    Validation,
+    sample_force,
+    uncalibrated,
+)
 from layerjam.mechanics.pull import force_at_elongation
 from layerjam.report import style
 from layerjam.report.style import GREY, INK, MM
@@ -87,7 +92,7 @@ def overlay(brake: Brake, result: Validation, with_uncalibrated: bool) -> style.
 
     def draw(axes: style.Axes, one: ConditionError, color: str) -> float:
         grid = _grid(one)
-        mean, sd = _mean_sd(np.stack([sampled(c.pull, grid) for c in one.curves]))
+        mean, sd = _mean_sd(np.stack([sample_force(c.pull, grid) for c in one.curves]))
         style.band(axes, grid * MM, mean - sd, mean + sd, color, 0.28)
         axes.plot(grid * MM, mean, color=color, lw=1.3)
         for law, shade, dash in models:

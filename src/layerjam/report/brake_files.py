@@ -9,7 +9,7 @@ from typing import Any
 
 from layerjam._version import __version__
 from layerjam.errors import MissingExtraError
-from layerjam.identify.provenance import renamed
+from layerjam.identify.provenance import rename_files
 from layerjam.identify.validation.metrics import WINDOW
 from layerjam.records.table_text import rows_text
 from layerjam.report import folder
@@ -25,7 +25,7 @@ NAMES = ("results.json", "numbers.csv", "report.pdf", "report.html")
 
 def csv_text(numbers: Sequence[Number], names: Mapping[str, str] | None = None) -> str:
     """numbers.csv: SI values, every digit; `names` as in a BrakeReport."""
-    rows = ([renamed(plain(v), names or {}) for v in n.row().values()] for n in numbers)
+    rows = ([rename_files(plain(v), names or {}) for v in n.row().values()] for n in numbers)
     return rows_text([COLUMNS, *rows])
 
 
@@ -81,9 +81,9 @@ def write(
     names, made = report.names, page(report)
     numbers = all_numbers(made.parts)
     pictures = drawn_all(made.pictures(), lambda what, _: say(what))
-    shown = renamed(made.shown(), names)
+    shown = rename_files(made.shown(), names)
     content: dict[str, str | bytes] = {
-        "results.json": json_text(renamed(plain(results(report, numbers)), names)),
+        "results.json": json_text(rename_files(plain(results(report, numbers)), names)),
         "numbers.csv": csv_text(numbers, names),
         "report.html": html(shown, pictures),
         **figures_of(pictures),

@@ -16,7 +16,7 @@ from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.provenance import sha256
 from layerjam.identify.repeats import over_repeats
 from layerjam.identify.single_pulls import SinglePull
-from layerjam.identify.validation.metrics import ConditionError, Pooled, Split, Validation
+from layerjam.identify.validation.metrics import ConditionError, PooledErrors, Split, Validation
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
 from layerjam.report.brake_numbers import Cell, Column, Number, estimates
@@ -292,7 +292,7 @@ def _states(one: Any, before: Any) -> list[tuple[str, Any]]:
     return [(state, found) for state, found in known if found is not None]
 
 
-def _error_cells(stem: str, one: Pooled, before: Pooled | None) -> list[Cell]:
+def _error_cells(stem: str, one: PooledErrors, before: PooledErrors | None) -> list[Cell]:
     """MAPE, RMSE, bias and R^2 of a condition or of all, before calibration and after."""
     cells: list[Cell] = []
     for column in MEASURES:
@@ -326,7 +326,7 @@ def validation_table(result: Validation, before: Validation | None) -> Table:
     rows: list[list[Cell]] = []
     extra: list[Number] = []
 
-    def row(first: Sequence[Cell], stem: str, one: Pooled, then: Pooled | None) -> None:
+    def row(first: Sequence[Cell], stem: str, one: PooledErrors, then: PooledErrors | None) -> None:
         split, hidden = _split_cells(stem, one.scatter)
         pulls = Column("pulls", "repeats", decimals=0).of(one, stem)
         rows.append([*first, pulls, *_error_cells(stem, one, then), *split])

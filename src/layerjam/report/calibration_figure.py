@@ -10,7 +10,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import count_of
-from layerjam.identify.calibration.forward import FINE, Reduced, law_with_error, reduce
+from layerjam.identify.calibration.forward import FINE, ReducedCurves, law_with_error, reduce
 from layerjam.identify.calibration.law_spread import LawSpread
 from layerjam.identify.calibration.least_squares import JointFit
 from layerjam.identify.calibration.record import Calibration
@@ -108,7 +108,7 @@ def _curves(
             axes.plot(*style.thinned(u * MM, left, 200), color=colors[index], lw=0.8, alpha=0.7)
 
 
-def _points(reduced: Reduced, index: int) -> tuple[np.ndarray, np.ndarray]:
+def _points(reduced: ReducedCurves, index: int) -> tuple[np.ndarray, np.ndarray]:
     """Elongation and force of a curve, the fine stretches in fours, so that noise looks alike."""
     weight = reduced.weight[index]
     group = np.arange(len(weight))
@@ -162,7 +162,7 @@ def _peaks(near: style.Axes, result: Calibration) -> None:
 
 def _drawn(result: Calibration) -> Drawn:
     count, fit = len(result.curves), result.fit
-    spread = LawSpread.of(result)
+    spread = LawSpread.from_calibration(result)
     origins, offsets = np.zeros(count), np.zeros(count)
     if fit is None:
         a, k = result.scale_factor, result.stiffness

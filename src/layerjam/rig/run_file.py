@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from layerjam.errors import FileError, LayerjamError
-from layerjam.measure.runs import APPLICATION_ID, COLUMNS, ENDING, FORMAT, SCHEMA, opened
+from layerjam.measure.runs import APPLICATION_ID, COLUMNS, ENDING, FORMAT, SCHEMA, open_run
 
 ROOM = 10e6
 """Free space that a run needs at its start [bytes]: twice ten minutes of samples, and the log of 4
@@ -119,7 +119,7 @@ class RunFile:
         """Return a file to continue; FileError if it is not a run or is being written."""
         path = Path(path)
         check_place(path)
-        opened(path).close()
+        open_run(path).close()
         try:
             path.chmod(path.stat().st_mode | 0o200)
             lock = os.open(path, os.O_RDWR)

@@ -16,7 +16,7 @@ from layerjam.commands.index import load
 from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError, Notice
 from layerjam.fluid.file import LineFile
-from layerjam.identify.provenance import renamed
+from layerjam.identify.provenance import rename_files
 
 if TYPE_CHECKING:
     from layerjam.commands.declare import Parameter
@@ -248,16 +248,16 @@ def _literal(value: object) -> str:
 def _in_users_words(error: LayerjamError, names: Mapping[str, str]) -> LayerjamError:
     """The same kind of error, whose texts call files as the user does."""
     made = error.__class__.__new__(error.__class__)
-    made.__dict__.update({key: renamed(value, names) for key, value in vars(error).items()})
-    made.args = (renamed(str(error), names),)
+    made.__dict__.update({key: rename_files(value, names) for key, value in vars(error).items()})
+    made.args = (rename_files(str(error), names),)
     return made
 
 
 def _with_names(result: Any, names: Mapping[str, str]) -> Any:
     """A result whose texts call files as the user does."""
-    said = (Notice(renamed(str(w), names), key_of(w)) for w in result.warnings)
+    said = (Notice(rename_files(str(w), names), key_of(w)) for w in result.warnings)
     keys = [f.name for f in result.keys()]  # noqa: SIM118
-    values = {key: renamed(getattr(result, key), names) for key in keys}
+    values = {key: rename_files(getattr(result, key), names) for key in keys}
     return replace(result, **values, warnings=list(dict.fromkeys(said)))
 
 

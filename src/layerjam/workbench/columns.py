@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from nicegui import ui
 
-from layerjam.measure.preview import MOST, Preview
+from layerjam.measure.preview import COLUMN_LIMIT, Preview
 from layerjam.workbench.widgets import button, dressed
 
 UNITS = MappingProxyType(
@@ -42,16 +42,18 @@ class ColumnTable:
             table = ui.element("table").classes("plain-table columns-table")
             with dressed(table, "columns", aria_label="The first rows of the file"):
                 with ui.element("thead"), ui.element("tr"):
-                    for index in range(min(len(shown.names), MOST)):
+                    for index in range(min(len(shown.names), COLUMN_LIMIT)):
                         self._head(index)
                 with ui.element("tbody"):
                     for row in shown.rows:
                         with ui.element("tr"):
-                            for cell in row[:MOST]:
+                            for cell in row[:COLUMN_LIMIT]:
                                 with ui.element("td").classes("num"):
                                     ui.label(cell)
-        if len(shown.names) > MOST:
-            ui.label(f"and {len(shown.names) - MOST} columns more").classes("text-xs opacity-80")
+        if len(shown.names) > COLUMN_LIMIT:
+            ui.label(f"and {len(shown.names) - COLUMN_LIMIT} columns more").classes(
+                "text-xs opacity-80"
+            )
 
     def _head(self, index: int) -> None:
         name, unit = self.shown.names[index], self.shown.units[index]

@@ -27,7 +27,7 @@ from typing import Any
 import tomlkit
 
 from layerjam.errors import FileError
-from layerjam.measure.conditions import listed
+from layerjam.measure.conditions import parse_list
 from layerjam.measure.sidecar import Facts, facts_text, values_of
 from layerjam.units import QuantitySpec, build, show, spec_of
 from layerjam.workbench.uploads import Uploads
@@ -287,7 +287,7 @@ def read_list(data: bytes, name: str) -> dict[str, str]:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise FileError(name, "is no text in UTF-8") from None
-    found = listed(text, name)
+    found = parse_list(text, name)
     return {clean(file): facts_text(build(Facts, said)) for file, said in found.items()}
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from nicegui import run, ui
 
 from layerjam.errors import LayerjamError
-from layerjam.identify.provenance import renamed
+from layerjam.identify.provenance import rename_files
 from layerjam.measure.conditions import LIST
 from layerjam.measure.preview import Preview, preview
 from layerjam.workbench.columns import ColumnTable
@@ -253,7 +253,7 @@ class Sorting:
         try:
             shown = preview(upload.path)
         except LayerjamError as err:
-            hint(renamed(one_line(err), {upload.path.name: upload.shown}))
+            hint(rename_files(one_line(err), {upload.path.name: upload.shown}))
             return
         act, turn = partial(self._clicked, one, shown), partial(self._turned, one)
         ColumnTable(shown, negative_of(said), act, turn)
@@ -270,7 +270,7 @@ class Sorting:
             change = column_said(upload.path, shown, index, role, unit)
             check_edit(change)
         except LayerjamError as err:
-            self._trouble.say(renamed(one_line(err), {upload.path.name: upload.shown}))
+            self._trouble.say(rename_files(one_line(err), {upload.path.name: upload.shown}))
             return
         await self._change(one.key, change)
 
@@ -359,7 +359,7 @@ class Sorting:
 def _in_users_words(one: Proposal, upload: Upload) -> Proposal:
     """A proposal whose words call the file as the user does."""
     names = {upload.path.name: upload.shown}
-    about = str(renamed(one.about, names)).removeprefix(f"{upload.shown}: ")
+    about = str(rename_files(one.about, names)).removeprefix(f"{upload.shown}: ")
     return replace(one, about=about)
 
 

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 from nicegui import run
 
 from layerjam.errors import QuantityError
-from layerjam.identify.provenance import renamed
+from layerjam.identify.provenance import rename_files
 from layerjam.measure.runs import ENDING
 from layerjam.measure.sidecar import sidecar_path as sidecar_of
 from layerjam.workbench.call import DataFile
@@ -265,7 +265,7 @@ def is_sidecar(name: str) -> bool:
 def in_users_toml(text: str, names: Mapping[str, str]) -> str:
     """A TOML text with the user's names of files in its basic strings, where quotes are escaped."""
     quoted = {k: v.replace("\\", "\\\\").replace('"', '\\"') for k, v in names.items()}
-    made: str = renamed(text, quoted)
+    made: str = rename_files(text, quoted)
     return made
 
 

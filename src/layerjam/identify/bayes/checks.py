@@ -1,4 +1,4 @@
-"""Whether a Bayesian fit deserves belief: first the sampler, then the model."""
+"""Checks of a Bayesian fit: first the sampler, then the model."""
 
 from __future__ import annotations
 
@@ -23,29 +23,29 @@ from layerjam.mechanics.stiffness import stiffness_before_slip
 from layerjam.verdict import Level
 
 R_HAT = 1.01
-"""Above this, chains that began apart have not met."""
+"""Limit of R-hat above which the chains do not agree."""
 FAR_APART = 1.1
-"""Above this, the numbers depend on where a chain began (Gelman and Rubin 1992)."""
+"""R-hat above which the result depends on a chain's start (Gelman and Rubin 1992)."""
 ESS = 400
-"""Independent draws that a 90 % interval's ends need."""
+"""Independent draws required for the ends of a 90 % interval."""
 NARROWED = 0.5
-"""A posterior wider than this part of its prior says little that the prior did not."""
-OFF = 2.5
-"""Prior SDs by which a posterior may lie off its prior."""
+"""Width of a posterior over its prior's above which the data add little."""
+PRIOR_DISTANCE = 2.5
+"""Largest distance of a posterior from its prior, in prior SDs."""
 BENT = 0.02
-"""Part of the greatest force by which the mean residual of a stretch may differ from zero."""
+"""Largest mean residual of a stretch, relative to the greatest force."""
 REPEATS = 3
 Array = np.ndarray[Any, Any]
 
 
 def bayes_checks(fit: BayesFit, curves: Sequence[Curve], data: Data) -> tuple[Check, ...]:
-    """All checks of a Bayesian fit."""
+    """Return all checks of a Bayesian fit."""
     factor, stiffness = float(np.median(fit.scale_factor)), float(np.median(fit.stiffness))
-    own = np.median(fit.curve_scale_factor, axis=(0, 1))
+    factors = np.median(fit.curve_scale_factor, axis=(0, 1))
     speeds = [c.speed for c in curves]
     checks = [
         _complete(fit),
-        _converged(fit),
+        _check_convergence(fit),
         _divergences(fit),
         _enough(fit),
         _repeats(fit),
@@ -53,8 +53,8 @@ def bayes_checks(fit: BayesFit, curves: Sequence[Curve], data: Data) -> tuple[Ch
         _against_prior(fit),
         plausible(factor),
         stiffness_possible(stiffness, float(stiffness_before_slip(fit.brake))),
-        no_trend(own.tolist(), fit.vacuum, "vacuum", "Pa"),
-        no_trend(own.tolist(), [s for s in speeds if s is not None], "speed", "m/s")
+        no_trend(factors.tolist(), fit.vacuum, "vacuum", "Pa"),
+        no_trend(factors.tolist(), [s for s in speeds if s is not None], "speed", "m/s")
         if None not in speeds
         else None,
         _over_slip(fit, data),
@@ -63,7 +63,7 @@ def bayes_checks(fit: BayesFit, curves: Sequence[Curve], data: Data) -> tuple[Ch
 
 
 def _scalars(fit: BayesFit) -> dict[str, Array]:
-    """Every unknown as (chains, draws)."""
+    """Return every unknown as (chains, draws)."""
     out = {}
     for name, (draws, _) in fit.columns().items():
         if draws.ndim == 2:
@@ -74,18 +74,18 @@ def _scalars(fit: BayesFit) -> dict[str, Array]:
 
 
 def _complete(fit: BayesFit) -> Check | None:
-    done = fit.scale_factor.shape[1]
-    sentence = f"interrupted: {done} of {fit.asked} draws a chain were made"
-    return None if done >= fit.asked else check("complete", False, sentence)
+    draws = fit.scale_factor.shape[1]
+    sentence = f"interrupted: {draws} of {fit.asked} draws a chain were made"
+    return None if draws >= fit.asked else check("complete", False, sentence)
 
 
-def _converged(fit: BayesFit) -> Check:
-    # what predictions rest on is held to the strict bound; among many others chance has its say
+def _check_convergence(fit: BayesFit) -> Check:
+    # the numbers behind predictions have the strict bound; some of many others exceed it by chance
     hats = {n: agreement_of(v)[0] for n, v in _scalars(fit).items()}
     worst = max((n for n in hats if "curve" not in n), key=lambda n: hats[n])
-    other = max((n for n in hats if "curve" in n), key=lambda n: hats[n])
-    strict, loose = hats[worst] <= R_HAT, hats[other] <= 1 + 3 * (R_HAT - 1)
-    name = other if strict and not loose else worst
+    worst_curve = max((n for n in hats if "curve" in n), key=lambda n: hats[n])
+    strict, loose = hats[worst] <= R_HAT, hats[worst_curve] <= 1 + 3 * (R_HAT - 1)
+    name = worst_curve if strict and not loose else worst
     value, word = hats[name], name.replace("_", " ")
     sentence = f"R-hat is at most {value:.4f} ({word}); chains agree below {R_HAT}"
     if not (strict and loose):
@@ -119,39 +119,41 @@ def _repeats(fit: BayesFit) -> Check:
         )
         return check("repeats", False, sentence)
     sentence = f"scale factors of {count} curves scatter by {scatter:.1%}"
-    why = ": more than films do; one of the curves may be another brake or vacuum"
+    cause = ": more than films do; one of the curves may be another brake or vacuum"
     level: Level = "failed" if scatter > GROSS else "warning"
-    return check("repeats", scatter < 0.15, sentence, why, level)
+    return check("repeats", scatter < 0.15, sentence, cause, level)
 
 
 def _identifiable(fit: BayesFit) -> Check:
-    narrowed = {n: float(np.log(getattr(fit, n)).std() / fit.priors[n].sd) for n in SHAPE}
+    widths = {n: float(np.log(getattr(fit, n)).std() / fit.priors[n].sd) for n in SHAPE}
     logs = [np.log(v).ravel() for v in (fit.scale_factor, fit.enclosure_factor)]
     together = float(np.corrcoef(logs[0], logs[1])[0, 1])
-    vague = [n.replace("_", " ") for n in SHAPE if narrowed[n] > NARROWED]
-    parts = ", ".join(f"{n.replace('_', ' ')} {narrowed[n]:.1%}" for n in SHAPE)
+    vague = [n.replace("_", " ") for n in SHAPE if widths[n] > NARROWED]
+    parts = ", ".join(f"{n.replace('_', ' ')} {widths[n]:.1%}" for n in SHAPE)
     sentence = (
         f"width left of the priors: {parts}; scale factor and enclosure are correlated by "
         f"{together:+.2f}; only the products of scale factor and kinetic friction "
         f"({fit.brake.film.kinetic:.4g}) and of the enclosure's modulus and friction are determined"
     )
-    little = f"; the curves say little of {' and '.join(vague)}: it is the prior's"
+    little = f"; the curves say little of {' and '.join(vague)}: the prior sets it"
     return check("identifiable", not vague, sentence, little)
 
 
 def _against_prior(fit: BayesFit) -> Check:
-    off = {
+    distance = {
         n: (float(np.log(np.median(getattr(fit, n)))) - fit.priors[n].place) / fit.priors[n].sd
         for n in SHAPE
     }
-    worst = max(off, key=lambda n: abs(off[n]))
-    sentence = f"{worst.replace('_', ' ')} lies {off[worst]:+.2g} prior SDs off its prior's middle"
-    why = ": the file's brake and the pulled one differ; check film, sheets and vacuum"
-    return check("prior", abs(off[worst]) <= OFF, sentence, why)
+    worst = max(distance, key=lambda n: abs(distance[n]))
+    sentence = (
+        f"{worst.replace('_', ' ')} lies {distance[worst]:+.2g} prior SDs off its prior's middle"
+    )
+    cause = ": the file's brake and the pulled one differ; check film, sheets and vacuum"
+    return check("prior", abs(distance[worst]) <= PRIOR_DISTANCE, sentence, cause)
 
 
 def _over_slip(fit: BayesFit, data: Data) -> Check:
-    """Residuals that all curves share bend away from the law: it does not describe this brake."""
+    """Check whether residuals common to all curves bend away from the law."""
     middle = {
         n: np.median(getattr(fit, n), axis=(0, 1))
         for n in ("curve_scale_factor", "curve_stiffness", "slack", "residual")
@@ -169,14 +171,14 @@ def _over_slip(fit: BayesFit, data: Data) -> Check:
         0.0,
     )
     law = np.asarray(forces(sites, 1.0, data, fit.brake))
-    rest = np.where(data.real, (data.force - law) / data.height[:, None], np.nan)
+    residuals = np.where(data.real, (data.force - law) / data.height[:, None], np.nan)
     slip = data.elongation - data.force / middle["curve_stiffness"][:, None]
-    far = slip / max(float(np.nanmax(np.where(data.real, slip, np.nan))), 1e-12)
+    part = slip / max(float(np.nanmax(np.where(data.real, slip, np.nan))), 1e-12)
     parts = []
     for low in (0.05, 0.25, 0.5, 0.75):
-        inside = data.real & (far >= low) & (far < (0.25 if low == 0.05 else low + 0.2501))
-        parts.append(float(rest[inside].mean()) if inside.any() else 0.0)
-    shown = ", ".join(f"{p:+.2%}" for p in parts)
-    sentence = f"mean residual over the four quarters of the slip: {shown} of the greatest force"
-    why = ": the force falls otherwise than the law says; intervals are too narrow then"
-    return check("trend over slip", max(abs(p) for p in parts) <= BENT, sentence, why)
+        inside = data.real & (part >= low) & (part < (0.25 if low == 0.05 else low + 0.2501))
+        parts.append(float(residuals[inside].mean()) if inside.any() else 0.0)
+    percents = ", ".join(f"{p:+.2%}" for p in parts)
+    sentence = f"mean residual over the four quarters of the slip: {percents} of the greatest force"
+    effect = ": the force falls otherwise than the law says; intervals are too narrow then"
+    return check("trend over slip", max(abs(p) for p in parts) <= BENT, sentence, effect)

@@ -1,7 +1,7 @@
 """Bayesian calibration over many pulls: a hierarchical model, sampled by NUTS (NumPyro).
 
-`fit_bayes` gives two answers. The population says what the brake is: the median of its scale
-factors and stiffnesses. The next pull says what one more pull will show, which scatters about it.
+`fit_bayes` gives two results. The population describes the brake: the median of its scale factors
+and stiffnesses. The next pull describes one more pull, which scatters about the brake.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError, MissingExtraError, count_of
 from layerjam.identify.bayes.checks import bayes_checks
-from layerjam.identify.bayes.model import Sites, known_of, priors, reduced, start
+from layerjam.identify.bayes.model import Sites, known_of, priors, reduce_curves, start
 from layerjam.identify.bayes.posterior import BayesFit, Population
 from layerjam.identify.calibration.budget import fitted_enclosure, scatter_line
 from layerjam.identify.calibration.intervals import Interval
@@ -38,15 +38,15 @@ Array = np.ndarray[Any, Any]
 
 
 def prior_population(brake: Brake, draws: int = 1000, seed: int = 1) -> Population:
-    """Brakes drawn from the priors alone: what the model expects before any pull."""
-    random, known = np.random.default_rng(seed), priors(brake)
+    """Return brakes drawn from the priors alone: the model's expectation before any pull."""
+    random, prior_of = np.random.default_rng(seed), priors(brake)
 
-    def drawn(name: str) -> Array:
-        prior = known[name]
+    def draw(name: str) -> Array:
+        prior = prior_of[name]
         return np.exp(prior.place + prior.sd * random.standard_normal(draws))
 
     names = ("scale_factor", "stiffness", "enclosure_factor", "residual")
-    return Population(brake=brake, **{name: drawn(name) for name in names})
+    return Population(brake=brake, **{name: draw(name) for name in names})
 
 
 def fit_bayes(
@@ -61,11 +61,11 @@ def fit_bayes(
 ) -> BayesFit:
     """Calibrate on curves: posterior of scale factor, stiffness and the enclosure's factor.
 
-    `draws` of each of `chains` after 300 for warming up; `mountings` are the places of the curves
-    of each mounting, whose scatter they share; `progress` is called with (done, all), both a chain.
-    The same seed gives the same draws, bit for bit. Ctrl-C keeps what is drawn once that is 100 a
-    chain. Raises FitError for a curve that cannot be used, MissingExtraError without NumPyro,
-    PrecisionError with JAX in single precision.
+    `draws` is the number per chain after 300 for adaptation. `mountings` are the places of the
+    curves of each mounting, whose scatter they share. `progress` is called with (done, all), both
+    per chain. The same seed gives the same draws, bit for bit. Ctrl-C keeps the draws if there are
+    100 per chain. Raises FitError for an unusable curve, MissingExtraError if NumPyro is not
+    installed, PrecisionError if JAX is in single precision.
     """
     with MissingExtraError.raise_if_missing("Bayesian calibration (numpyro)", "bayes"):
         import numpyro  # type: ignore[import-untyped]  # noqa: F401
@@ -76,13 +76,13 @@ def fit_bayes(
     for name, value, least in (("draws", draws, 4), ("chains", chains, 1)):
         if value < least:
             raise FitError(f"{name}: {value} is not allowed; it is at least {least}")
-    mounting = _shared(mountings, len(curves))
-    data, known = reduced(curves), known_of(brake, mounting is not None)
+    mounting = _mounting_matrix(mountings, len(curves))
+    data, beliefs = reduce_curves(curves), known_of(brake, mounting is not None)
     sites, divergent = sample(
         start(data, curves, brake),
         data,
         brake,
-        known,
+        beliefs,
         draws=draws,
         chains=chains,
         seed=seed,
@@ -93,8 +93,8 @@ def fit_bayes(
     return replace(fit, checks=bayes_checks(fit, curves, data))
 
 
-def _shared(mountings: Sequence[Sequence[int]], count: int) -> Array | None:
-    """Whether each two of `count` curves share a mounting; None if no two do."""
+def _mounting_matrix(mountings: Sequence[Sequence[int]], count: int) -> Array | None:
+    """Return whether each two of `count` curves share a mounting; None if no two do."""
     if all(len(group) < 2 for group in mountings):
         return None
     member = np.zeros((len(mountings), count))
@@ -109,20 +109,20 @@ def calibrate_bayesian(
     sampling: tuple[int, int, int],
     tell: Callable[[str, float], None],
 ) -> Calibration:
-    """A sampled posterior as the other methods' results: means, SDs, central 95 % intervals.
+    """Return a sampled posterior like the other methods' results: means, SDs, 95 % intervals.
 
     `sampling` is (draws of a chain, chains, seed). Raises as `fit_bayes` does.
     """
     draws, chains, seed = sampling
-    alone = fits_of(curves, brake)
-    mounted = find_mountings(curves, logarithms(alone))
+    single = fits_of(curves, brake)
+    mounting = find_mountings(curves, logarithms(single))
     fit = fit_bayes(
         curves,
         brake,
         draws=draws,
         chains=chains,
         seed=seed,
-        mountings=mounted.groups,
+        mountings=mounting.groups,
         progress=lambda done, of: tell("sampling", done / of),
     )
     summary, count = fit.summary(), len(curves)
@@ -130,7 +130,7 @@ def calibrate_bayesian(
     values = {name: row.mean for name, row in rows.items()}
     errors = {name: row.sd for name, row in rows.items()}
     text = f"mean of the Bayesian posterior over {count} whole pulls"
-    pulls = pull_table(curves, *with_enclosure(alone, brake, values["enclosure_factor"]))
+    pulls = pull_table(curves, *with_enclosure(single, brake, values["enclosure_factor"]))
     intervals = {
         name: Interval(
             low=row.low,
@@ -152,13 +152,13 @@ def calibrate_bayesian(
         errors_rest_on=f"the posterior over {count_of(count, 'pull')}",
         intervals=intervals,
         contributions=(repeats, fitted_enclosure()),
-        mountings=mounted.groups,
+        mountings=mounting.groups,
         covariance=_covariance(fit),
-        **at_peaks(alone),
+        **at_peaks(single),
         pulls=pulls,
         checks=(
             *fit.checks,
-            mounted.check,
+            mounting.check,
             *interval_checks(values, intervals),
             *pull_checks(pulls, half),
         ),
@@ -171,18 +171,23 @@ def calibrate_bayesian(
 
 
 def _covariance(fit: BayesFit) -> dict[str, dict[str, float]]:
-    found = np.cov([np.ravel(getattr(fit, name)) for name in SHAPE])
+    matrix = np.cov([np.ravel(getattr(fit, name)) for name in SHAPE])
     return {
-        one: dict(zip(SHAPE, map(float, row), strict=True))
-        for one, row in zip(SHAPE, found, strict=True)
+        first: dict(zip(SHAPE, map(float, row), strict=True))
+        for first, row in zip(SHAPE, matrix, strict=True)
     }
 
 
 def _fit(
-    sites: Sites, curves: Sequence[Curve], brake: Brake, divergent: Array, seed: int, asked: int
+    sites: Sites,
+    curves: Sequence[Curve],
+    brake: Brake,
+    divergent: Array,
+    seed: int,
+    draws_asked: int,
 ) -> BayesFit:
     mounted = sites.log_mounting_sd_a is not None
-    known = priors(brake, mounted)
+    prior_of = priors(brake, mounted)
     return BayesFit(
         synthetic=any(curve.synthetic for curve in curves),
         brake=brake,
@@ -196,12 +201,12 @@ def _fit(
         correlation=1 / (1 + np.exp(-sites.logit)),
         curve_scale_factor=np.exp(sites.own_a),
         curve_stiffness=np.exp(sites.own_k),
-        slack=known["slack"].sd * sites.own_slack,
+        slack=prior_of["slack"].sd * sites.own_slack,
         residual=np.exp(sites.own_noise),
         scale_factor_mounting_sd=np.exp(sites.log_mounting_sd_a) if mounted else None,
         stiffness_mounting_sd=np.exp(sites.log_mounting_sd_k) if mounted else None,
         divergences=int(divergent.sum()),
         seed=seed,
-        asked=asked,
-        priors=known,
+        asked=draws_asked,
+        priors=prior_of,
     )

@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     import xarray
 
 LEVEL = 0.95
-"""Of the intervals in a summary."""
+"""Probability of the intervals in a summary."""
 Array = np.ndarray[Any, Any]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Population:
-    """Possible brakes, one a draw, shape (draws,): what predictions are made from."""
+    """Possible brakes, one per draw, shape (draws,), for predictions."""
 
     brake: Brake
     scale_factor: Array = column("1", "scale factor")
@@ -42,7 +42,7 @@ class Population:
         return len(self.scale_factor)
 
     def brakes(self) -> Brake:
-        """All brakes as one, leaves of shape (draws, 1): laws broadcast them against (n,)."""
+        """Return all brakes as one, leaves of shape (draws, 1), which broadcast against (n,)."""
         return with_shape(
             self.brake,
             self.scale_factor[:, None],
@@ -54,8 +54,8 @@ class Population:
 class Posterior(NamedTuple):
     """One number of a fit, in its SI unit.
 
-    `low` and `high` bound its central 95 % interval. `r_hat` near 1 says that the chains agree,
-    `ess` how many independent draws they are worth; both are None for what is derived from others.
+    `low` and `high` bound its central 95 % interval. `r_hat` near 1 shows that the chains agree;
+    `ess` is the equivalent number of independent draws. Both are None for derived numbers.
     """
 
     mean: float
@@ -75,10 +75,10 @@ class BayesFit:
     """Draws of the posterior, shapes (chains, draws) and (chains, draws, curves), SI units.
 
     `scale_factor`, `stiffness` and `enclosure_factor` are the brake's (medians over repeats, the
-    enclosure is shared), the `_sd` the scatter between repeats, relative (SD of the logarithm);
-    those of mountings are None if no two curves share one.
-    Pulls tell only the products of scale factor and kinetic friction, and of the enclosure's
-    modulus and friction (which goes as `enclosure_factor` squared).
+    enclosure is shared). The `_sd` are the scatter between repeats, relative (SD of the logarithm);
+    those of mountings are None if no two curves share one. Pulls only determine the products of
+    scale factor and kinetic friction, and of the enclosure's modulus and friction (proportional to
+    `enclosure_factor` squared).
     """
 
     brake: Brake
@@ -103,21 +103,21 @@ class BayesFit:
     divergences: int
     seed: int
     asked: int
-    """Draws a chain that were asked for; fewer are held after Ctrl-C."""
+    """Requested draws per chain; Ctrl-C leaves fewer."""
     priors: dict[str, Prior]
     rule: str = RULE
-    """How curves were reduced and their residuals understood."""
+    """Reduction of the curves and structure of their residuals."""
     checks: tuple[Check, ...] = ()
     synthetic: bool = False
     """Whether a program wrote any of the files."""
 
     @property
     def trusted(self) -> bool:
-        """All checks passed."""
+        """Whether all checks passed."""
         return all(c.passed for c in self.checks)
 
     def columns(self) -> dict[str, tuple[Array, QuantitySpec]]:
-        """{name: (draws, QuantitySpec)} of every quantity."""
+        """Return {name: (draws, QuantitySpec)} of every quantity."""
         return {
             f.name: (getattr(self, f.name), f.metadata["quantity"])
             for f in fields(self)
@@ -125,7 +125,7 @@ class BayesFit:
         }
 
     def population(self) -> Population:
-        """The brake itself: what it is on the median of many repeats."""
+        """Return the brake's draws: its median over many repeats."""
         return Population(
             brake=self.brake,
             scale_factor=self.scale_factor.ravel(),
@@ -135,43 +135,43 @@ class BayesFit:
         )
 
     def next_pull(self) -> Population:
-        """One more pull: the brake with the scatter between repeats; the same at every call."""
+        """Return draws of one more pull, with the scatter between repeats; always the same."""
         random = np.random.default_rng([self.seed, 1])
-        here = self.population()
-        z = random.standard_normal((2, len(here)))
+        brakes = self.population()
+        z = random.standard_normal((2, len(brakes)))
         a, k = self.scatter("scale_factor").ravel(), self.scatter("stiffness").ravel()
         return replace(
-            here,
-            scale_factor=here.scale_factor * np.exp(a * z[0]),
-            stiffness=here.stiffness * np.exp(k * z[1]),
+            brakes,
+            scale_factor=brakes.scale_factor * np.exp(a * z[0]),
+            stiffness=brakes.stiffness * np.exp(k * z[1]),
         )
 
     def scatter(self, name: str) -> Array:
-        """Relative scatter of a further pull in a mounting of its own, (chains, draws)."""
-        shared = getattr(self, f"{name}_mounting_sd")
-        own: Array = getattr(self, f"{name}_sd")
-        return own if shared is None else np.hypot(own, shared)
+        """Return the relative scatter of a further pull in its own mounting, (chains, draws)."""
+        of_mountings = getattr(self, f"{name}_mounting_sd")
+        of_repeats: Array = getattr(self, f"{name}_sd")
+        return of_repeats if of_mountings is None else np.hypot(of_repeats, of_mountings)
 
     def _residual(self) -> Array:
-        """A residual's SD for each draw, of a curve picked at random."""
+        """Return a residual's SD for each draw, of a curve picked at random."""
         flat = self.residual.reshape(-1, self.residual.shape[-1])
-        picked = np.random.default_rng([self.seed, 2]).integers(flat.shape[1], size=len(flat))
-        return np.asarray(np.sqrt(flat[np.arange(len(flat)), picked] ** 2 + FLOOR**2))
+        places = np.random.default_rng([self.seed, 2]).integers(flat.shape[1], size=len(flat))
+        return np.asarray(np.sqrt(flat[np.arange(len(flat)), places] ** 2 + FLOOR**2))
 
     def summary(self) -> dict[str, Posterior]:
-        """The brake, the scatter between repeats, and the next pull ("next_..."), by name."""
+        """Return brake, scatter between repeats, and the next pull ("next_..."), by name."""
         out = {n: self._row(n, v, m) for n, (v, m) in self.columns().items() if v.ndim == 2}
         after = self.next_pull()
         for name in ("scale_factor", "stiffness"):
             spec = QuantitySpec(out[name].unit, f"{name.replace('_', ' ')} of one more pull")
-            told = "the brake's, with the scatter between repeats"
-            out[f"next_{name}"] = _posterior(getattr(after, name), spec, None, None, told)
+            prior = "the brake's, with the scatter between repeats"
+            out[f"next_{name}"] = _posterior(getattr(after, name), spec, None, None, prior)
         return out
 
     def _row(self, name: str, draws: Array, spec: QuantitySpec) -> Posterior:
         prior = self.priors[name]
-        told = prior.text() if name != "correlation" else prior.why
-        return _posterior(draws, spec, *agreement_of(draws), told)
+        prior_text = prior.text() if name != "correlation" else prior.why
+        return _posterior(draws, spec, *agreement_of(draws), prior_text)
 
     def to_csv(self, path: str | Path, *, force: bool = False) -> Path:
         """Write the draws as CSV: a '#' header with rule, priors and checks, then SI columns."""
@@ -179,14 +179,14 @@ class BayesFit:
 
         flat = {f"{n} [{m.unit}]": v for n, (v, m) in self.columns().items() if v.ndim == 2}
         place: Array = np.indices(self.scale_factor.shape)
-        named: dict[str, Array] = {"chain": place[0], "draw": place[1], **flat}
-        table = pandas.DataFrame({name: values.ravel() for name, values in named.items()})
+        columns: dict[str, Array] = {"chain": place[0], "draw": place[1], **flat}
+        table = pandas.DataFrame({name: values.ravel() for name, values in columns.items()})
         head = "".join(comment(f"{key}: {value}") + "\n" for key, value in self.header().items())
         text = head + table.to_csv(index=False, lineterminator="\n")
         return write_whole(path, text, force)
 
     def header(self) -> dict[str, str]:
-        """What stands above the draws."""
+        """Return the header above the draws."""
         out = {"made by": f"layerjam {__version__} Bayesian calibration", "seed": str(self.seed)}
         out["files"] = ", ".join(Path(p).name for p in self.paths)
         if self.synthetic:
@@ -197,7 +197,7 @@ class BayesFit:
         return out | {f"check {c.name}": f"{marks[c.passed]}: {c.sentence}" for c in self.checks}
 
     def to_xarray(self) -> xarray.Dataset:
-        """All draws, labelled; MissingExtraError without xarray."""
+        """Return all draws, labelled; MissingExtraError if xarray is not installed."""
         with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
             import xarray
         dims = ("chain", "draw", "curve")
@@ -220,12 +220,12 @@ def _posterior(
 ) -> Posterior:
     low, median, high = np.quantile(draws, [0.5 - LEVEL / 2, 0.5, 0.5 + LEVEL / 2])
     mean, sd = float(draws.mean()), float(draws.std(ddof=1))
-    of = (float(low), float(high), float(median), r_hat, ess, spec.unit, spec.text, prior)
-    return Posterior(mean, sd, *of)
+    fields_ = (float(low), float(high), float(median), r_hat, ess, spec.unit, spec.text, prior)
+    return Posterior(mean, sd, *fields_)
 
 
 def agreement_of(draws: Array) -> tuple[float, float]:
-    """Split R-hat and effective sample size of draws (chains, draws)."""
+    """Return split R-hat and effective sample size of draws (chains, draws)."""
     from numpyro.diagnostics import (  # type: ignore[import-untyped]
         effective_sample_size,
         split_gelman_rubin,

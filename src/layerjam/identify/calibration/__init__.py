@@ -1,1 +1,1 @@
-"""From pulls to the numbers of a brake, with intervals and a verdict."""
+"""Calibration: the numbers of a brake from pulls, with intervals and checks."""

@@ -1,4 +1,4 @@
-"""The uncertainty budget of the scale factor: the repeats, and what all pulls share."""
+"""Uncertainty budget of the scale factor: the repeats, and the inputs that all pulls share."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ class Peak(NamedTuple):
 class Contribution:
     """One line of a budget.
 
-    `standard` is the standard uncertainty of the input, over its value, known with `degrees` of
-    freedom; `sensitivity` by how many times as much the scale factor changes. `standard` is None if
-    nobody stated it and there is no default. `basis` describes what was stated; `supply` is what
-    the user must state, empty if it is stated.
+    `standard` is the standard uncertainty of the input, over its value, with `degrees` of freedom;
+    None if nobody stated it and there is no default. `sensitivity` is the relative change of the
+    scale factor over that of the input. `basis` describes the statement, `supply` the missing
+    statement, empty if none is missing.
     """
 
     what: str
@@ -51,7 +51,7 @@ class Contribution:
 
     @property
     def relative(self) -> float | None:
-        """What it adds to the standard uncertainty of the scale factor, over its value."""
+        """Contribution to the standard uncertainty of the scale factor, over its value."""
         return None if self.standard is None else abs(self.sensitivity) * self.standard
 
 
@@ -73,8 +73,8 @@ class Budget:
         """
         if not any(c.relative for c in self.contributions if not c.supply):
             return []
-        known = [(c.relative, c.degrees) for c in self.contributions]
-        return [(u, degrees) for u, degrees in known if u is not None]
+        parts = [(c.relative, c.degrees) for c in self.contributions]
+        return [(u, degrees) for u, degrees in parts if u is not None]
 
     @property
     def combined(self) -> float | None:
@@ -117,10 +117,10 @@ class Budget:
         """
         if not self.expanded:
             return None
-        return rounded(self.value, self.value * self.expanded)
+        return round_to_uncertainty(self.value, self.value * self.expanded)
 
 
-def rounded(value: float, uncertainty: float) -> tuple[str, str]:
+def round_to_uncertainty(value: float, uncertainty: float) -> tuple[str, str]:
     """Return a value and its uncertainty (> 0), which has two significant digits (GUM, 7.2.6)."""
     places = DIGITS - 1 - math.floor(math.log10(uncertainty))
     places = DIGITS - 1 - math.floor(math.log10(round(uncertainty, places)))  # 0.0996 is 0.10
@@ -135,13 +135,15 @@ def scatter_words(mountings: Sequence[Sequence[int]], count: int) -> str:
     return f"the scatter between {len(mountings)} mountings of {count} pulls"
 
 
-def scatter_line(found: tuple[float, float] | None, value: float, basis: str) -> Contribution:
+def scatter_line(
+    error_degrees: tuple[float, float] | None, value: float, basis: str
+) -> Contribution:
     """Return the line of the scatter between pulls.
 
-    `found` is the standard error of the scale factor `value`, and its degrees of freedom; None if
-    the pulls at hand tell no scatter.
+    `error_degrees` is the standard error of the scale factor `value` and its degrees of freedom;
+    None if the pulls do not show a scatter.
     """
-    error, degrees = found or (None, math.inf)
+    error, degrees = error_degrees or (None, math.inf)
     return Contribution(
         what="repeats",
         basis=basis,
@@ -161,7 +163,7 @@ def enclosure_line(peaks: Sequence[Peak], brake: Brake) -> Contribution:
         what="enclosure's force",
         basis=f"SD {brake.enclosure.force_sd:.2g} of it ({words})",
         standard=brake.enclosure.force_sd,
-        sensitivity=_change(peaks, brake, other=stronger),
+        sensitivity=_change(peaks, brake, variant=stronger),
         supply="" if stated else f"{ENCLOSURE} in the brake's file, with its source (enclosure)",
     )
 
@@ -175,35 +177,37 @@ def fitted_enclosure() -> Contribution:
 def budget(
     peaks: Sequence[Peak],
     brake: Brake,
-    known: Sequence[Contribution],
+    fitted_lines: Sequence[Contribution],
     limits: Mapping[str, float | None],
     sources: Mapping[str, Source],
     value: float = 1.0,
 ) -> Budget:
     """Return the budget of the scale factor `value` that `peaks` of `brake` gave.
 
-    `known` are the lines of the calibration itself: scatter between pulls, and enclosure. `limits`
-    holds the limits of error of "load_cell" (over the reading) and "gauge" [Pa], taken as
+    `fitted_lines` are the lines of the calibration itself: scatter between pulls, and enclosure.
+    `limits` are the limits of error of "load_cell" (over the reading) and "gauge" [Pa], taken as
     rectangular (GUM, 4.3.7); both act on all pulls alike. `sources` are those of the brake's
-    geometry, whose `sd` counts. The friction has no line: the budget is that of the product of
-    factor and friction, which every force contains. `friction_lines` adds those of the friction.
+    geometry, whose `sd` counts. The friction has no line, because the budget is that of the product
+    of factor and friction; `friction_lines` adds it.
     """
-    over = float(np.mean([1 / p.vacuum for p in peaks]))
+    inverse_vacuum = float(np.mean([1 / p.vacuum for p in peaks]))
     cell, gauge = limits.get("load_cell"), limits.get("gauge")
-    where = "each pull's sidecar"
+    place = "each pull's sidecar"
     lines = (
         _limit(
-            "load cell", cell, _change(peaks, brake, force=1 + STEP), f"load_cell_limit in {where}"
+            "load cell", cell, _change(peaks, brake, force=1 + STEP), f"load_cell_limit in {place}"
         ),
         _limit(
             "vacuum gauge",
-            None if gauge is None else gauge * over,
+            None if gauge is None else gauge * inverse_vacuum,
             _change(peaks, brake, vacuum=1 + STEP),
-            f"gauge_limit in {where}",
+            f"gauge_limit in {place}",
             "" if gauge is None else show(gauge, "Pa"),
         ),
     )
-    return Budget(contributions=(*known, *lines, *_geometry(peaks, brake, sources)), value=value)
+    return Budget(
+        contributions=(*fitted_lines, *lines, *_geometry(peaks, brake, sources)), value=value
+    )
 
 
 def friction_lines(
@@ -211,12 +215,12 @@ def friction_lines(
 ) -> tuple[Contribution, ...]:
     """Return the lines that the friction adds to the budget of the scale factor.
 
-    `kinetic` is the friction of the tests. `limits` holds the limits of error of "load_cell",
+    `kinetic` is the friction of the tests. `limits` are the limits of error of "load_cell",
     "normal_force" and "area" of the friction rig, over the value. The friction is force over normal
-    force, at a pressure of normal force over area; a brake presses harder, and its friction is that
-    of the tests times the ratio of pressures to the power `exponent`.
+    force, at a pressure of normal force over area. A brake presses harder: its friction is that of
+    the tests times the ratio of pressures to the power `exponent`.
     """
-    error, where = kinetic.standard_error, "each friction test's sidecar"
+    error, place = kinetic.standard_error, "each friction test's sidecar"
     inputs = {"load cell": -1.0, "normal force": 1.0 + exponent, "area": -exponent}
     names = {words: words.replace(" ", "_") for words in inputs}
     return (
@@ -233,7 +237,7 @@ def friction_lines(
                 f"friction rig: {words}",
                 limits.get(names[words]),
                 sensitivity,
-                f"{names[words]}_limit in {where}",
+                f"{names[words]}_limit in {place}",
             )
             for words, sensitivity in inputs.items()
         ),
@@ -241,7 +245,7 @@ def friction_lines(
 
 
 def _limit(
-    what: str, limit: float | None, sensitivity: float, key: str, words: str = ""
+    name: str, limit: float | None, sensitivity: float, key: str, words: str = ""
 ) -> Contribution:
     """Return the line of an input with a `limit` of error over its value, None if not stated.
 
@@ -249,11 +253,11 @@ def _limit(
     without any effect need not be stated.
     """
     if limit is None and sensitivity == 0:
-        why = "no effect: friction counts as independent of pressure"
-        return Contribution(what=what, basis=why, standard=0.0, sensitivity=0.0)
+        reason = "no effect: friction counts as independent of pressure"
+        return Contribution(what=name, basis=reason, standard=0.0, sensitivity=0.0)
     stated = words or f"{100 * (limit or 0):.2g} %"
     return Contribution(
-        what=what,
+        what=name,
         basis="not stated" if limit is None else f"limit of error {stated}",
         standard=None if limit is None else limit / sqrt(3),
         sensitivity=sensitivity,
@@ -264,7 +268,7 @@ def _limit(
 def _geometry(
     peaks: Sequence[Peak], brake: Brake, sources: Mapping[str, Source]
 ) -> Iterator[Contribution]:
-    """What the brake's lengths add, as its file states how well they are known."""
+    """Yield the lines of the brake's lengths, with the uncertainty in its file."""
     for path, words in GEOMETRY.items():
         name = path.partition(".")[2]
         longer = replace(
@@ -275,7 +279,7 @@ def _geometry(
             what=words,
             basis="not stated" if sd is None else f"SD {sd:.2g} of it, from the brake's file",
             standard=sd,
-            sensitivity=_change(peaks, brake, other=longer),
+            sensitivity=_change(peaks, brake, variant=longer),
             supply=f"sd of {path} in the brake's file" if sd is None else "",
         )
 
@@ -286,7 +290,7 @@ def _change(
     *,
     force: float = 1.0,
     vacuum: float = 1.0,
-    other: Brake | None = None,
+    variant: Brake | None = None,
 ) -> float:
     """Mean relative change of the factor of `peaks`, per relative change `STEP` of an input.
 
@@ -294,5 +298,5 @@ def _change(
     """
     forces, vacuums = np.array(peaks).T
     before = np.asarray(scale_factor_of_peak(forces, vacuums, brake))
-    after = np.asarray(scale_factor_of_peak(forces * force, vacuums * vacuum, other or brake))
+    after = np.asarray(scale_factor_of_peak(forces * force, vacuums * vacuum, variant or brake))
     return float(np.mean(after / before - 1)) / STEP

@@ -1,7 +1,7 @@
-"""The law as a fit sees it: many reduced curves, each with its own parameters, and derivatives.
+"""The law for a fit: reduced curves, each with its own parameters, and derivatives.
 
 A curve of tens of thousands of samples is reduced to means over short stretches of elongation, fine
-where the force bends and wide where it is smooth; the number of samples in a stretch is its weight.
+where the force bends and wide where it is smooth. A stretch weighs its number of samples.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.pull import force_at_elongation
 
 FINE, COARSE = 320, 320
-"""Stretches of equal length up to `NEAR` times where the straight rise ends, and beyond."""
-NEAR = 2.0
+"""Numbers of stretches of equal length below and above `NEAR_END` times the straight rise."""
+NEAR_END = 2.0
 LEAST_ENCLOSURE = 1e-3
-"""The enclosure's factor is held above this within a fit."""
+"""Least factor of the enclosure within a fit."""
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Reduced:
+class ReducedCurves:
     """Curves as arrays of shape (curves, stretches); stretches without samples weigh nothing.
 
     `elongation` [m] and `force` [N] are means over a stretch, `weight` its samples over the mean
@@ -49,11 +49,11 @@ class Reduced:
         return len(self.vacuum)
 
 
-def reduce(curves: Sequence[Curve]) -> Reduced:
-    """Means over stretches of equal elongation, with their weights."""
+def reduce(curves: Sequence[Curve]) -> ReducedCurves:
+    """Return means over stretches of equal elongation, with their weights."""
     parts = [_reduce(curve) for curve in curves]
     height = np.array([c.pull.peak_force for c in curves])
-    return Reduced(
+    return ReducedCurves(
         elongation=np.array([p[0] for p in parts]),
         force=np.array([p[1] for p in parts]),
         weight=np.array([p[2] for p in parts]),
@@ -64,7 +64,7 @@ def reduce(curves: Sequence[Curve]) -> Reduced:
 
 
 def _onset(curve: Curve) -> float:
-    """Where the rise would reach the peak [m]; the peak's place if the rise is not straight."""
+    """Return the elongation [m] at which a straight rise would reach the peak, or the peak."""
     pull = curve.pull
     place = pull.peak_force / pull.stiffness if pull.straight else pull.peak_elongation
     return float(max(place, 1e-6))
@@ -74,40 +74,41 @@ def _reduce(curve: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     part = fitted_part(curve)
     u, force = curve.elongation[part], curve.force[part]
     first, last = float(u[0]), float(u.max())
-    bend = min(first + NEAR * max(_onset(curve) - first, 0.0), last)
+    bend = min(first + NEAR_END * max(_onset(curve) - first, 0.0), last)
     bend = bend if bend > first else first + 0.1 * (last - first)
-    near, far = (bend - first) / FINE, max(last - bend, 1e-12) / COARSE
-    place = np.where(u < bend, (u - first) / near, FINE + (u - bend) / far)
+    fine, coarse = (bend - first) / FINE, max(last - bend, 1e-12) / COARSE
+    place = np.where(u < bend, (u - first) / fine, FINE + (u - bend) / coarse)
     place = np.clip(place.astype(np.int64), 0, FINE + COARSE - 1)
     count = np.bincount(place, minlength=FINE + COARSE).astype(float)
-    filled = np.maximum(count, 1.0)
-    mean_u = np.bincount(place, u, FINE + COARSE) / filled
-    mean_f = np.bincount(place, force, FINE + COARSE) / filled
+    samples = np.maximum(count, 1.0)
+    mean_u = np.bincount(place, u, FINE + COARSE) / samples
+    mean_f = np.bincount(place, force, FINE + COARSE) / samples
     return mean_u, mean_f, count / count[count > 0].mean()
 
 
 def pull_force(
-    own: Any, elongation: Any, vacuum: Any, height: Any, onset: Any, brake: Brake
+    parameters: Any, elongation: Any, vacuum: Any, height: Any, onset: Any, brake: Brake
 ) -> Any:
-    """Force [N] of one curve; `own` = (ln a, ln k, enclosure's factor, slack/onset, offset/height).
+    """Return the force [N] of one curve; `parameters` (ln a, ln k, enclosure, slack, offset).
 
-    Zero before the slack is taken up. The gradient is that of the law: finite and right everywhere,
-    as the slip grows with the square of the elongation past the onset.
+    Slack is over the onset, offset over the height. The force is zero before the slack is taken up.
+    The gradient is that of the law, finite everywhere, as the slip grows with the square of the
+    elongation past the onset.
     """
-    enclosure = jnp.maximum(own[2], LEAST_ENCLOSURE)
-    brake = with_shape(brake, jnp.exp(own[0]), jnp.exp(own[1]), enclosure)
-    taut = jnp.maximum(elongation - own[3] * onset, 0.0)
-    return force_at_elongation(taut, vacuum, brake) + own[4] * height
+    enclosure = jnp.maximum(parameters[2], LEAST_ENCLOSURE)
+    brake = with_shape(brake, jnp.exp(parameters[0]), jnp.exp(parameters[1]), enclosure)
+    taut = jnp.maximum(elongation - parameters[3] * onset, 0.0)
+    return force_at_elongation(taut, vacuum, brake) + parameters[4] * height
 
 
 @functools.cache
 def _band() -> Any:
-    def band(own: Any, elongation: Any, vacuum: Any, covariance: Any, brake: Brake) -> Any:
+    def band(parameters: Any, elongation: Any, vacuum: Any, covariance: Any, brake: Brake) -> Any:
         def curve(p: Any) -> Any:
             return pull_force(p, elongation, vacuum, 1.0, 1.0, brake)
 
-        slope = jax.jacfwd(curve)(own)[:, :3]
-        return curve(own), jnp.sqrt(jnp.einsum("ui,ij,uj->u", slope, covariance, slope))
+        slope = jax.jacfwd(curve)(parameters)[:, :3]
+        return curve(parameters), jnp.sqrt(jnp.einsum("ui,ij,uj->u", slope, covariance, slope))
 
     return jax.jit(band)
 
@@ -120,6 +121,6 @@ def law_with_error(
 
     `shape` is (a, k, enclosure's factor), `covariance` (3, 3) that of (ln a, ln k, factor).
     """
-    own = np.array([np.log(shape[0]), np.log(shape[1]), shape[2], 0.0, 0.0])
-    force, error = _band()(own, elongation, vacuum, covariance, plain(brake))
+    parameters = np.array([np.log(shape[0]), np.log(shape[1]), shape[2], 0.0, 0.0])
+    force, error = _band()(parameters, elongation, vacuum, covariance, plain(brake))
     return np.asarray(force), np.asarray(error)

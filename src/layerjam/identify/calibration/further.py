@@ -1,4 +1,4 @@
-"""What further pulls would do to an interval, and how many reach a wanted one."""
+"""Effect of further pulls on an interval, and the number that reaches a target width."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from layerjam.identify.calibration.intervals import Population
 from layerjam.identify.repeats import LEVEL
 
 SURE = 0.8
-"""Chance that as many pulls as `Needed.sure` are enough."""
-MOST = 1000
-"""Further pulls beyond which nobody asks."""
+"""Probability that `RequiredPulls.sure` pulls are enough."""
+PULL_LIMIT = 1000
+"""Largest number of further pulls considered."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Needed:
-    """How many further pulls of one condition bring an interval to a wanted width.
+class RequiredPulls:
+    """Number of further pulls of one condition that narrow an interval to a target width.
 
-    `likely` if they scatter just as those at hand, `sure` with a chance of 80 % where it counts
-    that the scatter of a few pulls is itself uncertain. None where 1000 are not enough.
+    `likely` assumes the scatter of the present pulls. `sure` is enough with a probability of 80 %,
+    given that the scatter of a few pulls is itself uncertain. None if 1000 are not enough.
     """
 
     condition: str
@@ -32,42 +32,42 @@ class Needed:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Further:
-    """The 95 % interval of one value, and what pulls like those at hand add to it.
+    """The 95 % interval of one value, and the effect of further similar pulls.
 
-    A pull of a condition (vacuum and speed) is worth what the pulls at hand there are worth on
-    average; how far it scatters is what all pulls at hand say, with their degrees of freedom.
+    A pull of a condition (vacuum and speed) has the mean weight of the present pulls there. Its
+    scatter is that of all present pulls, with their degrees of freedom.
     """
 
     information: np.ndarray
-    """Of all pulls about the shared parameters (q, q), as the weights have it."""
+    """Information of all pulls about the shared parameters (q, q), from the weights."""
     contrast: np.ndarray
     """The value as a combination (q,) of the parameters."""
     each: Mapping[str, np.ndarray]
-    """Of one more pull of each condition (q, q)."""
+    """Information of one more pull of each condition (q, q)."""
     scatter: float
-    """Standard deviation over the one that the weights assume, of the value over its size."""
+    """Standard deviation of the value over its size, relative to that which the weights assume."""
     degrees: float
     shared: float = 0.0
     """Standard uncertainty over the value that no further pull makes smaller."""
 
     def half_width(
-        self, condition: str = "", more: int | np.ndarray = 0, chance: float | None = None
+        self, condition: str = "", added_pulls: int | np.ndarray = 0, chance: float | None = None
     ) -> np.ndarray:
-        """Half the interval's width over the value with `more` pulls of a condition.
+        """Return half the interval's width over the value with `added_pulls` of a condition.
 
-        `more` broadcasts. `chance`: the width that is not exceeded with it; else as if further
-        pulls scattered just as those at hand.
+        `added_pulls` broadcasts. With `chance` the width is not exceeded with that probability;
+        else further pulls scatter like the present ones.
         """
-        count = np.asarray(more, float)
-        added = self.each[condition] if condition else np.zeros_like(self.information)
-        whole = self.information + count[..., None, None] * added
-        unit = np.linalg.solve(whole, self.contrast[:, None])[..., 0] @ self.contrast
-        total, grown = self.degrees + count, np.ones_like(count)
+        count = np.asarray(added_pulls, float)
+        information = self.each[condition] if condition else np.zeros_like(self.information)
+        total_information = self.information + count[..., None, None] * information
+        unit = np.linalg.solve(total_information, self.contrast[:, None])[..., 0] @ self.contrast
+        total, growth = self.degrees + count, np.ones_like(count)
         if chance is not None:
             # the variance of pulls to come over that of those at hand follows F
             ratio = special.fdtri(np.maximum(count, 1.0), self.degrees, chance)
-            grown = (self.degrees + count * ratio) / total
-        square = self.scatter**2 * grown * unit
+            growth = (self.degrees + count * ratio) / total
+        square = self.scatter**2 * growth * unit
         whole_square = square + self.shared**2
         effective = total * (whole_square / square) ** 2  # Welch and Satterthwaite (GUM, G.4.1)
         # not below the scatter alone, as in `coverage_factor`
@@ -78,19 +78,19 @@ class Further:
         return np.maximum(*widths)
 
     def after_one(self) -> dict[str, float]:
-        """{condition: half the width with one more pull there}, the narrowest first."""
+        """Return {condition: half the width with one more pull there}, the narrowest first."""
         widths = {condition: float(self.half_width(condition, 1)) for condition in self.each}
         return dict(sorted(widths.items(), key=lambda item: item[1]))
 
-    def needed(self, within: float) -> Needed:
-        """How many pulls of the best condition bring half the width to `within` of the value."""
+    def needed(self, target: float) -> RequiredPulls:
+        """Return the number of pulls of the best condition for a target of half the width."""
         best = next(iter(self.after_one()))
 
         def least(chance: float | None) -> int | None:
-            enough = self.half_width(best, np.arange(MOST + 1), chance) <= within
+            enough = self.half_width(best, np.arange(PULL_LIMIT + 1), chance) <= target
             return int(enough.argmax()) if enough.any() else None
 
-        return Needed(condition=best, likely=least(None), sure=least(SURE))
+        return RequiredPulls(condition=best, likely=least(None), sure=least(SURE))
 
 
 def further(
@@ -98,32 +98,34 @@ def further(
     contrasts: Mapping[str, np.ndarray],
     groups: Mapping[str, Sequence[int]],
     sizes: Mapping[str, float],
-    shared: Mapping[str, float] | None = None,
+    common: Mapping[str, float] | None = None,
     units: Population | None = None,
 ) -> dict[str, Further | None]:
-    """What further pulls would add to each value; None where those at hand give no interval.
+    """Return the effect of further pulls on each value; None if the present ones give no interval.
 
-    `groups` are the places of the curves of each condition, `sizes` {name: what the interval's
-    width is divided by}, one for a value whose logarithm is estimated. `shared` {name: standard
-    uncertainty over the value} is what further pulls do not change. `units` is the population of
-    the mountings, if pulls share one; a further pull is then taken as mounted anew.
+    `groups` are the places of the curves of each condition. `sizes` {name: divisor of the
+    interval's width} is 1 for a value whose logarithm is estimated. `common` {name: standard
+    uncertainty over the value} does not change with further pulls. `units` is the population of the
+    mountings, if pulls share one; a further pull then has a new mounting.
     """
     information = population.information
-    whole = information.sum(axis=0)
-    each = {words: information[list(places)].mean(axis=0) for words, places in groups.items()}
-    made: dict[str, Further | None] = {}
+    total = information.sum(axis=0)
+    per_condition = {
+        words: information[list(places)].mean(axis=0) for words, places in groups.items()
+    }
+    results: dict[str, Further | None] = {}
     for name, contrast in contrasts.items():
-        found = (units or population).standard_error(contrast)
-        if found is None or not found[0] > 0:
-            made[name] = None
+        error = (units or population).standard_error(contrast)
+        if error is None or not error[0] > 0:
+            results[name] = None
             continue
-        unit = float(np.sqrt(contrast @ np.linalg.solve(whole, contrast)))
-        made[name] = Further(
-            information=whole,
+        unit = float(np.sqrt(contrast @ np.linalg.solve(total, contrast)))
+        results[name] = Further(
+            information=total,
             contrast=contrast,
-            each=each,
-            scatter=found[0] / unit / abs(sizes[name]),
-            degrees=found[1],
-            shared=(shared or {}).get(name, 0.0),
+            each=per_condition,
+            scatter=error[0] / unit / abs(sizes[name]),
+            degrees=error[1],
+            shared=(common or {}).get(name, 0.0),
         )
-    return made
+    return results

@@ -29,8 +29,8 @@ CONVERSIONS: Mapping[str, Mapping[str, float]] = {
     },
 }
 """Likely cause: factor by which it changes the quantity."""
-NEAR = 1.25
-"""Ratio to a conversion up to which the conversion is named as the likely cause."""
+CLOSE_RATIO = 1.25
+"""Ratio to a conversion up to which it is the likely cause."""
 
 
 def gross_pulls(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> dict[int, str]:
@@ -58,6 +58,6 @@ def gross_pulls(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> di
 
 def _likely_cause(quantity: str, ratio: float) -> str:
     for cause, factor in CONVERSIONS[quantity].items():
-        if 1 / NEAR < ratio / factor < NEAR:
+        if 1 / CLOSE_RATIO < ratio / factor < CLOSE_RATIO:
             return f", as if {cause}"
     return ""

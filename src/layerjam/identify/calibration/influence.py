@@ -1,4 +1,4 @@
-"""What curves say of a value: interval, bootstrap over repeats, how far one curve moves it."""
+"""Statistics of a value over curves: interval, bootstrap, and the influence of each curve."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from layerjam.identify.curves import Curve, condition_words
 from layerjam.identify.shape import SHAPE
 
 SEED = 1
-"""Of the bootstrap, so that the same files give the same numbers."""
+"""Seed of the bootstrap, so that the same files give the same numbers."""
 BOOTSTRAP = "bootstrap over repeats, with t"
 FEWEST_DEGREES = 0.5
 """Degrees of freedom below which no interval is stated."""
@@ -27,9 +27,9 @@ Covariance = Mapping[str, Mapping[str, float]]
 
 @dataclass(frozen=True, kw_only=True)
 class Influence:
-    """By how much a value moves without a file, and without all files of a condition.
+    """Shift of a value without a file, and without all files of a condition.
 
-    Each from the greatest to the least; `most_influential` is the first file, None without any.
+    From the greatest to the least; `most_influential` is the first file, or None.
     """
 
     most_influential: str | None
@@ -46,45 +46,45 @@ def estimates(
     logarithmic: Collection[str] = (),
     *,
     mountings: Sequence[Sequence[int]],
-    shared: Mapping[str, float] | None = None,
+    common_errors: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
-    """The fields of a Calibration that a population of curves tells, by name of the contrast.
+    """Return the fields of a Calibration from a population of curves, by name of the contrast.
 
-    And `scatter`: the standard error from the scatter between curves alone, and its degrees of
-    freedom.
-
-    `groups` are the places of the curves of each condition, `mountings` those of each mounting,
-    which intervals rest on; of `logarithmic` values the logarithm is estimated. `shared` {name:
-    standard uncertainty over the value} is what all curves have in common, so that their scatter
-    does not contain it.
+    `scatter` is the standard error from the scatter between curves alone, with its degrees of
+    freedom. `groups` are the places of the curves of each condition, `mountings` those of each
+    mounting, on which intervals are based. For `logarithmic` values the logarithm is estimated.
+    `common_errors` {name: standard uncertainty over the value} is common to all curves, so that
+    their scatter does not contain it.
     """
-    shared = shared or {}
+    common_errors = common_errors or {}
     values: dict[str, float] = {}
     intervals: dict[str, Interval | None] = {}
     scatter: dict[str, tuple[float, float] | None] = {}
     units = population.joined(mountings)
     together = units.count < population.count
-    resampled = bootstrap_errors(units, [range(units.count)] if together else groups, contrasts)
+    resamples = bootstrap_errors(units, [range(units.count)] if together else groups, contrasts)
     bootstrap: dict[str, Interval | None] = {}
     for name, contrast in contrasts.items():
-        at, found = float(contrast @ population.estimate), units.standard_error(contrast)
-        if found is not None and found[1] < FEWEST_DEGREES:
-            found = None
-        value = values[name] = float(np.exp(at)) if name in logarithmic else at
-        size, common = value if name in logarithmic else 1.0, shared.get(name, 0.0)
-        scatter[name] = found and (size * found[0], found[1])
-        again = resampled[name]
-        again = again and (size * again[0], again[1])
+        center, error = float(contrast @ population.estimate), units.standard_error(contrast)
+        if error is not None and error[1] < FEWEST_DEGREES:
+            error = None
+        value = values[name] = float(np.exp(center)) if name in logarithmic else center
+        size, common = value if name in logarithmic else 1.0, common_errors.get(name, 0.0)
+        scatter[name] = error and (size * error[0], error[1])
+        repeat = resamples[name]
+        repeat = repeat and (size * repeat[0], repeat[1])
         intervals[name] = interval_of(name, value, scatter[name], common, method)
-        bootstrap[name] = interval_of(name, value, again, common, BOOTSTRAP)
+        bootstrap[name] = interval_of(name, value, repeat, common, BOOTSTRAP)
     names = [c.name for c in curves]
     alike = {condition_words(curves[group[0]]): group for group in groups}
     logs = {name: values[name] for name in logarithmic}
     sizes = {name: 1.0 if name in logarithmic else value for name, value in values.items()}
-    told = {n: logs.get(n, 1.0) * contrast for n, contrast in contrasts.items() if intervals[n]}
-    covariance = covariance_of(units, told)
+    log_contrasts = {
+        n: logs.get(n, 1.0) * contrast for n, contrast in contrasts.items() if intervals[n]
+    }
+    covariance = covariance_of(units, log_contrasts)
     for name in covariance:
-        covariance[name][name] += (values[name] * shared.get(name, 0.0)) ** 2
+        covariance[name][name] += (values[name] * common_errors.get(name, 0.0)) ** 2
     return {
         "values": values,
         "scatter": scatter,
@@ -93,37 +93,37 @@ def estimates(
         "intervals": intervals,
         "bootstrap": bootstrap,
         "leave_one_out": moves(population, contrasts, names, alike, logs),
-        "further": further(population, contrasts, alike, sizes, shared, units),
+        "further": further(population, contrasts, alike, sizes, common_errors, units),
     }
 
 
 def covariance_of(population: Population, contrasts: Contrasts) -> dict[str, dict[str, float]]:
-    """The sandwich covariance of linear combinations of the estimate; none where it is unknown."""
-    whole = population.covariance()
-    whole = (whole + whole.T) / 2
-    if not np.isfinite(whole).all():
+    """Return the sandwich covariance of linear combinations of the estimate; empty if unknown."""
+    matrix = population.covariance()
+    matrix = (matrix + matrix.T) / 2
+    if not np.isfinite(matrix).all():
         return {}
     return {
-        one: {other: float(np.sum(whole * np.outer(a, b))) for other, b in contrasts.items()}
-        for one, a in contrasts.items()
+        first: {second: float(np.sum(matrix * np.outer(a, b))) for second, b in contrasts.items()}
+        for first, a in contrasts.items()
     }
 
 
 def interval_of(
     name: str,
     value: float,
-    found: tuple[float, float] | None,
-    shared: float,
+    error: tuple[float, float] | None,
+    common: float,
     method: str,
 ) -> Interval | None:
-    """The interval of a value from its standard error and degrees of freedom.
+    """Return the interval of a value from its standard error and degrees of freedom.
 
-    `shared` is its standard uncertainty, over the value, that the scatter does not contain. That
-    one is taken as known exactly.
+    `common` is its standard uncertainty, over the value, that the scatter does not contain. It
+    counts as known exactly.
     """
-    if found is None:
+    if error is None:
         return None
-    parts = [found, (value * shared, math.inf)] if shared else [found]
+    parts = [error, (value * common, math.inf)] if common else [error]
     return Interval.about(value, parts, method, positive=name in SHAPE and value > 0)
 
 
@@ -134,56 +134,56 @@ def moves(
     groups: Mapping[str, Sequence[int]],
     logarithmic: Mapping[str, float] | None = None,
 ) -> dict[str, Influence]:
-    """For every value what leaving out a file, or the files of a condition, does to it.
+    """Return the shift of every value without a file, or without the files of a condition.
 
-    `names` are the files', `groups` the places of the files of each condition, `logarithmic`
-    {name: value} the values whose logarithm is estimated. To first order, which is what a sum of
-    squares is about its least. A file that alone tells the value moves nothing.
+    `groups` are the places of the files of each condition, `logarithmic` {name: value} the values
+    whose logarithm is estimated. The shifts are of first order. A file that alone determines the
+    value has none.
     """
     single = {name: (place,) for place, name in enumerate(distinct(names))}
     sets = single, groups if len(groups) > 1 else {}
     shifts = [
         {
             words: shift
-            for words, out in some.items()
+            for words, out in group.items()
             if len(out) < population.count and (shift := population.shift(out)) is not None
         }
-        for some in sets
+        for group in sets
     ]
-    made = {}
+    influences = {}
     for name, contrast in contrasts.items():
         value = (logarithmic or {}).get(name)
-        files, conditions = (_ranked(some, contrast, value) for some in shifts)
-        most = next(iter(files), None)
-        made[name] = Influence(most_influential=most, files=files, conditions=conditions)
-    return made
+        files, conditions = (_rank_shifts(group, contrast, value) for group in shifts)
+        greatest = next(iter(files), None)
+        influences[name] = Influence(most_influential=greatest, files=files, conditions=conditions)
+    return influences
 
 
-def _ranked(
+def _rank_shifts(
     shifts: Mapping[str, np.ndarray], contrast: np.ndarray, value: float | None
 ) -> dict[str, float]:
-    by = {words: float(contrast @ shift) for words, shift in shifts.items()}
+    shift_of = {words: float(contrast @ shift) for words, shift in shifts.items()}
     if value is not None:
-        by = {words: value * float(np.expm1(moved)) for words, moved in by.items()}
-    return dict(sorted(by.items(), key=lambda moved: -abs(moved[1])))
+        shift_of = {words: value * float(np.expm1(item)) for words, item in shift_of.items()}
+    return dict(sorted(shift_of.items(), key=lambda item: -abs(item[1])))
 
 
 def distinct(names: Sequence[str]) -> list[str]:
-    """The names, those that repeat numbered: files of one name in several folders, or specimens."""
+    """Return the names, repeated ones numbered: files of several folders, or specimens."""
     count, out = Counter(names), []
-    seen: Counter[str] = Counter()
+    occurrences: Counter[str] = Counter()
     for name in names:
-        seen[name] += 1
-        out.append(f"{name} ({seen[name]})" if count[name] > 1 else name)
+        occurrences[name] += 1
+        out.append(f"{name} ({occurrences[name]})" if count[name] > 1 else name)
     return out
 
 
 def bootstrap_errors(
     population: Population, groups: Sequence[Sequence[int]], contrasts: Contrasts
 ) -> dict[str, tuple[float, float] | None]:
-    """Standard deviation of the estimate over resampled repeats, and degrees of freedom.
+    """Return the standard deviation over resampled repeats, and degrees of freedom.
 
-    None if too few repeats can be resampled, or one of them alone tells the value.
+    None if too few repeats can be resampled, or one of them alone determines the value.
     """
     if population.count < 2:
         return dict.fromkeys(contrasts)

@@ -1,8 +1,8 @@
-"""Intervals from repeats: noise within a curve says nothing about how well it repeats.
+"""Intervals from repeats: noise within a curve does not show repeatability.
 
 A curve is a cluster: its thousands of samples share one mounting, one friction, one slack. All
-intervals here rest on the scatter between curves, with Student's t for how few they are. A
-percentile bootstrap of three repeats covers 74 % where it says 95 %; it is not offered.
+intervals are based on the scatter between curves, with Student's t for their number. A percentile
+bootstrap of three repeats covers 74 % instead of 95 % and is not available.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ RESAMPLES = 2000
 
 
 def quantile(degrees: float, level: float = LEVEL) -> float:
-    """Student's t that a share `level` lies within, either side."""
+    """Return the Student's t that contains a share `level`, on both sides."""
     return float(special.stdtrit(degrees, (1 + level) / 2))
 
 
@@ -31,29 +31,29 @@ def combine(parts: Iterable[tuple[float, float]]) -> tuple[float, float]:
     the root of the sum of squares (GUM, 5.1.2) and Welch and Satterthwaite's formula (GUM, annex
     G.4.1), not truncated. The degrees are infinite if every contribution is known exactly.
     """
-    known = list(parts)
-    whole = math.fsum(u**2 for u, _ in known)
-    if whole == 0:
-        return 0.0, min((degrees for _, degrees in known), default=math.inf)
-    shared = math.fsum((u**2 / whole) ** 2 / degrees for u, degrees in known)
-    return math.sqrt(whole), 1 / shared if shared > 0 else math.inf
+    inputs = list(parts)
+    variance = math.fsum(u**2 for u, _ in inputs)
+    if variance == 0:
+        return 0.0, min((degrees for _, degrees in inputs), default=math.inf)
+    inverse_degrees = math.fsum((u**2 / variance) ** 2 / degrees for u, degrees in inputs)
+    return math.sqrt(variance), 1 / inverse_degrees if inverse_degrees > 0 else math.inf
 
 
 def coverage_factor(parts: Sequence[tuple[float, float]]) -> float:
-    """Return the expanded (95 %) over the combined standard uncertainty of what `combine` takes.
+    """Return the expanded (95 %) over the combined standard uncertainty of `parts` of `combine`.
 
-    Student's quantile for the effective degrees of freedom (GUM, annex G.4.1). It is at least so
-    large that the expanded uncertainty is not below that of a contribution alone: with one or two
-    degrees of freedom Welch and Satterthwaite's formula else rewards a further contribution.
+    Student's quantile for the effective degrees of freedom (GUM, annex G.4.1). The expanded
+    uncertainty is never below that of one contribution alone. Otherwise, with one or two degrees of
+    freedom, Welch and Satterthwaite's formula would reward a further contribution.
     """
-    whole, degrees = combine(parts)
-    alone = [quantile(own) * u / whole for u, own in parts if u > 0]
-    return max([quantile(degrees), *alone])
+    combined, degrees = combine(parts)
+    single = [quantile(freedom) * u / combined for u, freedom in parts if u > 0]
+    return max([quantile(degrees), *single])
 
 
 @dataclass(frozen=True, kw_only=True)
 class Interval:
-    """A 95 % interval with its standard error, degrees of freedom and how it was found.
+    """A 95 % interval with its standard error, degrees of freedom and method.
 
     `coverage_factor` is half of its width over the standard error, if both are small.
     """
@@ -69,9 +69,9 @@ class Interval:
     def about(
         cls, value: float, parts: Sequence[tuple[float, float]], method: str, positive: bool
     ) -> Interval:
-        """Return Student's t about a value whose standard uncertainty `combine` makes of `parts`.
+        """Return Student's t about a value, with the standard uncertainty that `parts` combine to.
 
-        That of a `positive` value is symmetric about its logarithm, so that it never reaches zero.
+        The interval of a `positive` value is symmetric about its logarithm, so never reaches zero.
         """
         error, degrees = combine(parts)
         factor = coverage_factor(parts)
@@ -87,19 +87,19 @@ class Interval:
 
     @property
     def half_width(self) -> float:
-        """Half of it, in the value's unit."""
+        """Half of the interval's width, in the value's unit."""
         return (self.high - self.low) / 2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Population:
-    """What many curves say of the parameters they share, as a linear model of the curves' own.
+    """Linear model of the parameters that many curves share.
 
     Each curve gives a few numbers that scatter about `design` (curves, r, q) times the shared
-    `estimate` (q,), by `residual` (curves, r); both are divided by the standard deviation that the
-    weights assume, so that the estimate is ordinary least squares. The weights are a working guess:
-    they decide how well the curves are used, not whether intervals are right, which rest on how the
-    residuals scatter from curve to curve.
+    `estimate` (q,), by `residual` (curves, r). Both are divided by the standard deviation that the
+    weights assume, so that the estimate is ordinary least squares. The weights only affect how well
+    the curves are used. Intervals are right for any weights, because they use the scatter of the
+    residuals from curve to curve.
     """
 
     estimate: np.ndarray
@@ -108,7 +108,7 @@ class Population:
 
     @property
     def count(self) -> int:
-        """Curves."""
+        """Number of curves."""
         return len(self.residual)
 
     def joined(self, groups: Sequence[Sequence[int]]) -> Population:
@@ -128,51 +128,52 @@ class Population:
 
     @property
     def information(self) -> np.ndarray:
-        """Of each curve about the shared parameters (curves, q, q)."""
+        """Information of each curve about the shared parameters (curves, q, q)."""
         return np.einsum("gri,grj->gij", self.design, self.design)
 
     @property
     def score(self) -> np.ndarray:
-        """Where each curve pulls the estimate (curves, q); their sum is zero."""
+        """Score of each curve about the estimate (curves, q); their sum is zero."""
         return np.einsum("gri,gr->gi", self.design, self.residual)
 
     def shift(self, left_out: Sequence[int]) -> np.ndarray | None:
-        """How the estimate moves (q,) without these curves; None where the rest cannot tell it."""
+        """Return the shift of the estimate (q,) without these curves, None if undetermined."""
         out = list(left_out)
-        rest = np.delete(self.information, out, axis=0).sum(axis=0)
-        if not _regular(rest):
+        others = np.delete(self.information, out, axis=0).sum(axis=0)
+        if not _regular(others):
             return None
-        return -np.linalg.solve(rest, self.score[out].sum(axis=0))
+        return -np.linalg.solve(others, self.score[out].sum(axis=0))
 
-    def _adjusted(self) -> np.ndarray | None:
-        """(I - H)^(-1/2) times the design of each curve, H its own leverage; None if that is 1."""
+    def _adjust_design(self) -> np.ndarray | None:
+        """Return (I - H)^(-1/2) times each curve's design, H its leverage; None if that is 1."""
         information = self.information
-        whole = information.sum(axis=0)
-        if self.count < 2 or not _regular(whole):
+        total = information.sum(axis=0)
+        if self.count < 2 or not _regular(total):
             return None
-        if not _regular(whole - information).all():
+        if not _regular(total - information).all():
             return None
-        own = self.design @ np.linalg.solve(whole, np.swapaxes(self.design, 1, 2))
-        free, axes = np.linalg.eigh(np.eye(own.shape[1]) - own)
+        leverage = self.design @ np.linalg.solve(total, np.swapaxes(self.design, 1, 2))
+        free, axes = np.linalg.eigh(np.eye(leverage.shape[1]) - leverage)
         root = axes / np.sqrt(np.maximum(free, 1e-12))[:, None, :] @ np.swapaxes(axes, 1, 2)
         return root @ self.design
 
     def standard_error(self, contrast: np.ndarray) -> tuple[float, float] | None:
-        """Standard error of a linear combination (q,) of the estimate, and degrees of freedom.
+        """Return the standard error of a linear combination (q,), and degrees of freedom; or None.
 
-        The sandwich over curves with residuals grown for their leverage (CR2), unbiased if curves
-        scatter as the weights assume, with Satterthwaite's degrees of freedom under the same
-        assumption (Bell and McCaffrey 2002; Pustejovsky and Tipton 2018). For curves that all weigh
-        alike this is Student's t of their mean. None where a single curve carries the answer.
+        It is the sandwich over curves with residuals scaled for their leverage (CR2), unbiased if
+        curves scatter as the weights assume. The degrees of freedom are Satterthwaite's under the
+        same assumption (Bell and McCaffrey 2002; Pustejovsky and Tipton 2018). For curves of equal
+        weight this is Student's t of their mean. None if one curve alone determines the
+        combination.
         """
-        adjusted = self._adjusted()
-        if adjusted is None:
+        designs = self._adjust_design()
+        if designs is None:
             return None
-        whole = self.information.sum(axis=0)
-        lever = adjusted @ np.linalg.solve(whole, contrast)
+        total = self.information.sum(axis=0)
+        lever = designs @ np.linalg.solve(total, contrast)
         moves = np.einsum("gr,gr->g", lever, self.residual)
         pull = np.einsum("gri,gr->gi", self.design, lever)
-        product = np.diag((lever**2).sum(axis=1)) - pull @ np.linalg.solve(whole, pull.T)
+        product = np.diag((lever**2).sum(axis=1)) - pull @ np.linalg.solve(total, pull.T)
         square = float((product**2).sum())
         if not square > 0:
             return None
@@ -180,23 +181,23 @@ class Population:
         return float(np.sqrt((moves**2).sum())), round(degrees, 12)  # n - 1 comes out whole
 
     def covariance(self) -> np.ndarray:
-        """Of the estimate (q, q), the same sandwich; NaN where it cannot be had."""
-        adjusted = self._adjusted()
+        """Return the covariance of the estimate (q, q), the same sandwich; NaN if unknown."""
+        designs = self._adjust_design()
         size = len(self.estimate)
-        if adjusted is None:
+        if designs is None:
             return np.full((size, size), np.nan)
-        moves = np.einsum("gri,gr->gi", adjusted, self.residual)
-        whole = np.linalg.inv(self.information.sum(axis=0))
-        return np.asarray(whole @ (moves.T @ moves) @ whole)
+        moves = np.einsum("gri,gr->gi", designs, self.residual)
+        inverse = np.linalg.inv(self.information.sum(axis=0))
+        return np.asarray(inverse @ (moves.T @ moves) @ inverse)
 
     def bootstrap(
         self, groups: Sequence[Sequence[int]], seed: int, resamples: int = RESAMPLES
     ) -> tuple[np.ndarray, int]:
-        """Estimates (resamples, q) of resampled curves, and degrees of freedom.
+        """Return estimates (resamples, q) of resampled curves, and degrees of freedom.
 
-        Within each group one curve fewer is drawn than it has, with replacement, so that the
-        scatter of a mean over n comes out as s^2/n and not as (n-1)/n of it. Groups of one curve
-        cannot be resampled: then all curves form one group.
+        Within each group one curve fewer is drawn than it has, with replacement. The scatter of a
+        mean over n is then s^2/n, not (n-1)/n of it. If a group has one curve, all curves form one
+        group.
         """
         if min(len(g) for g in groups) < 2:
             groups = [range(self.count)]
@@ -206,16 +207,16 @@ class Population:
             size = len(group)
             if size < 2:
                 break
-            drawn = random.multinomial(size - 1, np.full(size, 1 / size), size=resamples)
-            weight[:, list(group)] = drawn * size / (size - 1)
-        whole = np.einsum("bg,gij->bij", weight, self.information)
-        fine = _regular(whole)
-        moves = np.linalg.solve(whole[fine], (weight[fine] @ self.score)[..., None])[..., 0]
+            draws = random.multinomial(size - 1, np.full(size, 1 / size), size=resamples)
+            weight[:, list(group)] = draws * size / (size - 1)
+        totals = np.einsum("bg,gij->bij", weight, self.information)
+        fine = _regular(totals)
+        moves = np.linalg.solve(totals[fine], (weight[fine] @ self.score)[..., None])[..., 0]
         return self.estimate + moves, max(self.count - len(groups), 0)
 
 
 def _regular(matrices: np.ndarray) -> np.ndarray:
-    """Which symmetric matrices (..., q, q) can be inverted, rows brought to one scale first."""
+    """Return which symmetric matrices (..., q, q) can be inverted, after scaling their rows."""
     scale = np.sqrt(np.maximum(np.diagonal(matrices, axis1=-2, axis2=-1), 0.0))
     if scale.shape[-1] == 1:
         return np.asarray(scale[..., 0] > 0)  # one row in its own scale is 1

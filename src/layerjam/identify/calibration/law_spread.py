@@ -1,4 +1,4 @@
-"""How sure a calibration is of its law at a vacuum, and how a further pull scatters about it."""
+"""Uncertainty of a calibrated law at a vacuum, and the scatter of a further pull about it."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ HALF = np.triu_indices(3)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LawError:
-    """How sure the law of a calibrated brake is at one vacuum and speed.
+    """Uncertainty of a calibrated brake's law at one vacuum and speed.
 
     `covariance` (3, 3) is that of (ln a, ln k, a factor on the brake's enclosure), `t` Student's
-    quantile of 95 %, `pulls` how many told it.
+    quantile of 95 %, `pulls` their number.
     """
 
     covariance: np.ndarray
@@ -39,7 +39,7 @@ class LawError:
     def half_width(
         self, brake: Brake, elongation: np.ndarray, vacuum: float, speed: float | None
     ) -> np.ndarray:
-        """How far the 95 % reach to either side of the brake's force [N], to first order.
+        """Return half the width of the 95 % interval of the brake's force [N], to first order.
 
         Over elongations [m], shape (n,), at a vacuum [Pa] and a crosshead's speed [m/s].
         """
@@ -50,12 +50,12 @@ class LawError:
         return self.t * law_with_error(elongation, vacuum, shape, self.covariance, brake)[1]
 
     def text(self) -> str:
-        """Its numbers as JSON."""
+        """Return the numbers as JSON."""
         return json.dumps([self.pulls, self.t, *self.covariance[HALF].tolist()])
 
     @classmethod
     def read(cls, text: str) -> LawError:
-        """That of a `text`; QuantityError for what is none."""
+        """Return the error that a `text` contains; QuantityError for any other text."""
         try:
             pulls, t, *numbers = (float(value) for value in json.loads(text))
             covariance = np.zeros((3, 3))
@@ -66,17 +66,17 @@ class LawError:
         except (ValueError, TypeError, RecursionError, np.linalg.LinAlgError):
             right = False
         if not right:
-            raise QuantityError("band: what is given is no covariance of a calibrated law")
+            raise QuantityError("band: expected the covariance of a calibrated law")
         return cls(covariance=covariance, t=t, pulls=int(pulls))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LawSpread:
-    """What repeats tell of a law, in (ln a, ln k, the enclosure's factor).
+    """Scatter of repeats about a law, in (ln a, ln k, the enclosure's factor).
 
-    These three are a design, which a vacuum or a speed may change, times `estimate` (q,), whose
-    covariance is `covariance` (q, q). `scatter` (3, 3) is that of a further pull about the law,
-    `t` Student's quantile of 95 %; `names` (q,) are the estimate's, `pulls` how many told it.
+    These three are a design, which a vacuum or a speed may change, times `estimate` (q,), with
+    `covariance` (q, q). `scatter` (3, 3) is that of a further pull about the law, `t` Student's
+    quantile of 95 %. `names` (q,) belong to the estimate, `pulls` is the number of pulls.
     """
 
     names: tuple[str, ...]
@@ -89,59 +89,64 @@ class LawSpread:
     reference_speed: float | None = None
 
     @classmethod
-    def of(cls, found: Calibration) -> LawSpread | None:
-        """That of a calibration; None where no repeats tell it."""
-        if found.fit is None:
-            return _of_peaks(found)
-        if isinstance(found.fit, JointFit):
-            return _of_curves(found, found.fit)
-        return _of_draws(found, found.fit)
+    def from_calibration(cls, calibration: Calibration) -> LawSpread | None:
+        """Return the spread of a calibration; None if no repeats determine it."""
+        if calibration.fit is None:
+            return _of_peaks(calibration)
+        if isinstance(calibration.fit, JointFit):
+            return _of_curves(calibration, calibration.fit)
+        return _of_draws(calibration, calibration.fit)
 
     def design(self, vacuum: float, speed: float | None) -> np.ndarray:
-        """(3, q) at a vacuum [Pa] and a crosshead's speed [m/s]."""
-        made = np.eye(3, len(self.names))
+        """Return the design (3, q) at a vacuum [Pa] and a crosshead's speed [m/s]."""
+        matrix = np.eye(3, len(self.names))
         for column, name in enumerate(self.names[3:], 3):
             if name == "pressure_exponent":
-                made[0, column] = np.log(vacuum / self.reference_pressure)
+                matrix[0, column] = np.log(vacuum / self.reference_pressure)
             elif speed is not None and self.reference_speed is not None:
-                made[0, column] = np.log10(speed / self.reference_speed)
-        return made
+                matrix[0, column] = np.log10(speed / self.reference_speed)
+        return matrix
 
     def sure(self, vacuum: float, speed: float | None) -> np.ndarray:
-        """Covariance (3, 3) of the law itself at a vacuum [Pa] and a crosshead's speed [m/s]."""
+        """Return the law's covariance (3, 3) at a vacuum [Pa] and a crosshead's speed [m/s]."""
         design = self.design(vacuum, speed)
         return np.asarray(design @ self.covariance @ design.T)
 
     def error(self, vacuum: float, speed: float | None) -> LawError:
-        """That of the brake which the calibration wrote, at a vacuum [Pa] and a speed [m/s]."""
-        own = np.array(
+        """Return the error of the calibrated brake at a vacuum [Pa] and a speed [m/s]."""
+        scales = np.array(
             [1.0, 1.0, 1 / self.estimate[2]]
-        )  # the file's enclosure has the factor in it
-        covariance = self.sure(vacuum, speed) * np.outer(own, own)
+        )  # the file's enclosure includes the factor
+        covariance = self.sure(vacuum, speed) * np.outer(scales, scales)
         return LawError(covariance=covariance, t=self.t, pulls=self.pulls)
 
 
-def _of_peaks(found: Calibration) -> LawSpread | None:
-    count = len(found.fits)
+def _of_peaks(calibration: Calibration) -> LawSpread | None:
+    count = len(calibration.fits)
     if count < 2:
         return None
-    # a pull that tells no stiffness scatters in the scale factor only
-    own = np.log([[f.scale_factor, f.stiffness or found.stiffness, 1.0] for f in found.fits])
-    scatter = np.atleast_2d(np.cov(own.T))
-    covariance, interval = scatter / count, found.intervals["scale_factor"]
-    if found.covariance:
+    # a pull without a stiffness scatters in the scale factor only
+    logs = np.log(
+        [[f.scale_factor, f.stiffness or calibration.stiffness, 1.0] for f in calibration.fits]
+    )
+    scatter = np.atleast_2d(np.cov(logs.T))
+    covariance, interval = scatter / count, calibration.intervals["scale_factor"]
+    if calibration.covariance:
         covariance[:2, :2] = [
-            [found.covariance[x][y] / (found.values[x] * found.values[y]) for y in SHAPE[:2]]
+            [
+                calibration.covariance[x][y] / (calibration.values[x] * calibration.values[y])
+                for y in SHAPE[:2]
+            ]
             for x in SHAPE[:2]
         ]
     # a stronger enclosure leaves less of the peaks to the sheets
-    sleeve = found.contributions[1]
+    sleeve = calibration.contributions[1]
     square = (sleeve.standard or 0.0) ** 2
     covariance[0, 2] = covariance[2, 0] = sleeve.sensitivity * square
     covariance[2, 2] = square
     return LawSpread(
         names=SHAPE,
-        estimate=np.array([np.log(found.scale_factor), np.log(found.stiffness), 1.0]),
+        estimate=np.array([np.log(calibration.scale_factor), np.log(calibration.stiffness), 1.0]),
         covariance=covariance,
         scatter=scatter,
         t=quantile(count - 1) if interval is None else interval.coverage_factor,
@@ -149,18 +154,18 @@ def _of_peaks(found: Calibration) -> LawSpread | None:
     )
 
 
-def _of_curves(found: Calibration, fit: JointFit) -> LawSpread | None:
-    count, interval = len(fit.reduced), found.intervals["scale_factor"]
-    covariance = fit.population.joined(found.mountings).covariance()
+def _of_curves(calibration: Calibration, fit: JointFit) -> LawSpread | None:
+    count, interval = len(fit.reduced), calibration.intervals["scale_factor"]
+    covariance = fit.population.joined(calibration.mountings).covariance()
     degrees = count - (len(fit.names) - 2)
     if degrees <= 0 or interval is None or not np.isfinite(covariance).all():
         return None
-    away = fit.own.own[:, :3] - (fit.design @ fit.population.estimate + fit.held)
+    deviations = fit.own.own[:, :3] - (fit.design @ fit.population.estimate + fit.held)
     return LawSpread(
         names=fit.names,
         estimate=fit.population.estimate,
         covariance=covariance,
-        scatter=away.T @ away / degrees,
+        scatter=deviations.T @ deviations / degrees,
         t=interval.coverage_factor,
         pulls=count,
         reference_pressure=fit.reference_pressure,
@@ -168,16 +173,20 @@ def _of_curves(found: Calibration, fit: JointFit) -> LawSpread | None:
     )
 
 
-def _of_draws(found: Calibration, fit: BayesFit) -> LawSpread:
-    """A posterior, taken as normal in (ln a, ln k, factor), which it nearly is."""
+def _of_draws(calibration: Calibration, fit: BayesFit) -> LawSpread:
+    """Return the spread of a posterior, treated as normal in (ln a, ln k, factor)."""
     parts = np.log(fit.scale_factor), np.log(fit.stiffness), fit.enclosure_factor
     repeats = *(np.median(fit.scatter(name)) ** 2 for name in SHAPE[:2]), 0.0
-    a, k, enclosure = found.scale_factor, found.stiffness, found.values["enclosure_factor"]
+    a, k, enclosure = (
+        calibration.scale_factor,
+        calibration.stiffness,
+        calibration.values["enclosure_factor"],
+    )
     return LawSpread(
         names=SHAPE,
         estimate=np.array([np.log(a), np.log(k), enclosure]),
         covariance=np.cov(np.stack([part.ravel() for part in parts])),
         scatter=np.diag(repeats),
         t=quantile(1e6),
-        pulls=len(found.curves),
+        pulls=len(calibration.curves),
     )

@@ -1,4 +1,4 @@
-"""Calibration from the peaks of pulls: exact form, and the paper's eq. 8 and 9 beside it."""
+"""Calibration from the peaks of pulls: exact form, and the paper's eq. 8 and 9."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from layerjam.identify.calibration.influence import covariance_of, estimates
 from layerjam.identify.calibration.intervals import Interval, Population
 from layerjam.identify.calibration.mountings import find_mountings
 from layerjam.identify.calibration.pull_fit import PullFit
-from layerjam.identify.calibration.record import Calibration, calibrated
+from layerjam.identify.calibration.record import Calibration, calibrated_source
 from layerjam.identify.checks import (
     SMALL,
     Check,
-    agreement,
+    check_agreement,
     end_of_curve,
     identifiable,
     interval_checks,
@@ -56,16 +56,16 @@ WINDOW = (
     f"{LINEAR[0]:.0%} to {LINEAR[1]:.0%} of the greatest force"
 )
 AFTER = 0.1
-"""Part of the way from the peak to the end before the sliding part is compared with the peak."""
+"""Part of the way from the peak to the end that is not compared with the peak."""
 MEANS = 256
-"""Means over neighbouring samples that stand for the sliding part: the law there is smooth."""
+"""Number of means over the sliding part; the law is smooth there."""
 
 
 def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
-    """Scale factor and stiffness of one pull at `vacuum` [Pa].
+    """Return scale factor and stiffness of one pull at `vacuum` [Pa].
 
-    Raises FitError where the pull has no peak, one below the enclosure's own force, or bends off
-    long before it. A pull that rises within a few samples tells the scale factor alone.
+    Raises FitError if the pull has no peak, one below the enclosure's own force, or bends off long
+    before it. A pull that rises within a few samples has a scale factor only.
     """
     if vacuum <= 0:
         raise FitError.of(pull.path, f"at {show(vacuum, 'Pa')} of vacuum no sheet is jammed")
@@ -113,14 +113,14 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
 
 
 def _fit_curve(curve: Curve, brake: Brake) -> PullFit:
-    """`fit_pull` at the speed of the pull."""
-    grown = growth_in(brake, curve.speed, curve.path)
-    at = as_pulled(brake, curve.speed, curve.path)
-    return replace(fit_pull(curve.pull, curve.vacuum, at), growth=grown)
+    """Return `fit_pull` at the speed of the pull."""
+    growth = growth_in(brake, curve.speed, curve.path)
+    moving_brake = as_pulled(brake, curve.speed, curve.path)
+    return replace(fit_pull(curve.pull, curve.vacuum, moving_brake), growth=growth)
 
 
 def fits_of(curves: Sequence[Curve], brake: Brake) -> list[PullFit | None]:
-    """What each curve says alone; None for those that only a fit of whole curves can use."""
+    """Return the result of each curve alone; None for those that only whole curves can use."""
     fits: list[PullFit | None] = []
     for curve in curves:
         try:
@@ -131,53 +131,53 @@ def fits_of(curves: Sequence[Curve], brake: Brake) -> list[PullFit | None]:
 
 
 def logarithms(fits: Sequence[PullFit | None]) -> np.ndarray:
-    """Return ln of scale factor and stiffness of each pull (pulls, 2); NaN if it tells none."""
-    told = [(None, None) if f is None else (f.scale_factor, f.stiffness) for f in fits]
-    return np.log(np.array([[np.nan if v is None else v for v in row] for row in told]))
+    """Return ln of scale factor and stiffness of each pull (pulls, 2); NaN if unknown."""
+    pairs = [(None, None) if f is None else (f.scale_factor, f.stiffness) for f in fits]
+    return np.log(np.array([[np.nan if v is None else v for v in row] for row in pairs]))
 
 
 def with_enclosure(
     fits: Sequence[PullFit | None], brake: Brake, factor: float
 ) -> tuple[list[PullFit | None], Brake]:
-    """The fits and the brake with the enclosure's force multiplied by a `factor` found elsewhere.
+    """Return the fits and the brake with the enclosure's force multiplied by a `factor`.
 
-    A peak alone takes the enclosure as the file has it; where that is off, its scale factor is too,
-    the more the lower the vacuum.
+    A peak alone uses the enclosure in the file. An error there also affects its scale factor, the
+    more the lower the vacuum.
     """
     spring = brake.stiffness_measured
-    other = with_shape(brake, brake.scale_factor, spring, factor)
-    known = [f for f in fits if f is not None]
-    if not known:
-        return list(fits), other
-    peaks, vacuums = np.array([(f.pull.peak_force, f.vacuum) for f in known]).T
+    variant = with_shape(brake, brake.scale_factor, spring, factor)
+    peak_fits = [f for f in fits if f is not None]
+    if not peak_fits:
+        return list(fits), variant
+    peaks, vacuums = np.array([(f.pull.peak_force, f.vacuum) for f in peak_fits]).T
     # friction at a pull's speed is that of the test speed times its growth, in a fan too
-    grown = np.array([f.growth for f in known])
-    factors = iter((np.asarray(scale_factor_of_peak(peaks, vacuums, other)) / grown).tolist())
-    moved = [None if f is None else replace(f, scale_factor=next(factors)) for f in fits]
-    return [f if f is not None and np.isfinite(f.scale_factor) else None for f in moved], other
+    growths = np.array([f.growth for f in peak_fits])
+    factors = iter((np.asarray(scale_factor_of_peak(peaks, vacuums, variant)) / growths).tolist())
+    updates = [None if f is None else replace(f, scale_factor=next(factors)) for f in fits]
+    return [f if f is not None and np.isfinite(f.scale_factor) else None for f in updates], variant
 
 
 def pull_table(
     curves: Sequence[Curve],
     fits: Sequence[PullFit | None],
     brake: Brake,
-    expected: Array | None = None,
+    law_factors: Array | None = None,
 ) -> tuple[SinglePull, ...]:
-    """What each pull says beside the others, and which are odd; `expected` as in single_pulls."""
+    """Return the table of pulls with its outliers; `law_factors` as in single_pulls."""
     rises = [f.stiffness for f in fits if f is not None and f.stiffness is not None]
     shapes = after_peaks(fits, float(np.mean(rises)) if rises else None, brake)
-    return single_pulls(curves, fits, shapes, expected)
+    return single_pulls(curves, fits, shapes, law_factors)
 
 
-def at_peaks(each: Sequence[PullFit | None]) -> dict[str, Any]:
-    """The fields of a Calibration that pulls with a peak tell."""
-    fits = [f for f in each if f is not None]
+def at_peaks(all_fits: Sequence[PullFit | None]) -> dict[str, Any]:
+    """Return the fields of a Calibration from pulls with a peak."""
+    fits = [f for f in all_fits if f is not None]
     vacuums = [f.vacuum for f in fits]
     alike = bool(fits) and np.ptp(vacuums) <= 0.01 * max(vacuums)
 
     def mean(values: Sequence[float | None], known: bool = alike) -> float | None:
-        told = [v for v in values if v is not None]
-        return float(np.mean(told)) if known and told else None
+        numbers = [v for v in values if v is not None]
+        return float(np.mean(numbers)) if known and numbers else None
 
     return {
         "fits": tuple(fits),
@@ -191,9 +191,9 @@ def at_peaks(each: Sequence[PullFit | None]) -> dict[str, Any]:
 def calibrate(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Calibration:
     """Calibrate on one or several pulls, each given with its vacuum [Pa].
 
-    Standard errors come from the scatter between pulls, or (one pull) from the noise within it,
-    which says nothing about repeatability. Raises FitError for a pull that cannot be used, and
-    where none tells the stiffness.
+    Standard errors are from the scatter between pulls. For one pull they are from the noise within
+    it, which does not show repeatability. Raises FitError for an unusable pull, and if none has a
+    stiffness.
     """
     return calibrate_peaks([curve_of(pull, vacuum) for pull, vacuum in pulls], brake)
 
@@ -204,31 +204,31 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
         raise FitError("calibrate: no pull was given")
     a, k = "scale_factor", "stiffness"
     fits = [_fit_curve(c, brake) for c in curves]
-    count, one = len(fits), fits[0]
-    each: dict[str, list[float | None]] = {
+    count, first = len(fits), fits[0]
+    values_of: dict[str, list[float | None]] = {
         a: [f.scale_factor for f in fits],
         k: [f.stiffness for f in fits],
     }
     enclosure = enclosure_line([Peak(f.pull.peak_force, f.vacuum) for f in fits], brake)
     # a scale factor from a peak knows no speed: pulls at one vacuum are one condition
-    mounted = find_mountings(curves, logarithms(fits))
-    told = _means(
-        each,
+    mounting = find_mountings(curves, logarithms(fits))
+    fields = _means(
+        values_of,
         [replace(c, speed=None) for c in curves],
-        mounted.groups,
+        mounting.groups,
         {a: enclosure.relative or 0.0},
     )
-    rest = f"{scatter_words(mounted.groups, count)}, and the enclosure's force, {enclosure.basis}"
+    basis = f"{scatter_words(mounting.groups, count)}, and the enclosure's force, {enclosure.basis}"
     if count == 1:
-        rest = "nothing: the record is free of noise"
-        noise, error = one.pull.noise / one.pull.peak_force, one.pull.stiffness_se
-        if noise > 1e-9 and error > 1e-9 * one.pull.stiffness:
-            told["standard_errors"] = {"scale_factor": one.scale_factor_se, "stiffness": error}
-            rest = "the noise within one pull; says nothing about repeatability"
+        basis = "nothing: the record is free of noise"
+        noise, error = first.pull.noise / first.pull.peak_force, first.pull.stiffness_se
+        if noise > 1e-9 and error > 1e-9 * first.pull.stiffness:
+            fields["standard_errors"] = {"scale_factor": first.scale_factor_se, "stiffness": error}
+            basis = "the noise within one pull; repeatability is unknown"
     files = ", ".join(f.pull.path.rsplit("/", 1)[-1] for f in fits)
-    values, errors = told["values"], told["standard_errors"]
-    scatter = told.pop("scatter")[a]
-    repeats = scatter_line(scatter, values[a], scatter_words(mounted.groups, count))
+    values, errors = fields["values"], fields["standard_errors"]
+    scatter = fields.pop("scatter")[a]
+    repeats = scatter_line(scatter, values[a], scatter_words(mounting.groups, count))
     peak = f"peak of {files}, with kinetic friction {brake.film.kinetic:.4g}"
     if follows_speed(brake) and brake.speed_law is not None:
         peak += f", at {show(brake.speed_law.test_speed, 'm/s')} by the file's [speed_law]"
@@ -236,42 +236,42 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
     slope = f"slope before onset of {rises}"
     pulls = pull_table(curves, fits, brake)
     return Calibration(
-        **told,
+        **fields,
         **at_peaks(fits),
-        errors_rest_on=rest,
+        errors_rest_on=basis,
         contributions=(repeats, enclosure),
         checks=(
-            *calibration_checks(fits, pulls, brake, told["intervals"]["scale_factor"]),
-            mounted.check,
-            *interval_checks(values, told["intervals"]),
+            *calibration_checks(fits, pulls, brake, fields["intervals"]["scale_factor"]),
+            mounting.check,
+            *interval_checks(values, fields["intervals"]),
         ),
         curves=tuple(curves),
-        mountings=mounted.groups,
+        mountings=mounting.groups,
         pulls=pulls,
         sources={
-            "scale_factor": calibrated(values[a], peak, errors[a], "1"),
-            "stiffness_measured": calibrated(values[k], slope, errors[k], "N/m"),
+            "scale_factor": calibrated_source(values[a], peak, errors[a], "1"),
+            "stiffness_measured": calibrated_source(values[k], slope, errors[k], "N/m"),
         },
         window=WINDOW,
     )
 
 
 def _means(
-    each: Mapping[str, Sequence[float | None]],
+    values_of: Mapping[str, Sequence[float | None]],
     curves: Sequence[Curve],
     mountings: Sequence[Sequence[int]],
     common: Mapping[str, float],
 ) -> dict[str, Any]:
     """Return the result of `estimates` for each quantity, over the pulls that determine it.
 
-    `common` {name: standard uncertainty over the value} is what all pulls have in common.
+    `common` {name: standard uncertainty over the value} is common to all pulls.
     """
-    told: dict[str, Any] = {}
-    for name, values in each.items():
+    fields: dict[str, Any] = {}
+    for name, values in values_of.items():
         places = [place for place, v in enumerate(values) if v is not None]
         if not places:
             raise FitError(
-                f"{name}: no pull tells it, each has fewer than {SLOPE} samples between "
+                f"{name}: no pull determines it, each has fewer than {SLOPE} samples between "
                 f"{LINEAR[0]:.0%} and {LINEAR[1]:.0%} of its greatest force; add a pull at a lower "
                 "speed, or one that is sampled faster"
             )
@@ -280,36 +280,38 @@ def _means(
         units = [[number[p] for p in group if p in number] for group in mountings]
         groups = sorted(conditions(used), key=lambda group: used[group[0]].vacuum)
         # plain means are a least squares in which every pull counts alike
-        of = estimates(
+        statistics = estimates(
             joint({name: [values[place] for place in places]}),
             {name: np.ones(1)},
             used,
             groups,
             "t over mountings" if len(mountings) < len(curves) else "t over pulls",
             mountings=[group for group in units if group],
-            shared=common,
+            common_errors=common,
         )
-        for key, found in of.items():
-            told.setdefault(key, {}).update(found)
-    whole = joint(each).joined(mountings)
-    own = dict(zip(each, np.eye(len(each)), strict=True))
-    both = covariance_of(whole, own) if len(told["covariance"]) == len(each) else {}
-    for name, other in permutations(both, 2):
-        told["covariance"][name][other] = both[name][other]
+        for key, by_name in statistics.items():
+            fields.setdefault(key, {}).update(by_name)
+    population = joint(values_of).joined(mountings)
+    unit = dict(zip(values_of, np.eye(len(values_of)), strict=True))
+    both = covariance_of(population, unit) if len(fields["covariance"]) == len(values_of) else {}
+    for name, second in permutations(both, 2):
+        fields["covariance"][name][second] = both[name][second]
     if not both:
-        told["covariance"] = {}
-    return told
+        fields["covariance"] = {}
+    return fields
 
 
-def joint(each: Mapping[str, Sequence[float | None]]) -> Population:
-    """Return the means of several quantities as one population; None is a pull that tells none."""
-    values = np.array([[np.nan if v is None else v for v in some] for some in each.values()]).T
-    told = np.isfinite(values)
+def joint(values_of: Mapping[str, Sequence[float | None]]) -> Population:
+    """Return the means of several quantities as one population; None is an unknown value."""
+    values = np.array(
+        [[np.nan if v is None else v for v in column] for column in values_of.values()]
+    ).T
+    is_known = np.isfinite(values)
     means = np.nanmean(values, axis=0)
     return Population(
         estimate=means,
-        design=told[:, :, None] * np.eye(len(means)),
-        residual=np.where(told, values - means, 0.0),
+        design=is_known[:, :, None] * np.eye(len(means)),
+        residual=np.where(is_known, values - means, 0.0),
     )
 
 
@@ -319,28 +321,28 @@ def calibration_checks(
     brake: Brake,
     interval: Interval | None,
 ) -> tuple[Check, ...]:
-    """All checks of a calibration; `interval` is that of the scale factor."""
+    """Return all checks of a calibration; `interval` is that of the scale factor."""
     factors = [f.scale_factor for f in fits]
     rises = [f.stiffness for f in fits if f.stiffness is not None]
     factor, stiffness = float(np.mean(factors)), float(np.mean(rises))
-    few = "" if len(rises) == len(fits) else f" (told by {len(rises)} of {len(fits)} pulls)"
-    calibrated = replace(brake, stiffness_measured=stiffness)
+    few = "" if len(rises) == len(fits) else f" (from {len(rises)} of {len(fits)} pulls)"
+    fitted_brake = replace(brake, stiffness_measured=stiffness)
     last = [
         (
             float(f.pull.elongation[-1]),
             f.vacuum,
-            replace(calibrated, scale_factor=factor * f.growth),
+            replace(fitted_brake, scale_factor=factor * f.growth),
         )
         for f in fits
     ]
-    ends = [float(force_at_elongation(*one)) for one in last]
-    measured = [float(f.pull.force[-max(3, len(f.pull.force) // 200) :].mean()) for f in fits]
-    end = end_of_curve(float(np.mean(ends)), float(np.mean(measured)))
+    ends = [float(force_at_elongation(*end_point)) for end_point in last]
+    forces = [float(f.pull.force[-max(3, len(f.pull.force) // 200) :].mean()) for f in fits]
+    end = end_of_curve(float(np.mean(ends)), float(np.mean(forces)))
     checks = [
         identifiable(brake),
         plausible(factor),
         stiffness_possible(stiffness, float(stiffness_before_slip(brake)), few),
-        agreement(factors, [f.scale_factor_se for f in fits]),
+        check_agreement(factors, [f.scale_factor_se for f in fits]),
         no_trend(factors, [f.vacuum for f in fits], "vacuum", "Pa"),
         *pull_checks(pulls, None if interval is None else interval.half_width / factor, end),
     ]
@@ -350,11 +352,11 @@ def calibration_checks(
 def after_peaks(
     fits: Sequence[PullFit | None], stiffness: float | None, brake: Brake
 ) -> list[float | None]:
-    """By which part each sliding part's scale factor lies off its peak's; None where it is short.
+    """Return the relative deviations of the sliding parts' scale factors from their peaks'.
 
-    The force there is linear in the sheets' share and the enclosure's, both free, so that what the
-    enclosure's numbers are off does not count. The first tenth of the way is left out: static
-    friction fades in it. `stiffness` [N/m] serves pulls that tell none.
+    The force is linear in the shares of sheets and enclosure, both free, so errors of the
+    enclosure's numbers do not count. The first tenth of the way is excluded, because static
+    friction fades in it. `stiffness` [N/m] is for pulls without one. None if a part is short.
     """
     out: list[float | None] = [None] * len(fits)
     parts: list[tuple[int, PullFit, Array, Array]] = []
@@ -375,9 +377,9 @@ def after_peaks(
         slips[row, : len(slip)], vacuum[row] = slip, fit.vacuum
         factor[row] = fit.scale_factor * fit.growth
     spring = stiffness or brake.stiffness_measured or 1.0  # slip is given: it does not count
-    loose, whole = (with_shape(brake, a, spring, 1.0) for a in (0.0 * factor, factor))
+    loose, stiff = (with_shape(brake, a, spring, 1.0) for a in (0.0 * factor, factor))
     enclosure = np.asarray(brake_force(slips, vacuum, loose))
-    sheets = np.asarray(brake_force(slips, vacuum, whole)) - enclosure
+    sheets = np.asarray(brake_force(slips, vacuum, stiff)) - enclosure
     for row, (place, _, slip, force) in enumerate(parts):
         basis = np.stack([sheets[row, : len(slip)], enclosure[row, : len(slip)]])
         out[place] = _share(basis, force)
@@ -385,7 +387,7 @@ def after_peaks(
 
 
 def _sliding(fit: PullFit, stiffness: float) -> tuple[Array, Array]:
-    """Slip [m] and force [N] from some way after the peak on, means over neighbours."""
+    """Return slip [m] and force [N] from some way after the peak on, means over neighbours."""
     u, force, begin = fit.pull.elongation, fit.pull.force, fit.pull.peak_elongation
     start = begin + AFTER * (float(u[-1]) - begin)
     # the branch rises, so that all from the first sample there on lies after it
@@ -395,15 +397,15 @@ def _sliding(fit: PullFit, stiffness: float) -> tuple[Array, Array]:
 
 
 def _share(basis: Array, force: Array) -> float | None:
-    """Factor on the sheets' own force less 1, by least squares; None where the noise leaves it."""
+    """Return the factor on the sheets' force less 1, by least squares; None if noise hides it."""
     inner = basis @ basis.T
     (sheets, both), (_, enclosure) = inner.tolist()
-    apart = sheets * enclosure - both**2
-    if not apart > 1e-6 * sheets * enclosure:
+    determinant = sheets * enclosure - both**2
+    if not determinant > 1e-6 * sheets * enclosure:
         return None
     right = basis @ force
-    share = (enclosure * right[0] - both * right[1]) / apart
-    other = (sheets * right[1] - both * right[0]) / apart
-    rest = force - share * basis[0] - other * basis[1]
-    error = np.sqrt(rest @ rest / (len(rest) - 2) * enclosure / apart)
+    share = (enclosure * right[0] - both * right[1]) / determinant
+    sleeve = (sheets * right[1] - both * right[0]) / determinant
+    residuals = force - share * basis[0] - sleeve * basis[1]
+    error = np.sqrt(residuals @ residuals / (len(residuals) - 2) * enclosure / determinant)
     return float(share) - 1 if error < SMALL / 2 else None

@@ -1,4 +1,4 @@
-"""What one pull alone says of the brake."""
+"""Result of a calibration on one pull."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from layerjam.identify.pull.features import PullFeatures
 
 @dataclass(frozen=True, kw_only=True)
 class PullFit:
-    """What one pull says; no stiffness where its rise has too few samples to tell it."""
+    """Result of one pull; no stiffness if its rise has too few samples."""
 
     scale_factor: float
     scale_factor_se: float
@@ -19,4 +19,4 @@ class PullFit:
     vacuum: float
     pull: PullFeatures
     growth: float = 1.0
-    """Friction at the pull's speed over that of the scale factor, where a speed law tells it."""
+    """Friction at the pull's speed over that of the scale factor, if there is a speed law."""

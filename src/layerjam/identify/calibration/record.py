@@ -1,4 +1,4 @@
-"""What a calibration says, by whichever method: one record for command, figure, report and file."""
+"""Result of a calibration by any method, for command, figure, report and file."""
 
 from __future__ import annotations
 
@@ -26,24 +26,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Calibration:
-    """Parameters in SI units, by name, and what is known of them; None where nothing tells.
+    """Parameters in SI units, by name, with their statistics; None if unknown.
 
     `scale_factor` goes with the brake file's kinetic friction; `enclosure_factor` multiplies the
     enclosure's force (the root of the product of its modulus and friction). With a
     `pressure_exponent` the scale factor is that at `reference_pressure` [Pa]; with a `speed_slope`
     (change of ln(friction) per decade of speed) that at `reference_speed` [m/s].
 
-    `intervals` and `bootstrap` are 95 % and rest on the scatter between pulls, `standard_errors` on
-    what `errors_rest_on` says. `contributions` are the lines of scatter and enclosure in the budget
-    of the scale factor. `leave_one_out` tells how far each value moves without one file, `further`
-    what more pulls would do to its interval. `covariance` {value: {value: number}} rests
-    on the same scatter and has the squares of the intervals' standard errors on its diagonal; it is
-    empty where one pull tells nothing of the scatter.
+    `intervals` and `bootstrap` are 95 % intervals from the scatter between pulls; `errors_rest_on`
+    names the basis of `standard_errors`. `contributions` are the lines of scatter and enclosure in
+    the budget of the scale factor. `leave_one_out` is the shift of each value without one file,
+    `further` the effect of more pulls on its interval. `covariance` {value: {value: number}} has
+    the squares of the intervals' standard errors on its diagonal; it is empty for one pull.
     `mountings` are the places of the curves that share a mounting. `pulls` is the table pull by
-    pull, `fits` are what pulls with a peak say alone; the paper's eq. 8 and 9 and the peak are
-    means over them, eq. 9 and peak None over pulls at different vacuums: no pull had their mean.
-    `sources` is what to write into a brake file, {path: (value, Source)}; `window` says what was
-    fitted.
+    pull, `fits` are the results of single pulls with a peak. The paper's eq. 8 and 9 and the peak
+    are means over them; eq. 9 and peak are None for pulls at different vacuums. `sources` is {path:
+    (value, Source)} for a brake file; `window` describes the fitted part.
     """
 
     values: Mapping[str, float]
@@ -74,19 +72,19 @@ class Calibration:
 
     @property
     def scale_factor(self) -> float:
-        """a [-]."""
+        """Scale factor a [-]."""
         return self.values["scale_factor"]
 
     @property
     def stiffness(self) -> float:
-        """k [N/m]."""
+        """Stiffness k [N/m]."""
         return self.values["stiffness"]
 
 
-def calibrated(
+def calibrated_source(
     value: float, text: str, error: float | None, unit: str, word: str = "standard error"
 ) -> tuple[float, Source]:
-    """A value for a brake file with its source; `word` says what `error` is, in `unit`."""
+    """Return a value with its source; `word` names the kind of `error`, in `unit`."""
     spread = "" if error is None else f"{word} {show(error, unit, 2)}"
     return float(value), Source(kind="calibrated", text=text, spread=spread)
 
@@ -97,11 +95,11 @@ def shape_sources(
     errors: Mapping[str, float | None],
     text: str,
     word: str = "standard error",
-    at: str = "",
+    condition: str = "",
 ) -> dict[str, tuple[float, Source]]:
-    """Scale factor, stiffness and enclosure for a brake file: {path: (value, Source)}.
+    """Return scale factor, stiffness and enclosure for a brake file: {path: (value, Source)}.
 
-    `text` says how they were found, `word` what `errors` are. The enclosure's modulus and
+    `text` states the method, `word` names the kind of `errors`. The enclosure's modulus and
     friction are scaled alike, since only their product is known.
     """
     factor, error = values["enclosure_factor"], errors["enclosure_factor"]
@@ -111,12 +109,14 @@ def shape_sources(
         "are scaled",
         spread="" if error is None else f"{word} {error:.2g} of the factor {factor:.4g}",
     )
-    friction = f"{text}, with kinetic friction {brake.film.kinetic:.4g}{at}"
+    friction = f"{text}, with kinetic friction {brake.film.kinetic:.4g}{condition}"
     a, k = "scale_factor", "stiffness"
     return {
-        "scale_factor": calibrated(values[a], friction, errors[a], "1", word),
-        "stiffness_measured": calibrated(values[k], text, errors[k], "N/m", word),
+        "scale_factor": calibrated_source(values[a], friction, errors[a], "1", word),
+        "stiffness_measured": calibrated_source(values[k], text, errors[k], "N/m", word),
         "enclosure.modulus": (float(brake.enclosure.modulus * factor), both),
         "film.friction_on_silicone": (float(brake.film.friction_on_silicone * factor), both),
-        **({} if error is None else {ENCLOSURE: calibrated(error / factor, text, None, "1")}),
+        **(
+            {} if error is None else {ENCLOSURE: calibrated_source(error / factor, text, None, "1")}
+        ),
     }

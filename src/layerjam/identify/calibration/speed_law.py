@@ -8,27 +8,27 @@ from math import log, log10
 from layerjam.device.speed_law import SpeedLaw
 from layerjam.errors import Notice
 from layerjam.identify.calibration.least_squares import JointFit
-from layerjam.identify.calibration.record import Calibration, calibrated
+from layerjam.identify.calibration.record import Calibration, calibrated_source
 from layerjam.identify.curves import Curve
 from layerjam.records.source import Source
 
-REST = 1e-2
-"""Rest speed over that of the slowest pull: among the pulls it bends the law by less than 1 %."""
+REST_RATIO = 1e-2
+"""Rest speed over the slowest pull's; it bends the law among the pulls by less than 1 %."""
 
 
 def law_of(slope: float, reference: float, speeds: Sequence[float]) -> SpeedLaw | None:
-    """The law that grows between the slowest and fastest of `speeds` [m/s] as the fit does.
+    """Return a law with the fit's growth between the slowest and fastest of `speeds` [m/s].
 
     `slope` is the change of ln(friction) per decade of speed, the scale factor that at `reference`
-    [m/s]. None for friction that falls with speed, or grows faster than the speed itself: no brake
-    file holds that.
+    [m/s]. None if friction falls with speed, or grows faster than it: a brake file cannot hold
+    that.
     """
     slow, fast = min(speeds), max(speeds)
-    rest = REST * slow
-    power = slope * log10(fast / slow) / log((rest + fast) / (rest + slow))
+    rest_speed = REST_RATIO * slow
+    power = slope * log10(fast / slow) / log((rest_speed + fast) / (rest_speed + slow))
     if not 0 < power <= 1:
         return None
-    return SpeedLaw(power=power, test_speed=reference, rest_speed=rest, fastest=fast)
+    return SpeedLaw(power=power, test_speed=reference, rest_speed=rest_speed, fastest=fast)
 
 
 def speed_sources(
@@ -38,9 +38,9 @@ def speed_sources(
     errors: Mapping[str, float | None],
     old: SpeedLaw | None,
 ) -> dict[str, tuple[float, Source]]:
-    """What to write into a brake file: {path: (value, Source)}; empty where no speed was fitted.
+    """Return {path: (value, Source)} for a brake file; empty if no speed was fitted.
 
-    Where no law can be written an `old` one loses its power, for the factor is no longer its own.
+    If no law can be written an `old` one loses its power, because its factor was replaced.
     """
     if fit.reference_speed is None:
         return {}
@@ -51,24 +51,24 @@ def speed_sources(
         if old is None:
             return {}
         none = "the fitted friction does not grow with speed as a brake file can hold"
-        return {"speed_law.power": calibrated(0.0, f"{text}: {none}", None, "1")}
+        return {"speed_law.power": calibrated_source(0.0, f"{text}: {none}", None, "1")}
     error = errors["speed_slope"]
     spread = None if error is None else error * law.power / values["speed_slope"]
-    where = "speed at which the scale factor holds: mean of the pulls"
+    basis = "speed at which the scale factor holds: mean of the pulls"
     below = "a hundredth of the slowest pull; nothing was measured below that pull"
     return {
-        "speed_law.power": calibrated(law.power, text, spread, "1"),
-        "speed_law.test_speed": calibrated(law.test_speed, where, None, "m/s"),
+        "speed_law.power": calibrated_source(law.power, text, spread, "1"),
+        "speed_law.test_speed": calibrated_source(law.test_speed, basis, None, "m/s"),
         "speed_law.rest_speed": (law.rest_speed, Source(kind="assumed", text=below)),
-        "speed_law.fastest": calibrated(max(speeds), "fastest of the pulls", None, "m/s"),
+        "speed_law.fastest": calibrated_source(max(speeds), "fastest of the pulls", None, "m/s"),
     }
 
 
-def on_speed(found: Calibration) -> list[Notice]:
-    """What a fit over speed says of the brake file's law."""
-    if found.reference_speed is None:
+def on_speed(calibration: Calibration) -> list[Notice]:
+    """Return the notices about the speed law in the brake's file."""
+    if calibration.reference_speed is None:
         return []
-    power = found.sources.get("speed_law.power")
+    power = calibration.sources.get("speed_law.power")
     if power is None or power[0] == 0:
         words = (
             "the fitted friction falls with speed, or grows faster than it; no [speed_law] holds "

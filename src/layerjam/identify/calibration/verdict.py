@@ -1,8 +1,8 @@
-"""The verdict on a fit over whole curves: what they can tell, and whether the law describes them.
+"""Checks of a fit over whole curves: its parameters, and whether the law describes the curves.
 
-A test here counts curves, not samples: each curve gives one number (its own parameter, the mean of
-its residual over a stretch), and Student's t over curves judges whether these drift. What is
-significant but too small to matter passes.
+A test counts curves, not samples. Each curve gives one number (its own parameter, the mean of its
+residual over a stretch), and Student's t over curves tests whether these drift. A significant
+deviation passes if it is too small to matter.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from layerjam.identify.checks import (
     SMALL,
     Check,
     check,
+    check_span,
     one_pull_only,
     plausible,
     repeats,
     stiffness_possible,
-    within,
 )
 from layerjam.identify.curves import Curve
 from layerjam.identify.straight import straight_line
@@ -49,26 +49,26 @@ TOLD = {
     "pressure_exponent": 0.1,
     "speed_slope": 0.1,
 }
-"""Standard error from noise alone up to which a parameter counts as told by the curves."""
+"""Largest standard error from noise alone of a parameter that the curves determine."""
 SLEEVE = (0.3, 3.0)
-"""The enclosure's factor beyond this is suspect: moduli and frictions of silicone vary less."""
+"""Plausible range of the enclosure's factor: moduli and frictions of silicone vary less."""
 SECTIONS = 6
 MATTERS = 0.015
-"""Part of the peak that a consistent residual may reach before it counts."""
+"""Largest consistent residual that passes, relative to the peak."""
 SURE = 0.997
-"""Of Student's t for what drifts over slip, vacuum or speed, either way: 0.3 % of false alarms for
-each of the four. Five of a hundred are for all checks together, and single pulls take most."""
+"""Student's t level of a drift over slip, vacuum or speed, two-sided: 0.3 % of false alarms for
+each of the four. The 5 % are shared by all checks, and single pulls take most."""
 REFUSED = 0.1
-"""Part of its peak by which a curve may miss the law and still be fitted."""
+"""Largest misfit of a curve that is still fitted, relative to its peak."""
 MISSES = 0.03
-"""Part of its peak by which a curve may miss the law at its own best numbers."""
+"""Largest misfit of a curve at its own best numbers, relative to its peak."""
 UNLIKE = 1.5
-"""How many times the others' a curve's own scale factor or stiffness may be, or they its."""
+"""Largest ratio between a curve's own scale factor or stiffness and the others'."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Identifiability:
-    """What the noise alone leaves open: condition number, strongest pair, errors by parameter."""
+    """Uncertainty from noise alone: condition number, strongest pair, errors by parameter."""
 
     condition_number: float
     least_apart: tuple[str, str] | None
@@ -77,10 +77,10 @@ class Identifiability:
 
 
 def identifiability(fit: JointFit) -> Identifiability:
-    """From all curves' information about the shared parameters, slack and offsets left open."""
-    whole = np.einsum("gki,gkl,glj->ij", fit.design, fit.own.information, fit.design)
-    scale = np.sqrt(np.maximum(np.diag(whole), 1e-300))
-    alike = whole / np.outer(scale, scale)
+    """Return it from all curves' information about the shared parameters."""
+    total = np.einsum("gki,gkl,glj->ij", fit.design, fit.own.information, fit.design)
+    scale = np.sqrt(np.maximum(np.diag(total), 1e-300))
+    alike = total / np.outer(scale, scale)
     condition = float(np.linalg.cond(alike))
     if not condition < 1e14:
         return Identifiability(
@@ -102,7 +102,7 @@ def identifiability(fit: JointFit) -> Identifiability:
 
 
 def products(brake: Brake) -> Check:
-    """Only products show in forces."""
+    """Note that forces only show products of parameters."""
     return check(
         "identifiable",
         True,
@@ -112,135 +112,137 @@ def products(brake: Brake) -> Check:
     )
 
 
-def told_apart(found: Identifiability) -> Check:
-    """Each parameter is determined by the curves beyond their noise."""
-    poor = [n for n, e in found.errors_from_noise.items() if not e <= TOLD[n]]
-    errors = ", ".join(f"{WORDS[n]} to ±{found.errors_from_noise[n]:.2g}" for n in poor)
+def check_parameters(limits: Identifiability) -> Check:
+    """Check that the curves determine each parameter beyond their noise."""
+    poor = [n for n, e in limits.errors_from_noise.items() if not e <= TOLD[n]]
+    errors = ", ".join(f"{WORDS[n]} to ±{limits.errors_from_noise[n]:.2g}" for n in poor)
     sentence = "these curves do not tell the parameters apart at all"
-    if found.least_apart is not None:
-        one, other = (WORDS[n] for n in found.least_apart)
+    if limits.least_apart is not None:
+        first, second = (WORDS[n] for n in limits.least_apart)
         sentence = (
-            f"{one} and {other} are hardest to tell apart (correlation {found.correlation:+.3f}, "
-            f"condition number {found.condition_number:.3g})"
+            f"{first} and {second} are hardest to tell apart (correlation "
+            f"{limits.correlation:+.3f}, condition number {limits.condition_number:.3g})"
         )
     advice = "only a combination is known, pull further or at another vacuum"
     return check("told apart", not poor, sentence, f"; noise alone leaves {errors}: {advice}")
 
 
 def off_bounds(values: Mapping[str, float]) -> Check:
-    """No parameter was stopped by a bound of its quantity."""
+    """Check that no parameter was stopped by a bound of its quantity."""
     bounds: dict[str, tuple[float | None, float | None]] = {}
     for field in ("scale_factor", "stiffness_measured", "pressure_exponent"):
         spec = spec_of(Brake, field)
         bounds[field.removesuffix("_measured")] = (spec.lo, spec.hi)
     bounds["enclosure_factor"] = (10 * LEAST_ENCLOSURE, 100.0)
-    at = []
+    at_bounds = []
     for name, value in values.items():
         low, high = bounds.get(name, (None, None))
         if not (-np.inf if low is None else low) < value < (np.inf if high is None else high):
-            at.append(WORDS[name])
-    sentence = f"{', '.join(at)} ended at a bound" if at else "no parameter ended at a bound"
-    return check("bounds", not at, sentence)
+            at_bounds.append(WORDS[name])
+    sentence = (
+        f"{', '.join(at_bounds)} ended at a bound" if at_bounds else "no parameter ended at a bound"
+    )
+    return check("bounds", not at_bounds, sentence)
 
 
 def like_catalogue(product: float) -> Check:
-    """Friction times scale factor lies about where the catalogue's films have it."""
+    """Check that friction times scale factor is about that of the catalogue's films."""
     brakes = [load(name).brake for name in devices()]
-    known = [b.scale_factor * b.film.kinetic for b in brakes]
+    values = [b.scale_factor * b.film.kinetic for b in brakes]
     advice = "half the least and twice the greatest of the catalogue"
-    span = (min(known) / 2, max(known) * 2)
-    return within("catalogue", product, span, "friction times scale factor", advice)
+    span = (min(values) / 2, max(values) * 2)
+    return check_span("catalogue", product, span, "friction times scale factor", advice)
 
 
 def sleeve_plausible(factor: float) -> Check:
-    """The enclosure carries about what its modulus and friction say."""
+    """Check that the enclosure carries about the force of its modulus and friction."""
     advice = "something else than the enclosure bends the curves"
-    return within("sleeve", factor, SLEEVE, "the factor on the enclosure's force", advice)
+    return check_span("sleeve", factor, SLEEVE, "the factor on the enclosure's force", advice)
 
 
 def repeats_agree(fit: JointFit) -> Check:
-    """Curves pulled alike have scale factors within 5 % (SD), or three of their noise's errors.
+    """Check that curves pulled alike have scale factors within 5 % (SD), or three noise errors.
 
-    Few repeats of each condition tell their scatter badly: films that scatter by 4 % show more than
-    5 % in one of seven campaigns of six pairs. So all curves about the law that they share must
-    scatter by more, too. Where no two were pulled alike, that alone counts.
+    A few repeats determine their scatter badly: films that scatter by 4 % show more than 5 % in one
+    of seven campaigns of six pairs. The check therefore fails only if all curves also scatter by
+    more about the shared law. If no two were pulled alike, that alone counts.
     """
     count = len(fit.reduced)
     if count < 2:
         return one_pull_only()
-    away = fit.own.own[:, 0] - (fit.design @ fit.population.estimate + fit.held)[:, 0]
-    shared = int(np.any(fit.design[:, 0] != 0, axis=0).sum())
-    spread, told = _pooled(away, [range(count)], shared), count_of(count, "pull")
+    deviations = fit.own.own[:, 0] - (fit.design @ fit.population.estimate + fit.held)[:, 0]
+    fitted_count = int(np.any(fit.design[:, 0] != 0, axis=0).sum())
+    spread, basis = _pooled_sd(deviations, [range(count)], fitted_count), count_of(count, "pull")
     groups = [g for g in fit.groups if len(g) > 1]
     if groups:
-        told += " about the law they share"
-        alike = _pooled(away, groups)
+        basis += " about the law they share"
+        alike = _pooled_sd(deviations, groups)
         if alike <= spread:
-            many = count_of(len(groups), "condition")
-            spread, told = alike, f"{sum(map(len, groups))} pulls of {many}"
+            condition_count = count_of(len(groups), "condition")
+            spread, basis = alike, f"{sum(map(len, groups))} pulls of {condition_count}"
     noise = np.sqrt(np.abs(np.linalg.pinv(fit.own.information)[:, 0, 0]))
-    return repeats(spread, float(np.median(noise)), told)
+    return repeats(spread, float(np.median(noise)), basis)
 
 
-def _pooled(values: np.ndarray, groups: Sequence[Sequence[int]], shared: int = 1) -> float:
-    """Standard deviation about the means of groups, `shared` numbers fitted to each."""
-    rest = [values[list(g)] - values[list(g)].mean() for g in groups]
-    degrees = max(sum(len(g) - shared for g in groups), 1)
-    return float(np.sqrt(sum(float(r @ r) for r in rest) / degrees))
+def _pooled_sd(values: np.ndarray, groups: Sequence[Sequence[int]], fitted_count: int = 1) -> float:
+    """Return the SD about the means of groups, with `fitted_count` numbers fitted."""
+    deviations = [values[list(g)] - values[list(g)].mean() for g in groups]
+    degrees = max(sum(len(g) - fitted_count for g in groups), 1)
+    return float(np.sqrt(sum(float(r @ r) for r in deviations) / degrees))
 
 
 def misses(fit: JointFit) -> np.ndarray:
-    """By which part of its peak each curve, by itself, misses the law; shape (curves,).
+    """Return each curve's own misfit to the law over its peak, shape (curves,).
 
-    The mean product of neighbouring residuals: white noise, which tells nothing, leaves it zero.
+    The mean product of neighbouring residuals; white noise leaves it zero.
     """
     out = []
     for residual, weight in zip(fit.alone.residual, fit.reduced.weight, strict=True):
-        rest = residual[weight > 0]
-        out.append(max(float((rest[1:] * rest[:-1]).mean()), 0.0) ** 0.5)
+        residuals = residual[weight > 0]
+        out.append(max(float((residuals[1:] * residuals[:-1]).mean()), 0.0) ** 0.5)
     return np.array(out) / fit.reduced.height
 
 
 def follow_law(fit: JointFit, names: Sequence[str]) -> None:
-    """Raise FitError for a curve that no numbers of the law describe: nothing in it can count."""
-    missed = misses(fit)
-    worst = int(missed.argmax())
-    if missed[worst] > REFUSED:
+    """Raise FitError for a curve that no numbers of the law describe."""
+    misfits = misses(fit)
+    worst = int(misfits.argmax())
+    if misfits[worst] > REFUSED:
         raise FitError.of(
             names[worst],
-            f"its curve misses the law by {missed[worst]:.0%} of its peak, whatever scale factor, "
+            f"its curve misses the law by {misfits[worst]:.0%} of its peak, whatever scale factor, "
             f"stiffness and enclosure it is given; at most {REFUSED:.0%} can be fitted. Check the "
             "units of force and elongation and the sheets' overlap, or leave the file out",
         )
 
 
 def single_curves(fit: JointFit, names: Sequence[str]) -> Check:
-    """Each curve follows the law, with numbers that are not grossly unlike the others'."""
-    missed = misses(fit)
-    worst = int(missed.argmax())
-    expected = fit.design @ fit.population.estimate + fit.held
-    away = (fit.own.own - np.pad(expected, ((0, 0), (0, 2))))[:, :2]
-    away = away - np.median(away, axis=0)
-    odd, which = np.unravel_index(int(np.abs(away).argmax()), away.shape)
-    farthest = float(away[odd, which])
-    word = WORDS[fit.names[int(which)]]
+    """Check that each curve follows the law, with numbers similar to the others'."""
+    misfits = misses(fit)
+    worst = int(misfits.argmax())
+    law = fit.design @ fit.population.estimate + fit.held
+    deviations = (fit.own.own - np.pad(law, ((0, 0), (0, 2))))[:, :2]
+    deviations = deviations - np.median(deviations, axis=0)
+    odd, parameter = np.unravel_index(int(np.abs(deviations).argmax()), deviations.shape)
+    farthest = float(deviations[odd, parameter])
+    word = WORDS[fit.names[int(parameter)]]
     advice = "check its units of force and elongation and its vacuum, or leave the file out"
-    follows = bool(missed[worst] <= MISSES)
+    follows = bool(misfits[worst] <= MISSES)
     alike = abs(farthest) <= np.log(UNLIKE)
     if not follows:
-        sentence = f"{names[worst]} misses the law by {missed[worst]:.1%} of its peak"
+        sentence = f"{names[worst]} misses the law by {misfits[worst]:.1%} of its peak"
     elif not alike:
         sentence = f"the {word} of {names[int(odd)]} is {np.exp(farthest):.3g} times the others'"
     else:
         sentence = (
-            f"every curve follows the law to {missed[worst]:.1%} of its peak, and none has a scale "
-            f"factor or stiffness more than {abs(farthest):.1%} off the others'"
+            f"every curve follows the law to {misfits[worst]:.1%} of its peak, and none has a "
+            f"scale factor or stiffness more than {abs(farthest):.1%} off the others'"
         )
     return check("single curves", follows and alike, sentence, f": {advice}")
 
 
 def slip_residuals(fit: JointFit) -> Check:
-    """No stretch of slip where the law lies off all curves the same way."""
+    """Check that the law does not deviate from all curves the same way in a stretch of slip."""
     means = section_means(fit)
     count = len(means)
     middle = np.nanmean(means, axis=0)
@@ -259,7 +261,7 @@ def slip_residuals(fit: JointFit) -> Check:
 
 
 def section_means(fit: JointFit) -> np.ndarray:
-    """Mean residual over equal sections of slip, part of the peak: (curves, sections)."""
+    """Return the mean residual over sections of slip, part of the peak: (curves, sections)."""
     out = np.full((len(fit.reduced), SECTIONS), np.nan)
     for place, residual in enumerate(fit.own.residual):
         weight, u = fit.reduced.weight[place], fit.reduced.elongation[place]
@@ -273,24 +275,24 @@ def section_means(fit: JointFit) -> np.ndarray:
         part = slip / slip[sliding].max() * SECTIONS
         part = np.clip(part.astype(int), 0, SECTIONS - 1)
         for section in range(SECTIONS):
-            here = sliding & (part == section)
-            if here.any():
-                out[place, section] = np.average(residual[here], weights=weight[here]) / height
+            inside = sliding & (part == section)
+            if inside.any():
+                out[place, section] = np.average(residual[inside], weights=weight[inside]) / height
     return out
 
 
 def drift(
-    values: np.ndarray, over: np.ndarray, word: str, what: str, unit: str, free: int = 0
+    values: np.ndarray, quantities: np.ndarray, word: str, quantity: str, unit: str, free: int = 0
 ) -> Check | None:
-    """A parameter's own values (relative) do not drift; None where nothing varies or too few tell.
+    """Check that a parameter's own values (relative) do not drift; None if too few values.
 
-    `free`: how many slopes over the logarithm of this quantity the fit itself has taken out; what
-    is then left to see is a bend.
+    `free` is the number of slopes over the logarithm of this quantity that the fit removed; then
+    only a bend remains to be tested.
     """
-    levels = len(np.unique(np.round(np.log(over), 2)))
+    levels = len(np.unique(np.round(np.log(quantities), 2)))
     if levels < 2 + free or len(values) - 2 - free < 1:
         return None
-    x = np.log(over) - np.log(over).mean()
+    x = np.log(quantities) - np.log(quantities).mean()
     if free:
         values = values - np.polyval(np.polyfit(x, values, 1), x)
         x = x**2 - np.polyval(np.polyfit(x, x**2, 1), x)
@@ -301,21 +303,21 @@ def drift(
     error = line.slope_se * float(np.sqrt(line.freedom / freedom))
     change = line.slope * float(np.ptp(x))
     sure = abs(line.slope) > quantile(freedom, SURE) * error
-    span = f"{show(float(over.min()), unit)} to {show(float(over.max()), unit)}"
+    span = f"{show(float(quantities.min()), unit)} to {show(float(quantities.max()), unit)}"
     sentence = (
-        f"over {what} from {span} the {word} {'bends' if free else 'changes'} by {change:+.1%}"
+        f"over {quantity} from {span} the {word} {'bends' if free else 'changes'} by {change:+.1%}"
     )
-    return check(f"{word} over {what}", not (sure and abs(change) > SMALL), sentence)
+    return check(f"{word} over {quantity}", not (sure and abs(change) > SMALL), sentence)
 
 
 def one_file(
     influence: Mapping[str, Influence], intervals: Mapping[str, Interval | None]
 ) -> Check | None:
-    """No single file moves a value by more than its interval."""
+    """Check that no single file moves a value by more than its interval."""
     parts = {
-        n: abs(moved.files[moved.most_influential]) / i.half_width
-        for n, moved in influence.items()
-        if moved.most_influential and (i := intervals[n]) is not None and i.high > i.low
+        n: abs(item.files[item.most_influential]) / i.half_width
+        for n, item in influence.items()
+        if item.most_influential and (i := intervals[n]) is not None and i.high > i.low
     }
     if not parts:
         return None
@@ -330,16 +332,16 @@ def one_file(
 def curve_checks(
     fit: JointFit, brake: Brake, values: Mapping[str, float], curves: Sequence[Curve]
 ) -> tuple[Check, ...]:
-    """Everything but what needs intervals."""
+    """Return all checks that do not use intervals."""
     names, speeds = distinct([c.name for c in curves]), [c.speed for c in curves]
-    own, vacuum = fit.own.own, fit.reduced.vacuum
-    expected = fit.design @ fit.population.estimate + fit.held
+    parameters, vacuum = fit.own.own, fit.reduced.vacuum
+    law = fit.design @ fit.population.estimate + fit.held
     with_exponent = int("pressure_exponent" in fit.free)
-    settled = "settled" if fit.settled else "did not settle"
+    result = "settled" if fit.settled else "did not settle"
     checks: list[Check | None] = [
         products(brake),
-        told_apart(identifiability(fit)),
-        check("settled", fit.settled, f"least squares {settled} after {fit.rounds} rounds"),
+        check_parameters(identifiability(fit)),
+        check("settled", fit.settled, f"least squares {result} after {fit.rounds} rounds"),
         off_bounds(values),
         plausible(values["scale_factor"]),
         like_catalogue(values["scale_factor"] * brake.film.kinetic),
@@ -348,15 +350,15 @@ def curve_checks(
         repeats_agree(fit),
         single_curves(fit, names),
         slip_residuals(fit),
-        drift(own[:, 0] - expected[:, 0], vacuum, "scale factor", "vacuum", "Pa", with_exponent),
-        drift(own[:, 2] / expected[:, 2] - 1, vacuum, "enclosure's factor", "vacuum", "Pa"),
+        drift(parameters[:, 0] - law[:, 0], vacuum, "scale factor", "vacuum", "Pa", with_exponent),
+        drift(parameters[:, 2] / law[:, 2] - 1, vacuum, "enclosure's factor", "vacuum", "Pa"),
     ]
     if all(s is not None for s in speeds):
-        known = np.array([s for s in speeds if s is not None])
+        values_known = np.array([s for s in speeds if s is not None])
         checks.append(
             drift(
-                own[:, 0] - expected[:, 0],
-                known,
+                parameters[:, 0] - law[:, 0],
+                values_known,
                 "scale factor",
                 "speed",
                 "m/s",

@@ -18,7 +18,7 @@ from layerjam.identify.calibration.influence import estimates
 from layerjam.identify.calibration.least_squares import FREE, JointFit, fit_jointly
 from layerjam.identify.calibration.mountings import find_mountings
 from layerjam.identify.calibration.peaks import at_peaks, fits_of, pull_table, with_enclosure
-from layerjam.identify.calibration.record import Calibration, calibrated, shape_sources
+from layerjam.identify.calibration.record import Calibration, calibrated_source, shape_sources
 from layerjam.identify.calibration.speed_law import speed_sources
 from layerjam.identify.calibration.verdict import (
     curve_checks,
@@ -41,7 +41,7 @@ WINDOW = (
     "curves, slack of each curve free"
 )
 LOGARITHMIC = SHAPE[:2]
-"""Estimated by their logarithm."""
+"""Parameters that are estimated by their logarithm."""
 
 
 def calibrate_curves(
@@ -50,11 +50,11 @@ def calibrate_curves(
     free: Sequence[str] = (),
     progress: Callable[[str, float], None] | None = None,
 ) -> Calibration:
-    """Least squares over all `curves` at once.
+    """Calibrate by least squares over all `curves` at once.
 
-    `free` names what else is fitted: "pressure_exponent", "speed", "force_offset" (of each curve).
-    A speed law of the brake's own is kept where "speed" is not free, and replaced where it is.
-    Raises FitError where the curves cannot tell what is asked for, or one does not follow the law.
+    `free` names further parameters: "pressure_exponent", "speed", "force_offset" (of each curve). A
+    fitted speed law replaces the brake's own; otherwise that is unchanged. Raises FitError if the
+    curves do not determine a parameter, or one does not follow the law.
     """
     unknown = [name for name in free if name not in FREE]
     if unknown:
@@ -66,47 +66,49 @@ def calibrate_curves(
     follow_law(fit, [c.path or c.name for c in curves])
     contrasts, method = _contrasts(fit, brake), "t, sandwich over curves (CR2)"
     method += ", degrees of freedom by Satterthwaite"
-    expected = fit.design @ fit.population.estimate + fit.held
-    mounted = find_mountings(curves, (fit.own.own[:, :3] - expected)[:, :2])
-    told = estimates(
+    law = fit.design @ fit.population.estimate + fit.held
+    mounting = find_mountings(curves, (fit.own.own[:, :3] - law)[:, :2])
+    fields = estimates(
         fit.population,
         contrasts,
         curves,
         fit.groups,
         method,
         LOGARITHMIC,
-        mountings=mounted.groups,
+        mountings=mounting.groups,
     )
-    scatter = told.pop("scatter")["scale_factor"]
-    rest = scatter_words(mounted.groups, len(curves))
-    repeats = scatter_line(scatter, told["values"]["scale_factor"], rest)
-    checks = curve_checks(fit, brake, told["values"], curves)
-    single = one_file(told["leave_one_out"], told["intervals"])
+    scatter = fields.pop("scatter")["scale_factor"]
+    basis = scatter_words(mounting.groups, len(curves))
+    repeats = scatter_line(scatter, fields["values"]["scale_factor"], basis)
+    checks = curve_checks(fit, brake, fields["values"], curves)
+    single = one_file(fields["leave_one_out"], fields["intervals"])
     reference = None
     if "pressure_exponent" in fit.names:
         reference = brake.test_pressure or fit.reference_pressure
-    count, alone = len(curves), fits_of(curves, brake)
-    seen, fitted = with_enclosure(alone, brake, told["values"]["enclosure_factor"])
-    pulls = pull_table(curves, seen, fitted, _expected(fit, curves, brake))
-    interval = told["intervals"]["scale_factor"]
-    half = None if interval is None else interval.half_width / told["values"]["scale_factor"]
+    count, single_fits = len(curves), fits_of(curves, brake)
+    peak_fits, fitted_brake = with_enclosure(
+        single_fits, brake, fields["values"]["enclosure_factor"]
+    )
+    pulls = pull_table(curves, peak_fits, fitted_brake, _law_factors(fit, curves, brake))
+    interval = fields["intervals"]["scale_factor"]
+    half = None if interval is None else interval.half_width / fields["values"]["scale_factor"]
     return Calibration(
-        **told,
-        **at_peaks(alone),
+        **fields,
+        **at_peaks(single_fits),
         pulls=pulls,
         contributions=(repeats, fitted_enclosure()),
-        errors_rest_on=rest if count > 1 else "nothing: one pull says nothing about repeatability",
+        errors_rest_on=basis if count > 1 else "nothing: one pull does not show repeatability",
         checks=(
             *checks,
             *(() if single is None else (single,)),
-            mounted.check,
-            *interval_checks(told["values"], told["intervals"]),
+            mounting.check,
+            *interval_checks(fields["values"], fields["intervals"]),
             *pull_checks(pulls, half),
         ),
         curves=tuple(curves),
-        mountings=mounted.groups,
-        sources=_sources(fit, told["values"], told["standard_errors"], brake)
-        | speed_sources(curves, fit, told["values"], told["standard_errors"], old),
+        mountings=mounting.groups,
+        sources=_sources(fit, fields["values"], fields["standard_errors"], brake)
+        | speed_sources(curves, fit, fields["values"], fields["standard_errors"], old),
         window=WINDOW,
         identifiability=identifiability(fit),
         reference_pressure=reference,
@@ -115,11 +117,10 @@ def calibrate_curves(
     )
 
 
-def _expected(fit: JointFit, curves: Sequence[Curve], brake: Brake) -> np.ndarray:
-    """The scale factor that the fitted laws of vacuum and speed give each curve (curves,).
+def _law_factors(fit: JointFit, curves: Sequence[Curve], brake: Brake) -> np.ndarray:
+    """Return the scale factor of each curve from the fitted laws of vacuum and speed (curves,).
 
-    Less exponent and speed law of the brake's own file, which a scale factor from a peak is
-    without.
+    It excludes exponent and speed law of the brake's own file, as a scale factor from a peak does.
     """
     logs = (fit.design @ fit.population.estimate + fit.held)[:, 0]
     logs = logs - np.log([growth_in(brake, c.speed, c.path) for c in curves])
@@ -134,39 +135,39 @@ def _sources(
     errors: Mapping[str, float | None],
     brake: Brake,
 ) -> dict[str, tuple[float, Source]]:
-    """What to write into a brake file: {path: (value, Source)}."""
-    text, at = f"least squares over {len(fit.reduced)} whole pulls", ""
+    """Return {path: (value, Source)} for a brake file."""
+    text, condition = f"least squares over {len(fit.reduced)} whole pulls", ""
     if fit.reference_speed is not None:
-        at = (
+        condition = (
             f", at {show(fit.reference_speed, 'm/s')}; its logarithm changes by "
             f"{values['speed_slope']:+.3g} per decade of speed"
         )
     elif follows_speed(brake) and brake.speed_law is not None:
-        at = f", at {show(brake.speed_law.test_speed, 'm/s')} by the file's [speed_law]"
-    made = shape_sources(brake, values, errors, text, at=at)
+        condition = f", at {show(brake.speed_law.test_speed, 'm/s')} by the file's [speed_law]"
+    sources = shape_sources(brake, values, errors, text, condition=condition)
     if "pressure_exponent" in values:
         exponent, error = values["pressure_exponent"], errors["pressure_exponent"]
-        made["pressure_exponent"] = calibrated(exponent, text, error, "1")
+        sources["pressure_exponent"] = calibrated_source(exponent, text, error, "1")
         if brake.test_pressure is None:
-            where = "where the scale factor holds: mean vacuum of the pulls, no friction test"
-            made["test_pressure"] = calibrated(fit.reference_pressure, where, None, "Pa")
+            basis = "where the scale factor holds: mean vacuum of the pulls, no friction test"
+            sources["test_pressure"] = calibrated_source(fit.reference_pressure, basis, None, "Pa")
         if brake.mount.spacers is False:
             share = brake.vacuum_share or 1.0
             lowest = share * float(np.min(fit.reduced.vacuum))
-            made["lowest_pressure"] = calibrated(lowest, "least of the pulls", None, "Pa")
-    return made
+            sources["lowest_pressure"] = calibrated_source(lowest, "least of the pulls", None, "Pa")
+    return sources
 
 
 def _contrasts(fit: JointFit, brake: Brake) -> dict[str, np.ndarray]:
-    """The linear combination of the estimate behind each value; the scale factor as files hold it.
+    """Return each value's linear combination of the estimate; the scale factor as in files.
 
-    Within the fit it stands at the pulls' mean vacuum, where it and the exponent do not disturb
-    each other; a brake that states its friction test's pressure has it there.
+    Within the fit it is that at the pulls' mean vacuum, where it is independent of the exponent. A
+    brake with a pressure of its friction test has it there.
     """
     contrasts = dict(zip(fit.names, np.eye(len(fit.names)), strict=True))
     if "pressure_exponent" in fit.names and brake.test_pressure is not None:
-        moved = contrasts["scale_factor"].copy()
+        contrast = contrasts["scale_factor"].copy()
         ratio = brake.test_pressure / fit.reference_pressure
-        moved[fit.names.index("pressure_exponent")] = np.log(ratio)
-        contrasts["scale_factor"] = moved
+        contrast[fit.names.index("pressure_exponent")] = np.log(ratio)
+        contrasts["scale_factor"] = contrast
     return contrasts

@@ -1,1 +1,1 @@
-"""What friction tests say."""
+"""Analysis of friction tests."""

@@ -1,7 +1,7 @@
 """Ageing of static friction, from pulls after holds of different length.
 
-A straight line of static friction over the logarithm of the hold, by least squares; the pull is the
-unit, and the scatter of the pulls about the line gives the intervals (Student's t, N - 2).
+Static friction is a straight line over the logarithm of the hold, by least squares. The pull is the
+unit. The scatter of the pulls about the line gives the intervals (Student's t, N - 2).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ NARROW = 10.0
 class AgeingFit:
     """Static friction [-] at a hold [s], its growth for ten times the hold, 95 % intervals.
 
-    `holds` [s] and `values` [-] are what was fitted, `sd` the scatter about the line.
+    `holds` [s] and `values` [-] were fitted; `sd` is the scatter about the line.
     """
 
     hold: float
@@ -41,47 +41,47 @@ class AgeingFit:
     warnings: tuple[Notice, ...]
 
     def at(self, hold: Array) -> Array:
-        """The line [-] at holds [s]."""
+        """Return the line [-] at holds [s]."""
         return np.asarray(self.static + self.ageing * np.log10(hold / self.hold))
 
 
 def fit_ageing(
     holds: Sequence[float], statics: Sequence[float], hold: float | None = None
 ) -> AgeingFit:
-    """The line through static frictions [-] after holds [s]; static friction at `hold` [s].
+    """Fit a line through static frictions [-] after holds [s]; static friction at `hold` [s].
 
-    That is the geometric mean of the holds unless given. Raises FitError for fewer than four pulls
-    or holds of one length.
+    `hold` is the geometric mean of the holds unless given. Raises FitError for fewer than four
+    pulls or holds of one length.
     """
     from scipy.special import stdtrit
 
-    held, values = np.asarray(holds, float), np.asarray(statics, float)
-    if len(held) < FEWEST:
-        raise FitError(f"ageing: {len(held)} pulls; at least {FEWEST} are needed")
-    if not (held > 0).all():
+    lengths, values = np.asarray(holds, float), np.asarray(statics, float)
+    if len(lengths) < FEWEST:
+        raise FitError(f"ageing: {len(lengths)} pulls; at least {FEWEST} are needed")
+    if not (lengths > 0).all():
         raise FitError("ageing: a hold is longer than zero")
-    decades = np.log10(held)
+    decades = np.log10(lengths)
     line = straight_line(decades, values)
     if line is None:
         raise FitError(
-            f"ageing: every pull follows a hold of {show(float(held[0]), 's')}; pull after holds "
-            "of different length"
+            f"ageing: every pull follows a hold of {show(float(lengths[0]), 's')}; pull after "
+            "holds of different length"
         )
-    at = line.x if hold is None else math.log10(hold)
+    decade = line.x if hold is None else math.log10(hold)
     spread = float(np.sum((decades - line.x) ** 2))
     sd = line.slope_se * math.sqrt(spread)
     reach = float(stdtrit(line.freedom, 0.5 + LEVEL / 2))
-    level = reach * sd * math.sqrt(1 / len(held) + (at - line.x) ** 2 / spread)
+    level = reach * sd * math.sqrt(1 / len(lengths) + (decade - line.x) ** 2 / spread)
     turn = reach * line.slope_se
-    static = line.at(at)
+    static = line.at(decade)
     fit = AgeingFit(
-        hold=10**at,
+        hold=10**decade,
         static=static,
         static_interval=interval_ends(static, level),
         ageing=line.slope,
         ageing_interval=(line.slope - turn, line.slope + turn),
         sd=sd,
-        holds=held,
+        holds=lengths,
         values=values,
         warnings=(),
     )
@@ -89,11 +89,13 @@ def fit_ageing(
 
 
 def _doubts(fit: AgeingFit, decades: Array) -> list[Notice]:
-    """What the pulls say against a line."""
+    """Return the notices against a line through the pulls."""
     out, (low, high) = [], fit.ageing_interval
     if low <= 0 <= high:
         out.append(
-            Notice("the interval of the ageing holds zero: these pulls show none", "no-ageing")
+            Notice(
+                "the interval of the ageing contains zero: these pulls show no ageing", "no-ageing"
+            )
         )
     if fit.holds.max() < NARROW * fit.holds.min():
         out.append(
@@ -122,7 +124,7 @@ def _doubts(fit: AgeingFit, decades: Array) -> list[Notice]:
 
 
 def _bends(fit: AgeingFit, decades: Array) -> bool:
-    """Whether a parabola suits better, at the 5 % level."""
+    """Return whether a parabola fits better, at the 5 % level."""
     from scipy.special import stdtrit
 
     freedom = len(decades) - 3
@@ -130,7 +132,7 @@ def _bends(fit: AgeingFit, decades: Array) -> bool:
         return False
     rows = np.stack([np.ones_like(decades), decades, decades**2], axis=1)
     root, upper = np.linalg.qr(rows)
-    found = np.linalg.solve(upper, root.T @ fit.values)
-    rest = fit.values - rows @ found
-    error = math.sqrt(float(rest @ rest) / freedom) * abs(1 / float(upper[2, 2]))
-    return abs(float(found[2])) > float(stdtrit(freedom, 0.975)) * error
+    parabola = np.linalg.solve(upper, root.T @ fit.values)
+    residuals = fit.values - rows @ parabola
+    error = math.sqrt(float(residuals @ residuals) / freedom) * abs(1 / float(upper[2, 2]))
+    return abs(float(parabola[2])) > float(stdtrit(freedom, 0.975)) * error

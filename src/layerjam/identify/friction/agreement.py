@@ -16,7 +16,7 @@ import numpy as np
 from layerjam.device.file import BrakeFile, materials
 from layerjam.device.load import devices, load
 from layerjam.identify.friction.stribeck import USUAL
-from layerjam.identify.odd import odd_ones
+from layerjam.identify.odd import find_outliers
 from layerjam.identify.repeats import OverRepeats
 from layerjam.records.toml import parse_toml
 from layerjam.verdict import Check, check, interval_check
@@ -24,7 +24,7 @@ from layerjam.verdict import Check, check, interval_check
 SPOKEN = {"static": "static friction", "kinetic": "kinetic friction", "speed": "speed"}
 ALARMS = 0.01
 """Probability that one quantity of repeats without a fault has an outlier, by Grubbs' test."""
-LEAST, MOST = 1.2, 1.5
+LEAST, LIMIT = 1.2, 1.5
 """Ratio to the others up to which a repeat is never an outlier, and above which it always is. Choi
 2018, table I: static friction scatters by 8 % (SD), kinetic by 3 %."""
 RATIO = (0.9, 4.0)
@@ -39,48 +39,47 @@ def film_range(file: BrakeFile) -> tuple[float, float]:
     It spans the brake's own value and all of the catalogue for that film, widened by `MARGIN`.
     """
     product = file.known_values.get("film.product")
-    known = [file.brake.film.kinetic]
+    values = [file.brake.film.kinetic]
     for name, text in materials()["films"].items():
         film = parse_toml(text, name)
         if film["name"] == product:
-            known.append(film["kinetic"]["value"])
-    listed = [f for f in map(load, devices()) if f.known_values.get("film.product") == product]
-    known += [one.brake.film.kinetic for one in listed]
-    return min(known) / MARGIN, max(known) * MARGIN
+            values.append(film["kinetic"]["value"])
+    files = [f for f in map(load, devices()) if f.known_values.get("film.product") == product]
+    values += [device.brake.film.kinetic for device in files]
+    return min(values) / MARGIN, max(values) * MARGIN
 
 
 def friction_checks(
     files: Sequence[str],
     values: Mapping[str, Sequence[float | None]],
     means: Mapping[str, OverRepeats | None],
-    expected: tuple[float, float] | None = None,
+    span: tuple[float, float] | None = None,
 ) -> tuple[Check, ...]:
     """Return the checks of friction tests, one of `files` each.
 
     `values` has static and kinetic friction [-] and speed [m/s] of each test, None if unknown, and
-    `means` the means over them. `expected` is the range of `film_range`, None if the film is
-    unknown.
+    `means` the means over them. `span` is the range of `film_range`, None if the film is unknown.
     """
     names = [Path(file).name or f"repeat {place}" for place, file in enumerate(files, 1)]
     quantities = {SPOKEN[name]: value for name, value in values.items()}
     advice = "check its unit, normal force and film"
-    checks = [agreement(names, quantities, "films scatter", advice)]
-    for name, over in means.items():
-        if over is not None and over.low is not None and over.high is not None:
+    checks = [check_repeats(names, quantities, "films scatter", advice)]
+    for name, mean in means.items():
+        if mean is not None and mean.low is not None and mean.high is not None:
             # as wide as Student's t about the mean: on a log scale more campaigns would fail
-            reach = over.mean * math.log(over.high / over.mean)
-            low = max(over.mean - reach, over.low)
-            checks.append(interval_check(f"{name} friction", over.mean, low, over.mean + reach))
+            reach = mean.mean * math.log(mean.high / mean.mean)
+            low = max(mean.mean - reach, mean.low)
+            checks.append(interval_check(f"{name} friction", mean.mean, low, mean.mean + reach))
     both = zip(values["static"], values["kinetic"], names, strict=True)
     ratios = {name: static / kinetic for static, kinetic, name in both if static and kinetic}
     if ratios:
         checks.append(_ratio(ratios))
-    if (over := means["kinetic"]) is not None:
-        checks.append(_plausible(over.mean, expected))
+    if (mean := means["kinetic"]) is not None:
+        checks.append(_plausible(mean.mean, span))
     return tuple(checks)
 
 
-def agreement(
+def check_repeats(
     names: Sequence[str],
     quantities: Mapping[str, Sequence[float | None]],
     scatter: str,
@@ -90,44 +89,48 @@ def agreement(
 
     `scatter` completes "by more than ..."; `advice` says what to look at in an outlier.
     """
-    found = []
+    outlier_texts = []
     for quantity, values in quantities.items():
-        known = [(v, n) for v, n in zip(values, names, strict=True) if v is not None and v > 0]
-        logs = np.log([value for value, _ in known])
+        numbers = [(v, n) for v, n in zip(values, names, strict=True) if v is not None and v > 0]
+        logs = np.log([value for value, _ in numbers])
         outliers = _outliers(logs)
-        rest = np.delete(logs, outliers) if len(outliers) < len(logs) else logs
+        others = np.delete(logs, outliers) if len(outliers) < len(logs) else logs
         for place in outliers:
-            ratio = float(np.exp(logs[place] - np.median(rest)))
-            found.append(f"{quantity} of {known[place][1]} is {ratio:.3g} times the others'")
+            ratio = float(np.exp(logs[place] - np.median(others)))
+            outlier_texts.append(
+                f"{quantity} of {numbers[place][1]} is {ratio:.3g} times the others'"
+            )
     if len(names) < 2:
         return check("repeats", False, "one repeat only: nothing shows how well it repeats")
     fine = f"no repeat of {len(names)} differs from the others by more than {scatter}"
     otherwise = f": {advice}, or leave the file out"
-    return check("repeats", not found, "; ".join(found) or fine, otherwise, "failed")
+    return check(
+        "repeats", not outlier_texts, "; ".join(outlier_texts) or fine, otherwise, "failed"
+    )
 
 
 def _outliers(logs: np.ndarray) -> list[int]:
-    """Return the places of outliers; of two values that differ too much, both."""
-    if len(logs) == 2 and abs(logs[0] - logs[1]) > np.log(MOST):
+    """Return the places of outliers: both of two values that differ too much."""
+    if len(logs) == 2 and abs(logs[0] - logs[1]) > np.log(LIMIT):
         return [0, 1]
-    return list(odd_ones(logs, ALARMS, float(np.log(LEAST)), float(np.log(MOST))))
+    return list(find_outliers(logs, ALARMS, float(np.log(LEAST)), float(np.log(LIMIT))))
 
 
 def _ratio(ratios: Mapping[str, float]) -> Check:
     """Return the check that static friction exceeds kinetic friction by a plausible factor."""
     low, high = RATIO
     outside = [f"{name} {ratio:.3g}" for name, ratio in ratios.items() if not low <= ratio <= high]
-    least, most = min(ratios.values()), max(ratios.values())
-    sentence = f"static over kinetic friction is {least:.3g} to {most:.3g}"
+    least, greatest = min(ratios.values()), max(ratios.values())
+    sentence = f"static over kinetic friction is {least:.3g} to {greatest:.3g}"
     wrong = f", outside {low:g} to {high:g} in {', '.join(outside)}: check the window and the zero"
     return check("static over kinetic", not outside, sentence, wrong, "failed")
 
 
-def _plausible(kinetic: float, expected: tuple[float, float] | None) -> Check:
+def _plausible(kinetic: float, span: tuple[float, float] | None) -> Check:
     """Return the check that the kinetic friction lies in the range of the film."""
-    low, high = expected or USUAL
+    low, high = span or USUAL
     fine = low <= kinetic <= high
-    whose = "the catalogue's range for this film" if expected else "the usual range for films"
+    whose = "the catalogue's range for this film" if span else "the usual range for films"
     sentence = f"a kinetic friction of {kinetic:.3g} is {'in' if fine else 'outside'} {whose}, "
     sentence += f"{low:.3g} to {high:.3g}"
     advice = ": check the unit of force, the normal force and the film"

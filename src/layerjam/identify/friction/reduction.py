@@ -1,9 +1,9 @@
-"""Friction tests read as the paper does (section III-C), as ASTM D1894 or as ISO 8295.
+"""Friction tests by the paper's rules (section III-C), ASTM D1894 or ISO 8295.
 
 The paper: static is the greatest force of a repeat, kinetic the mean over 40 to 100 mm of travel.
 The standards: static is the first maximum, kinetic the mean over a travel that begins where the
-films slide. Then mean, sample standard deviation and 95 % t interval over the repeats. A record
-with stick–slip in it has no kinetic friction to be averaged: its envelope is reported instead.
+films slide. The result has mean, sample standard deviation and 95 % t interval over the repeats. A
+record with stick–slip has no meaningful mean; its envelope is reported instead.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from layerjam.errors import FileError, FitError, count_of
 from layerjam.identify.friction.agreement import friction_checks
 from layerjam.identify.friction.breakaway import Breakaway, Inertia, find_breakaway, inertia_of
 from layerjam.identify.friction.standards import PAPER, Standard
-from layerjam.identify.provenance import digests, marked, sha256
+from layerjam.identify.provenance import digests, mark_synthetic, sha256
 from layerjam.identify.repeats import OverRepeats, over_repeats
 from layerjam.identify.stick_slip import SawTeeth, find_saw_teeth
 from layerjam.measure.trace import Array, Trace
@@ -33,18 +33,18 @@ from layerjam.verdict import Acceptance, Check
 WINDOW = PAPER.window
 GRAVITY = Site().gravity
 SHORTEST = 0.5
-"""Part of a standard's travel that a record must cover to be reduced at all (with a warning)."""
+"""Smallest part of a standard's travel that a record must cover (with a warning)."""
 FEWEST = 10
 """Samples needed in the window."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionRepeat:
-    """One repeat: coefficients [-], where its maximum lies [m of travel], where it came from.
+    """One repeat: coefficients [-], travel at its maximum [m], and its source.
 
-    `kinetic` is None where the record sticks and slips, unless the envelope's middle was accepted.
-    `window` is the travel the mean was taken over [m], `teeth` the stick–slip in it (forces in N).
-    `distinct`: a standard's first maximum stands out; `synthetic`: a program wrote the file.
+    `kinetic` is None if the record sticks and slips, unless the envelope's middle was accepted.
+    `window` is the travel of the mean [m], `teeth` the stick–slip in it (forces in N). `distinct`:
+    a standard's first maximum is clear; `synthetic`: a program wrote the file.
     """
 
     static: float
@@ -63,9 +63,9 @@ class FrictionRepeat:
 
 @dataclass(frozen=True, kw_only=True)
 class StickSlip:
-    """The envelope over the repeats that stick and slip, as coefficients [-].
+    """Envelope over the repeats that stick and slip, as coefficients [-].
 
-    `period` [s] is None where a record has no time, `spacing` is in m of travel.
+    `period` [s] is None if a record has no time; `spacing` is in m of travel.
     """
 
     upper: float
@@ -82,11 +82,11 @@ class StickSlip:
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionResult:
-    """Coefficients [-] over all repeats, by kind ("static", "kinetic") what is known of the mean.
+    """Coefficients [-] over all repeats, and statistics of the mean by kind ("static", "kinetic").
 
-    The kinetic one is None where a repeat sticks and slips, unless the middle of the stick–slip was
-    accepted; standard deviations between repeats are absolute, None for one repeat. `window` is the
-    travel of the kinetic mean [m], on average over the repeats.
+    The kinetic one is None if a repeat sticks and slips, unless the middle of the stick–slip was
+    accepted. Standard deviations between repeats are absolute, None for one repeat. `window` is the
+    travel of the kinetic mean [m], averaged over the repeats.
     """
 
     static: float
@@ -104,11 +104,11 @@ class FrictionResult:
 
     @property
     def means(self) -> dict[str, OverRepeats]:
-        """The coefficients that are known, by name."""
-        return {name: over for name, over in self.over.items() if over is not None}
+        """The known coefficients, by name."""
+        return {name: mean for name, mean in self.over.items() if mean is not None}
 
     def sources(self) -> dict[str, tuple[float, Source]]:
-        """What to write into a brake file: {path: (value, Source)}; no kinetic if it is None."""
+        """Return {path: (value, Source)} for a brake file; no kinetic friction if it is None."""
         files = ", ".join(Path(r.path).name + _digest(r.path) for r in self.repeats)
         start, end = (show(w, "m") for w in self.window)
         text = (
@@ -119,24 +119,24 @@ class FrictionResult:
         if self.stick_slip is not None:
             mean = f"{mean}; middle of the stick–slip where it sticks and slips"
         first = "first maximum" if self.standard.first_maximum else "maximum"
-        how = {"static": f"{first} of each repeat", "kinetic": mean}
+        rules = {"static": f"{first} of each repeat", "kinetic": mean}
         out = {}
-        for name, over in self.means.items():
-            spread = f"SD {over.sd:.4g}" if over.sd is not None else ""
-            words = f"{text}; {how[name]}; {over.interval_words()}"
-            sd = None if over.sd is None else round(over.sd / over.mean, 4)
+        for name, coefficient in self.means.items():
+            spread = f"SD {coefficient.sd:.4g}" if coefficient.sd is not None else ""
+            words = f"{text}; {rules[name]}; {coefficient.interval_words()}"
+            sd = None if coefficient.sd is None else round(coefficient.sd / coefficient.mean, 4)
             source = Source(kind="measured", text=words, spread=spread, sd=sd)
-            out[f"film.{name}"] = (over.mean, source)
+            out[f"film.{name}"] = (coefficient.mean, source)
         return out
 
 
 def _digest(path: str) -> str:
-    """The file's SHA-256, its first digits; nothing for what is no file."""
+    """Return the first digits of the file's SHA-256; empty if there is no file."""
     return f" (SHA-256 {sha256(path)[:16]})" if path and Path(path).is_file() else ""
 
 
 def _outward(trace: Trace) -> tuple[Array, Array, Array | None]:
-    """Travel [m] from the first sample, force [N] and time [s], without the return."""
+    """Return travel [m] from the first sample, force [N] and time [s], without the return."""
     travel = trace.elongation - trace.elongation[0]
     if travel[-1] < 0:
         travel = -travel
@@ -146,13 +146,13 @@ def _outward(trace: Trace) -> tuple[Array, Array, Array | None]:
 
 
 def speed_of(trace: Trace) -> float | None:
-    """Speed of the moving crosshead [m/s], from the record or else its sidecar."""
+    """Return the speed of the moving crosshead [m/s], from the record or else its sidecar."""
     if trace.time is not None and len(trace) > 2:
-        gone = np.abs(trace.elongation - trace.elongation[0])
-        moving = (gone > 0.1 * gone.max()) & (gone < 0.9 * gone.max())
+        travel = np.abs(trace.elongation - trace.elongation[0])
+        moving = (travel > 0.1 * travel.max()) & (travel < 0.9 * travel.max())
         clock = trace.time[moving]
         if moving.sum() > 2 and np.ptp(clock) > 0:
-            return float(np.ptp(gone[moving]) / np.ptp(clock))
+            return float(np.ptp(travel[moving]) / np.ptp(clock))
     return trace.facts.speed
 
 
@@ -163,15 +163,15 @@ def reduce_repeat(
     standard: Standard = PAPER,
     accept_stick_slip: bool = False,
 ) -> FrictionRepeat:
-    """One repeat's coefficients; `normal_force` [N].
+    """Reduce one repeat; `normal_force` [N].
 
-    A `window` [m] counts travel from the record's first sample; without one the standard's holds.
-    With `accept_stick_slip` the middle of the stick–slip's envelope serves as kinetic friction.
-    Raises FileError where the record does not cover the window.
+    A `window` [m] counts travel from the record's first sample; the standard's is the default. With
+    `accept_stick_slip` the middle of the stick–slip's envelope serves as kinetic friction. Raises
+    FileError if the record does not cover the window.
     """
     travel, force, time = _outward(trace)
-    found = find_breakaway(travel, force) if standard.first_maximum else None
-    span, warnings = _window(trace, travel, window, standard, found)
+    breakaway = find_breakaway(travel, force) if standard.first_maximum else None
+    span, warnings = _window(trace, travel, window, standard, breakaway)
     inside = (travel >= span[0]) & (travel <= span[1])
     if inside.sum() < FEWEST:
         raise FileError(
@@ -189,16 +189,16 @@ def reduce_repeat(
         kinetic = teeth.middle / normal_force if accept_stick_slip else None
     speed = speed_of(trace)
     inertia = None
-    if found is None:
+    if breakaway is None:
         top = int(np.argmax(force))
         static = float(force[top])
     else:
-        top, static = found.at, found.force
+        top, static = breakaway.index, breakaway.force
         mass = normal_force / GRAVITY if standard.sled_mass is None else standard.sled_mass
-        if speed is not None and found.distinct:
-            inertia = inertia_of(travel, force, time, found, mass, speed)
-        warnings += _of_breakaway(found, inertia, normal_force)
-    warnings += _against(standard, speed, time, travel)
+        if speed is not None and breakaway.distinct:
+            inertia = inertia_of(travel, force, time, breakaway, mass, speed)
+        warnings += _breakaway_warnings(breakaway, inertia, normal_force)
+    warnings += _standard_warnings(standard, speed, time, travel)
     return FrictionRepeat(
         static=static / normal_force,
         kinetic=kinetic,
@@ -207,7 +207,7 @@ def reduce_repeat(
         path=trace.path,
         window=span,
         speed=speed,
-        distinct=found is None or found.distinct,
+        distinct=breakaway is None or breakaway.distinct,
         teeth=teeth,
         inertia=inertia,
         warnings=tuple(warnings),
@@ -218,58 +218,60 @@ def reduce_repeat(
 def _window(
     trace: Trace,
     travel: Array,
-    given: tuple[float, float] | None,
+    window: tuple[float, float] | None,
     standard: Standard,
-    found: Breakaway | None,
+    breakaway: Breakaway | None,
 ) -> tuple[tuple[float, float], list[str]]:
-    """The travel of the kinetic mean [m], and what is odd about it."""
-    far = float(travel.max())
-    start, end = given or standard.window
-    if given is None and found is not None and standard.from_sliding:
-        begin, run = float(travel[found.sliding]), end - start
-        if far - begin < SHORTEST * run:
+    """Return the travel of the kinetic mean [m], and notes on it."""
+    last = float(travel.max())
+    start, end = window or standard.window
+    if window is None and breakaway is not None and standard.from_sliding:
+        begin, run = float(travel[breakaway.sliding]), end - start
+        if last - begin < SHORTEST * run:
             raise FileError(
                 trace.path,
-                f"the films slide over {show(far - begin, 'm')} only; {standard.title} takes the "
+                f"the films slide over {show(last - begin, 'm')} only; {standard.title} takes the "
                 f"kinetic friction over {show(run, 'm')} (another travel: --from, --to)",
             )
-        if far - begin >= 0.99 * run:
-            return (begin, min(begin + run, far)), []
-        said = (
-            f"the kinetic mean runs over {show(far - begin, 'm')} of sliding, "
+        if last - begin >= 0.99 * run:
+            return (begin, min(begin + run, last)), []
+        note = (
+            f"the kinetic mean runs over {show(last - begin, 'm')} of sliding, "
             f"{standard.title} asks for {show(run, 'm')}"
         )
         # the rise is part of a machine's stated travel, so that a full test ends a little early
-        return (begin, far), [said] if far < 0.99 * run else []
-    if far < end - 0.01 * (end - start):
+        return (begin, last), [note] if last < 0.99 * run else []
+    if last < end - 0.01 * (end - start):
         raise FileError(
             trace.path,
-            f"travel ends at {show(far, 'm')}; the kinetic window is {show(start, 'm')} to "
+            f"travel ends at {show(last, 'm')}; the kinetic window is {show(start, 'm')} to "
             f"{show(end, 'm')} (another one: --from, --to)",
         )
     return (start, end), []
 
 
-def _of_breakaway(found: Breakaway, inertia: Inertia | None, normal_force: float) -> list[str]:
-    """What the breakaway says against its static friction."""
-    if not found.distinct:
+def _breakaway_warnings(
+    breakaway: Breakaway, inertia: Inertia | None, normal_force: float
+) -> list[str]:
+    """Return the warnings about static friction from the breakaway."""
+    if not breakaway.distinct:
         return [
             "no first maximum stands out: static is where the rise bends into sliding, the same "
             "as the kinetic level"
         ]
-    if inertia is None or inertia.most < 0.01 * found.force:
+    if inertia is None or inertia.bound < 0.01 * breakaway.force:
         return []
     return [
-        f"the sled's inertia may lift the first maximum by up to {show(inertia.most, 'N', 2)} "
-        f"({inertia.most / normal_force:.2g} in the static "
+        f"the sled's inertia may lift the first maximum by up to {show(inertia.bound, 'N', 2)} "
+        f"({inertia.bound / normal_force:.2g} in the static "
         "coefficient): V sqrt(k m); pull slower or through a softer spring"
     ]
 
 
-def _against(
+def _standard_warnings(
     standard: Standard, speed: float | None, time: Array | None, travel: Array
 ) -> list[str]:
-    """Where the record shows that the test was not done as the standard says."""
+    """Return the deviations of the record from the standard."""
     out = []
     if speed is not None and abs(speed / standard.speed - 1) > standard.speed_tolerance + 0.005:
         out.append(
@@ -277,9 +279,9 @@ def _against(
             f"{show(standard.speed * 60e3, '1')} mm/min"
         )
     if standard.dwell is not None:
-        moved = np.flatnonzero(np.abs(travel) > 1e-5 + 1e-3 * float(travel.max()))
-        rest = 0.0 if time is None or not len(moved) else float(time[moved[0]] - time[0])
-        if rest < 0.9 * standard.dwell:
+        moving = np.flatnonzero(np.abs(travel) > 1e-5 + 1e-3 * float(travel.max()))
+        dwell = 0.0 if time is None or not len(moving) else float(time[moving[0]] - time[0])
+        if dwell < 0.9 * standard.dwell:
             out.append(
                 f"the record does not show the {standard.dwell:g} s at rest before the pull, on "
                 "which static friction depends"
@@ -294,9 +296,9 @@ def reduce_friction(
     standard: Standard = PAPER,
     accept_stick_slip: bool = False,
 ) -> FrictionResult:
-    """Static and kinetic friction from repeats; `normal_force` [N], `window` [m] of travel.
+    """Reduce repeats to static and kinetic friction; `normal_force` [N], `window` [m] of travel.
 
-    Raises FitError without any trace, FileError for one that does not cover the window.
+    Raises FitError if no trace is given, FileError for one that does not cover the window.
     """
     if not traces:
         raise FitError("friction: no repeat was given")
@@ -305,41 +307,45 @@ def reduce_friction(
             f"friction: the window from {show(window[0], 'm')} to {show(window[1], 'm')} is empty"
         )
     repeats = [reduce_repeat(t, normal_force, window, standard, accept_stick_slip) for t in traces]
-    said = [w for t in traces for w in t.warnings]
-    return pooled(repeats, said, normal_force, window, standard, accept_stick_slip)
+    warnings = [w for t in traces for w in t.warnings]
+    return pool_repeats(repeats, warnings, normal_force, window, standard, accept_stick_slip)
 
 
-def pooled(
+def pool_repeats(
     repeats: Sequence[FrictionRepeat],
-    said: Sequence[str],
+    file_warnings: Sequence[str],
     normal_force: float,
     window: tuple[float, float] | None,
     standard: Standard,
     accept_stick_slip: bool,
-    expected: tuple[float, float] | None = None,
+    span: tuple[float, float] | None = None,
 ) -> FrictionResult:
-    """Mean, scatter and interval over repeats that `reduce_repeat` made; `said` of their files.
+    """Return mean, scatter and interval over repeats of `reduce_repeat`, with the files' warnings.
 
-    `expected` is the plausible range of the kinetic friction [-], None if the film is unknown.
+    `span` is the plausible range of the kinetic friction [-], None if the film is unknown.
     """
     values = {n: [getattr(r, n) for r in repeats] for n in ("static", "kinetic", "speed")}
-    warnings = [*said, *_said_once(repeats), *(w for r in repeats for w in _odd_peak(r))]
+    warnings = [
+        *file_warnings,
+        *_group_warnings(repeats),
+        *(w for r in repeats for w in _peak_warning(r)),
+    ]
     static = over_repeats(values["static"])
     kinetic = None if None in values["kinetic"] else over_repeats(values["kinetic"])
-    over = {"static": static, "kinetic": kinetic}
+    means = {"static": static, "kinetic": kinetic}
     return FrictionResult(
         static=static.mean,
         static_sd=static.sd,
         kinetic=None if kinetic is None else kinetic.mean,
         kinetic_sd=None if kinetic is None else kinetic.sd,
-        over=over,
+        over=means,
         stick_slip=_stick_slip(repeats, normal_force, accept_stick_slip),
         repeats=tuple(repeats),
         normal_force=normal_force,
         window=window or _mean_span(repeats),
         warnings=tuple(dict.fromkeys(warnings)),
         standard=standard,
-        checks=friction_checks([r.path for r in repeats], values, over, expected),
+        checks=friction_checks([r.path for r in repeats], values, means, span),
     )
 
 
@@ -372,26 +378,26 @@ def _stick_slip(
     )
 
 
-def _said_once(repeats: Sequence[FrictionRepeat]) -> list[str]:
-    """What the repeats have to say, with the files each sentence is about."""
-    about: dict[str, list[str]] = {}
+def _group_warnings(repeats: Sequence[FrictionRepeat]) -> list[str]:
+    """Return the warnings of the repeats, each once with its files."""
+    paths_of: dict[str, list[str]] = {}
     for repeat in repeats:
         for sentence in repeat.warnings:
-            about.setdefault(sentence, []).append(repeat.path)
-    whole = {s: len(p) == len(repeats) > 1 for s, p in about.items()}
+            paths_of.setdefault(sentence, []).append(repeat.path)
+    of_all = {s: len(p) == len(repeats) > 1 for s, p in paths_of.items()}
     return [
-        f"{f'all {len(repeats)} repeats' if whole[s] else ', '.join(paths)}: {s}"
-        for s, paths in about.items()
+        f"{f'all {len(repeats)} repeats' if of_all[s] else ', '.join(paths)}: {s}"
+        for s, paths in paths_of.items()
     ]
 
 
 def _mean_span(repeats: Sequence[FrictionRepeat]) -> tuple[float, float]:
-    """The travel of the kinetic mean [m], on average where the repeats' differ."""
+    """Return the travel of the kinetic mean [m], averaged if the repeats differ."""
     start, end = np.mean([*dict.fromkeys(r.window for r in repeats)], axis=0)
     return float(start), float(end)
 
 
-def _odd_peak(repeat: FrictionRepeat) -> list[str]:
+def _peak_warning(repeat: FrictionRepeat) -> list[str]:
     if repeat.static_at <= repeat.window[0] or repeat.teeth is not None:
         return []
     return [
@@ -403,11 +409,11 @@ def _odd_peak(repeat: FrictionRepeat) -> list[str]:
 def with_friction(
     file: BrakeFile, result: FrictionResult, name: str, accepted: Sequence[Acceptance] = ()
 ) -> tuple[str, list[str]]:
-    """(TOML text, warnings): the brake with measured friction and its scale factor back at 1.
+    """Return (TOML text, warnings) of the brake with measured friction and a scale factor of 1.
 
     A scale factor belongs to the friction it was fitted with, so a new friction voids it. The
-    [made_by] table names files with their SHA-256, standard, window and intervals. Raises FitError
-    where stick–slip leaves the kinetic friction unknown.
+    [made_by] table lists files with their SHA-256, standard, window and intervals. Raises FitError
+    if stick–slip leaves the kinetic friction unknown.
     """
     if result.kinetic is None:
         raise FitError(
@@ -429,8 +435,10 @@ def with_friction(
         )
     if file.brake.amplification_held is not None:
         changes["amplification_held"] = (1.0, blank)
-    made = _made_by(result, made_up := {r.path for r in result.repeats if r.synthetic})
-    return updated_text(file, name, marked(changes, bool(made_up)), made, accepted), warnings
+    record = _made_by(result, made_up := {r.path for r in result.repeats if r.synthetic})
+    return updated_text(
+        file, name, mark_synthetic(changes, bool(made_up)), record, accepted
+    ), warnings
 
 
 def _made_by(result: FrictionResult, synthetic: Collection[str]) -> dict[str, Any]:

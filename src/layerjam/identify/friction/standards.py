@@ -1,10 +1,10 @@
-"""What the friction standards prescribe and how each reads a record.
+"""Rules of the friction standards for a test and its record.
 
-The standards' texts are sold, not published. What stands here is what the paper says of its own
-test (section III-C) and what the publishers' abstracts and laboratories' pages state: D1894 a sled
-of 200 g and 63.5 mm square at 150 mm/min (its scope, note 2, says that results of the two cannot
-be compared directly); ISO 8295 a stated time at rest, since static friction grows with it. No
-clause is quoted; whoever signs a report compares this table with the edition in force.
+The standards' texts are sold, not published. This module has the paper's description of its own
+test (section III-C) and the content of the publishers' abstracts and laboratories' pages. D1894
+uses a sled of 200 g and 63.5 mm square at 150 mm/min; its scope, note 2, warns against a direct
+comparison with ISO 8295. ISO 8295 has a stated time at rest, since static friction grows with it.
+No clause is quoted: compare this table with the edition in force before signing a report.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from layerjam.errors import UnknownNameError
 
 @dataclass(frozen=True, kw_only=True)
 class Standard:
-    """One way to do and to read a friction test, SI units.
+    """Rules of one friction test, SI units.
 
-    `window` is the travel of the kinetic mean [m]: of the crosshead, from the record's first
-    sample, or (`from_sliding`) from where the films slide and the static peak is over.
-    `first_maximum` takes the static force there, else it is the greatest of the record.
-    `sled_mass` [kg] is None where the test's own weight counts; `dwell` [s] is the rest before.
+    `window` is the travel of the kinetic mean [m]. It starts at the record's first sample or, with
+    `from_sliding`, where the films slide and the static peak is over. `first_maximum` takes the
+    static force there, else it is the greatest of the record. `sled_mass` [kg] is None if the test
+    states its own weight; `dwell` [s] is the time at rest before the pull.
     """
 
     name: str
@@ -61,8 +61,8 @@ ISO8295 = Standard(
 STANDARDS = {s.name: s for s in (PAPER, D1894, ISO8295)}
 
 
-def standard_named(name: str) -> Standard:
-    """The standard of that name; UnknownNameError otherwise."""
+def find_standard(name: str) -> Standard:
+    """Return the standard of a name; UnknownNameError if it does not exist."""
     if name not in STANDARDS:
         raise UnknownNameError("standard", name, STANDARDS)
     return STANDARDS[name]

@@ -1,9 +1,9 @@
 """Stribeck laws fitted to forces at several speeds: dry and wet, with errors and a verdict.
 
-Given v_s both laws are linear in all else, so the fit is a search over one number with bounded
-linear least squares inside: it finds the best v_s whatever the start. v_s is seldom well known;
-a wide prior on its logarithm keeps it finite, and the verdict says whether the data say more than
-the prior does.
+For a given v_s both laws are linear in all other parameters. The fit is therefore a search over one
+number with bounded linear least squares inside, and finds the best v_s from any start. v_s is
+seldom well known; a wide prior on its logarithm keeps it finite, and the verdict states whether the
+data add to the prior.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
-from layerjam.identify.checks import Check, check, within
+from layerjam.identify.checks import Check, check, check_span
 from layerjam.mechanics.enclosure import backbone, enclosure_at
 from layerjam.mechanics.fan import straight
 from layerjam.mechanics.friction import friction_per_contact
@@ -49,11 +49,11 @@ class SpeedPoints:
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedFit:
-    """A fitted law: numbers, their standard errors, and whether to believe them.
+    """A fitted law: numbers, standard errors, and checks.
 
-    `law` is a Stribeck or a WetFilm. Standard errors are None where the parameter lies at its
-    bound or nothing estimates the noise; that of `speed` is relative (of ln v_s). Fitted together
-    with the brake's scale factor: friction and factor only ever appear as a product.
+    `law` is a Stribeck or a WetFilm. Standard errors are None if the parameter is at its bound or
+    the noise is unknown; that of `speed` is relative (of ln v_s). The brake's scale factor is
+    included: friction and factor only appear as a product.
     """
 
     law: Stribeck | WetFilm
@@ -65,7 +65,7 @@ class SpeedFit:
 
     @property
     def trusted(self) -> bool:
-        """True where every check passed."""
+        """Whether every check passed."""
         return all(check.passed for check in self.checks)
 
 
@@ -77,10 +77,10 @@ def speed_points(
     slip: float | Sequence[float] | Array = 0.0,
     brake: Brake,
 ) -> SpeedPoints:
-    """Points of speed [m/s], force [N], slip [m] and vacuum [Pa]; the last two may be one number.
+    """Check and return points of speed [m/s], force [N], slip [m] and vacuum [Pa].
 
-    Raises FitError for arrays that do not fit together, numbers that are not finite or negative,
-    and slips beyond the overlap.
+    Slip and vacuum may be one number. Raises FitError for arrays of different length, numbers that
+    are not finite or negative, and slips beyond the overlap.
     """
     try:
         speeds, forces = (np.asarray(a, float).ravel() for a in (speed, force))
@@ -93,8 +93,8 @@ def speed_points(
         ) from None
     if len(forces) != len(speeds):
         raise FitError(f"points: {len(speeds)} speeds do not go with {len(forces)} forces")
-    named = {"speed": speeds, "force": forces, "slip": slips, "vacuum": vacuums}
-    for name, values in named.items():
+    columns = {"speed": speeds, "force": forces, "slip": slips, "vacuum": vacuums}
+    for name, values in columns.items():
         bad = np.flatnonzero(~np.isfinite(values) | (values < 0))
         if len(bad):
             raise FitError(
@@ -113,7 +113,7 @@ def fit_dry(
     points: SpeedPoints, brake: Brake, *, exponent: float = 1.0, viscous: bool = False
 ) -> SpeedFit:
     """Stribeck law of dry sheets; `viscous` also fits growth with speed. Raises FitError."""
-    coulomb, other = _lever(points, brake)
+    coulomb, enclosure = _lever(points, brake)
     if not (points.vacuum > 0).all():
         raise FitError("points: a dry sheet without vacuum has no friction to fit")
     speed = points.speed
@@ -123,7 +123,7 @@ def fit_dry(
         return np.stack(parts + [coulomb * speed] * viscous, axis=1)
 
     names = ("kinetic", "drop", "viscous")[: 2 + viscous]
-    best = _Search(columns, points.force - other, names, points).run()
+    best = _Search(columns, points.force - enclosure, names, points).run()
     kinetic, drop = best.values[:2]
     law = Stribeck(
         static=kinetic + drop,
@@ -137,7 +137,7 @@ def fit_dry(
 
 def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> SpeedFit:
     """Wet Stribeck law with adhesion and viscous part. Needs several vacuums; raises FitError."""
-    coulomb, other = _lever(points, brake)
+    coulomb, enclosure = _lever(points, brake)
     if np.ptp(points.vacuum) <= 0.05 * points.vacuum.max(initial=0.0):
         raise FitError(
             "points: one vacuum cannot tell adhesion from friction; measure at two or more"
@@ -150,7 +150,7 @@ def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> Spee
         return np.stack([coulomb, coulomb * left, area, area * points.speed], axis=1)
 
     names = ("kinetic", "drop", "adhesion", "viscosity")
-    best = _Search(columns, points.force - other, names, points).run()
+    best = _Search(columns, points.force - enclosure, names, points).run()
     kinetic, drop, adhesion, viscosity = best.values
     law = WetFilm(
         static=kinetic + drop,
@@ -178,7 +178,7 @@ def _left(speed: Array, stribeck: float, exponent: float) -> Array:
 
 
 class _Search:
-    """The best v_s and what belongs to it."""
+    """Search for the best v_s and its linear parameters."""
 
     def __init__(
         self,
@@ -196,49 +196,49 @@ class _Search:
         if len(np.unique(points.speed)) < 3:
             raise FitError("points: forces at three speeds or more are needed")
 
-    def solved(self, logarithm: float) -> tuple[Array, float]:
+    def solve_at(self, logarithm: float) -> tuple[Array, float]:
         """Bounded least squares at one ln v_s: (values, sum of squares)."""
         from scipy.optimize import nnls
 
         table = self.columns(float(np.exp(logarithm)))
         size = np.linalg.norm(table, axis=0)
         size[size == 0] = 1.0
-        values, rest = nnls(table / size, self.target)
-        return values / size, float(rest**2)
+        values, residual = nnls(table / size, self.target)
+        return values / size, float(residual**2)
 
     def run(self) -> _Search:
         """Search without the prior for the noise, then with it for v_s."""
         grid = np.linspace(np.log(_RANGE[0]), np.log(_RANGE[1]), 240)
-        sums = np.array([self.solved(g)[1] for g in grid])
+        sums = np.array([self.solve_at(g)[1] for g in grid])
         self.freedom = len(self.target) - len(self.names) - 1
         size = float(np.abs(self.target).max(initial=0.0))
-        least = min(float(sums.min()), self._polished(grid, sums, 0.0))
+        least = min(float(sums.min()), self._refine(grid, sums, 0.0))
         self.variance = max(least / self.freedom, (1e-12 * size) ** 2, 1e-300)
         weight = self.variance / PRIOR[1] ** 2
-        self._polished(grid, sums + weight * (grid - PRIOR[0]) ** 2, weight)
+        self._refine(grid, sums + weight * (grid - PRIOR[0]) ** 2, weight)
         return self
 
-    def _polished(self, grid: Array, costs: Array, weight: float) -> float:
+    def _refine(self, grid: Array, costs: Array, weight: float) -> float:
         from scipy.optimize import minimize_scalar
 
-        near = int(np.argmin(costs))
-        ends = grid[max(near - 1, 0)], grid[min(near + 1, len(grid) - 1)]
+        nearest = int(np.argmin(costs))
+        ends = grid[max(nearest - 1, 0)], grid[min(nearest + 1, len(grid) - 1)]
 
         def cost(g: float) -> float:
-            return self.solved(g)[1] + weight * (g - PRIOR[0]) ** 2
+            return self.solve_at(g)[1] + weight * (g - PRIOR[0]) ** 2
 
-        found = minimize_scalar(cost, bounds=ends, method="bounded", options={"xatol": 1e-10})
-        self.logarithm = float(found.x)
+        minimum = minimize_scalar(cost, bounds=ends, method="bounded", options={"xatol": 1e-10})
+        self.logarithm = float(minimum.x)
         self.speed = float(np.exp(self.logarithm))
-        self.values = [float(v) for v in self.solved(self.logarithm)[0]]
-        return float(found.fun)
+        self.values = [float(v) for v in self.solve_at(self.logarithm)[0]]
+        return float(minimum.fun)
 
     def _covariance(self) -> tuple[Array, list[bool], float]:
-        """(covariance of values and ln v_s, which are free, condition number)."""
+        """Return (covariance of values and ln v_s, free parameters, condition number)."""
         table = self.columns(self.speed)
         step = 1e-5
-        bent = self.columns(self.speed * np.exp(step)) - self.columns(self.speed * np.exp(-step))
-        slope = bent @ np.array(self.values) / (2 * step)
+        change = self.columns(self.speed * np.exp(step)) - self.columns(self.speed * np.exp(-step))
+        slope = change @ np.array(self.values) / (2 * step)
         full = np.column_stack([table, slope])
         free = [v > 0 for v in self.values] + [self.values[1] > 0]
         part = full[:, free] / np.sqrt(self.variance)
@@ -253,10 +253,10 @@ class _Search:
         return cov, free, condition
 
     def result(self, law: Stribeck | WetFilm) -> SpeedFit:
-        """Errors and checks."""
+        """Return the fit with errors and checks."""
         cov, free, condition = self._covariance()
-        rest = self.target - self.columns(self.speed) @ np.array(self.values)
-        noise = float(np.sqrt((rest**2).sum() / self.freedom))
+        residuals = self.target - self.columns(self.speed) @ np.array(self.values)
+        noise = float(np.sqrt((residuals**2).sum() / self.freedom))
         noisy = noise > 1e-9 * float(np.abs(self.target).max())
         errors: dict[str, float | None] = {}
         for i, name in enumerate(self.names):
@@ -264,21 +264,25 @@ class _Search:
         both = float(np.sqrt(max(cov[0, 0] + cov[1, 1] + 2 * cov[0, 1], 0.0)))
         errors["static"] = both if free[0] and free[1] and noisy else errors["kinetic"]
         errors["speed"] = float(np.sqrt(cov[-1, -1])) if free[-1] and noisy else None
-        known = float(np.sqrt(cov[-1, -1])) if free[-1] else PRIOR[1]
+        log_error = float(np.sqrt(cov[-1, -1])) if free[-1] else PRIOR[1]
         checks = (
-            self._identifiable(known, condition),
+            self._identifiable(log_error, condition),
             self._inside(),
-            self._trend(rest, noise),
+            self._trend(residuals, noise),
             self._spans(),
-            within("plausible", float(law.kinetic), USUAL, "kinetic friction", "unusual for films"),
+            check_span(
+                "plausible", float(law.kinetic), USUAL, "kinetic friction", "unusual for films"
+            ),
         )
-        return SpeedFit(law=law, standard_errors=errors, noise=noise, residuals=rest, checks=checks)
+        return SpeedFit(
+            law=law, standard_errors=errors, noise=noise, residuals=residuals, checks=checks
+        )
 
-    def _identifiable(self, known: float, condition: float) -> Check:
-        factor = float(np.exp(min(known, 50.0)))
+    def _identifiable(self, log_error: float, condition: float) -> Check:
+        factor = float(np.exp(min(log_error, 50.0)))
         return check(
             "identifiable",
-            known < 0.25 * PRIOR[1] and condition < _WORST_CONDITION,
+            log_error < 0.25 * PRIOR[1] and condition < _WORST_CONDITION,
             f"v_s is known within a factor of {factor:.3g} (the prior: {np.exp(PRIOR[1]):.3g}); "
             f"condition number {condition:.3g}",
             ": the points do not tell the parameters apart, more speeds would",
@@ -286,24 +290,26 @@ class _Search:
 
     def _inside(self) -> Check:
         low, high = np.log(_RANGE)
-        named = [n for n, v in zip(self.names, self.values, strict=True) if v <= 0]
-        named += ["v_s"] * (not low + 0.1 < self.logarithm < high - 0.1)
+        at_bound = [n for n, v in zip(self.names, self.values, strict=True) if v <= 0]
+        at_bound += ["v_s"] * (not low + 0.1 < self.logarithm < high - 0.1)
         sentence = "no parameter lies at its bound"
-        if named:
-            sentence = f"{', '.join(named)} at the bound: the law has no use for it on these points"
-        return check("bounds", not named, sentence)
+        if at_bound:
+            sentence = (
+                f"{', '.join(at_bound)} at the bound: the law has no use for it on these points"
+            )
+        return check("bounds", not at_bound, sentence)
 
-    def _trend(self, rest: Array, noise: float) -> Check:
-        """Residuals over the logarithm of speed: straight, bent, or each like its neighbour."""
+    def _trend(self, residuals: Array, noise: float) -> Check:
+        """Check the residuals over log speed: straight, bent, or like their neighbours."""
         moving = self.points.speed > 0
         x = np.log(self.points.speed[moving])
         worst = 0.0
         if len(np.unique(x)) >= 4 and noise > 1e-9 * float(np.abs(self.target).max()):
             x = (x - x.mean()) / x.std()
             for shape in (x, x**2 - (x**2).mean()):
-                part = rest[moving]
+                part = residuals[moving]
                 worst = max(worst, abs(float(shape @ part)) / noise / float(np.linalg.norm(shape)))
-            part = rest[np.argsort(self.points.speed, kind="stable")]
+            part = residuals[np.argsort(self.points.speed, kind="stable")]
             alike = float(part[1:] @ part[:-1]) / float(part @ part)
             worst = max(worst, alike * float(np.sqrt(len(part))))
         sentence = f"residuals follow the logarithm of speed by {worst:.2g} standard errors"
@@ -312,9 +318,9 @@ class _Search:
     def _spans(self) -> Check:
         moving = self.points.speed[self.points.speed > 0]
         low, high = float(moving.min()), float(moving.max())
-        fine, at = low / 2 <= self.speed <= high, show(self.speed, "m/s")
+        fine, shown_speed = low / 2 <= self.speed <= high, show(self.speed, "m/s")
         sentence = (
-            f"v_s = {at} lies {'within' if fine else 'outside'} the speeds measured, "
+            f"v_s = {shown_speed} lies {'within' if fine else 'outside'} the speeds measured, "
             f"{show(low, 'm/s')} to {show(high, 'm/s')}"
         )
         return check("span", fine, sentence)

@@ -21,22 +21,22 @@ MISSES = 0.1
 """The same over the change of the pressure, above which the law does not describe it at all."""
 FALLEN = 0.9
 """Share of the fall to the ultimate pressure that a log of a pump-down contains."""
-ALONE, DRIFTS = 10.0, 0.5
-"""Changes of temperature [K] that the log must exceed: what a gas may do, what a room does."""
+GAS_CHANGE, ROOM_CHANGE = 10.0, 0.5
+"""Changes of temperature [K] that the log must exceed: of the gas, and of the room."""
 
 
-def leak_checks(found: Leak, best: LeakFit, logged: bool) -> Iterator[Check]:
+def leak_checks(leak: Leak, best: LeakFit, logged: bool) -> Iterator[Check]:
     """Return the checks of a hold; `logged` says whether its temperature was logged."""
     advice = "something else happens too (a valve, cooling, a wall that gives)"
-    yield _law(best.series, best.curve(found.time, found.atmosphere), advice)
+    yield _law(best.series, best.curve(leak.time, leak.atmosphere), advice)
     yield interval_check("leak", best.rate, *best.rate_interval())
     if not logged:
-        level: Level = "failed" if abs(found.heat) <= DRIFTS else "warning"
-        what = "cooling" if found.heat < 0 else "warming"
+        level: Level = "failed" if abs(leak.heat) <= ROOM_CHANGE else "warning"
+        change = "cooling" if leak.heat < 0 else "warming"
         yield check(
             "temperature",
-            abs(found.heat) > ALONE,
-            f"a {what} of {abs(found.heat):.2g} K alone would change the pressure as much as the "
+            abs(leak.heat) > GAS_CHANGE,
+            f"a {change} of {abs(leak.heat):.2g} K alone would change the pressure as much as the "
             "log shows",
             "; log the temperature too, or hold longer",
             level,
@@ -50,26 +50,26 @@ def pump_down_checks(
     advice = "the volume or the flow changes with vacuum (--compliance fit tries the first)"
     for log in logs:
         yield _law(log.series, log.curve(log.time), advice)
-        reached = (log.start - float(log.pressure[-1])) / (log.start - log.ultimate)
-        sentence = f"the log ends at {reached:.0%} of the fall to the ultimate pressure"
-        beyond = ", which is then found by extrapolation"
-        yield check("ultimate pressure", reached >= FALLEN, sentence, beyond)
+        fall_share = (log.start - float(log.pressure[-1])) / (log.start - log.ultimate)
+        sentence = f"the log ends at {fall_share:.0%} of the fall to the ultimate pressure"
+        consequence = ", which is therefore an extrapolation"
+        yield check("ultimate pressure", fall_share >= FALLEN, sentence, consequence)
     for name, (value, low, high) in intervals.items():
         yield interval_check(name, value, low, high)
 
 
-def crash_checks(found: Crash) -> Iterator[Check]:
+def crash_checks(impact: Crash) -> Iterator[Check]:
     """Return the checks of an impact: the sensor and the log contain the whole pulse."""
     sentence = "the sensor's range contains the peak"
-    if found.saturation is not None:
-        level = found.saturation / STANDARD_GRAVITY
+    if impact.saturation is not None:
+        level = impact.saturation / STANDARD_GRAVITY
         sentence = f"saturated at {level:.4g} g: the peaks and the velocity change are lower bounds"
-    yield check("saturation", found.saturation is None, sentence, level="failed")
+    yield check("saturation", impact.saturation is None, sentence, level="failed")
     sentence = "the log contains the whole pulse"
-    if not found.whole:
+    if not impact.whole:
         sentence = "the pulse is cut off by the log's end: the velocity change is not whole"
-    yield check("whole pulse", found.whole, sentence, level="failed")
-    value, error = abs(found.velocity_change), found.velocity_change_se
+    yield check("whole pulse", impact.whole, sentence, level="failed")
+    value, error = abs(impact.velocity_change), impact.velocity_change_se
     reach = 1.96 * error
     yield interval_check("velocity change", value, value - reach, value + reach)
 

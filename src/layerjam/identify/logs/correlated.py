@@ -1,11 +1,11 @@
-"""Least squares on a time log whose residuals are correlated: intervals that count it.
+"""Least squares on a time log with correlated residuals, which its intervals include.
 
-Samples of a sensor are not independent, so a standard error from their number is too small. The
-log is averaged into bins and fitted by ordinary least squares, which stays close to the log where
-the model is not quite true. The residuals of the bins are taken as white noise and a wandering of
-first order, C = s² ((1 - w) ρ^|i-j| + w δij), with ρ and w from their restricted likelihood
-(Patterson and Thompson 1971). Nobody knows ρ and w exactly, so the covariance of the parameters,
-(JᵀJ)⁻¹ JᵀCJ (JᵀJ)⁻¹, is the mean over a grid of both, weighted by that likelihood.
+Samples of a sensor are not independent, so a standard error from their number is too small. The log
+is averaged into bins and fitted by ordinary least squares, which stays close to the log if the
+model is not quite true. The residuals of the bins are modelled as white noise plus a first-order
+drift, C = s² ((1 - w) ρ^|i-j| + w δij), with ρ and w from their restricted likelihood (Patterson
+and Thompson 1971). Because ρ and w are uncertain, the covariance of the parameters, (JᵀJ)⁻¹ JᵀCJ
+(JᵀJ)⁻¹, is the mean over a grid of both, weighted by that likelihood.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ _WHITE = (0.0, 0.05, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95)
 
 @dataclass(frozen=True, kw_only=True)
 class Series:
-    """A model fitted to a log; `values` and `covariance` in the parameters' own units.
+    """Model fitted to a log; `values` and `covariance` in the parameters' own units.
 
     `correlation` is that of neighbouring bins, `freedom` the effective degrees of freedom, `rmse`
-    of the samples, `noise` their scatter from one to the next (over √2). `residuals` of the bins,
-    shape (bins,), and `whiten`, (bins, bins), which makes them independent of size one.
+    that of the samples, `noise` their scatter from one to the next (over √2). `residuals` are those
+    of the bins, shape (bins,); `whiten`, (bins, bins), makes them independent with unit variance.
     """
 
     values: Array
@@ -44,77 +44,81 @@ class Series:
     residuals: Array
     whiten: Array
 
-    def worse_by(self, other: Series) -> float:
-        """How much larger this fit's sum of squares is than `other`'s, in the noise of `other`.
+    def worse_by(self, rival: Series) -> float:
+        """Return the excess of this fit's sum of squares over `rival`'s, in the noise of `rival`.
 
-        Twice the difference of the logarithms of the likelihoods.
+        It is twice the difference of the logarithms of the likelihoods.
         """
-        own, better = (float(np.sum((other.whiten @ s.residuals) ** 2)) for s in (self, other))
-        return own - better
+        this_sum, rival_sum = (
+            float(np.sum((rival.whiten @ s.residuals) ** 2)) for s in (self, rival)
+        )
+        return this_sum - rival_sum
 
     @property
     def standard_errors(self) -> Array:
-        """Of the parameters."""
+        """Standard errors of the parameters."""
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     def quantile(self, level: float = 0.95) -> float:
-        """How many standard errors half an interval is (Student's t)."""
+        """Return half the width of an interval in standard errors (Student's t)."""
         from scipy.stats import t
 
         return float(t.ppf(0.5 + level / 2, self.freedom))
 
     def interval(
-        self, what: Callable[[Array], float], level: float = 0.95, positive: bool = False
+        self, function: Callable[[Array], float], level: float = 0.95, positive: bool = False
     ) -> tuple[float, float]:
-        """The interval of a function of the parameters, to first order; `positive` by nature."""
-        half = self.quantile(level) * self.error(what)
-        return interval_ends(float(what(self.values)), half, positive)
+        """Return the first-order interval of a function of the parameters."""
+        half = self.quantile(level) * self.error(function)
+        return interval_ends(float(function(self.values)), half, positive)
 
-    def error(self, what: Callable[[Array], float]) -> float:
-        """Standard error of a function of the parameters, to first order."""
+    def error(self, function: Callable[[Array], float]) -> float:
+        """Return the standard error of a function of the parameters, to first order."""
         slope = np.zeros(len(self.values))
         for i, step in enumerate(1e-3 * self.standard_errors):
             if step > 0:
                 move = np.zeros(len(self.values))
                 move[i] = step
-                slope[i] = (what(self.values + move) - what(self.values - move)) / (2 * step)
+                slope[i] = (function(self.values + move) - function(self.values - move)) / (
+                    2 * step
+                )
         return float(np.sqrt(max(float(slope @ self.covariance @ slope), 0.0)))
 
 
-def averaged(values: Array, bins: int = BINS) -> Array:
-    """Means over `bins` runs of (nearly) equal length; all values where there are fewer."""
+def average_runs(values: Array, bins: int = BINS) -> Array:
+    """Return means over `bins` runs of (nearly) equal length; all values if there are fewer."""
     edges = np.linspace(0, len(values), min(bins, len(values)) + 1).astype(int)
     return np.asarray(np.add.reduceat(values, edges[:-1]) / np.diff(edges))
 
 
 def fit_series(
     model: Callable[[Array], Array],
-    measured: Array,
+    log_values: Array,
     start: Sequence[float],
     scale: Sequence[float],
     bounds: tuple[Sequence[float], Sequence[float]] | None = None,
 ) -> Series:
-    """Parameters of `model` (parameters to values at every sample, shape (N,)) for a log.
+    """Fit the parameters of `model` (parameters to values at every sample, shape (N,)) to a log.
 
     `scale` is the usual size of each parameter. The model is averaged over the bins as the samples
-    are, so that bins cost no accuracy. Raises FitError for fewer than 20 samples, or where the
-    model gives no finite value.
+    are, so that bins cost no accuracy. Raises FitError for fewer than 20 samples, or if the model
+    has no finite value.
     """
-    if len(measured) < LEAST:
-        raise FitError(f"a fit needs {LEAST} samples at least, there are {len(measured)}")
-    seen = averaged(measured)
-    size = max(float(np.ptp(seen)), 1e-9 * float(np.max(np.abs(seen))), 1e-300)
-    values, jacobian = _solve(model, seen, np.array(start, float), scale, bounds, size)
-    left = seen - averaged(model(values))
-    noise = _Noise.of(jacobian, left, 1e-10 * size, np.array(scale, float))
-    samples = model(values) - measured
+    if len(log_values) < LEAST:
+        raise FitError(f"a fit needs {LEAST} samples at least, there are {len(log_values)}")
+    bins = average_runs(log_values)
+    size = max(float(np.ptp(bins)), 1e-9 * float(np.max(np.abs(bins))), 1e-300)
+    values, jacobian = _solve(model, bins, np.array(start, float), scale, bounds, size)
+    left = bins - average_runs(model(values))
+    noise = _Noise.estimate(jacobian, left, 1e-10 * size, np.array(scale, float))
+    residuals = model(values) - log_values
     return Series(
         values=values,
         covariance=noise.covariance,
         correlation=noise.correlation,
         freedom=max(noise.effective - len(values), 2.0),
-        rmse=float(np.sqrt(np.mean(samples**2))),
-        noise=float(np.std(np.diff(samples)) / np.sqrt(2)),
+        rmse=float(np.sqrt(np.mean(residuals**2))),
+        noise=float(np.std(np.diff(residuals)) / np.sqrt(2)),
         residuals=-left,
         whiten=noise.whiten,
     )
@@ -122,23 +126,23 @@ def fit_series(
 
 def _solve(
     model: Callable[[Array], Array],
-    seen: Array,
+    bins: Array,
     start: Array,
     scale: Sequence[float],
     bounds: tuple[Sequence[float], Sequence[float]] | None,
     size: float,
 ) -> tuple[Array, Array]:
-    """(values, Jacobian of the bins) of the least sum of squares."""
+    """Return (values, Jacobian of the bins) at the least sum of squares."""
     from scipy.optimize import least_squares
 
     def residual(values: Array) -> Array:
-        off = averaged(model(values)) - seen
-        if not np.isfinite(off).all():
-            off = np.full_like(off, 1e3 * size)
-        return np.asarray(off / size)
+        deviation = average_runs(model(values)) - bins
+        if not np.isfinite(deviation).all():
+            deviation = np.full_like(deviation, 1e3 * size)
+        return np.asarray(deviation / size)
 
     limits = bounds if bounds is not None else (-np.inf, np.inf)
-    found = least_squares(
+    solution = least_squares(
         residual,
         start,
         x_scale=np.array(scale, float),
@@ -149,19 +153,19 @@ def _solve(
         jac="3-point",
         max_nfev=100,
     )
-    if not np.isfinite(averaged(model(found.x))).all():
+    if not np.isfinite(average_runs(model(solution.x))).all():
         raise FitError("the model gives no finite values near this log")
-    return found.x, found.jac * size
+    return solution.x, solution.jac * size
 
 
 @lru_cache(maxsize=4)
 def _grid(count: int) -> list[tuple[float, Array, float, float, Array]]:
-    """(correlation of neighbours, whitening matrix, log determinant, effective number, C)."""
-    apart = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+    """Return (neighbours' correlation, whitening matrix, log determinant, effective number, C)."""
+    distance = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
     out = []
     for rho in _RHO:
         for white in _WHITE if rho else (0.0,):
-            spread = (1 - white) * float(rho) ** apart + white * np.eye(count)
+            spread = (1 - white) * float(rho) ** distance + white * np.eye(count)
             lower = np.linalg.cholesky(spread)
             whiten = np.linalg.solve(lower, np.eye(count))
             log_size = 2 * float(np.sum(np.log(np.diag(lower))))
@@ -173,7 +177,7 @@ def _grid(count: int) -> list[tuple[float, Array, float, float, Array]]:
 
 @dataclass(frozen=True, kw_only=True)
 class _Noise:
-    """What the residuals say of their own correlation, and what that makes of the parameters."""
+    """Correlation of the residuals and the resulting covariance of the parameters."""
 
     covariance: Array
     correlation: float
@@ -181,16 +185,16 @@ class _Noise:
     whiten: Array
 
     @classmethod
-    def of(cls, jacobian: Array, left: Array, floor: float, scale: Array) -> _Noise:
-        """From the residuals `left` of the bins, shape (bins,), and the Jacobian, (bins, P)."""
+    def estimate(cls, jacobian: Array, left: Array, floor: float, scale: Array) -> _Noise:
+        """Return it from the bins' residuals `left`, shape (bins,), and the Jacobian, (bins, P)."""
         count, unknowns = jacobian.shape
-        scaled = jacobian * scale
-        project = np.linalg.pinv(scaled)
+        unit_jacobian = jacobian * scale
+        project = np.linalg.pinv(unit_jacobian)
         scores, spreads, sizes = [], [], []
         for _, whiten, log_size, _, spread in _grid(count):
-            columns, rest = whiten @ scaled, whiten @ left
-            move = np.linalg.lstsq(columns, rest, rcond=None)[0]
-            total = float(np.sum((rest - columns @ move) ** 2)) + count * floor**2
+            columns, white_residuals = whiten @ unit_jacobian, whiten @ left
+            move = np.linalg.lstsq(columns, white_residuals, rcond=None)[0]
+            total = float(np.sum((white_residuals - columns @ move) ** 2)) + count * floor**2
             _, log_columns = np.linalg.slogdet(columns.T @ columns + 1e-30 * np.eye(unknowns))
             variance = total / (count - unknowns)
             scores.append(-0.5 * (log_size + log_columns + (count - unknowns) * np.log(variance)))

@@ -1,8 +1,8 @@
-"""An impact in an accelerometer's log: peak, filtered peak, velocity change, duration, HIC.
+"""Impact in an accelerometer's log: peak, filtered peak, velocity change, duration, HIC.
 
-The offset is the mean of the part before the event. Taking it off takes the sensor's bias off, and
-gravity too where the sensor was at rest. A sensor that fell freely reads 0 g before, so there the
-weight is still in what follows: `falling` takes it off the velocity change.
+The offset is the mean of the part before the event. Subtracting it removes the sensor's bias, and
+gravity too if the sensor was at rest. A sensor in free fall reads 0 g before the event, so the
+weight remains in the later signal; `falling` subtracts it from the velocity change.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from layerjam.errors import FitError, Notice, QuantityError
-from layerjam.identify.logs.correlated import averaged
+from layerjam.identify.logs.correlated import average_runs
 from layerjam.identify.logs.flat_top import flat_top
 from layerjam.measure.trace import Array
 from layerjam.outputs import fact, number, outputs
@@ -20,21 +20,21 @@ from layerjam.simulate.accelerometer import CLASSES, LEAST_RATE, STANDARD_GRAVIT
 from layerjam.units import show
 
 JITTER = 0.05
-"""Part of the sampling interval by which a time stamp may be off its place."""
+"""Largest deviation of a time stamp, relative to the sampling interval."""
 SHARE = 0.05
 """Part of the peak that ends the quiet time before the event, and bounds the pulse."""
 
 
-def _span(found: Sequence[float]) -> str:
-    return f"{found[0]:.6g} s to {found[1]:.6g} s"
+def _span(ends: Sequence[float]) -> str:
+    return f"{ends[0]:.6g} s to {ends[1]:.6g} s"
 
 
 @outputs
 class Pulse:
-    """Numbers of one impact; accelerations have the offset taken off and keep their sign.
+    """Numbers of one impact; accelerations are without offset and keep their sign.
 
-    The pulse is where the filtered signal exceeds 5 % of its peak around the peak; the velocity
-    change is the integral of the unfiltered one over the same pulse down to zero.
+    The pulse is where the filtered signal exceeds 5 % of its peak around the peak. The velocity
+    change is the integral of the unfiltered signal over the same pulse down to zero.
     """
 
     peak: float = number("m/s^2", "greatest acceleration")
@@ -62,9 +62,9 @@ class Pulse:
 class Crash(Pulse):
     """One impact with its signal; times [s] on the log's clock, shape (N,).
 
-    `filtered` is `acceleration` [m/s²] behind the class `cfc` (itself where that is None). `whole`
-    says whether the log contains the pulse from its start to its end. `saturation` [m/s²] is the
-    size at which the sensor ended, None where it did not, or nobody can tell, which a warning says.
+    `filtered` is `acceleration` [m/s²] behind the class `cfc` (itself if that is None). `whole`
+    states whether the log contains the pulse from its start to its end. `saturation` [m/s²] is the
+    level at which the sensor saturated, or None; a warning states if it is unknown.
     """
 
     time: Array
@@ -76,40 +76,40 @@ class Crash(Pulse):
     warnings: tuple[str, ...]
 
     def velocity(self) -> Array:
-        """Change of velocity [m/s] from the start of the log on, shape (N,), unfiltered."""
+        """Return the change of velocity [m/s] from the log's start, shape (N,), unfiltered."""
         step = (self.acceleration[1:] + self.acceleration[:-1]) / 2 / self.sampling
         return np.concatenate([[0.0], np.cumsum(step)])
 
 
 def sampling_rate(time: Array) -> tuple[float, list[str]]:
-    """Samples a second [Hz], and what to say of its unevenness.
+    """Return the sampling rate [Hz], and notes on uneven steps.
 
-    Raises FitError where the stamps are not evenly spaced: a filter needs equal steps. Stamps
-    rounded to a coarse clock are even when each lies within one step of the clock of its place.
+    Raises FitError if the stamps are not evenly spaced: a filter needs equal steps. Stamps rounded
+    to a coarse clock are even if each is within one clock step of its place.
     """
     count = len(time)
     if count < 20:
         raise FitError(f"a pulse needs 20 samples at least, there are {count}")
     step = float(time[-1] - time[0]) / (count - 1)
     places = time[0] + step * np.arange(count)
-    off = float(np.max(np.abs(time - places)))
+    deviation = float(np.max(np.abs(time - places)))
     distinct = np.unique(np.round(np.diff(np.unique(time)) / step, 6))
     clock = float(distinct[0]) * step if distinct.size else step
-    if off > max(JITTER * step, clock * (1 + 1e-9) if (np.diff(time) == 0).any() else 0.0):
+    if deviation > max(JITTER * step, clock * (1 + 1e-9) if (np.diff(time) == 0).any() else 0.0):
         gaps = np.diff(time)
-        at = float(time[int(np.argmax(gaps))])
+        gap_time = float(time[int(np.argmax(gaps))])
         raise FitError(
             f"its samples are not evenly spaced: steps from {show(float(gaps.min()), 's')} to "
-            f"{show(float(gaps.max()), 's')}, the longest at {show(at, 's')}; resample it, or give "
-            "the rate if the stamps are wrong (--sampling)"
+            f"{show(float(gaps.max()), 's')}, the longest at {show(gap_time, 's')}; resample it "
+            "or give the rate if the stamps are wrong (--sampling)"
         )
-    said = []
-    if off > JITTER * step:
-        said.append(f"time stamps are rounded; the rate is their mean, {show(1 / step, 'Hz')}")
-    return 1 / step, said
+    notes = []
+    if deviation > JITTER * step:
+        notes.append(f"time stamps are rounded; the rate is their mean, {show(1 / step, 'Hz')}")
+    return 1 / step, notes
 
 
-def crash(
+def reduce_crash(
     time: Array,
     acceleration: Array,
     *,
@@ -121,12 +121,13 @@ def crash(
     hic: float | None = None,
     gravity: float = STANDARD_GRAVITY,
 ) -> Crash:
-    """Peak, filtered peak and velocity change of the greatest pulse of a log.
+    """Return peak, filtered peak and velocity change of the greatest pulse of a log.
 
-    `time` [s] and `acceleration` [m/s²], shape (N,). `cfc` is a class of SAE J211-1 or None,
-    `before` the length [s] of the quiet part at the beginning (found if None), `limit` the sensor's
-    range [m/s²], `hic` the longest window [s] of the head injury criterion (0.015 or 0.036) or
-    None. Raises FitError for uneven or few samples or no quiet part, QuantityError for a low rate.
+    `time` [s] and `acceleration` [m/s²] have shape (N,). `cfc` is a class of SAE J211-1 or None.
+    `before` is the length [s] of the quiet part at the beginning (detected if None), `limit` the
+    sensor's range [m/s²]. `hic` is the longest window [s] of the head injury criterion (0.015 or
+    0.036) or None. Raises FitError for uneven or few samples or no quiet part, QuantityError for a
+    low rate.
     """
     rate, warnings = (sampling, []) if sampling is not None else sampling_rate(time)
     if sampling is not None:
@@ -136,30 +137,30 @@ def crash(
     def smooth(values: Array) -> Array:
         return cfc_filter(values, rate, cfc) if cfc is not None else values
 
-    quiet, said = _quiet(time, smooth(acceleration), rate, before)
+    quiet, quiet_notes = _quiet(time, smooth(acceleration), rate, before)
     still = acceleration[:quiet]
     offset, offset_se = float(still.mean()), _error_of_mean(still)
     signal = acceleration - offset
-    filtered = smooth(signal)
-    top, high = (int(np.argmax(np.abs(values))) for values in (signal, filtered))
-    first, last = _pulse(filtered, high, SHARE)
-    start, end = _foot(filtered, high, first, last)
+    filtered_signal = smooth(signal)
+    top, high = (int(np.argmax(np.abs(values))) for values in (signal, filtered_signal))
+    first, last = _pulse(filtered_signal, high, SHARE)
+    start, end = _foot(filtered_signal, high, first, last)
     length = (end - start) / rate
     change = float(np.trapezoid(signal[start : end + 1], dx=1 / rate))
-    change -= float(np.sign(filtered[high])) * gravity * length * falling
+    change -= float(np.sign(filtered_signal[high])) * gravity * length * falling
     noise = float(np.std(still)) * np.sqrt(length / rate)
     saturation, unknown = _saturation(acceleration, quiet, limit)
-    warnings += said + unknown + _after(signal, last, rate, offset_se)
-    value, span = (None, None) if hic is None else head_injury(filtered, rate, hic)
+    warnings += quiet_notes + unknown + _after(signal, last, rate, offset_se)
+    value, span = (None, None) if hic is None else head_injury(filtered_signal, rate, hic)
     return Crash(
         time=time,
         acceleration=signal,
-        filtered=filtered,
+        filtered=filtered_signal,
         peak=float(signal[top]),
         peak_g=float(signal[top]) / STANDARD_GRAVITY,
         peak_time=float(time[top]),
-        filtered_peak=float(filtered[high]),
-        filtered_peak_g=float(filtered[high]) / STANDARD_GRAVITY,
+        filtered_peak=float(filtered_signal[high]),
+        filtered_peak_g=float(filtered_signal[high]) / STANDARD_GRAVITY,
         filtered_peak_time=float(time[high]),
         cfc=cfc,
         filter="none" if cfc is None else f"cfc{cfc}",
@@ -183,8 +184,8 @@ def crash(
 
 def _check_class(cfc: int | None, rate: float) -> None:
     if cfc is not None and cfc not in CLASSES:
-        known = ", ".join(map(str, CLASSES))
-        raise QuantityError(f"filter: CFC {cfc} is not a class of SAE J211-1; there are {known}")
+        classes = ", ".join(map(str, CLASSES))
+        raise QuantityError(f"filter: CFC {cfc} is not a class of SAE J211-1; there are {classes}")
     if cfc is not None and rate < LEAST_RATE * cfc * (1 - 1e-9):
         raise QuantityError(
             f"sampling: {show(rate, 'Hz')} is too slow for CFC {cfc}; SAE J211-1 asks for at least "
@@ -195,7 +196,7 @@ def _check_class(cfc: int | None, rate: float) -> None:
 def _quiet(
     time: Array, acceleration: Array, rate: float, before: float | None
 ) -> tuple[int, list[str]]:
-    """How many samples at the beginning are before the event."""
+    """Return the number of samples before the event, and how it was determined."""
     if before is not None:
         count = int(np.sum(time < time[0] + before))
         if not 5 <= count < len(time):
@@ -211,8 +212,8 @@ def _quiet(
     count = int(loud[0] * 0.9)
     if count < 5:
         raise FitError(
-            "nothing quiet lies before the event, so the offset is not known; say how long the "
-            "quiet part is (--before), or record with a pre-trigger"
+            "no quiet part precedes the event, so the offset is unknown; give the length of the "
+            "quiet part (--before), or record with a pre-trigger"
         )
     return count, [
         f"the offset is the mean of the first {show(count / rate, 's')}, before the signal leaves "
@@ -221,36 +222,36 @@ def _quiet(
 
 
 def _error_of_mean(values: Array) -> float:
-    """Standard error of a mean from the scatter of at most twenty runs: slow noise counts."""
-    runs = averaged(values, min(20, len(values)))
+    """Return the standard error of a mean from at most twenty runs, to include slow noise."""
+    runs = average_runs(values, min(20, len(values)))
     return float(np.std(runs, ddof=1) / np.sqrt(len(runs)))
 
 
-def _pulse(filtered: Array, high: int, share: float) -> tuple[int, int]:
-    """First and last sample around the peak on its side of zero and over its share."""
-    under = filtered * np.sign(filtered[high]) <= share * abs(filtered[high])
-    left, right = np.flatnonzero(under[:high]), np.flatnonzero(under[high:])
+def _pulse(signal: Array, high: int, share: float) -> tuple[int, int]:
+    """Return the first and last sample around the peak on its side of zero and over its share."""
+    below_share = signal * np.sign(signal[high]) <= share * abs(signal[high])
+    left, right = np.flatnonzero(below_share[:high]), np.flatnonzero(below_share[high:])
     first = int(left[-1]) if left.size else 0
-    last = high + int(right[0]) if right.size else len(filtered) - 1
+    last = high + int(right[0]) if right.size else len(signal) - 1
     return first, last
 
 
-def _foot(filtered: Array, high: int, first: int, last: int) -> tuple[int, int]:
-    """Where the pulse meets zero, within its own length of where it passes 5 %; else there."""
-    start, end = _pulse(filtered, high, 0.0)
+def _foot(signal: Array, high: int, first: int, last: int) -> tuple[int, int]:
+    """Return where the pulse meets zero, if within its own length of its 5 % points; else those."""
+    start, end = _pulse(signal, high, 0.0)
     length = last - first
     return (
         start if start > 0 and first - start <= length else first,
-        end if end < len(filtered) - 1 and end - last <= length else last,
+        end if end < len(signal) - 1 and end - last <= length else last,
     )
 
 
 def _saturation(
     acceleration: Array, quiet: int, limit: float | None
 ) -> tuple[float | None, list[str]]:
-    """Size at which the sensor ended, None where it did not; and what to say where none can tell.
+    """Return the level at which the sensor saturated, or None, and a note if it is unknown.
 
-    It ended at its range, or at a top that is flatter than chance and a smooth pulse make it.
+    It saturated at its range, or at a top flatter than chance and a smooth pulse can be.
     """
     reach = float(np.max(np.abs(acceleration)))
     if limit is not None and reach >= limit * (1 - 1e-3):
@@ -262,7 +263,7 @@ def _saturation(
         Notice(
             f"the top is flat: {top.count} equal samples at "
             f"{top.level / STANDARD_GRAVITY:.4g} g. Whether the sensor or its converter ended "
-            "there, or the pulse was flat, cannot be told from this record: its steps are too "
+            "there, or the pulse was flat, is unknown from this record: its steps are too "
             "coarse, or it shows no noise; give the sensor's range (--range)",
             "flat-top",
         )
@@ -270,7 +271,7 @@ def _saturation(
 
 
 def _after(signal: Array, last: int, rate: float, offset_se: float) -> list[str]:
-    """What the end of the log says of a drift: its level against the one before."""
+    """Return a note on a drift: the level at the log's end against the level before."""
     tail = signal[last:][-max((len(signal) - last) // 2, 1) :]
     if len(tail) < 20:
         return []
@@ -285,17 +286,17 @@ def _after(signal: Array, last: int, rate: float, offset_se: float) -> list[str]
 
 
 def head_injury(signal: Array, rate: float, longest: float) -> tuple[float, tuple[int, int]]:
-    """HIC = max (t2 - t1) (mean of |a|/g over t1 to t2)^2.5 over windows up to `longest` [s].
+    """Return HIC = max (t2 - t1) (mean of |a|/g over t1 to t2)^2.5, windows up to `longest` [s].
 
-    Gives the value [s] and the window's samples. Sizes: the resultant is never negative.
+    Returns the value [s] and the window's samples, from sizes: a resultant is never negative.
     """
     size = np.abs(signal) / STANDARD_GRAVITY
     area = np.concatenate([[0.0], np.cumsum((size[1:] + size[:-1]) / 2 / rate)])
     best, span = 0.0, (0, 1)
     for width in range(1, min(round(longest * rate), len(signal) - 1) + 1):
         mean = (area[width:] - area[:-width]) * rate / width
-        at = int(np.argmax(mean))
-        value = width / rate * float(max(mean[at], 0.0)) ** 2.5
+        best_start = int(np.argmax(mean))
+        value = width / rate * float(max(mean[best_start], 0.0)) ** 2.5
         if value > best:
-            best, span = value, (at, at + width)
+            best, span = value, (best_start, best_start + width)
     return best, span

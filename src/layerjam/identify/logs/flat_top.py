@@ -1,19 +1,19 @@
-"""Whether a record's greatest samples are the end of a sensor or converter, or chance.
+"""Detection of a sensor's or converter's saturation in a record's greatest samples.
 
-A converter rounds to a quantum q. Behind noise of standard deviation s, a sample whose true value
-is m shows the code M with the probability
+A converter rounds to a quantum q. With noise of standard deviation s, a sample whose true value is
+m shows the code M with the probability
 
     p(m) = N((M + q/2 - m)/s) - N((M - q/2 - m)/s)        (N: the normal distribution)
 
 so k samples in a row show M with the product of their p. Near the top of a smooth pulse m is a
-cubic, fitted to the k samples and as many on either side. Where that product is below CHANCE, the
-top is flatter than a smooth pulse behind this converter can be. It is then either cut off or truly
-flat. Of a flat top at its most favourable, m = M all along, the product is p(M)^k: below CHANCE the
-noise has gone, which only an end does. Otherwise the record is held to be cut off where q is less
-than FINE of the pulse's height, for no force stays within that by itself; and else nobody can tell.
+cubic, fitted to the k samples and as many on either side. If that product is below CHANCE, the top
+is flatter than a smooth pulse behind this converter can be: it is cut off or truly flat. The most
+favourable flat top, m = M throughout, has the product p(M)^k. Below CHANCE the noise is gone, which
+only saturation explains. Otherwise the record counts as cut off if q is less than FINE of the
+pulse's height, since no force stays within that by itself. If not, the record does not decide.
 
-Noise that is correlated makes longer runs: with the correlation r of neighbours, k counts for
-k (1 - r)/(1 + r) samples.
+Correlated noise makes longer runs: with the correlation r of neighbours, k counts for k (1 - r)/(1
++ r) samples.
 """
 
 from __future__ import annotations
@@ -26,27 +26,27 @@ import numpy as np
 from layerjam.measure.trace import Array
 
 LEAST = 3
-"""Equal greatest samples in a row below which nothing is looked at."""
+"""Fewest equal greatest samples in a row that are tested."""
 CHANCE = 1e-5
 """Probability below which chance does not explain a flat top."""
 FINE = 1 / 64
-"""Part of its height within which no pulse stays constant by itself."""
+"""Part of its height within which a pulse cannot stay constant by itself."""
 QUIETEST = 0.1
-"""Noise over the quantum that is taken where less, or none, is seen: less would not be."""
+"""Least noise over the quantum; a smaller estimate is raised to it."""
 SAME = 1e-9
-"""Part of the span below which two values are one: what arithmetic leaves of equal ones."""
-WHOLE = 0.1
+"""Part of the span below which two values are equal, apart from rounding errors."""
+WHOLE_STEP = 0.1
 """Part of a quantum by which the steps of a converter's record may be off whole quanta."""
 FEWER = 10
-"""The smallest step of a record without noise is less than so many quanta."""
+"""Upper limit, in quanta, of the smallest step of a record without noise."""
 
 
 @dataclass(frozen=True)
 class FlatTop:
     """Equal greatest samples that chance does not explain.
 
-    `level` is their value, in the record's unit, `count` how many they are in a row; `certain` says
-    whether the sensor or converter ended there. Else the pulse may be flat.
+    `level` is their value, in the record's unit, `count` their number in a row. `certain` states
+    that the sensor or converter saturated there; else the pulse may be flat.
     """
 
     level: float
@@ -58,7 +58,7 @@ class FlatTop:
 class _Grain:
     """Quantum and noise of a record, in its unit; `correlation` of neighbours in the noise.
 
-    `computed`: it shows neither noise nor a converter's steps.
+    `computed`: it has neither noise nor a converter's steps.
     """
 
     quantum: float
@@ -68,65 +68,65 @@ class _Grain:
 
 
 def flat_top(record: Array, quiet: int) -> FlatTop | None:
-    """What the record's greatest or lowest samples show, None where chance explains them.
+    """Return the flat top of a record, None if chance explains its greatest and lowest samples.
 
     `record` has shape (N,), evenly sampled, as the converter gave it; its first `quiet` samples are
-    before the pulse and show the noise.
+    before the pulse and contain the noise.
     """
     span = float(np.ptp(record))
     if span == 0.0:
         return None
     still = record[:quiet]
-    rest = float(still.mean())
-    reach = float(np.abs(record - rest).max())
+    zero = float(still.mean())
+    reach = float(np.abs(record - zero).max())
     grain: _Grain | None = None
-    found = None
+    best = None
     for level in (float(record.max()), float(record.min())):
-        height = abs(level - rest)
+        height = abs(level - zero)
         first, last = _longest(np.abs(record - level) <= SAME * span)
         if last - first < LEAST or height < 0.5 * reach:
             continue
         grain = grain or _grain(record, still, span)
-        top = _judged(record, level, first, last, height, grain)
-        if top is not None and (found is None or top.certain > found.certain):
-            found = top
-    return found
+        top = _judge_run(record, level, first, last, height, grain)
+        if top is not None and (best is None or top.certain > best.certain):
+            best = top
+    return best
 
 
-def _longest(there: np.ndarray) -> tuple[int, int]:
-    ends = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(int), [0]])))
-    at = int(np.argmax(ends[1::2] - ends[::2]))
-    return int(ends[2 * at]), int(ends[2 * at + 1])
+def _longest(is_equal: np.ndarray) -> tuple[int, int]:
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], is_equal.astype(int), [0]])))
+    longest = int(np.argmax(ends[1::2] - ends[::2]))
+    return int(ends[2 * longest]), int(ends[2 * longest + 1])
 
 
 def _grain(record: Array, still: Array, span: float) -> _Grain:
-    """The smallest step between two values of the record, and the noise of the quiet part.
+    """Return the smallest step between two values of the record, and the quiet part's noise.
 
     Without noise neighbouring codes may be missing: then the step of which all are multiples.
     """
     steps = np.diff(np.unique(record))
     steps = steps[steps > SAME * span]
     least = float(steps.min()) if steps.size else span
-    # rounded to digits, a step is not always as wide
-    near = steps[steps < 1.2 * least]
-    quantum = float(near.mean()) if near.size else span
-    noise, computed = _noise(still, quantum), False
+    # steps rounded to digits vary in width
+    similar_steps = steps[steps < 1.2 * least]
+    quantum = float(similar_steps.mean()) if similar_steps.size else span
+    noise, is_computed = _noise(still, quantum), False
     if noise == 0:
         parts = steps[:, None] / least * np.arange(1, FEWER)
-        whole = np.all(np.abs(parts - np.round(parts)) < WHOLE, axis=0)
-        computed, quantum = not whole.any(), least / (int(np.argmax(whole)) + 1)
-    off = still - still.mean()
-    power = float(off @ off)
-    beside = float(off[1:] @ off[:-1]) / power if power > 0 else 0.0
+        is_multiple = np.all(np.abs(parts - np.round(parts)) < WHOLE_STEP, axis=0)
+        is_computed, quantum = not is_multiple.any(), least / (int(np.argmax(is_multiple)) + 1)
+    deviations = still - still.mean()
+    power = float(deviations @ deviations)
+    correlation = float(deviations[1:] @ deviations[:-1]) / power if power > 0 else 0.0
     noise = max(noise, QUIETEST * quantum)
-    return _Grain(quantum, noise, min(max(beside, 0.0), 0.95), computed)
+    return _Grain(quantum, noise, min(max(correlation, 0.0), 0.95), is_computed)
 
 
 def _noise(still: Array, quantum: float) -> float:
-    """Standard deviation of the noise that shows these codes, 0 where all are equal.
+    """Return the standard deviation of the noise behind these codes, 0 if all are equal.
 
-    Of fine codes by Sheppard's correction; of coarse ones the least that is likely (its likelihood,
-    at the best mean, above 1/8 of the greatest).
+    Fine codes take Sheppard's correction. Coarse codes take the least likely value (likelihood, at
+    the best mean, above 1/8 of the greatest).
     """
     variance = float(np.var(still))
     if variance == 0.0:
@@ -140,15 +140,15 @@ def _noise(still: Array, quantum: float) -> float:
     return float(spread[np.flatnonzero(likely > likely.max() - math.log(8))[0], 0, 0]) * quantum
 
 
-def _judged(
+def _judge_run(
     record: Array, level: float, first: int, last: int, height: float, grain: _Grain
 ) -> FlatTop | None:
-    """What the run of equal samples from `first` to before `last` is."""
+    """Return the flat top of the equal samples from `first` to before `last`, None if chance."""
     count = last - first
     share = (1 - grain.correlation) / (1 + grain.correlation)
     quantum = grain.quantum / grain.noise
-    off = (_curve(record, first, last) - level) / grain.noise
-    smooth = share * float(np.sum(_log_chance(off, quantum)))
+    deviations = (_curve(record, first, last) - level) / grain.noise
+    smooth = share * float(np.sum(_log_chance(deviations, quantum)))
     if smooth >= math.log(CHANCE):
         return None
     flat = share * count * float(_log_chance(np.zeros(1), quantum)[0])
@@ -158,20 +158,20 @@ def _judged(
 
 
 def _curve(record: Array, first: int, last: int) -> Array:
-    """The cubic through a run and as many samples on either side, at the run's."""
-    beside = max(last - first, 4)
-    begin, end = max(first - beside, 0), min(last + beside, len(record))
-    place = (np.arange(begin, end) - (first + last - 1) / 2) / (last - first + beside)
-    fitted = np.polynomial.Polynomial.fit(place, record[begin:end], 3)
-    return np.asarray(fitted(place[first - begin : last - begin]))
+    """Return the cubic through a run and as many samples on either side, at the run's."""
+    margin = max(last - first, 4)
+    begin, end = max(first - margin, 0), min(last + margin, len(record))
+    place = (np.arange(begin, end) - (first + last - 1) / 2) / (last - first + margin)
+    cubic = np.polynomial.Polynomial.fit(place, record[begin:end], 3)
+    return np.asarray(cubic(place[first - begin : last - begin]))
 
 
-def _log_chance(off: Array, quantum: Array | float) -> Array:
-    """Logarithm of the chance that a value so far from a code's middle shows this code.
+def _log_chance(deviations: Array, quantum: Array | float) -> Array:
+    """Return the log probability that a value at a distance from a code's middle shows this code.
 
-    Both over the noise.
+    Both are in units of the noise.
     """
     from scipy.special import ndtr
 
-    chance = ndtr(quantum / 2 - off) - ndtr(-quantum / 2 - off)
+    chance = ndtr(quantum / 2 - deviations) - ndtr(-quantum / 2 - deviations)
     return np.asarray(np.log(np.maximum(chance, 1e-300)))

@@ -1,4 +1,4 @@
-"""A leak from a pressure-hold log: how fast a closed chamber goes back to the atmosphere.
+"""Leak from a pressure-hold log: the return of a closed chamber to the atmosphere.
 
 A rigid chamber of volume V at one temperature: V dp/dt = -q, q the leak [Pa m³/s] out of it. With p
 absolute and a the atmosphere,
@@ -8,9 +8,9 @@ absolute and a the atmosphere,
     orifice   q = C p₁ φ(p₂/p₁)              ISO 6358: φ = 1 to the critical ratio b (choked), then
                                              √(1 - ((r - b)/(1 - b))²), the root of the difference
 
-1 is the side of higher pressure. b = 0.528, a nozzle without losses. All three have closed forms,
-over and under atmosphere. C is what a small difference meets for the first two; for an orifice it
-is the sonic conductance.
+The index 1 is the side of higher pressure. b = 0.528, a nozzle without losses. All three have
+closed forms above and below the atmosphere. C is the conductance at a small difference for the
+first two, the sonic conductance for an orifice.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ STANDARD_TEMPERATURE = 273.15
 SCCM = 101325.0 * 1e-6 / 60
 """One standard cubic centimetre a minute (0 °C, 101325 Pa) as Pa m³/s at 0 °C."""
 CLEAR = 6.0
-"""Twice the difference of log likelihoods from which one model is held to be better."""
+"""Twice the difference of log likelihoods above which one model is clearly better."""
 
 
 def pressure(model: str, time: Array, start: float, rate: float, atmosphere: float) -> Array:
-    """Absolute pressure [Pa] at times [s], from `start` [Pa] on; `rate` = C/V [1/s]."""
+    """Return the absolute pressure [Pa] at times [s], from `start` [Pa]; `rate` = C/V [1/s]."""
     y0 = start / atmosphere
     if model == "linear":
         return atmosphere * (1 + (y0 - 1) * np.exp(-rate * time))
@@ -51,26 +51,26 @@ def pressure(model: str, time: Array, start: float, rate: float, atmosphere: flo
 
 
 def flow(model: str, p: float, rate: float, atmosphere: float) -> float:
-    """q/V [Pa/s] out of the chamber at an absolute pressure p [Pa]; negative into it."""
+    """Return q/V [Pa/s] out of the chamber at an absolute pressure p [Pa]; negative into it."""
     if model == "linear":
         return rate * (p - atmosphere)
     if model == "laminar":
         return rate * (p * p - atmosphere**2) / (2 * atmosphere)
     if model == "orifice":
         high, low = max(p, atmosphere), min(p, atmosphere)
-        over = max(low / high - CRITICAL, 0.0) / (1 - CRITICAL)
-        return float(np.sign(p - atmosphere)) * rate * high * float(np.sqrt(1 - over * over))
+        excess = max(low / high - CRITICAL, 0.0) / (1 - CRITICAL)
+        return float(np.sign(p - atmosphere)) * rate * high * float(np.sqrt(1 - excess * excess))
     raise UnknownNameError("leak model", model, MODELS)
 
 
 # The clock s of an orifice runs with C/V: ds = dt C/V, zero where it stops being choked.
 def _clock_under(ratio: float) -> float:
-    over = (ratio - CRITICAL) / (1 - CRITICAL)
-    return ratio - CRITICAL if over <= 0 else (1 - CRITICAL) * float(np.arcsin(over))
+    excess = (ratio - CRITICAL) / (1 - CRITICAL)
+    return ratio - CRITICAL if excess <= 0 else (1 - CRITICAL) * float(np.arcsin(excess))
 
 
 def _ratio_under(clock: Array) -> Array:
-    """Inside over outside pressure; 1 once the pressures are equal."""
+    """Return inside over outside pressure; 1 once the pressures are equal."""
     angle = np.minimum(clock / (1 - CRITICAL), np.pi / 2)
     return np.where(clock < 0, CRITICAL + clock, CRITICAL + (1 - CRITICAL) * np.sin(angle))
 
@@ -79,20 +79,20 @@ _ROOT = float(np.sqrt(2 * CRITICAL - 1))
 
 
 def _turn(tangent: Array | float) -> Array:
-    """∫ dθ/(b + (1 - b) sin θ) up to tan(θ/2)."""
+    """Return ∫ dθ/(b + (1 - b) sin θ) up to tan(θ/2)."""
     return np.asarray(2 / _ROOT * np.arctan((CRITICAL * tangent + 1 - CRITICAL) / _ROOT))
 
 
 def _clock_over(ratio: float) -> float:
-    over = (ratio - CRITICAL) / (1 - CRITICAL)
-    if over <= 0:
+    excess = (ratio - CRITICAL) / (1 - CRITICAL)
+    if excess <= 0:
         return float(np.log(ratio / CRITICAL))
-    half = np.tan(np.arcsin(min(over, 1.0)) / 2)
+    half = np.tan(np.arcsin(min(excess, 1.0)) / 2)
     return float((1 - CRITICAL) * (_turn(half) - _turn(0.0)))
 
 
 def _ratio_over(clock: Array) -> Array:
-    """Outside over inside pressure; 1 once the pressures are equal."""
+    """Return outside over inside pressure; 1 once the pressures are equal."""
     end = (1 - CRITICAL) * (_turn(1.0) - _turn(0.0))
     inside = np.clip(clock, 0.0, end)
     angle = (inside / (1 - CRITICAL) + _turn(0.0)) * _ROOT / 2
@@ -112,30 +112,29 @@ class LeakFit:
     series: Series
 
     def curve(self, time: Array, atmosphere: float) -> Array:
-        """Pressure as read [Pa absolute, zero included] at times [s] from the window's start."""
+        """Return the pressure as read [Pa absolute, with zero error] at times [s] in the window."""
         return pressure(self.model, time, self.start, self.rate, atmosphere) + (self.zero or 0.0)
 
     def rate_interval(self) -> tuple[float, float]:
-        """95 % interval of the rate."""
+        """Return the 95 % interval of the rate."""
         return self.series.interval(lambda v: float(v[1]), positive=True)
 
     def flow_interval(self, p: float, atmosphere: float) -> tuple[float, float, float]:
-        """q/V [Pa/s] at a pressure, and its 95 % interval."""
+        """Return q/V [Pa/s] at a pressure, and its 95 % interval."""
 
-        def at(values: Array) -> float:
+        def flow_of(values: Array) -> float:
             return flow(self.model, p, float(values[1]), atmosphere)
 
-        return (at(self.series.values), *self.series.interval(at, positive=True))
+        return (flow_of(self.series.values), *self.series.interval(flow_of, positive=True))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Leak:
     """All models on one log; `pressure` [Pa] absolute, `time` [s] from the window's start, (N,).
 
-    `best` is the model of least RMSE (all have as many parameters); `distinct` whether it is
-    clearly better than the others, the correlation of its residuals counted.
-    `mean` is the window's mean pressure, `heat` the change of temperature [K] that alone would
-    make the window's change of pressure.
+    `best` is the model of least RMSE (all have as many parameters). `distinct` states that it is
+    clearly better than the others, given the correlation of its residuals. `mean` is the window's
+    mean pressure, `heat` the change of temperature [K] that alone would explain its change.
     """
 
     fits: Mapping[str, LeakFit]
@@ -158,12 +157,12 @@ def fit_leak(
     window: tuple[float | None, float | None] = (None, None),
     temperature: Array | float = 293.15,
 ) -> Leak:
-    """The leak models on a log of time [s] and absolute pressure [Pa], shape (N,) each.
+    """Fit the leak models to a log of time [s] and absolute pressure [Pa], shape (N,) each.
 
-    `window` [s] is what is used of it; its start is the greatest difference to the atmosphere
-    unless given. `temperature` [K] of the gas, one or one a sample: pressures are then brought to
-    the mean temperature first. Raises FitError where fewer than 20 samples or no difference to the
-    atmosphere are left.
+    `window` [s] is the part used; it starts at the greatest difference to the atmosphere unless
+    given. `temperature` [K] of the gas is one value or one per sample; pressures are first
+    converted to the mean temperature. Raises FitError if fewer than 20 samples or no difference to
+    the atmosphere remain.
     """
     warnings = []
     gap = np.abs(absolute - atmosphere)
@@ -171,8 +170,8 @@ def fit_leak(
     last = float(time[-1]) if window[1] is None else window[1]
     if window[0] is None and first > time[0] + 0.05 * (time[-1] - time[0]):
         warnings.append(
-            f"the pressure is farthest from the atmosphere at {show(first, 's')}; what lies before "
-            "is not used (another start: --from)"
+            f"the pressure is farthest from the atmosphere at {show(first, 's')}; earlier samples "
+            "are not used (another start: --from)"
         )
     inside = (time >= first) & (time <= last)
     warm = np.broadcast_to(np.asarray(temperature, float), time.shape)[inside]
@@ -195,7 +194,7 @@ def fit_leak(
     distinct = all(fits[m].series.worse_by(best.series) > CLEAR for m in order[1:])
     if settled:
         warnings.append(
-            "the record reaches its end level, so the sensor's zero is fitted too: "
+            "the record reaches its end level, so the sensor's zero is law too: "
             f"{show(best.zero, 'Pa')} at the atmosphere"
         )
     return Leak(
@@ -212,15 +211,15 @@ def fit_leak(
     )
 
 
-def _check_hold(over: Array, difference: float, atmosphere: float) -> None:
-    """Raise FitError where no pressure is held over or under the atmosphere."""
+def _check_hold(gauge: Array, difference: float, atmosphere: float) -> None:
+    """Raise FitError if the pressure is not held above or below the atmosphere."""
     if abs(difference) < 1e-4 * atmosphere:
         raise FitError(
             f"the window begins {show(abs(difference), 'Pa')} from the atmosphere: no pressure is "
             "held, or the reading is of another kind (--reading)"
         )
-    if (over * difference < -0.1 * difference**2).any():
-        raise FitError("the pressure crosses the atmosphere: this is no hold (check --reading)")
+    if (gauge * difference < -0.1 * difference**2).any():
+        raise FitError("the pressure crosses the atmosphere: this is not a hold (check --reading)")
 
 
 def _end(values: Array, count: int) -> float:
@@ -232,8 +231,8 @@ def _fit(
 ) -> LeakFit:
     span = float(t[-1]) or 1.0
     floor = 0.02 * (ends[0] - atmosphere)
-    rest = max((ends[1] - atmosphere) / (ends[0] - atmosphere), 0.02)
-    guess = -np.log(rest) / span
+    remaining = max((ends[1] - atmosphere) / (ends[0] - atmosphere), 0.02)
+    guess = -np.log(remaining) / span
     if settled:  # from the time at which half is gone
         half = np.abs(p - atmosphere) < 0.5 * abs(ends[0] - atmosphere)
         guess = np.log(2) / max(float(t[int(np.argmax(half))]), span / len(t))
@@ -248,16 +247,16 @@ def _fit(
     start, scale, low, high = zip(*parameters, strict=True)
 
     def curve(values: Array) -> Array:
-        made = pressure(model, t, float(values[0]), float(values[1]), atmosphere)
-        return made + (float(values[2]) if settled else 0.0)
+        law = pressure(model, t, float(values[0]), float(values[1]), atmosphere)
+        return law + (float(values[2]) if settled else 0.0)
 
-    found = fit_series(curve, p, start, scale, (low, high))
-    begun, rate, *zero = map(float, found.values)
+    solution = fit_series(curve, p, start, scale, (low, high))
+    initial, rate, *zero = map(float, solution.values)
     return LeakFit(
-        model=model, start=begun, rate=rate, zero=zero[0] if zero else None, series=found
+        model=model, start=initial, rate=rate, zero=zero[0] if zero else None, series=solution
     )
 
 
 def sccm(throughput: float, temperature: float) -> float:
-    """A leak [Pa m³/s at `temperature`, K] in standard cm³ a minute (0 °C, 101325 Pa)."""
+    """Return a leak [Pa m³/s at `temperature`, K] in standard cm³ a minute (0 °C, 101325 Pa)."""
     return throughput * STANDARD_TEMPERATURE / temperature / SCCM

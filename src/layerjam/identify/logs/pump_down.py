@@ -1,17 +1,17 @@
 """Volume and pump flow from a pump-down log.
 
-A positive-displacement pump of flow S empties a volume V of air at one temperature: d(pV)/dt =
--S (p - p_u), with p_u the ultimate pressure at which leak and dead space balance the pump
-(mechanics, section 5). At constant V
+A positive-displacement pump of flow S empties a volume V of air at one temperature: d(pV)/dt = -S
+(p - p_u). p_u is the ultimate pressure at which leak and dead space balance the pump (mechanics,
+section 5). At constant V
 
     p = p_u + (p0 - p_u) exp(-S t/V),
 
-so one log gives S/V and p_u, never S and V: any volume with a pump in proportion draws the same
-curve. A known volume, a known flow, or a second log with a known volume added settles both.
+so one log gives S/V and p_u, never S and V: any volume with a pump in proportion has the same
+curve. A known volume, a known flow, or a second log with a known volume added determines both.
 
-A chamber that vacuum draws together, V = V0 - c (a - p) with a the atmosphere, has the closed form
-u = p - p_u, A = V0 - c a + 2 c p_u, A ln(u/u0) + 2 c (u - u0) = -S t. Then S/V0, c/V0 and p_u are
-what a log can tell.
+A chamber that vacuum contracts, V = V0 - c (a - p) with a the atmosphere, has a closed form. With u
+= p - p_u and A = V0 - c a + 2 c p_u it is A ln(u/u0) + 2 c (u - u0) = -S t. A log then determines
+S/V0, c/V0 and p_u.
 """
 
 from __future__ import annotations
@@ -38,45 +38,45 @@ def pressure(
     shrink: float = 0.0,
     atmosphere: float = 101325.0,
 ) -> Array:
-    """Absolute pressure [Pa] at times [s]; `rate` = S/V0 [1/s], `shrink` = c/V0 [1/Pa].
+    """Return the absolute pressure [Pa] at times [s]; `rate` = S/V0 [1/s], `shrink` = c/V0 [1/Pa].
 
-    V0 is the volume at the atmosphere. NaN where the chamber would have closed (V ≤ 0) on the way.
+    V0 is the volume at the atmosphere. NaN if the chamber would have closed (V ≤ 0) on the way.
     """
-    over = start - ultimate
-    if shrink == 0 or over == 0:
-        return ultimate + over * np.exp(-rate * time)
+    excess = start - ultimate
+    if shrink == 0 or excess == 0:
+        return ultimate + excess * np.exp(-rate * time)
     from scipy.special import wrightomega
 
     least = 1 - shrink * atmosphere + 2 * shrink * ultimate
-    if least <= 0 or 1 - shrink * (atmosphere - ultimate) <= 0 or over < 0:
+    if least <= 0 or 1 - shrink * (atmosphere - ultimate) <= 0 or excess < 0:
         return np.full(np.shape(time), np.nan)
     if shrink < 0:
-        return _stretching(time, over, ultimate, rate, shrink, least)
-    weight = 2 * shrink * over / least
-    made = wrightomega(np.log(weight) + weight - rate * time / least)
-    return np.asarray(ultimate + least / (2 * shrink) * made)
+        return _stretching(time, excess, ultimate, rate, shrink, least)
+    weight = 2 * shrink * excess / least
+    omega = wrightomega(np.log(weight) + weight - rate * time / least)
+    return np.asarray(ultimate + least / (2 * shrink) * omega)
 
 
 def _stretching(
-    time: Array, over: float, ultimate: float, rate: float, shrink: float, least: float
+    time: Array, excess: float, ultimate: float, rate: float, shrink: float, least: float
 ) -> Array:
-    """The same where c is below zero, by Newton's steps in ln u."""
+    """Return the same for c below zero, by Newton's method in ln u."""
     log = np.full(np.shape(time), 0.0) - rate * time / least
     for _ in range(60):
-        u = over * np.exp(log)
+        u = excess * np.exp(log)
         slope = least + 2 * shrink * u
         if (slope <= 0).any():
             return np.full(np.shape(time), np.nan)
-        log = log - (least * log + 2 * shrink * (u - over) + rate * time) / slope
-    return np.asarray(ultimate + over * np.exp(log))
+        log = log - (least * log + 2 * shrink * (u - excess) + rate * time) / slope
+    return np.asarray(ultimate + excess * np.exp(log))
 
 
 @dataclass(frozen=True, kw_only=True)
 class PumpDown:
-    """One log fitted: `rate` = S/V0 [1/s], `ultimate` and `start` [Pa absolute], `shrink` = c/V0.
+    """Fit of one log: `rate` = S/V0 [1/s], `ultimate`, `start` [Pa absolute], `shrink` = c/V0.
 
-    `time` [s] from the window's start and `pressure` [Pa absolute], shape (N,). `shrink_fitted`:
-    it is the fourth parameter of `series` (start, ultimate, rate, shrink).
+    `time` [s] from the window's start and `pressure` [Pa absolute], shape (N,). `shrink_fitted`: it
+    is the fourth parameter of `series` (start, ultimate, rate, shrink).
     """
 
     shrink: float
@@ -103,24 +103,24 @@ class PumpDown:
         return float(self.series.values[2])
 
     def interval(self, index: int) -> tuple[float, float]:
-        """95 % interval of a parameter of `series`; all are positive by nature.
+        """Return the 95 % interval of a parameter of `series`; all are positive by nature.
 
-        The ultimate pressure is at most the atmosphere, however little the log tells of it.
+        The ultimate pressure is at most the atmosphere, however uncertain it is.
         """
         low, high = self.series.interval(lambda v: float(v[index]), LEVEL, positive=True)
         return low, (min(high, self.atmosphere) if index == 1 else high)
 
-    def known(self, value: float, se: float) -> Known:
-        """A number that follows from the rate, with the interval of this fit."""
-        return Known(value=value, se=se, quantile=self.series.quantile(LEVEL))
+    def derive(self, value: float, se: float) -> DerivedValue:
+        """Return a number derived from the rate, with the interval of this fit."""
+        return DerivedValue(value=value, se=se, quantile=self.series.quantile(LEVEL))
 
     def curve(self, time: Array) -> Array:
-        """The fitted pressure [Pa]."""
+        """Return the fitted pressure [Pa]."""
         return pressure(time, self.start, self.ultimate, self.rate, self.shrink, self.atmosphere)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Known:
+class DerivedValue:
     """A number with its standard error and the interval's half width in standard errors."""
 
     value: float
@@ -129,17 +129,17 @@ class Known:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """95 % interval, of the logarithm: volumes and flows are above zero."""
+        """95 % interval of the logarithm: volumes and flows are above zero."""
         return interval_ends(self.value, self.quantile * self.se)
 
 
-def window_of(time: Array, absolute: Array, given: tuple[float | None, float | None]) -> Array:
-    """Which samples are the pump-down: from the last sample near the start level on.
+def window_of(time: Array, absolute: Array, ends: tuple[float | None, float | None]) -> Array:
+    """Return which samples are the pump-down: from the last sample near the start level on.
 
-    Unless given, it begins where the pressure has left its highest level by 2 % of the fall for
-    good, less one sample, and ends at the end of the log.
+    Unless given, it begins one sample before the pressure leaves its highest level by 2 % of the
+    fall for good, and ends with the log.
     """
-    first, last = given
+    first, last = ends
     if first is None:
         top, low = float(absolute.max()), float(absolute.min())
         high = np.flatnonzero(absolute >= top - 0.02 * (top - low))
@@ -156,22 +156,22 @@ def fit_pump_down(
     window: tuple[float | None, float | None] = (None, None),
     shrink: float | None = 0.0,
 ) -> PumpDown:
-    """S/V0 and the ultimate pressure from a log of time [s] and absolute pressure [Pa], shape (N,).
+    """Fit S/V0 and the ultimate pressure to time [s] and absolute pressure [Pa], shape (N,).
 
-    `shrink` = c/V0 [1/Pa] is taken as known; None fits it too. Raises FitError where fewer than 20
-    samples are left or the pressure does not fall.
+    `shrink` = c/V0 [1/Pa] is a known value; None fits it too. Raises FitError if fewer than 20
+    samples remain or the pressure does not fall.
     """
     inside = window_of(time, absolute, window)
     if inside.sum() < 20:
         raise FitError(f"the pump-down has {int(inside.sum())} samples, 20 are needed")
-    begun, p = time[inside], absolute[inside]
-    t, low = begun - begun[0], float(p.min())
+    window_time, p = time[inside], absolute[inside]
+    t, low = window_time - window_time[0], float(p.min())
     fall = float(p[:3].mean() - p[-max(len(p) // 50, 3) :].mean())
     if low <= 0 or fall < 0.05 * atmosphere:
-        why = f"the pressure falls by {show(fall, 'Pa')}: no pump-down"
+        explanation = f"the pressure falls by {show(fall, 'Pa')}: no pump-down"
         if low <= 0:
-            why = f"{show(low, 'Pa')} is no absolute pressure"
-        raise FitError(f"{why}, or the reading is of another kind (--reading)")
+            explanation = f"{show(low, 'Pa')} is not an absolute pressure"
+        raise FitError(f"{explanation}, or the reading is of another kind (--reading)")
     third = float(t[int(np.argmax(p <= low + (p[0] - low) / np.e))]) or float(t[1])
     first, end = float(p[0]), float(p[-1])
     parameters = [
@@ -180,28 +180,30 @@ def fit_pump_down(
         (1 / third, 1 / third, 0.0, np.inf),
     ]
     if shrink is None:
-        whole = 1 / atmosphere
-        parameters.append((0.1 / atmosphere, whole, -0.9 / atmosphere, 0.999 / atmosphere))
+        unit_shrink = 1 / atmosphere
+        parameters.append((0.1 / atmosphere, unit_shrink, -0.9 / atmosphere, 0.999 / atmosphere))
     begin, scale, bottom, top = zip(*parameters, strict=True)
 
     def curve(values: Array) -> Array:
-        start, ultimate, rate, *more = (float(v) for v in values)
-        return pressure(t, start, ultimate, rate, more[0] if more else shrink or 0.0, atmosphere)
+        start, ultimate, rate, *optional = (float(v) for v in values)
+        return pressure(
+            t, start, ultimate, rate, optional[0] if optional else shrink or 0.0, atmosphere
+        )
 
-    found = fit_series(curve, p, begin, scale, (bottom, top))
+    solution = fit_series(curve, p, begin, scale, (bottom, top))
     return PumpDown(
-        shrink=float(found.values[3]) if shrink is None else shrink,
+        shrink=float(solution.values[3]) if shrink is None else shrink,
         shrink_fitted=shrink is None,
-        series=found,
+        series=solution,
         time=t,
         pressure=p,
         atmosphere=atmosphere,
-        window=(float(begun[0]), float(begun[-1])),
+        window=(float(window_time[0]), float(window_time[-1])),
     )
 
 
 def with_compliance(volume: float | None, flow: float | None, loss: float, fit: PumpDown) -> float:
-    """c/V0 [1/Pa] of a volume loss c [m³/Pa]; V0 = S/rate where only the flow is known.
+    """Return c/V0 [1/Pa] for a volume loss c [m³/Pa]; V0 = S/rate if only the flow is known.
 
     `fit` is a fit at constant volume, whose rate serves as a first guess.
     """
@@ -214,33 +216,33 @@ def with_compliance(volume: float | None, flow: float | None, loss: float, fit: 
     return loss / base
 
 
-def better_with_shrink(constant: PumpDown, fitted: PumpDown) -> bool:
-    """Whether a volume that changes with vacuum is clearly the better account of the log."""
-    return constant.series.worse_by(fitted.series) > CLEAR
+def better_with_shrink(constant: PumpDown, flexible: PumpDown) -> bool:
+    """Return whether a volume that changes with vacuum explains the log clearly better."""
+    return constant.series.worse_by(flexible.series) > CLEAR
 
 
-def flow_of(fit: PumpDown, volume: float) -> Known:
-    """Pump flow S [m³/s] of a known volume V0 [m³]."""
-    return fit.known(volume * fit.rate, volume * float(fit.series.standard_errors[2]))
+def flow_of(fit: PumpDown, volume: float) -> DerivedValue:
+    """Return the pump flow S [m³/s] for a known volume V0 [m³]."""
+    return fit.derive(volume * fit.rate, volume * float(fit.series.standard_errors[2]))
 
 
-def volume_of(fit: PumpDown, flow: float) -> Known:
-    """Volume V0 [m³] of a known pump flow S [m³/s]."""
+def volume_of(fit: PumpDown, flow: float) -> DerivedValue:
+    """Return the volume V0 [m³] for a known pump flow S [m³/s]."""
     se = float(fit.series.standard_errors[2])
-    return fit.known(flow / fit.rate, flow * se / fit.rate**2)
+    return fit.derive(flow / fit.rate, flow * se / fit.rate**2)
 
 
-def from_two(alone: PumpDown, added: PumpDown, volume: float) -> tuple[Known, Known]:
-    """(V0, S) from a log alone and one with a known volume [m³] added: V0 = ΔV k2/(k1 - k2).
+def from_two(single: PumpDown, joint: PumpDown, volume: float) -> tuple[DerivedValue, DerivedValue]:
+    """Return (V0, S) from two logs, one with a known volume [m³] added: V0 = ΔV k2/(k1 - k2).
 
-    Constant volumes. Raises FitError where the two rates do not differ by their uncertainty.
+    The volumes are constant. Raises FitError if the two rates do not differ by their uncertainty.
     """
     from scipy.stats import t
 
-    k1, k2 = alone.rate, added.rate
-    s1, s2 = (float(f.series.standard_errors[2]) for f in (alone, added))
+    k1, k2 = single.rate, joint.rate
+    s1, s2 = (float(f.series.standard_errors[2]) for f in (single, joint))
     freedom = (s1**2 + s2**2) ** 2 / (
-        s1**4 / alone.series.freedom + s2**4 / added.series.freedom + 1e-300
+        s1**4 / single.series.freedom + s2**4 / joint.series.freedom + 1e-300
     )
     quantile = float(t.ppf(0.5 + LEVEL / 2, max(freedom, 1.0)))
     if k1 - k2 <= quantile * np.hypot(s1, s2):
@@ -253,6 +255,6 @@ def from_two(alone: PumpDown, added: PumpDown, volume: float) -> tuple[Known, Kn
     inside_se = volume * float(np.hypot(k2 * s1, k1 * s2)) / gap**2
     flow_se = volume * float(np.hypot(k2**2 * s1, k1**2 * s2)) / gap**2
     return (
-        Known(value=inside, se=inside_se, quantile=quantile),
-        Known(value=flow, se=flow_se, quantile=quantile),
+        DerivedValue(value=inside, se=inside_se, quantile=quantile),
+        DerivedValue(value=flow, se=flow_se, quantile=quantile),
     )

@@ -1,1 +1,1 @@
-"""What one measured pull shows."""
+"""Analysis of one measured pull."""

@@ -1,4 +1,4 @@
-"""What one measured pull shows: stiffness before onset, peak, and where loading ends."""
+"""Features of one measured pull: stiffness before onset, peak, end of loading."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from layerjam.measure.trace import Array, Trace, block_means
 from layerjam.units import show
 
 LINEAR = (0.2, 0.8)
-"""Part of the greatest force over which the slope before onset is taken."""
+"""Part of the greatest force over which the slope before onset is fitted."""
 BENT = 0.1
 """Part of the greatest force by which the slope's line may miss the first sample."""
 SLOPE = 5
@@ -28,7 +28,7 @@ ABOVE = 0.01
 ROUGH = 0.02
 """Noise of one sample above this part of the greatest force is smoothed before levels are read."""
 SLIP = 0.2
-"""A fall by this part of the greatest force before it is a slip: the first rise ends there."""
+"""Noise of one sample relative to the greatest force, above which a rise is smoothed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,13 +36,13 @@ class PullFeatures:
     """Features of one pull, SI units.
 
     `elongation` and `force` are the loading branch, with zero elongation where the straight line
-    before onset meets zero force. Standard errors rest on the scatter about the two fits.
-    `straight` is False where no slope tells the stiffness. Either the brake slides long before its
-    greatest force (low vacuum): then zero elongation is where the record begins. Or it rises within
-    fewer than `SLOPE` samples (`rise_samples`): then the peak is found as well as ever, and
-    `stiffness` is a rough one through the few, good enough to place it. `seating` is the logarithm
-    of how much steeper the upper half of the rise is than the lower, None where too few samples
-    tell: a straight rise has 0, one on a seat that yields at first has more.
+    before onset meets zero force. Standard errors are from the scatter about the two fits.
+    `straight` is False if no slope shows the stiffness. Either the brake slides long before its
+    greatest force (low vacuum); zero elongation is then the start of the record. Or the rise has
+    fewer than `SLOPE` samples (`rise_samples`); the peak is then as accurate as ever, and
+    `stiffness` is a rough value to place it. `seating` is the logarithm of the ratio of slopes of
+    the upper and the lower half of the rise, or None: 0 for a straight rise, more on a seat that
+    yields at first.
     """
 
     stiffness: float
@@ -67,28 +67,28 @@ class PullFeatures:
         """Whether too few samples of the rise were recorded to find its slope."""
         return self.rise_samples < SLOPE
 
-    def thinned(self, most: int) -> PullFeatures:
-        """The same features with a curve of at most `most` samples, means over neighbours."""
+    def thinned(self, limit: int) -> PullFeatures:
+        """Return the features with a curve of at most `limit` samples, means over neighbours."""
         return replace(
             self,
-            elongation=block_means(self.elongation, most),
-            force=block_means(self.force, most),
+            elongation=block_means(self.elongation, limit),
+            force=block_means(self.force, limit),
         )
 
 
 def loading_branch(trace: Trace) -> tuple[Array, Array]:
-    """Elongation [m] and force [N] up to the greatest elongation."""
+    """Return elongation [m] and force [N] up to the greatest elongation."""
     end = int(np.argmax(trace.elongation)) + 1
     return trace.elongation[:end], trace.force[:end]
 
 
-def _calm(force: Array, most: int) -> Array:
-    """Centred running mean [N] over a hundredth of the record, at most `most` samples, (N,)."""
-    return running_mean(force, 2 * min(len(force) // 200, most // 2) + 1)
+def _calm(force: Array, limit: int) -> Array:
+    """Return the running mean [N] over a hundredth of the record, at most `limit` samples, (N,)."""
+    return running_mean(force, 2 * min(len(force) // 200, limit // 2) + 1)
 
 
 def _first_rise(smooth: Array) -> int:
-    """Index of the greatest force, or of the first one from which the brake slips."""
+    """Return the index of the greatest force, or of the first one from which the brake slips."""
     top = int(np.argmax(smooth))
     highest = np.maximum.accumulate(smooth[: top + 1])
     slipped = highest - smooth[: top + 1] > SLIP * smooth[top]
@@ -98,31 +98,30 @@ def _first_rise(smooth: Array) -> int:
     return int(np.argmax(smooth[: int(np.argmax(slipped)) + 1]))
 
 
-def _calmed(rise: Array, height: float) -> Array:
-    """The rise as it is, or smoothed where one sample's noise would pass for another level."""
+def _smooth_rise(rise: Array, height: float) -> Array:
+    """Return the rise, smoothed if one sample's noise could pass for another level."""
     noise = noise_of(rise)
     if noise <= ROUGH * height:
         return rise
-    wanted = int((noise / (ROUGH * height)) ** 2)
+    samples = int((noise / (ROUGH * height)) ** 2)
     steep = int(np.sum((rise > LINEAR[0] * height) & (rise < LINEAR[1] * height)))
-    return running_mean(rise, 2 * (min(wanted, steep // 3) // 2) + 1)
+    return running_mean(rise, 2 * (min(samples, steep // 3) // 2) + 1)
 
 
 def pull_features(trace: Trace) -> PullFeatures:
-    """Stiffness, peak and loading branch of one pull.
+    """Return stiffness, peak and loading branch of one pull.
 
     The slope before onset is a straight line through 20 to 80 % of the greatest force. The peak is
-    the top of A - c x + e sqrt(x), the brake's own shape, fitted by least squares over the slip
-    x = u - F/k from onset until the force has fallen by 10 %: the raw maximum of a noisy record
-    lies too high. Raises FileError where the record shows no rise, and where too little of one to
-    measure a slope on goes without a peak.
+    the top of A - c x + e sqrt(x), the brake's own shape, because the raw maximum of a noisy record
+    is too high. It is fitted by least squares over the slip x = u - F/k from onset until the force
+    has fallen by 10 %. Raises FileError if the record has no rise, or neither a slope nor a peak.
     """
     elongation, force = loading_branch(trace)
-    smooth = _calm(force, 9)  # one spike of noise is no peak
+    smooth = _calm(force, 9)  # one spike of noise is not a peak
     top = _first_rise(smooth)
     height = float(smooth[top])
     # the last passage through each level, so that slack and wiggles before the rise do not count
-    steps = _calmed(force[: top + 1], height)
+    steps = _smooth_rise(force[: top + 1], height)
     below = [np.flatnonzero(steps <= part * height) for part in LINEAR]
     low, high = (int(b[-1]) if len(b) else 0 for b in below)
     sparse = high - low < SLOPE
@@ -140,7 +139,7 @@ def pull_features(trace: Trace) -> PullFeatures:
     if line.slope <= 0:
         raise FileError(trace.path, "the force does not rise with elongation before the peak")
     origin = line.meets(0.0)
-    # the line would have started far above what the record shows there: it is no first rise
+    # a line that starts far above the record's first sample is not its first rise
     bent = line.at(float(elongation[0])) - float(force[0]) > BENT * height
     if bent:
         origin = float(elongation[0])
@@ -164,26 +163,26 @@ def pull_features(trace: Trace) -> PullFeatures:
 def _seating(
     elongation: Array, force: Array, line: StraightLine, height: float
 ) -> tuple[float, float] | None:
-    """Logarithm of the upper half's slope over the lower half's, and its standard error.
+    """Return the logarithm of the upper half's slope over the lower half's, and its standard error.
 
-    The halves are cut by elongation: cut by force, the noise would choose its own samples.
+    The halves are split by elongation; a split by force would select samples by their noise.
     """
     middle = sum(LINEAR) / 2
     first, half, last = (line.meets(part * height) for part in (LINEAR[0], middle, LINEAR[1]))
     slopes = []
     for start, end in ((first, half), (half, last)):
         part = (elongation >= start) & (elongation < end)
-        found = straight_line(elongation[part], force[part]) if part.sum() >= SLOPE else None
-        if found is None or found.slope <= 0:
+        half_line = straight_line(elongation[part], force[part]) if part.sum() >= SLOPE else None
+        if half_line is None or half_line.slope <= 0:
             return None
-        slopes.append(found)
+        slopes.append(half_line)
     lower, upper = slopes
     error = np.hypot(lower.slope_se / lower.slope, upper.slope_se / upper.slope)
     return float(np.log(upper.slope / lower.slope)), float(error)
 
 
 def _noise(force: Array, top: int) -> float:
-    """Noise of one sample around the peak [N], standard deviation."""
+    """Return the standard deviation of one sample around the peak [N]."""
     return float(np.std(np.diff(force[max(0, top - 20) : top + 20]))) / np.sqrt(2)
 
 
@@ -191,26 +190,26 @@ def _falls(force: Array, noise: float) -> bool:
     # means over equal stretches; the greatest of many lies a few of its own errors too high
     few = max(3, len(force) // 100)
     sums = np.cumsum(force)  # a convolution takes as many steps a sample as `few` has
-    most = float(max((sums[few:] - sums[:-few]).max(initial=-np.inf), sums[few - 1])) / few
-    return bool(force[-few:].mean() < 0.995 * most - 5 * noise / np.sqrt(few))
+    greatest = float(max((sums[few:] - sums[:-few]).max(initial=-np.inf), sums[few - 1])) / few
+    return bool(force[-few:].mean() < 0.995 * greatest - 5 * noise / np.sqrt(few))
 
 
 def _fit_peak(
     u: Array, force: Array, stiffness: float, top: int, height: float, rises: bool
 ) -> dict[str, Any]:
-    """The fields of PullFeatures that say what the peak is; `rises` along `stiffness` [N/m]."""
+    """Return the fields of PullFeatures for the peak; the force rises along `stiffness` [N/m]."""
     slip = u - force / stiffness
     smooth = _calm(force, 51)
-    fallen = np.flatnonzero(smooth[top:] < (1 - FALL) * height)
-    end = top + int(fallen[0]) if len(fallen) else len(force)
+    below_peak = np.flatnonzero(smooth[top:] < (1 - FALL) * height)
+    end = top + int(below_peak[0]) if len(below_peak) else len(force)
     before = np.flatnonzero(smooth[: top + 1] <= 0.97 * height)
     onset = int(before[-1]) if len(before) else 0
     noise = _noise(force, top)
     index = np.arange(onset, end)
     index = index[slip[index] > 3 * noise / stiffness + 1e-9]
     falls = _falls(force, noise)
-    found = {"has_peak": falls, "peak_samples": len(index), "noise": noise}
-    raw = found | {
+    peak_fields = {"has_peak": falls, "peak_samples": len(index), "noise": noise}
+    raw = peak_fields | {
         "peak_force": height,
         "peak_force_se": noise,
         "peak_elongation": float(u[top]),
@@ -221,18 +220,18 @@ def _fit_peak(
     scale = float(x.max())
     basis = np.column_stack([np.ones_like(x), -x / scale, np.sqrt(x / scale)])
     weights, _, _, _ = np.linalg.lstsq(basis, force[index], rcond=None)
-    rest = force[index] - basis @ weights
-    variance = float((rest**2).sum()) / max(len(index) - 3, 1)
+    residuals = force[index] - basis @ weights
+    variance = float((residuals**2).sum()) / max(len(index) - 3, 1)
     _, fall, root = (float(w) for w in weights)
-    at = min((root / (2 * fall)) ** 2 if fall > 0 and root > 0 else 0.0, 1.0)
-    here = np.array([1.0, -at, np.sqrt(at)])
-    peak = float(here @ weights)
+    top_slip = min((root / (2 * fall)) ** 2 if fall > 0 and root > 0 else 0.0, 1.0)
+    top_basis = np.array([1.0, -top_slip, np.sqrt(top_slip)])
+    peak = float(top_basis @ weights)
     if peak > (1 + ABOVE) * float(force[:end].max()):
         return raw  # the law's shape does not fit here: its top lies where no sample was
     covariance = variance * np.linalg.pinv(basis.T @ basis)
-    return found | {
+    return peak_fields | {
         "peak_force": peak,
-        "peak_force_se": float(np.sqrt(here @ covariance @ here)),
-        "peak_elongation": at * scale + peak / stiffness,
+        "peak_force_se": float(np.sqrt(top_basis @ covariance @ top_basis)),
+        "peak_elongation": top_slip * scale + peak / stiffness,
         "noise": float(np.sqrt(variance)),
     }

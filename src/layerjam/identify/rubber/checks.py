@@ -1,4 +1,4 @@
-"""Checks of silicone specimens: against each other, the data sheet, and what rubber can be."""
+"""Checks of silicone specimens: against each other, the data sheet, and plausible moduli."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from layerjam.identify.checks import within
-from layerjam.identify.friction.agreement import agreement
+from layerjam.identify.checks import check_span
+from layerjam.identify.friction.agreement import check_repeats
 from layerjam.identify.repeats import over_repeats
 from layerjam.units import show
 from layerjam.verdict import Check, Level, check, interval_check
@@ -15,13 +15,13 @@ from layerjam.verdict import Check, Level, check, interval_check
 SILICONES = (5e3, 2e7)
 """100 % modulus [Pa] of silicone rubbers, from a gel of Shore 000 to Shore A 80, widened by two."""
 LIKELY, POSSIBLE = 1.5, 3.0
-"""Ratio to the maker's data sheet that deserves a look, and that no rubber of that name has."""
+"""Ratios to the maker's data sheet that raise a warning and a failure."""
 MEETS = 0.15
-"""Error of the fitted model at 100 % strain that is let pass."""
+"""Largest error of the fitted model at 100 % strain."""
 
 
 def specimen_checks(
-    rows: Mapping[str, Mapping[str, Any]], pooled: Mapping[str, Any], writes_model: bool
+    rows: Mapping[str, Mapping[str, Any]], totals: Mapping[str, Any], writes_model: bool
 ) -> Iterator[Check]:
     """Return the checks of specimens, {path: row}, and of the values `pooled` over them, SI.
 
@@ -32,13 +32,13 @@ def specimen_checks(
         if (modulus := row["modulus_100"]) is not None:
             name = Path(path).name
             if not SILICONES[0] <= modulus <= SILICONES[1]:
-                what = f"the 100 % modulus of {name}, {show(modulus, 'Pa')}, is not that of a"
+                start = f"the 100 % modulus of {name}, {show(modulus, 'Pa')}, is not that of a"
                 low, high = (show(edge, "Pa") for edge in SILICONES)
                 advice = f" silicone, {low} to {high}: check its unit, area and gauge length"
-                yield Check(name="silicone", level="failed", sentence=what + advice)
+                yield Check(name="silicone", level="failed", sentence=start + advice)
             if row["difference"] is not None:
                 yield _data_sheet(name, 1 + row["difference"], row["material"])
-    if not pooled:
+    if not totals:
         return
     names = [Path(path).name for path in rows]
     moduli = {
@@ -48,16 +48,16 @@ def specimen_checks(
             "initial modulus": "initial_modulus",
         }.items()
     }
-    yield agreement(names, moduli, "rubber scatters", "check its unit, area and gauge length")
-    known = moduli["100 % modulus"]
-    if len(known) > 1 and None not in known:
-        over = over_repeats(known)
-        if over.low is not None and over.high is not None:
-            yield interval_check("100 % modulus", over.mean, over.low, over.high)
-    if (error := pooled.get("error_at_100")) is not None:
+    yield check_repeats(names, moduli, "rubber scatters", "check its unit, area and gauge length")
+    values = moduli["100 % modulus"]
+    if len(values) > 1 and None not in values:
+        mean = over_repeats(values)
+        if mean.low is not None and mean.high is not None:
+            yield interval_check("100 % modulus", mean.mean, mean.low, mean.high)
+    if (error := totals.get("error_at_100")) is not None:
         level: Level = "failed" if writes_model else "warning"
-        what = "error of the model at 100 % strain"
-        yield within("model", error, (-MEETS, MEETS), what, "fit less of it (--fit-to)", level)
+        label = "error of the model at 100 % strain"
+        yield check_span("model", error, (-MEETS, MEETS), label, "fit less of it (--fit-to)", level)
 
 
 def _data_sheet(name: str, ratio: float, material: str) -> Check:

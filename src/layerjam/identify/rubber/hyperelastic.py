@@ -1,4 +1,4 @@
-"""Hyperelastic laws of an incompressible rubber in uniaxial tension, fitted and told apart.
+"""Hyperelastic laws of an incompressible rubber in uniaxial tension: fits and selection.
 
 Stretch λ = 1 + strain, engineering stress σ = dW/dλ, I1 = λ² + 2/λ:
 
@@ -8,8 +8,8 @@ Stretch λ = 1 + strain, engineering stress σ = dW/dλ, I1 = λ² + 2/λ:
     ogden-n        W = Σ μi/αi (λ1^αi + λ2^αi + λ3^αi - 3)
 
 so that Young's modulus at rest is 6 C1, 6 (C1 + C2), 6 C1 and 3/2 Σ μi αi (Ogden 1972; Yeoh 1993).
-Ogden's terms are fitted with μi αi ≥ 0, which makes them stable in every mode; left free, two terms
-of opposite sign cancel to any curve and mean nothing. The others are fitted free and checked.
+Ogden's terms are fitted with μi αi ≥ 0, which makes them stable in every mode; without that bound,
+two terms of opposite sign can cancel to any curve. The others are unbounded and checked.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ _LIMITS = (-15.0, 20.0)
 class Fit:
     """One model fitted to a curve.
 
-    `rmse` and `cv_rmse` [Pa]: over the curve, and over blocks of strain left out in turn (geometric
-    mean over the blocks). `stable_to`: per mode, the strain up to which Drucker's condition holds
-    within the fitted range. `error_at_100`: relative error at 100 % strain, None where not reached.
+    `rmse` and `cv_rmse` [Pa] are over the curve, and over blocks of strain excluded in turn
+    (geometric mean over the blocks). `stable_to` is the strain of each mode up to which Drucker's
+    condition holds in the fitted range, `error_at_100` the relative error at 100 % strain or None.
     """
 
     model: str
@@ -55,7 +55,7 @@ class Fit:
 
 
 def basis(model: str, stretch: Array, exponents: Sequence[float] | Array = ()) -> Array:
-    """What each linear parameter adds to the engineering stress, shape (N, parameters)."""
+    """Return the engineering stress per unit of each linear parameter, shape (N, parameters)."""
     strain = np.asarray(stretch)[..., None] - 1
     if model.startswith("ogden"):
         each: Any = np.asarray(exponents)
@@ -112,25 +112,25 @@ def _curvature(
     def powers(a: float) -> tuple[Array, Array, Array]:
         return np.exp(a * h1), np.exp(a * h2), np.exp(-a * (h1 + h2))
 
-    def one(weight: float | Array, a: float) -> tuple[Array, Array, Array]:
+    def term(weight: float | Array, a: float) -> tuple[Array, Array, Array]:
         e1, e2, e3 = powers(a)
         return weight * a * a * (e1 + e3), weight * a * a * e3, weight * a * a * (e2 + e3)
 
     p = parameters
     if model.startswith("ogden"):
         parts = [
-            one(p[f"mu{i}"] / p[f"alpha{i}"], p[f"alpha{i}"]) for i in range(1, len(p) // 2 + 1)
+            term(p[f"mu{i}"] / p[f"alpha{i}"], p[f"alpha{i}"]) for i in range(1, len(p) // 2 + 1)
         ]
     elif model == "mooney-rivlin":
-        parts = [one(p["C1"], 2.0), one(p["C2"], -2.0)]
+        parts = [term(p["C1"], 2.0), term(p["C2"], -2.0)]
     else:
         e1, e2, e3 = powers(2.0)
-        over = e1 + e2 + e3 - 3
+        excess = e1 + e2 + e3 - 3
         c1, c2, c3 = p["C1"], p.get("C2", 0.0), p.get("C3", 0.0)
-        bend = 2 * c2 + 6 * c3 * over
+        bend = 2 * c2 + 6 * c3 * excess
         g1, g2 = 2 * (e1 - e3), 2 * (e2 - e3)
         parts = [
-            one(c1 + 2 * c2 * over + 3 * c3 * over**2, 2.0),
+            term(c1 + 2 * c2 * excess + 3 * c3 * excess**2, 2.0),
             (bend * g1 * g1, bend * g1 * g2, bend * g2 * g2),
         ]
     a, b, c = (np.sum([part[i] for part in parts], axis=0) for i in range(3))
@@ -153,18 +153,18 @@ def _solve_positive(exponents: Array, stretch: Array, stress: Array) -> Array:
     if len(weights) == 2:
         cross = float(columns[:, 0] @ columns[:, 1])
         both = (project - cross * project[::-1]) / max(1 - cross**2, 1e-14)
-        alone = weights * (weights >= weights.max())
-        weights = both if (both >= 0).all() else alone
+        single = weights * (weights >= weights.max())
+        weights = both if (both >= 0).all() else single
     return np.asarray(weights / size * np.sign(exponents))
 
 
 def least_squares(
-    model: str, strain: Array, stress: Array, near: Mapping[str, float] | None = None
+    model: str, strain: Array, stress: Array, guess: Mapping[str, float] | None = None
 ) -> dict[str, float]:
-    """Parameters that make the sum of squared engineering stress residuals least.
+    """Return the parameters of least squared residuals of engineering stress.
 
-    Ogden's exponents are searched over a grid first (the sum has several minima), then refined,
-    with the linear parameters solved for at each step; `near` spares the grid.
+    Ogden's exponents are first searched over a grid, because the sum has several minima, then
+    refined with the linear parameters solved for at each step. `guess` replaces the grid.
     """
     stretch = 1 + strain
     if not model.startswith("ogden"):
@@ -179,11 +179,11 @@ def least_squares(
         return columns @ _solve_positive(exponents, stretch, stress) - stress
 
     starts = _starts(stretch, stress, terms)
-    if near is not None:
-        starts = [np.array([near[f"alpha{i + 1}"] for i in range(terms)])]
+    if guess is not None:
+        starts = [np.array([guess[f"alpha{i + 1}"] for i in range(terms)])]
     close = {"xtol": 1e-10, "ftol": 1e-12, "gtol": 1e-14, "max_nfev": 60}
-    found = [refine(residual, start, bounds=_LIMITS, x_scale=1.0, **close) for start in starts]
-    best = min(found, key=lambda one: float(one.cost))
+    minima = [refine(residual, start, bounds=_LIMITS, x_scale=1.0, **close) for start in starts]
+    best = min(minima, key=lambda one: float(one.cost))
     order = np.argsort(best.x)
     exponents = best.x[order]
     linear = _solve_positive(exponents, stretch, stress)
@@ -204,16 +204,16 @@ def _starts(stretch: Array, stress: Array, terms: int, count: int = 3) -> list[A
     gram = columns.T @ columns
     i, j = np.triu_indices(len(_EXPONENTS), 2)
     cross, first, second = gram[i, j], project[i], project[j]
-    apart = np.maximum(1 - cross**2, 1e-9)
+    independent = np.maximum(1 - cross**2, 1e-9)
     both = (first - cross * second >= 0) & (second - cross * first >= 0)
-    pair = (first**2 + second**2 - 2 * cross * first * second) / apart
+    pair = (first**2 + second**2 - 2 * cross * first * second) / independent
     gain = np.where(both, pair, np.maximum(first, second).clip(0) ** 2)
     order = np.argsort(-gain)[:count]
     return [_EXPONENTS[[i[k], j[k]]] for k in order]
 
 
-def binned(strain: Array, stress: Array, bins: int = BINS) -> tuple[Array, Array]:
-    """Means over at most `bins` equal parts of the strain: no weight for dense sampling."""
+def bin_by_strain(strain: Array, stress: Array, bins: int = BINS) -> tuple[Array, Array]:
+    """Return means over at most `bins` equal parts of strain, so dense sampling has no weight."""
     order = np.argsort(strain, kind="stable")
     strain, stress = strain[order], stress[order]
     if len(strain) <= bins:
@@ -229,42 +229,42 @@ def binned(strain: Array, stress: Array, bins: int = BINS) -> tuple[Array, Array
 
 
 def fit(model: str, strain: Array, stress_measured: Array) -> Fit:
-    """One model on a curve (shape (N,), N at least 20 and rising strain), cross-validated.
+    """Fit one model to a curve (shape (N,), N at least 20, rising strain), cross-validated.
 
-    Raises FitError for fewer samples. The corrected Akaike criterion counts residuals as
-    independent, which misfit never is; it is reported, and the blocks left out decide.
+    Raises FitError for fewer samples. The corrected Akaike criterion treats residuals as
+    independent, which misfit never is; it is reported, but the excluded blocks decide.
     """
     if len(strain) < 20:
         raise FitError(f"a hyperelastic fit needs 20 samples at least, there are {len(strain)}")
-    x, y = binned(strain, stress_measured)
+    x, y = bin_by_strain(strain, stress_measured)
     parameters = least_squares(model, x, y)
-    off = stress(model, parameters, x) - y
+    residuals = stress(model, parameters, x) - y
     n, k = len(x), len(PARAMETERS[model]) + 1
     blocks = []
     for part in np.array_split(np.arange(n), FOLDS):
-        rest = np.delete(np.arange(n), part)
-        left = least_squares(model, x[rest], y[rest], parameters)
+        others = np.delete(np.arange(n), part)
+        left = least_squares(model, x[others], y[others], parameters)
         blocks.append(float(np.sqrt(np.mean((stress(model, left, x[part]) - y[part]) ** 2))))
     top = float(x[-1])
     stable_to = stable_until(model, parameters, top)
     floor = 1e-12 * float(np.max(np.abs(y)))
-    mean_square = max(float(np.mean(off**2)), floor**2)
-    reached = None
+    mean_square = max(float(np.mean(residuals**2)), floor**2)
+    error_at_100 = None
     if x[0] <= 1 <= top:
         due = float(np.interp(1.0, x, y))
-        reached = float(stress(model, parameters, 1.0)) / due - 1 if due else None
+        error_at_100 = float(stress(model, parameters, 1.0)) / due - 1 if due else None
     return Fit(
         model=model,
         parameters=parameters,
         initial_modulus=initial_modulus(model, parameters),
-        rmse=float(np.sqrt(np.mean(off**2))),
+        rmse=float(np.sqrt(np.mean(residuals**2))),
         aicc=float(n * np.log(mean_square) + 2 * k + 2 * k * (k + 1) / (n - k - 1)),
         cv_rmse=float(np.exp(np.mean(np.log(np.maximum(blocks, floor))))),
         cv_blocks=tuple(blocks),
         stable=stable_to["uniaxial"] >= top * (1 - 1e-9),
         stable_to=stable_to,
         strain_range=(float(x[0]), top),
-        error_at_100=reached,
+        error_at_100=error_at_100,
     )
 
 
@@ -274,7 +274,7 @@ def fit_all(strain: Array, stress_measured: Array) -> dict[str, Fit]:
 
 
 def choose(fits: Mapping[str, Fit]) -> tuple[str, str]:
-    """(model, why): the simplest stable one that predicts blocks left out as well as the best.
+    """Return (model, reason): the simplest stable one that predicts excluded blocks as well as any.
 
     As well: the mean of log(error/error of the best) over the blocks is within two of its standard
     errors.
@@ -288,15 +288,15 @@ def choose(fits: Mapping[str, Fit]) -> tuple[str, str]:
         )
         if model == best or ratio.mean() <= 2 * ratio.std(ddof=1) / np.sqrt(len(ratio)):
             break
-    lost = [m for m, f in fits.items() if not f.stable]
-    why = (
+    unstable = [m for m, f in fits.items() if not f.stable]
+    reason = (
         f"{model} has the least error on {FOLDS} blocks of strain left out in turn"
         if model == best
         else f"{model} is the simplest whose error on {FOLDS} blocks of strain left out in turn is "
         f"within two standard errors of the least, that of {best}"
     )
-    if lost and len(lost) < len(fits):
-        why += f"; not stable in tension over the curve and left out: {', '.join(lost)}"
-    elif lost:
-        why += "; no model is stable in tension over the whole curve"
-    return model, why
+    if unstable and len(unstable) < len(fits):
+        reason += f"; not stable in tension over the curve and left out: {', '.join(unstable)}"
+    elif unstable:
+        reason += "; no model is stable in tension over the whole curve"
+    return model, reason

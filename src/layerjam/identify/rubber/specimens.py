@@ -1,4 +1,4 @@
-"""Specimens of the enclosure's silicone: each as a row, and those of one material as one."""
+"""Specimens of the enclosure's silicone: one row each, and one result per material."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from layerjam.records.toml import parse_toml
 from layerjam.units import parse
 
 Read = tuple[rubber.Specimen, rubber.Moduli, dict[str, hyperelastic.Fit], str]
-"""A specimen, its moduli, the models fitted to it, and the name of the one that was chosen."""
+"""A specimen, its moduli, the models fitted to it, and the name of the chosen one."""
 Sheets = Mapping[str, tuple[str, float]]
 FEWEST = 20
-"""Samples that a model is fitted to at least."""
+"""Fewest samples of a model fit."""
 
 
 def data_sheets() -> dict[str, tuple[str, float]]:
-    """{silicone of the catalogue: (maker's name, 100 % modulus [Pa] as the catalogue has it)}."""
+    """Return {silicone of the catalogue: (maker's name, 100 % modulus [Pa] in the catalogue)}."""
     out = {}
     for key, text in materials()["silicones"].items():
         tables = parse_toml(text, f"material {key}")
@@ -36,46 +36,46 @@ def data_sheets() -> dict[str, tuple[str, float]]:
     return out
 
 
-def read(
+def read_specimen(
     path: str | Path,
     *,
     area: float | None,
     gauge_length: float | None,
     window: tuple[float, float],
-    most: float | None,
+    limit: float | None,
     options: ReadingOptions,
 ) -> Read:
-    """A file's specimen, its moduli over the strains of `window`, and models up to `most`.
+    """Return a file's specimen, its moduli over the strains of `window`, and models up to `limit`.
 
-    Raises what `read_rubber` and `moduli` raise, and FitError where too few samples are fitted.
+    Raises the errors of `read_rubber` and `moduli`, and FitError if too few samples remain.
     """
     specimen = rubber.read_rubber(path, area=area, gauge_length=gauge_length, options=options)
-    found = rubber.moduli(specimen, window)
-    fitted = fits(specimen.strain, specimen.stress, most)
-    return specimen, found, fitted, hyperelastic.choose(fitted)[0]
+    moduli = rubber.moduli(specimen, window)
+    models = fit_models(specimen.strain, specimen.stress, limit)
+    return specimen, moduli, models, hyperelastic.choose(models)[0]
 
 
-def fits(strain: Array, stress: Array, most: float | None) -> dict[str, hyperelastic.Fit]:
-    """Every model fitted to stress [Pa] over strain [-], shape (N,), up to the strain `most`."""
-    inside = strain <= (np.inf if most is None else most)
+def fit_models(strain: Array, stress: Array, limit: float | None) -> dict[str, hyperelastic.Fit]:
+    """Fit every model to stress [Pa] over strain [-], shape (N,), up to the strain `limit`."""
+    inside = strain <= (np.inf if limit is None else limit)
     if inside.sum() < FEWEST:
         raise FitError(
-            f"fit to: {int(inside.sum())} samples lie below that strain, {FEWEST} are needed"
+            f"fit to: {int(inside.sum())} samples are below that strain, {FEWEST} are needed"
         )
     return hyperelastic.fit_all(strain[inside], stress[inside])
 
 
 def material_of(
-    specimen: rubber.Specimen, given: str | None, sheets: Sheets
+    specimen: rubber.Specimen, material: str | None, sheets: Sheets
 ) -> tuple[str, str] | None:
-    """(silicone of the catalogue, how it is known), None where it is not."""
-    if given is not None:
-        return given, "as given"
+    """Return (silicone of the catalogue, how it is known), None if it is unknown."""
+    if material is not None:
+        return material, "as given"
     return rubber.material_of(specimen, {k: name for k, (name, _) in sheets.items()})
 
 
 def row_of_fit(fit: hyperelastic.Fit) -> dict[str, Any]:
-    """One model as a table has it, SI."""
+    """Return one model as a table row, SI."""
     return {
         "parameters": dict(fit.parameters),
         "model_modulus": fit.initial_modulus,
@@ -89,54 +89,54 @@ def row_of_fit(fit: hyperelastic.Fit) -> dict[str, Any]:
     }
 
 
-def row_of(made: Read, name: tuple[str, str] | None, sheets: Sheets) -> dict[str, Any]:
-    """One specimen as a table has it, SI; `name` as `material_of` gives it."""
-    specimen, found, fitted, model = made
-    material, by = name or (None, None)
+def row_of(specimen_read: Read, name: tuple[str, str] | None, sheets: Sheets) -> dict[str, Any]:
+    """Return one specimen as a table row, SI; `name` as `material_of` returns it."""
+    specimen, moduli, models, model = specimen_read
+    material, basis = name or (None, None)
     sheet = sheets[material][1] if material else None
     return {
         "material": material,
-        "material_by": by,
-        "modulus_100": found.modulus_100,
-        "modulus_100_se": found.modulus_100_se,
+        "material_by": basis,
+        "modulus_100": moduli.modulus_100,
+        "modulus_100_se": moduli.modulus_100_se,
         "data_sheet": sheet,
-        "difference": _over(found.modulus_100, sheet),
-        "initial_modulus": found.initial,
-        "initial_modulus_se": found.initial_se,
-        "modulus_300": found.modulus_300,
-        "strength": found.strength,
-        "strain_at_end": found.strain_at_end,
+        "difference": _relative_difference(moduli.modulus_100, sheet),
+        "initial_modulus": moduli.initial,
+        "initial_modulus_se": moduli.initial_se,
+        "modulus_300": moduli.modulus_300,
+        "strength": moduli.strength,
+        "strain_at_end": moduli.strain_at_end,
         "model": model,
-        **row_of_fit(fitted[model]),
+        **row_of_fit(models[model]),
         "sha256": sha256(specimen.path),
     }
 
 
-def _over(value: float | None, sheet: float | None) -> float | None:
-    """How much a modulus is over that of the data sheet, as a part of the latter."""
+def _relative_difference(value: float | None, sheet: float | None) -> float | None:
+    """Return the relative excess of a modulus over the data sheet's."""
     return value / sheet - 1 if value is not None and sheet else None
 
 
-def pooled(
-    done: Sequence[Read], rows: Sequence[Mapping[str, Any]], most: float | None
+def pool_specimens(
+    specimens: Sequence[Read], rows: Sequence[Mapping[str, Any]], limit: float | None
 ) -> dict[str, Any]:
-    """Means and SDs over specimens of one material, and the models fitted to all their curves."""
-    fitted = done[0][2]
-    if len(done) > 1:
-        parts = [hyperelastic.binned(s.strain, s.stress) for s, *_ in done]
+    """Return means and SDs over specimens of one material, and models of all their curves."""
+    fits_by_name = specimens[0][2]
+    if len(specimens) > 1:
+        parts = [hyperelastic.bin_by_strain(s.strain, s.stress) for s, *_ in specimens]
         x, y = (np.concatenate([p[i] for p in parts]) for i in range(2))
         order = np.argsort(x, kind="stable")
-        fitted = fits(x[order], y[order], most)
-    model, why = hyperelastic.choose(fitted)
+        fits_by_name = fit_models(x[order], y[order], limit)
+    model, reason = hyperelastic.choose(fits_by_name)
     sheet = rows[0]["data_sheet"]
     out: dict[str, Any] = {"material": rows[0]["material"], "data_sheet": sheet}
-    out |= {"specimens": len(rows), "model": model, "why": why}
+    out |= {"specimens": len(rows), "model": model, "why": reason}
     for key in ("modulus_100", "initial_modulus", "modulus_300", "strength", "strain_at_end"):
         column = [row[key] for row in rows]
         if None not in column:
             out[key] = float(np.mean(column))
             if key in ("modulus_100", "initial_modulus") and len(column) > 1:
                 out[f"{key}_sd"] = float(np.std(column, ddof=1))
-    out["difference"] = _over(out.get("modulus_100"), sheet)
-    models = {name: row_of_fit(fit) for name, fit in fitted.items()}
+    out["difference"] = _relative_difference(out.get("modulus_100"), sheet)
+    models = {name: row_of_fit(fit) for name, fit in fits_by_name.items()}
     return {**models[model], **out, "models": models}

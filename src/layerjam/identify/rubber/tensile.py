@@ -1,7 +1,7 @@
-"""The enclosure's silicone from a tensile test after ASTM D412: moduli of the first loading.
+"""The enclosure's silicone in a tensile test to ASTM D412: moduli of the first loading.
 
-The "100 % modulus" of D412 and of data sheets is the engineering stress at 100 % elongation. It is
-what `enclosure.modulus` holds: stress over strain there, and the strain is 1.
+The "100 % modulus" of D412 and of data sheets is the engineering stress at 100 % elongation. It
+equals `enclosure.modulus`, stress over strain, because the strain is 1.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ WANTS = tuple(replace(want, optional=True) for want in _WANTED)
 
 @dataclass(frozen=True, kw_only=True)
 class Specimen:
-    """The first loading of one specimen: engineering strain [-], rising, and stress [Pa], (N,).
+    """First loading of one specimen: engineering strain [-], rising, and stress [Pa], (N,).
 
-    `head` holds what the file says above its table, `understood` how its columns were taken.
+    `head` is the text above the file's table, `understood` the interpretation of its columns.
     """
 
     path: str
@@ -64,10 +64,10 @@ class Specimen:
 
 @dataclass(frozen=True, kw_only=True)
 class Moduli:
-    """Of one specimen; stresses in Pa. None: the record does not reach it.
+    """Moduli of one specimen; stresses in Pa. None if the record ends before.
 
     `initial` is the slope over `window`, `initial_se` its standard error from the residuals;
-    `modulus_100`, `modulus_300` the engineering stress at that strain in percent.
+    `modulus_100` and `modulus_300` are the engineering stress at that strain in percent.
     """
 
     initial: float | None
@@ -88,14 +88,14 @@ def read_rubber(
     gauge_length: float | None = None,
     options: ReadingOptions | None = None,
 ) -> Specimen:
-    """The first loading in a file of stress and strain, or of force and elongation.
+    """Read the first loading in a file of stress and strain, or of force and elongation.
 
-    `area` [m^2] and `gauge_length` [m] make stress and strain of force and elongation; where they
-    are not given the file's head may say them. Raises FileError where neither pair of columns is
-    there, or where a strain without unit could be percent.
+    `area` [m^2] and `gauge_length` [m] convert force and elongation; by default the file's head may
+    state them. Raises FitError or FileError if neither pair of columns exists, or if a strain
+    without unit could be percent.
     """
-    named = options.entries({w.role: w.si for w in WANTS}) if options else {}
-    log = read_log(path, [w for w in WANTS if not named or w.role in named], options)
+    entries = options.entries({w.role: w.si for w in WANTS}) if options else {}
+    log = read_log(path, [w for w in WANTS if not entries or w.role in entries], options)
     notes: list[str] = []
     if "strain" in log and "stress" in log:
         strain, stress = log["strain"], log["stress"]
@@ -108,12 +108,12 @@ def read_rubber(
         _know_strain(log)
         notes.append(f"{log.name}: engineering values from true ones, volume taken as constant")
     elif "force" in log and ("elongation" in log or "strain" in log):
-        stress = log["force"] / _stated(log, "m^2", area)
+        stress = log["force"] / _find_size(log, "m^2", area)
         if "strain" in log:
             strain = log["strain"]
             _know_strain(log)
         else:
-            strain = log["elongation"] / _stated(log, "m", gauge_length)
+            strain = log["elongation"] / _find_size(log, "m", gauge_length)
     else:
         raise FileError(
             log.path,
@@ -122,39 +122,39 @@ def read_rubber(
         )
     if "time" in log and (np.diff(log["time"]) <= 0).any():
         notes.append(f"{log.name}: its time does not rise throughout; it is not used")
-    start, end, said = first_loading(strain, stress)
+    start, end, notes_of_loading = first_loading(strain, stress)
     rising = np.concatenate(
         [[True], strain[start + 1 : end] > np.maximum.accumulate(strain[start:end])[:-1]]
     )
-    kept = np.flatnonzero(rising) + start
-    if len(kept) < 20 or stress[kept].max() <= 0:
-        why = f"its first loading has {len(kept)} samples, 20 are needed"
-        if len(kept) >= 20:
-            why = "its stress is nowhere above zero: is tension counted negative?"
-        raise FileError(log.path, why)
+    rows = np.flatnonzero(rising) + start
+    if len(rows) < 20 or stress[rows].max() <= 0:
+        reason = f"its first loading has {len(rows)} samples, 20 are needed"
+        if len(rows) >= 20:
+            reason = "its stress is nowhere above zero: is tension counted negative?"
+        raise FileError(log.path, reason)
     return Specimen(
         path=log.path,
-        strain=strain[kept],
-        stress=stress[kept],
+        strain=strain[rows],
+        stress=stress[rows],
         head=log.head,
-        understood=(*log.understood, *said),
+        understood=(*log.understood, *notes_of_loading),
         warnings=(*log.said, *notes),
         synthetic=log.synthetic,
     )
 
 
 def _know_strain(log: Log) -> None:
-    """A strain without unit is a number, not percent, only where the file itself shows it.
+    """Raise FileError unless the file or the user states the unit of strain.
 
-    Either true strain stands beside it and is ln(1 + strain), or the user says so.
+    True strain in the file decides if it is ln(1 + strain).
     """
     role = "strain" if "strain" in log else "true_strain"
     column = log.taken[role]
     if column.unit:
         return
     if "strain" in log and "true_strain" in log:
-        off = np.abs(np.log1p(np.maximum(log["strain"], -0.99)) - log["true_strain"])
-        if float(off.max()) <= 1e-3 * max(float(log["true_strain"].max()), 1e-3):
+        gaps = np.abs(np.log1p(np.maximum(log["strain"], -0.99)) - log["true_strain"])
+        if float(gaps.max()) <= 1e-3 * max(float(log["true_strain"].max()), 1e-3):
             return
     raise FileError(
         log.path,
@@ -167,35 +167,35 @@ _SIZES = {
     "m^2": (r"cross.?section|\barea\b|querschnitt", "forces", "cross-section (--area)"),
     "m": (r"gau?ge length|specimen length|\blength\b", "elongations", "length (--gauge-length)"),
 }
-"""Sizes of a specimen: words for it in a file's head, what it divides, what the user calls it."""
+"""Sizes of a specimen: their words in a file's head, the quantity they divide, their option."""
 
 
-def _stated(log: Log, si: str, given: float | None) -> float:
-    """A size of the specimen, given or in a line of the head such as 'Specimen Length (mm);33'."""
-    words, holds, called = _SIZES[si]
-    if given:
-        return given
-    for key, rest in log.head.items():
+def _find_size(log: Log, si: str, size: float | None) -> float:
+    """Return a size of the specimen, given or from the head, as in 'Specimen Length (mm);33'."""
+    words, holds, option = _SIZES[si]
+    if size:
+        return size
+    for key, values in log.head.items():
         match = re.fullmatch(r"(.*?)\s*[(\[](.+)[)\]]", key)
         if match and re.search(words, match[1]) and (unit := convert(match[2], si)):
             with contextlib.suppress(ValueError):
-                return float(rest[0].replace(",", ".")) * float(unit[0])
-    raise FileError(log.path, f"holds {holds}; give the specimen's {called}")
+                return float(values[0].replace(",", ".")) * float(unit[0])
+    raise FileError(log.path, f"holds {holds}; give the specimen's {option}")
 
 
 def first_loading(strain: Array, stress: Array) -> tuple[int, int, list[str]]:
-    """(first, end, what was left out): up to the first turn of strain, or to the break.
+    """Return (first, end, notes): up to the first turn of strain, or to the break.
 
-    A turn: strain falls by more than 2 % of the range below what it had reached. A break: stress
-    falls to less than half of its peak within the loading and does not come back.
+    At a turn the strain falls by more than 2 % of the range below its maximum so far. At a break
+    the stress falls below half of its peak within the loading and does not recover.
     """
     reach = np.maximum.accumulate(strain)
     span = float(strain.max() - strain[0])
-    back = np.flatnonzero(reach - strain > 0.02 * span)
-    end, said = len(strain), []
-    if back.size:
-        end = int(np.argmax(strain[: back[0]])) + 1
-        said.append(
+    turns = np.flatnonzero(reach - strain > 0.02 * span)
+    end, notes = len(strain), []
+    if turns.size:
+        end = int(np.argmax(strain[: turns[0]])) + 1
+        notes.append(
             f"only the first loading is used, to {strain[end - 1]:.3g} of strain; "
             f"{len(strain) - end} later samples are cycles or unloading"
         )
@@ -203,8 +203,8 @@ def first_loading(strain: Array, stress: Array) -> tuple[int, int, list[str]]:
     low = np.flatnonzero(stress[top:end] < 0.5 * stress[top])
     if low.size and stress[top] > 0 and (stress[top + low[0] : end] < 0.5 * stress[top]).all():
         end = top + 1
-        said.append(f"it breaks at {strain[top]:.3g} of strain; later samples are not used")
-    return 0, end, said
+        notes.append(f"it breaks at {strain[top]:.3g} of strain; later samples are not used")
+    return 0, end, notes
 
 
 def moduli(specimen: Specimen, window: tuple[float, float] = WINDOW) -> Moduli:
@@ -251,31 +251,31 @@ def moduli(specimen: Specimen, window: tuple[float, float] = WINDOW) -> Moduli:
 
 
 def _stress_at(x: Array, y: Array, strain: float) -> tuple[float | None, float | None]:
-    """Stress at a strain and its standard error: a parabola over ±10 % of that strain."""
+    """Return the stress at a strain and its standard error: a parabola over ±10 % of the strain."""
     if not x[0] <= strain <= x[-1]:
         return None, None
-    near = np.abs(x - strain) <= 0.1 * strain
-    if near.sum() < 6:
+    inside = np.abs(x - strain) <= 0.1 * strain
+    if inside.sum() < 6:
         return float(np.interp(strain, x, y)), None
-    fitted, cov = np.polyfit(x[near] - strain, y[near], 2, cov=True)
-    return float(fitted[-1]), float(np.sqrt(cov[-1, -1]))
+    parabola, cov = np.polyfit(x[inside] - strain, y[inside], 2, cov=True)
+    return float(parabola[-1]), float(np.sqrt(cov[-1, -1]))
 
 
 def material_of(specimen: Specimen, names: Mapping[str, str]) -> tuple[str, str] | None:
-    """(catalogue key, by what) of the silicone a file names; None where nothing decides.
+    """Return (catalogue key, source) of the silicone that a file names; None if none is found.
 
-    `names` maps the catalogue's keys to the makers' names. Looked at: links and words of the
-    file's head, then the file's name. The longest name that fits counts, and fits once only.
+    `names` maps the catalogue's keys to the makers' names. Links and words of the file's head count
+    first, then the file's name. The longest matching name wins.
     """
-    head = [text for rest in specimen.head.values() for text in rest]
+    head = [text for values in specimen.head.values() for text in values]
     places = [("the file's head", t) for t in head] + [("the file's name", specimen.name)]
     for place, text in places:
-        squeezed = re.sub(r"[^a-z0-9]+", "", plain(re.sub(r"\.csv$", "", text)))
+        letters = re.sub(r"[^a-z0-9]+", "", plain(re.sub(r"\.csv$", "", text)))
         fits = []
         for key, name in names.items():
             for form in (key, name):
                 short = re.sub(r"[^a-z0-9]+", "", plain(form))
-                if re.search(rf"{short}(?!\d)", squeezed):
+                if re.search(rf"{short}(?!\d)", letters):
                     fits.append((len(short), key))
         if fits:
             return max(fits)[1], place

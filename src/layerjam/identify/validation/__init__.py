@@ -1,1 +1,1 @@
-"""How far the model lies from measured pulls."""
+"""Comparison of the model with measured pulls."""

@@ -1,30 +1,29 @@
-"""How far a model's curves lie from measured ones, and how much of that the repeats explain.
+"""Errors of a model's curves against measured ones, and the part that repeats explain.
 
-The window: the loading branch from the peak to the end, 200 points equally spaced in elongation,
-those with a measured force of at least 5 % of the peak (a relative error means nothing near zero
-force). A pull without a peak is taken from where it has bent off its straight rise, or whole where
-it has none (low or no vacuum), and says so. Both curves start where the straight line before onset
-meets zero force.
+The window is the loading branch from the peak to the end, 200 points equally spaced in elongation,
+with a measured force of at least 5 % of the peak (a relative error means nothing near zero force).
+A pull without a peak starts where it leaves its straight rise. Without such a rise (low or no
+vacuum) it is used whole. Its note states this. Both curves start where the straight line before
+onset meets zero force.
 
-Over the points of the window, y measured and m the model's force:
+Over the points of the window, with y measured and m the model's force:
 
     MAPE  mean of |m - y| / y
     RMSE  root of the mean of (m - y)^2
-    bias  mean of m - y; positive where the model is too strong
-    R^2   1 - sum (m - y)^2 / sum (y - mean y)^2; negative where a constant would do better
+    bias  mean of m - y; positive if the model is too strong
+    R^2   1 - sum (m - y)^2 / sum (y - mean y)^2; negative if a constant would be better
 
-Of one curve the mean of y is that curve's; of a condition (pulls at one vacuum and speed) or of
-all it is that of all its points, so that the R^2 of all also rewards telling the vacuums apart.
+The mean of y is over the points of the curve, of the condition (pulls at one vacuum and speed) or
+of all pulls. The R^2 of all therefore also rewards a correct dependence on vacuum.
 
 The mean squared error of a condition with R >= 2 repeats is split. With e_r(u) the residual of
 repeat r at one elongation, their mean e(u) and sample variance s^2(u) = sum (e_r - e)^2 / (R - 1),
 
     mean square of e_r  =  (e^2 - s^2/R)  +  s^2
 
-exactly. The second part is what any model would be left with, the scatter between repeats; the
-first is the model's own error. Both are unbiased for any R: the mean of few repeats still scatters
-by s^2/R, which is no fault of the model. The first can therefore come out below zero, where the
-model's error cannot be told from none.
+exactly. The second part is the scatter between repeats, which no model can remove. The first is the
+model's own error. Both are unbiased for any R, because the mean of few repeats still scatters by
+s^2/R. The first can therefore be negative: the model error is then not distinguishable from zero.
 """
 
 from __future__ import annotations
@@ -55,10 +54,10 @@ WINDOW = (
 
 @dataclass(frozen=True, kw_only=True)
 class Errors:
-    """How far a model lies from measured points.
+    """Errors of a model against measured points.
 
-    `mape` is the mean of |measured - model| / measured [-], `rmse` [N], `bias` the mean of
-    model - measured [N]; `r_squared` is None where the measured force never changes.
+    `mape` is the mean of |measured - model| / measured [-], `rmse` [N], `bias` the mean of model -
+    measured [N]; `r_squared` is None if the measured force never changes.
     """
 
     mape: float
@@ -83,21 +82,21 @@ class CurveError(Errors):
 
     @property
     def points(self) -> int:
-        """M."""
+        """Number of points M."""
         return len(self.elongation)
 
     @property
     def residual(self) -> np.ndarray:
-        """Measured less model [N], shape (M,): what the model leaves over."""
+        """Measured less model [N], shape (M,)."""
         return self.measured - self.model
 
 
 @dataclass(frozen=True, kw_only=True)
 class Split:
-    """A mean squared error [N^2] in two: the model's own part and the scatter between repeats.
+    """Mean squared error [N^2] in two parts: the model's own and the scatter between repeats.
 
-    `mse` = `model_mse` + `scatter_mse`; `model_mse` may be below zero, and then the scatter's
-    `share` [-] is above 1; it is None where there is no error at all.
+    `mse` = `model_mse` + `scatter_mse`. If `model_mse` is negative, the scatter's `share` [-] is
+    above 1. The share is None if there is no error at all.
     """
 
     mse: float
@@ -108,27 +107,27 @@ class Split:
 
     @property
     def own(self) -> float:
-        """The model's own error, root mean square [N]; 0 where none can be told."""
+        """Root mean square of the model's own error [N]; 0 if not distinguishable from zero."""
         return max(self.model_mse, 0.0) ** 0.5
 
     @property
     def sd(self) -> float:
-        """Of the repeats at one elongation [N]."""
+        """Standard deviation of the repeats at one elongation [N]."""
         return self.scatter_mse**0.5
 
     @classmethod
     def of(cls, parts: Sequence[float] | np.ndarray, repeats: int) -> Split:
-        """From (mean square, the model's part, the scatter's part)."""
+        """Return the split from (mean square, the model's part, the scatter's part)."""
         mse, model, scatter = (float(part) for part in parts)
         share = scatter / mse if mse > 0 else None
         return cls(mse=mse, model_mse=model, scatter_mse=scatter, share=share, repeats=repeats)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pooled(Errors):
+class PooledErrors(Errors):
     """Errors over several pulls: `mape` is the mean over files, `mape_sd` its SD between files.
 
-    RMSE and bias [N] and R^2 are over all points. `scatter` is None without any repeat.
+    RMSE and bias [N] and R^2 are over all points. `scatter` is None if no pull is repeated.
     """
 
     mape_sd: float | None
@@ -137,25 +136,25 @@ class Pooled(Errors):
 
     @property
     def repeats(self) -> int:
-        """Pulls."""
+        """Number of pulls."""
         return len(self.curves)
 
 
 @dataclass(frozen=True, kw_only=True)
-class ConditionError(Pooled):
-    """The pulls at one vacuum [Pa] and speed [m/s]; `speed` is None where nothing tells it."""
+class ConditionError(PooledErrors):
+    """Errors at one vacuum [Pa] and speed [m/s]; `speed` is None if unknown."""
 
     vacuum: float
     speed: float | None
 
 
 @dataclass(frozen=True, kw_only=True)
-class Validation(Pooled):
+class Validation(PooledErrors):
     """Errors over all pulls; `scatter` is the mean of the conditions' splits.
 
-    `mape_conditions` and its SD are over conditions, as the paper counts (section III-C); `pulls`
-    is the table pull by pull, where it was asked for, and `gross` {file: reason} of the pulls that
-    no plausible scatter explains.
+    `mape_conditions` and its SD are over conditions, as in the paper (section III-C). `pulls` is
+    the table pull by pull on request, `gross` {file: reason} the pulls that no plausible scatter
+    explains.
     """
 
     mape_conditions: float
@@ -166,10 +165,9 @@ class Validation(Pooled):
 
 
 def uncalibrated(brake: Brake) -> Brake:
-    """The brake before calibration: scale factor 1, stiffness of the stuck sheets (eq. 1).
+    """Return the brake before calibration: scale factor 1, stiffness of the stuck sheets (eq. 1).
 
-    A fitted dependence on pressure or speed goes too; friction and enclosure stay as the file has
-    them.
+    A fitted dependence on pressure or speed goes too; friction and enclosure stay as in the file.
     """
     return replace(
         brake,
@@ -182,13 +180,13 @@ def uncalibrated(brake: Brake) -> Brake:
     )
 
 
-def sampled(pull: PullFeatures, points: np.ndarray) -> np.ndarray:
-    """Force [N] of a pull at elongations `points` [m], shape (N,)."""
+def sample_force(pull: PullFeatures, points: np.ndarray) -> np.ndarray:
+    """Return the force [N] of a pull at elongations `points` [m], shape (N,)."""
     order = np.argsort(pull.elongation, kind="stable")
     return np.interp(points, pull.elongation[order], pull.force[order])
 
 
-def _modelled(pull: PullFeatures, points: np.ndarray, vacuum: float, brake: Brake) -> np.ndarray:
+def _model_force(pull: PullFeatures, points: np.ndarray, vacuum: float, brake: Brake) -> np.ndarray:
     model = np.asarray(force_at_elongation(points, vacuum, brake))
     if not np.isfinite(model).all():
         raise FitError.of(pull.path, "the model has no answer there; the brake would snap")
@@ -196,7 +194,7 @@ def _modelled(pull: PullFeatures, points: np.ndarray, vacuum: float, brake: Brak
 
 
 def _window(pull: PullFeatures, vacuum: float) -> tuple[float, float, str]:
-    """Where the window starts and ends [m], and what is unusual about it."""
+    """Return start and end of the window [m], and a note if it is unusual."""
     note = ""
     if pull.has_peak:
         start = pull.peak_elongation
@@ -205,9 +203,9 @@ def _window(pull: PullFeatures, vacuum: float) -> tuple[float, float, str]:
         note = "no peak and no straight rise: the window is the whole record"
     else:
         line = pull.stiffness * pull.elongation
-        bent = np.flatnonzero(pull.force < 0.9 * line)
-        bent = bent[pull.force[bent] > FLOOR * pull.peak_force]
-        start = float(pull.elongation[bent[0]]) if len(bent) else np.inf
+        slipping = np.flatnonzero(pull.force < 0.9 * line)
+        slipping = slipping[pull.force[slipping] > FLOOR * pull.peak_force]
+        start = float(pull.elongation[slipping[0]]) if len(slipping) else np.inf
         note = "no peak: the window starts where the force bends off its straight rise"
     end = float(pull.elongation[-1])
     if not end - start > 1e-6:
@@ -215,17 +213,17 @@ def _window(pull: PullFeatures, vacuum: float) -> tuple[float, float, str]:
     return start, end, note
 
 
-def _errors(measured: np.ndarray, model: np.ndarray) -> dict[str, Any]:
-    """The fields of `Errors` over some points [N]."""
-    error, mean = model - measured, float(measured.mean())
-    squared = None
-    if np.ptp(measured) > 1e-12 * abs(mean):  # a mean of like values is off by a rounding
-        squared = 1 - float((error**2).sum() / ((measured - mean) ** 2).sum())
+def _errors(forces: np.ndarray, model: np.ndarray) -> dict[str, Any]:
+    """Return the fields of `Errors` over some points [N]."""
+    error, mean = model - forces, float(forces.mean())
+    r_squared = None
+    if np.ptp(forces) > 1e-12 * abs(mean):  # a mean of like values is off by a rounding
+        r_squared = 1 - float((error**2).sum() / ((forces - mean) ** 2).sum())
     return {
-        "mape": float(np.mean(np.abs(error) / measured)),
+        "mape": float(np.mean(np.abs(error) / forces)),
         "rmse": float(np.sqrt(np.mean(error**2))),
         "bias": float(error.mean()),
-        "r_squared": squared,
+        "r_squared": r_squared,
     }
 
 
@@ -237,20 +235,20 @@ def compare(
     speed: float | None = None,
     repeat: int | None = None,
 ) -> CurveError:
-    """MAPE, RMSE, bias and R^2 of the model at `vacuum` [Pa] against one pull, over the window.
+    """Compare the model at `vacuum` [Pa] with one pull, over the window.
 
-    `speed` [m/s] and `repeat` are kept for grouping. Raises FileError where the record ends at its
-    peak, FitError where the brake would snap.
+    `speed` [m/s] and `repeat` are stored for grouping. Raises FileError if the record ends at its
+    peak, FitError if the brake would snap.
     """
     start, end, note = _window(pull, vacuum)
     points = np.linspace(start, end, POINTS)
-    measured = sampled(pull, points)
-    model = _modelled(pull, points, vacuum, brake)
-    kept = measured >= FLOOR * pull.peak_force
-    points, measured, model = points[kept], measured[kept], model[kept]
+    forces = sample_force(pull, points)
+    model = _model_force(pull, points, vacuum, brake)
+    kept = forces >= FLOOR * pull.peak_force
+    points, forces, model = points[kept], forces[kept], model[kept]
     return CurveError(
         elongation=points,
-        measured=measured,
+        measured=forces,
         model=model,
         vacuum=vacuum,
         path=pull.path,
@@ -258,14 +256,14 @@ def compare(
         pull=pull,
         speed=speed,
         repeat=repeat,
-        **_errors(measured, model),
+        **_errors(forces, model),
     )
 
 
 def split_error(residuals: np.ndarray) -> tuple[float, float, float]:
-    """(mean square, the model's part, the scatter's part) of residuals, shape (R, M), R >= 2.
+    """Return (mean square, model's part, scatter's part) of residuals, shape (R, M), R >= 2.
 
-    Rows are repeats, columns elongations; the three come in the residuals' unit squared.
+    Rows are repeats, columns elongations; the three are in the residuals' unit squared.
     """
     repeats = len(residuals)
     if repeats < 2:
@@ -276,7 +274,7 @@ def split_error(residuals: np.ndarray) -> tuple[float, float, float]:
 
 
 def _split(curves: Sequence[CurveError], brake: Brake) -> Split | None:
-    """The split of one condition over the elongations all its windows share; None without any."""
+    """Return the split of one condition over the elongations common to its windows, or None."""
     if len(curves) < 2:
         return None
     start = max(float(c.elongation[0]) for c in curves)
@@ -286,21 +284,21 @@ def _split(curves: Sequence[CurveError], brake: Brake) -> Split | None:
     points = np.linspace(start, end, POINTS)
     residuals = np.stack(
         [
-            _modelled(c.pull, points, c.vacuum, as_pulled(brake, c.speed, c.path))
-            - sampled(c.pull, points)
+            _model_force(c.pull, points, c.vacuum, as_pulled(brake, c.speed, c.path))
+            - sample_force(c.pull, points)
             for c in curves
         ]
     )
     return Split.of(split_error(residuals), len(curves))
 
 
-def _pooled(curves: Sequence[CurveError]) -> dict[str, Any]:
-    """The fields of `Pooled` but the split: errors over all points, MAPE and its SD over files."""
-    measured = np.concatenate([c.measured for c in curves])
+def _pool_errors(curves: Sequence[CurveError]) -> dict[str, Any]:
+    """Return the fields of `PooledErrors` but the split: errors over points, MAPE over files."""
+    forces = np.concatenate([c.measured for c in curves])
     model = np.concatenate([c.model for c in curves])
     mape, mape_sd = _mean_sd([c.mape for c in curves])
     over_files = {"mape": mape, "mape_sd": mape_sd, "curves": tuple(curves)}
-    return _errors(measured, model) | over_files
+    return _errors(forces, model) | over_files
 
 
 def _mean_sd(values: Sequence[float]) -> tuple[float, float | None]:
@@ -313,32 +311,32 @@ def _condition(curves: Sequence[CurveError], brake: Brake) -> ConditionError:
         vacuum=float(np.mean([c.vacuum for c in curves])),
         speed=float(np.mean(speeds)) if speeds else None,
         scatter=_split(curves, brake),
-        **_pooled(curves),
+        **_pool_errors(curves),
     )
 
 
-def assemble(found: Sequence[ConditionError], curves: Sequence[CurveError]) -> Validation:
-    """The errors in all; every file counts the same, in the split every condition."""
-    over, over_sd = _mean_sd([c.mape for c in found])
-    known = [c.scatter for c in found if c.scatter is not None]
+def assemble(conditions: Sequence[ConditionError], curves: Sequence[CurveError]) -> Validation:
+    """Return the errors of all pulls; every file counts equally, in the split every condition."""
+    mape, mape_sd = _mean_sd([c.mape for c in conditions])
+    splits = [c.scatter for c in conditions if c.scatter is not None]
     split = None
-    if known:
-        parts = np.mean([(s.mse, s.model_mse, s.scatter_mse) for s in known], axis=0)
-        split = Split.of(parts, sum(s.repeats for s in known))
+    if splits:
+        parts = np.mean([(s.mse, s.model_mse, s.scatter_mse) for s in splits], axis=0)
+        split = Split.of(parts, sum(s.repeats for s in splits))
     return Validation(
-        mape_conditions=over,
-        mape_conditions_sd=over_sd,
+        mape_conditions=mape,
+        mape_conditions_sd=mape_sd,
         scatter=split,
-        conditions=tuple(found),
-        **_pooled(curves),
+        conditions=tuple(conditions),
+        **_pool_errors(curves),
     )
 
 
 def validate_curves(curves: Sequence[Curve], brake: Brake) -> Validation:
-    """Compare a brake with pulls whose vacuum, speed and repeat are known.
+    """Compare a brake with pulls of known vacuum, speed and repeat.
 
-    Raises FitError without any pull or where the brake would snap, FileError for a pull that ends
-    at its peak.
+    Raises FitError if no pull is given or the brake would snap, FileError for a pull that ends at
+    its peak.
     """
     if not curves:
         raise FitError("validate: no pull was given")
@@ -352,9 +350,11 @@ def validate_curves(curves: Sequence[Curve], brake: Brake) -> Validation:
         )
         for c in curves
     ]
-    found = [_condition([errors[i] for i in group], brake) for group in conditions(curves)]
-    found.sort(key=lambda c: (c.speed or 0.0, -c.vacuum))
-    return assemble(found, errors)
+    errors_by_condition = [
+        _condition([errors[i] for i in group], brake) for group in conditions(curves)
+    ]
+    errors_by_condition.sort(key=lambda c: (c.speed or 0.0, -c.vacuum))
+    return assemble(errors_by_condition, errors)
 
 
 def validate_pulls(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Validation:

@@ -12,7 +12,7 @@ from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.identify.calibration.gross import gross_pulls
 from layerjam.identify.calibration.peaks import fits_of, pull_table
-from layerjam.identify.checks import POSSIBLE, SMALL, Check, check, percent, trend, within
+from layerjam.identify.checks import POSSIBLE, SMALL, Check, check, check_span, percent, trend
 from layerjam.identify.curves import Curve
 from layerjam.identify.repeats import over_repeats
 from layerjam.identify.single_pulls import pull_checks
@@ -27,10 +27,10 @@ from layerjam.identify.validation.metrics import (
 
 
 def pool(results: Sequence[Validation]) -> Validation:
-    """Several brakes' validations as one, such as the paper's two films.
+    """Join several brakes' validations, such as those of the paper's two films.
 
-    Each was made with its own brake's model; pulls of different brakes are never repeats of one
-    another, also at the same vacuum and speed. Raises FitError without any.
+    Each uses the model of its own brake; pulls of different brakes are never repeats of one
+    another. Raises FitError if no validation is given.
     """
     if not results:
         raise FitError("pool: no validation was given")
@@ -41,7 +41,7 @@ def pool(results: Sequence[Validation]) -> Validation:
 
 
 def with_pulls(result: Validation, curves: Sequence[Curve], brake: Brake) -> Validation:
-    """The validation with the table pull by pull of the same curves."""
+    """Return the validation with the table pull by pull of the same curves."""
     gross = gross_pulls([(curve.pull, curve.vacuum) for curve in curves], brake)
     reasons = {curves[index].name: reason for index, reason in gross.items()}
     table = pull_table(curves, fits_of(curves, brake), brake)
@@ -55,26 +55,26 @@ CONDITION = ("vacuum", "speed", "mape", "mape_sd", *_ERRORS, "repeats", "scatter
 ALL = ("mape", "mape_sd", "mape_conditions", "mape_conditions_sd", *_ERRORS, "scatter")
 
 
-def row(found: Errors, names: Sequence[str]) -> dict[str, Any]:
-    """The errors of one pull (`FILE`), of a condition (`CONDITION`) or of `ALL`, SI."""
-    values = ((name, getattr(found, name)) for name in names)
+def row(errors: Errors, names: Sequence[str]) -> dict[str, Any]:
+    """Return the errors of one pull (`FILE`), of a condition (`CONDITION`) or of `ALL`, SI."""
+    values = ((name, getattr(errors, name)) for name in names)
     return {name: asdict(v) if isinstance(v, Split) else v for name, v in values}
 
 
 def summary(result: Validation) -> dict[str, Any]:
-    """The errors in all and per condition, SI."""
+    """Return the errors of all pulls and per condition, SI."""
     return {**row(result, ALL), "conditions": [row(c, CONDITION) for c in result.conditions]}
 
 
-def validation_checks(result: Validation, seen: int) -> tuple[Check, ...]:
-    """What the residuals say, in plain words; `seen` pulls were also calibrated on.
+def validation_checks(result: Validation, calibrated_on: int) -> tuple[Check, ...]:
+    """Return the checks of the residuals; `calibrated_on` pulls were also calibrated on.
 
-    The unit is the pull, not the sample: of each its mean residual relative to its mean force, and
-    how far that drifts along the pull; then Student's t over the pulls.
+    The unit is the pull, not the sample. Student's t compares the mean residual of each pull,
+    relative to its mean force, and the drift of the residual along the pull.
     """
     count = len(result.curves)
     fresh = "the brake names none of these pulls as calibrated on"
-    stale = f"{seen} of {count} pulls were also calibrated on: this is a fit, not a test"
+    stale = f"{calibrated_on} of {count} pulls were also calibrated on: this is a fit, not a test"
     relative = np.array([c.bias / float(c.measured.mean()) for c in result.curves])
     drifts = [_drift(c) for c in result.curves]
     vacuums = np.array([c.vacuum for c in result.curves])
@@ -84,9 +84,9 @@ def validation_checks(result: Validation, seen: int) -> tuple[Check, ...]:
     advice = ": correct its unit, or leave the file out (--exclude)"
     ratio = 1 + float(np.median(relative))
     checks = [
-        check("independent", not seen, stale if seen else fresh),
+        check("independent", not calibrated_on, stale if calibrated_on else fresh),
         check("pulls", not result.gross, unlike or alike, advice, "failed"),
-        within("model", ratio, POSSIBLE, "model over measured force", MODEL_ADVICE, "failed"),
+        check_span("model", ratio, POSSIBLE, "model over measured force", MODEL_ADVICE, "failed"),
         _mean_check("bias", relative.tolist(), "the model is {} off the measured force"),
         _mean_check("trend over elongation", drifts, "along a pull the residual drifts by {}"),
         trend("trend over vacuum", "residual", relative, vacuums, "Pa", levels=2),
@@ -105,10 +105,10 @@ def _drift(curve: CurveError) -> float:
 
 
 def _mean_check(name: str, values: Sequence[float], words: str) -> Check:
-    found = over_repeats(values, positive=False)
-    sentence, small = words.format(percent(found.mean)), abs(found.mean) < SMALL
-    if found.low is None or found.high is None:
+    mean = over_repeats(values, positive=False)
+    sentence, small = words.format(percent(mean.mean)), abs(mean.mean) < SMALL
+    if mean.low is None or mean.high is None:
         return check(name, small, f"{sentence} (one pull)")
-    low, high = percent(found.low), percent(found.high)
+    low, high = percent(mean.low), percent(mean.high)
     sentence += f" (95 % interval {low} to {high}, {len(values)} pulls)"
-    return check(name, small or found.low <= 0 <= found.high, sentence)
+    return check(name, small or mean.low <= 0 <= mean.high, sentence)

@@ -1,4 +1,4 @@
-"""What is read of a file: its text, line by line."""
+"""Text of a file, line by line."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from layerjam.errors import FileError
 
 LONGEST_LINE = 20_000
 IN_CELL = "\x0b"
-"""Stands for a line end within a quoted cell of the head."""
+"""Replaces a line end within a quoted cell of the head."""
 
 
 @dataclass(frozen=True)
 class Source:
     """A text file, or one sheet of a workbook as text.
 
-    `data` is in UTF-8 or a code page that extends ASCII, with Unix newlines and no byte-order
-    mark. `decimal` is the decimal sign where the kind of file settles it, `notes` what was made of
-    its layout.
+    `data` is in UTF-8 or a code page that extends ASCII, with Unix newlines and no byte-order mark.
+    `decimal` is the decimal sign if the kind of file determines it, `notes` describe changes of its
+    layout.
     """
 
     path: str
@@ -29,7 +29,7 @@ class Source:
     notes: tuple[str, ...] = ()
 
     def lines(self, offset: int = 0) -> Iterator[tuple[int, str]]:
-        """(byte offset, text) of each line from a byte offset on."""
+        """Yield (byte offset, text) of each line from a byte offset on."""
         data = self.data
         while offset < len(data):
             end = data.find(b"\n", offset)
@@ -40,14 +40,14 @@ class Source:
             offset = end + 1
 
     def too_long(self, size: int, line: int) -> FileError:
-        """The error for a line of more bytes than a table has."""
+        """Return the error for a line of more bytes than a table has."""
         return FileError(self.path, f"has a line of {size} bytes, no table of numbers", line)
 
     def text(self, start: int, end: int) -> str:
-        """The text between two byte offsets."""
+        """Return the text between two byte offsets."""
         return self.data[start:end].decode(self.encoding, errors="replace")
 
     def line_number(self, offset: int) -> int:
-        """The line (from 1) that holds a byte offset."""
+        """Return the line (from 1) that contains a byte offset."""
         data = self.data
         return data.count(b"\n", 0, offset) + data.count(IN_CELL.encode(), 0, offset) + 1

@@ -1,4 +1,4 @@
-"""Bytes to text: byte-order marks, UTF-16 without one, and which code page a header is in."""
+"""Bytes to text: byte-order marks, UTF-16 without one, and the code page of a header."""
 
 from __future__ import annotations
 
@@ -20,17 +20,19 @@ _TWO_BYTES = ("cp932", "gb18030", "big5", "cp949", "euc-jp")
 _PAGES = ("cp1252", "cp1250", "cp1251", *_TWO_BYTES, "koi8-r", "cp1253", "cp1254")
 _HEAD = 16_384
 TYPOGRAPHY = {"\u2212": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "\u2019": "'"}
-"""Minus signs, hard blanks and apostrophes of typesetters, and what they stand for."""
+"""Minus signs, hard blanks and apostrophes of typesetters, with their ASCII equivalents."""
 _ALLOWED = b"\t\n\r\f\x1a"
 
 
-def decoded(name: str, data: bytes) -> tuple[bytes, str]:
-    """The bytes in an encoding in which digits and separators are single ASCII bytes.
+def decode(name: str, data: bytes) -> tuple[bytes, str]:
+    """Return the bytes in an encoding in which digits and separators are single ASCII bytes.
 
     Minus signs, hard blanks and apostrophes of typesetters become ASCII. Raises FileError for
-    UTF-16 that is not whole and for what is no text.
+    incomplete UTF-16 and for binary data.
     """
-    wide = next((code for mark, code in _MARKS if data.startswith(mark)), None) or _unmarked(data)
+    wide = next((code for mark, code in _MARKS if data.startswith(mark)), None) or _guess_utf16(
+        data
+    )
     if wide is not None:
         try:
             data = data.decode(wide).encode()
@@ -46,23 +48,23 @@ def decoded(name: str, data: bytes) -> tuple[bytes, str]:
     encoding = _encoding(data)
     if not data.isascii():
         for mark, plain in TYPOGRAPHY.items():
-            data = _replaced(data, mark, plain, encoding)
+            data = _replace_sign(data, mark, plain, encoding)
     return data, encoding
 
 
-def _replaced(data: bytes, mark: str, plain: str, encoding: str) -> bytes:
-    """A sign of typesetters as ASCII; where two bytes make a letter only whole lines are safe."""
+def _replace_sign(data: bytes, mark: str, plain: str, encoding: str) -> bytes:
+    """Replace a typesetter's sign by ASCII, if that is safe with two bytes to a letter."""
     try:
-        coded = mark.encode(encoding)
+        code = mark.encode(encoding)
     except UnicodeEncodeError:
         return data
-    if coded not in data or (encoding in _TWO_BYTES and len(coded) < 2):
+    if code not in data or (encoding in _TWO_BYTES and len(code) < 2):
         return data
-    return data.replace(coded, plain.encode())
+    return data.replace(code, plain.encode())
 
 
-def _unmarked(data: bytes) -> str | None:
-    """UTF-16 without a byte-order mark: every second byte of its head is zero."""
+def _guess_utf16(data: bytes) -> str | None:
+    """Return the kind of UTF-16 without a mark: every second byte of its head is zero."""
     head = data[:4096]
     if len(head) < 20 or b"\0" not in head:
         return None
@@ -84,19 +86,19 @@ def _encoding(data: bytes) -> str:
         pass
     lines = [line for line in data[:_HEAD].splitlines() if not line.isascii()][:100]
     text = b"\n".join(lines)
-    best, most = "cp1252", 0
+    best, greatest = "cp1252", 0
     for page in _PAGES:
         try:
             score = _score(text.decode(page))
         except UnicodeDecodeError:
             continue
-        if score > most:
-            best, most = page, score
+        if score > greatest:
+            best, greatest = page, score
     return best
 
 
 def _score(text: str) -> int:
-    """How much of a head is words of test machines or units, if read in one code page."""
+    """Return the number of letters in known words and units of a head, read in one code page."""
     units = [u for u in re.split(r"[\t;,|\"'()\[\]/\n]+", text) if u and not u.isascii()]
-    known = sum(8 for u in set(units) if len(u) <= 12 and unit_role(u.strip()))
-    return known_words(text[:4000]) + known
+    unit_letters = sum(8 for u in set(units) if len(u) <= 12 and unit_role(u.strip()))
+    return known_words(text[:4000]) + unit_letters

@@ -21,18 +21,18 @@ _OTHER_UNIT = re.compile(
 
 
 def head_of(above: Sequence[tuple[int, str]], separator: str, width: int) -> Header | None:
-    """The names and units in the lines (number, text) above numbers `width` columns wide.
+    """Return names and units in the lines (number, text) above numbers `width` columns wide.
 
-    The last line may hold the units, with the names above it; or the names with their units; or
-    words of no use, when the lines above it are tried. None where no line has enough fields.
+    The last line may have the units, with the names above it, or the names with their units. If it
+    has neither, the lines above it are tried. None if no line has enough fields.
     """
     rows = [(n, _fields(text, separator, width)) for n, text in above]
     best: Header | None = None
-    for dropped in range(min(3, len(rows))):
-        kept = rows[: len(rows) - dropped]
-        if dropped and not _of_no_use(rows[len(kept)][1]):
+    for count in range(min(3, len(rows))):
+        remaining = rows[: len(rows) - count]
+        if count and not _of_no_use(rows[len(remaining)][1]):
             break
-        head = _at(kept, width)
+        head = _head_at(remaining, width)
         if head is not None and head.style:
             return head
         best = best or head
@@ -40,23 +40,23 @@ def head_of(above: Sequence[tuple[int, str]], separator: str, width: int) -> Hea
 
 
 def _of_no_use(fields: Sequence[str]) -> bool:
-    """Whether a line may be passed over: it names nothing that a column could be."""
+    """Return whether a line may be skipped because none of its fields names a column."""
     return not any(named_role(f) or unit_role(f) for f in fields if f)
 
 
-def _at(rows: Sequence[tuple[int, list[str]]], width: int) -> Header | None:
-    """The head whose last line is the last of `rows`."""
+def _head_at(rows: Sequence[tuple[int, list[str]]], width: int) -> Header | None:
+    """Return the head whose last line is the last of `rows`."""
     number, last = rows[-1]
     if not 2 <= len(last) <= MOST_COLUMNS:
         return None
     units = _unit_row(last)
     if units is not None:
-        for back in (2, 3):
-            if len(rows) < back:
+        for distance in (2, 3):
+            if len(rows) < distance:
                 break
-            above_number, above = rows[-back]
+            above_number, above = rows[-distance]
             if len(last) <= len(above) <= MOST_COLUMNS and not _numbers(above):
-                return _two_rows(above_number, above, units, last, rows[:-back])
+                return _two_rows(above_number, above, units, last, rows[:-distance])
             if len(above) >= 2 and not _numbers(above):
                 break
         if {r[0] for u in units if u and (r := unit_role(u))} >= {"force", "elongation"}:
@@ -80,25 +80,25 @@ def _two_rows(
     number: int,
     names: Sequence[str],
     units: tuple[str | None, ...],
-    written: Sequence[str],
+    fields: Sequence[str],
     above: Sequence[tuple[int, list[str]]],
 ) -> Header:
-    padded = units + (None,) * (len(names) - len(units))
-    columns = list(zip(names, map(split_unit, names), padded, strict=True))
-    bracketed = all(_BRACKETED.fullmatch(f) for f in written if f)
+    all_units = units + (None,) * (len(names) - len(units))
+    columns = list(zip(names, map(split_unit, names), all_units, strict=True))
+    in_brackets = all(_BRACKETED.fullmatch(f) for f in fields if f)
     return Header(
         tuple(p[0] if u is None or p[1] else n for n, p, u in columns),
-        tuple(_agreed(p[1], u) for _, p, u in columns),
-        "bracket row" if bracketed else "plain row",
+        tuple(_merge_units(p[1], u) for _, p, u in columns),
+        "bracket row" if in_brackets else "plain row",
         number,
         _label(above),
     )
 
 
-def _agreed(in_name: str | None, in_row: str | None) -> str | None:
-    """The unit of a column whose name and row of units may both say one."""
-    one, other = unit_role(in_name or ""), unit_role(in_row or "")
-    if one and other and one != other:
+def _merge_units(in_name: str | None, in_row: str | None) -> str | None:
+    """Return the unit of a column that may be in its name and in the row of units."""
+    name_role, row_role = unit_role(in_name or ""), unit_role(in_row or "")
+    if name_role and row_role and name_role != row_role:
         return f"{in_name} and {in_row}"  # no unit: the file contradicts itself
     return in_row if in_row is not None else in_name
 
@@ -108,51 +108,53 @@ def _numbers(fields: Sequence[str]) -> bool:
 
 
 def _label(above: Sequence[tuple[int, list[str]]]) -> tuple[str, ...]:
-    """The line above the names, which may number the specimens."""
+    """Return the line above the names, which may number the specimens."""
     return tuple(above[-1][1]) if above else ()
 
 
 def _unit_row(fields: Sequence[str]) -> tuple[str | None, ...] | None:
-    """The units of a line that holds nothing else, None where it is no such line."""
+    """Return the units of a line that has nothing else, None for any other line."""
     start = re.match(r"[^:]{2,20}:\s*(?=\S)", fields[0])
     if start and re.search(words.UNIT, plain(start[0])):
         fields = [fields[0][start.end() :], *fields[1:]]  # Units: s, mm, N
     units = tuple(re.sub(r"^[(\[<{]\s*|\s*[)\]>}]$", "", f).strip() or None for f in fields)
     if any(len(u or "") > 20 for u in units):
         return None
-    known = sum(u is not None and unit_role(u) is not None for u in units)
-    bracketed = sum(bool(_BRACKETED.fullmatch(f)) for f in fields)
-    other = sum(
+    known_units = sum(u is not None and unit_role(u) is not None for u in units)
+    in_brackets = sum(bool(_BRACKETED.fullmatch(f)) for f in fields)
+    other_units = sum(
         unit_role(u or "") is None and (_OTHER_UNIT.fullmatch(u or "") is not None) for u in units
     )
-    filled = sum(u is not None for u in units)
+    units_present = sum(u is not None for u in units)
     # A name may look like a unit ("m"), so units must be the rule in the line.
-    if known and (bracketed == filled or (known + other) * 2 >= filled):
+    if known_units and (
+        in_brackets == units_present or (known_units + other_units) * 2 >= units_present
+    ):
         return units
     return None
 
 
 def _fields(text: str, separator: str, width: int) -> list[str]:
-    """The fields of a line of words, whatever separates them there; comment signs taken off."""
+    """Return the fields of a line of words, with any separator, without comment signs."""
     text = _COMMENT.sub("", text) if _COMMENT.match(text) else text
     if separator != " ":
-        fields = trimmed(split(text, separator))
+        fields = trim(split(text, separator))
         if len(fields) > 1 or width < 2:
             return fields
-        for other in ("\t", ";", ",", "|"):
-            found = trimmed(split(text, other))
-            if other != separator and len(found) == width:
-                return found
+        for mark in ("\t", ";", ",", "|"):
+            cells = trim(split(text, mark))
+            if mark != separator and len(cells) == width:
+                return cells
         return fields
-    for found in _cut_at_blanks(text):
-        if len(found) == width:
-            return found
+    for cells in _cut_at_blanks(text):
+        if len(cells) == width:
+            return cells
     return text.split()
 
 
 def _cut_at_blanks(text: str) -> list[list[str]]:
-    """The ways to cut a line of words at blanks, commas or tabs, the likeliest first."""
-    ways = [trimmed(split(text, mark)) for mark in ("\t", ";", ",", "|") if mark in text]
+    """Return the ways to split a line of words at blanks, commas or tabs, the likeliest first."""
+    ways = [trim(split(text, mark)) for mark in ("\t", ";", ",", "|") if mark in text]
     ways.append([w.strip() for w in re.split(r"\s{2,}|\t", text.strip())])
     ways.append(text.split())
     if len(text) < 2000:
@@ -160,8 +162,8 @@ def _cut_at_blanks(text: str) -> list[list[str]]:
     return ways
 
 
-def trimmed(fields: list[str]) -> list[str]:
-    """Without empty fields at the end, which a trailing separator leaves."""
+def trim(fields: list[str]) -> list[str]:
+    """Return the fields without empty ones at the end, which a trailing separator leaves."""
     count = len(fields)
     while count and not fields[count - 1]:
         count -= 1
@@ -169,8 +171,8 @@ def trimmed(fields: list[str]) -> list[str]:
 
 
 def stated_units(texts: Sequence[str]) -> dict[str, str]:
-    """Units that lines above the table state by themselves: `Force unit;kN`, `Einheit Weg: mm`."""
-    found: dict[str, set[str]] = {"time": set(), "elongation": set(), "force": set()}
+    """Return units that lines above the table state: `Force unit;kN`, `Einheit Weg: mm`."""
+    units_of: dict[str, set[str]] = {"time": set(), "elongation": set(), "force": set()}
     for text in texts:
         if len(text) > 200:
             continue
@@ -179,9 +181,9 @@ def stated_units(texts: Sequence[str]) -> dict[str, str]:
         )
         if not match or not re.search(words.UNIT, plain(match[1])):
             continue
-        known, named = unit_role(match[2]), named_role(match[1])
-        if known and named == known[0]:
-            found[known[0]].add(match[2])
-        elif named == "force" and weight_unit(match[2]):
-            found["force"].add(match[2])
-    return {role: units.pop() for role, units in found.items() if len(units) == 1}
+        unit, role_named = unit_role(match[2]), named_role(match[1])
+        if unit and role_named == unit[0]:
+            units_of[unit[0]].add(match[2])
+        elif role_named == "force" and weight_unit(match[2]):
+            units_of["force"].add(match[2])
+    return {role: units.pop() for role, units in units_of.items() if len(units) == 1}

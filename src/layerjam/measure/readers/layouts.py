@@ -1,7 +1,7 @@
-"""Layouts that only one kind of program writes, as the plain table they mean.
+"""Layouts of particular programs, converted to plain tables.
 
-Each takes a file's bytes and gives back as many lines, so that an error names the line of the
-user's file: a head that is no table's becomes blank, names and units get into one line.
+Each layout takes a file's bytes and returns as many lines, so that an error names the line of the
+user's file. A foreign head becomes blank; names and units are joined in one line.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ _LVM_END = b"***End_of_Header***"
 _GRAMS = "the force is in grams, which as a force are gram-force (gf): 1 g weighs 9.80665 mN"
 
 Layout = tuple[bytes, tuple[str, ...]]
-"""A file's lines as a table's, and what is to be said of them."""
+"""Lines of a file as a table, with notes about the conversion."""
 
 
 def plain_table(data: bytes) -> Layout:
-    """The lines of a file without what its program wrote around them, and sentences saying so."""
+    """Return the lines of a file without its program's additions, and notes about that."""
     notes: list[str] = []
     for layout in _LAYOUTS:
-        data, said = layout(data)
-        notes += said
+        data, layout_notes = layout(data)
+        notes += layout_notes
     return data, tuple(notes)
 
 
 def _serial_monitor(data: bytes) -> Layout:
-    """Time stamps before each line (`12:34:05.678 -> 12,0.3`), comma and tab together."""
+    """Remove time stamps before each line (`12:34:05.678 -> 12,0.3`); join comma and tab."""
     head = [line for line in data[:_HEAD].split(b"\n") if line.strip()][:_FEW]
     notes = []
     if head and 2 * sum(bool(_STAMP.match(line)) for line in head) > len(head):
@@ -51,7 +51,7 @@ def _serial_monitor(data: bytes) -> Layout:
 
 
 def _microcontroller(data: bytes) -> Layout:
-    """`millis,grams,mm`: a sketch that calls its columns by their units."""
+    """Name the columns of `millis,grams,mm`, a sketch that names its columns by their units."""
     for number, line in enumerate(data[:_HEAD].split(b"\n")[:_FEW]):
         match = _UNITS_ALONE.fullmatch(line.strip().lower())
         if match:
@@ -62,7 +62,7 @@ def _microcontroller(data: bytes) -> Layout:
 
 
 def _texture_analyser(data: bytes) -> Layout:
-    """Exponent's `Time,Distance,Force` over `sec,mm,g`, or `Force (g)` in one line."""
+    """Read Exponent's `Time,Distance,Force` over `sec,mm,g`, or `Force (g)` in one line."""
     lines = data[:_HEAD].split(b"\n")[:_FEW]
     for number, line in enumerate(lines):
         for mark in (b"\t", b",", b";"):
@@ -71,17 +71,17 @@ def _texture_analyser(data: bytes) -> Layout:
             if grams is None:
                 continue
             if grams in names:
-                return _with_line(data, number, _replaced(line, b"(g)", b"(gf)")), (_GRAMS,)
+                return _with_line(data, number, _replace_text(line, b"(g)", b"(gf)")), (_GRAMS,)
             units = _words(lines[number + 1], mark) if number + 1 < len(lines) else []
-            at = names.index(b"force")
-            if len(units) == len(names) and units[at] == grams and b"mm" in units:
-                units[at] = b"gf"
+            force_index = names.index(b"force")
+            if len(units) == len(names) and units[force_index] == grams and b"mm" in units:
+                units[force_index] = b"gf"
                 return _with_line(data, number + 1, mark.join(units)), (_GRAMS,)
     return data, ()
 
 
 def _labview(data: bytes) -> Layout:
-    """A LabVIEW measurement (.lvm): units and steps of time stand above each block of rows."""
+    """Read a LabVIEW measurement (.lvm): units and time steps are above each block of rows."""
     if not data[:99].lstrip().startswith(_LVM):
         return data, ()
     lines = data.split(b"\n")
@@ -98,7 +98,7 @@ def _labview(data: bytes) -> Layout:
 def _rows_of_lvm(
     lines: list[bytes], head: int, above: dict[bytes, list[bytes]], mark: bytes
 ) -> int:
-    """Units into the names below one header, and times where none are written; the rows' end."""
+    """Join units to the names below one header, add missing times, and return the rows' end."""
     units = iter(above.get(b"Y_Unit_Label", []))
     names = []
     for name in lines[head].rstrip(b"\r").split(mark) if head < len(lines) else []:
@@ -109,19 +109,19 @@ def _rows_of_lvm(
     if names:
         lines[head] = mark.join(names)
     start, step = (_number(above.get(key, [])) for key in (b"X0", b"Delta_X"))
-    at, count = head + 1, 0
-    while at < len(lines) and not lines[at].startswith(b"Channels"):
-        if lines[at].startswith(mark) and step is not None:
-            lines[at] = repr((start or 0.0) + count * step).encode() + lines[at]
-        count += bool(lines[at].strip())
-        at += 1
-    return at
+    row, count = head + 1, 0
+    while row < len(lines) and not lines[row].startswith(b"Channels"):
+        if lines[row].startswith(mark) and step is not None:
+            lines[row] = repr((start or 0.0) + count * step).encode() + lines[row]
+        count += bool(lines[row].strip())
+        row += 1
+    return row
 
 
 def _mts(data: bytes) -> Layout:
-    """The blocks of one MTS 793 file, each with a title and the same names: one table.
+    """Join the blocks of one MTS 793 file, each with a title and the same names, to one table.
 
-    Where the time starts anew, the blocks are tests of their own and stay apart.
+    If the time restarts, the blocks are separate tests and remain separate.
     """
     if b"MTS793" not in data[:200]:
         return data, ()
@@ -143,21 +143,23 @@ def _mts(data: bytes) -> Layout:
 
 
 def _is_head(names: bytes, units: bytes) -> bool:
-    """Whether two lines are names and units of the same number of columns."""
-    one, other = _words(names, b"\t"), _words(units, b"\t")
-    texts = [*one, *other]
-    return len(one) == len(other) >= 2 and all(t and _number([t]) is None for t in texts)
+    """Return whether two lines are names and units of the same number of columns."""
+    name_words, unit_words = _words(names, b"\t"), _words(units, b"\t")
+    texts = [*name_words, *unit_words]
+    return len(name_words) == len(unit_words) >= 2 and all(
+        t and _number([t]) is None for t in texts
+    )
 
 
 def _last_row(lines: list[bytes], head: int) -> int:
-    """The last line of numbers above a head."""
+    """Return the last line of numbers above a head."""
     return next(
         (n for n in range(head - 1, -1, -1) if _number(lines[n].split(b"\t")) is not None), head - 1
     )
 
 
 def _field(lines: list[bytes], row: int, columns: list[int]) -> float | None:
-    """The number in the first of `columns` of a row; None where there is none."""
+    """Return the number in the first of `columns` of a row, or None."""
     fields = lines[row].split(b"\t") if 0 <= row < len(lines) else []
     return _number(fields[columns[0] :]) if columns and columns[0] < len(fields) else None
 
@@ -173,7 +175,7 @@ def _words(line: bytes, mark: bytes) -> list[bytes]:
     return [word.strip(b' "\r\t').lower() for word in line.split(mark) if word.strip(b' "\r\t')]
 
 
-def _replaced(line: bytes, old: bytes, new: bytes) -> bytes:
+def _replace_text(line: bytes, old: bytes, new: bytes) -> bytes:
     return re.sub(re.escape(old), new, line, flags=re.IGNORECASE)
 
 

@@ -1,7 +1,7 @@
-"""The lines of a text: what separates their fields, and which are numbers, words or blank.
+"""Lines of a text: their separator, and whether they are numbers, words or blank.
 
-Each line holds some kinds of signs, so that 40,000 lines of numbers cost milliseconds; only those
-with letters and digits are looked at field by field.
+The signs in a line determine its kind, so that 40,000 lines of numbers take milliseconds. Only
+lines with letters and digits are examined field by field.
 """
 
 from __future__ import annotations
@@ -21,18 +21,23 @@ _LOOSE_NUMBER = re.compile(r"[+\-\u2212]?[\d.,'\u2019\s]*\d[\d.,'\u2019\s]*(?:[e
 _BARE_NUMBERS = re.compile(r"[\d\s.,;|+\-eE'\u2019\u2212]*\d[\d\s.,;|+\-eE'\u2019\u2212]*")
 _WORD = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?")
 
-_BLANK, _DIGIT, _SIGN, _BETWEEN, _OTHER = map(np.uint8, (0, 1, 2, 4, 8))
-_OF = {b"0123456789": _DIGIT, b"+-.'eE": _SIGN, b",;|": _BETWEEN, b' \t\f\x1a\x0b"\n': _BLANK}
-_KIND = {byte: int(kind) for signs, kind in _OF.items() for byte in signs}
-_KINDS = bytes(_KIND.get(byte, int(_OTHER)) for byte in range(256))
-"""Each byte as its kind: of a number, between numbers, nothing (0), or anything else."""
+_BLANK, _DIGIT, _SIGN, _SEPARATOR, _LETTER = map(np.uint8, (0, 1, 2, 4, 8))
+_KIND_OF = {
+    b"0123456789": _DIGIT,
+    b"+-.'eE": _SIGN,
+    b",;|": _SEPARATOR,
+    b' \t\f\x1a\x0b"\n': _BLANK,
+}
+_KIND = {byte: int(kind) for signs, kind in _KIND_OF.items() for byte in signs}
+_KINDS = bytes(_KIND.get(byte, int(_LETTER)) for byte in range(256))
+"""Kind of each byte: of a number, between numbers, blank (0), or anything else."""
 
 Flags = npt.NDArray[np.bool_]
 Places = npt.NDArray[np.int64]
 
 
 def split(line: str, separator: str) -> list[str]:
-    """The fields of one line, quotes taken off; the separator " " stands for any blanks."""
+    """Return the fields of one line without quotes; the separator " " means any blanks."""
     if separator == " ":
         return line.replace('"', " ").split()
     if '"' not in line:
@@ -45,39 +50,39 @@ def split(line: str, separator: str) -> list[str]:
 
 
 def looks_numeric(field: str) -> bool:
-    """Whether a field could be a number in some country; not yet which."""
+    """Return whether a field could be a number in some country; not yet which."""
     # The pattern may try every pair of places in a text, so a long text is not given to it.
     return len(field) <= 60 and _LOOSE_NUMBER.fullmatch(field) is not None
 
 
 def separator_of(lines: Iterable[str]) -> str:
-    """Tab, semicolon or bar where most lines have them outside quotes, else blanks or comma.
+    """Return tab, semicolon or bar if most lines have it outside quotes, else blanks or comma.
 
-    Lines of nothing but numbers decide, where there are some: words may hold any sign.
+    Lines of numbers alone decide, if there are any: words may contain any sign.
     """
-    kept = [re.sub(r'"[^"]*"', "0", line) for line in lines if line.strip()]
-    numbers = [line for line in kept if len(line) <= 2000 and _BARE_NUMBERS.fullmatch(line)]
-    judged = numbers if len(numbers) >= 3 else kept
+    unquoted = [re.sub(r'"[^"]*"', "0", line) for line in lines if line.strip()]
+    numbers = [line for line in unquoted if len(line) <= 2000 and _BARE_NUMBERS.fullmatch(line)]
+    evidence = numbers if len(numbers) >= 3 else unquoted
     # A comma may be a decimal comma, so the others come first.
     for mark in ("\t", ";", "|"):
-        if sum(mark in line.strip(" ") for line in judged) * 2 > len(judged):
+        if sum(mark in line.strip(" ") for line in evidence) * 2 > len(evidence):
             return mark
-    blanks = sum(_only_words(line) for line in judged)
-    return " " if judged and blanks * 2 > len(judged) else ","
+    blanks = sum(_only_words(line) for line in evidence)
+    return " " if evidence and blanks * 2 > len(evidence) else ","
 
 
 def _only_words(line: str) -> bool:
-    """Whether a line is two numbers or more between blanks, each by itself in order."""
+    """Return whether a line is two numbers or more, separated by blanks."""
     fields = line.split()
     return len(fields) >= 2 and all(_WORD.fullmatch(f) for f in fields)
 
 
 @dataclass(frozen=True)
 class Lines:
-    """Every line of a source: where it begins and ends, and what it holds.
+    """Every line of a source: its place and its kind.
 
-    `starts`, `stops` [bytes] without the line end; `number`: it holds a field that is a number;
-    `pure`: no field of it is anything else; `blank`: nothing but separators.
+    `starts` and `stops` [bytes] exclude the line end. `number`: a field is a number. `pure`: all
+    fields are. `blank`: there are only separators.
     """
 
     source: Source
@@ -89,16 +94,16 @@ class Lines:
     blank: Flags
 
     def text(self, line: int) -> str:
-        """The text of a line (from 0)."""
+        """Return the text of a line (from 0)."""
         return self.source.text(int(self.starts[line]), int(self.stops[line]))
 
     def fields(self, line: int) -> list[str]:
-        """The fields of a line (from 0)."""
+        """Return the fields of a line (from 0)."""
         return split(self.text(line), self.separator)
 
 
 def read_lines(source: Source) -> Lines:
-    """Every line of a source; FileError where one is too long for a table."""
+    """Return every line of a source; FileError if one is too long for a table."""
     separator = separator_of(_sample(source))
     raw = np.frombuffer(source.data, np.uint8)
     stops = np.flatnonzero(raw == ord("\n"))
@@ -110,17 +115,17 @@ def read_lines(source: Source) -> Lines:
         raise source.too_long(int(stops[longest] - starts[longest]), longest + 1)
     kinds = np.frombuffer(source.data.translate(_KINDS), np.uint8)
     holds = np.bitwise_or.reduceat(kinds, starts)
-    blank = (holds if separator == " " else holds & ~_BETWEEN) == 0
-    digit, other = holds & _DIGIT > 0, holds & _OTHER > 0
-    pure = digit & ~other
+    blank = (holds if separator == " " else holds & ~_SEPARATOR) == 0
+    digit, has_letters = holds & _DIGIT > 0, holds & _LETTER > 0
+    pure = digit & ~has_letters
     lines = Lines(source, separator, starts, stops, pure.copy(), pure, blank)
-    for line in np.flatnonzero(digit & other).tolist():
+    for line in np.flatnonzero(digit & has_letters).tolist():
         lines.number[line] = any(looks_numeric(f) for f in lines.fields(line) if f)
     return lines
 
 
 def _sample(source: Source) -> list[str]:
-    """The last 200 of the first thousand lines."""
+    """Return the last 200 of the first thousand lines."""
     head = source.data[:_HEAD_BYTES].split(b"\n")[:1000]
     if len(head) > 1 and len(source.data) > _HEAD_BYTES:
         head = head[:-1]

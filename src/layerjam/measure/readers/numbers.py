@@ -1,4 +1,4 @@
-"""Text to floats: which sign is the decimal one, and every number exactly as written."""
+"""Text to floats: the decimal sign, and every number exactly as written."""
 
 from __future__ import annotations
 
@@ -17,46 +17,45 @@ from layerjam.measure.readers.rows import Rows, no_row_of_numbers
 from layerjam.measure.trace import Array
 
 Style = tuple[str, str]
-"""The decimal sign, and the one that groups thousands or none."""
+"""The decimal sign, and the sign that groups thousands or none."""
 _PLAIN: tuple[Style, ...] = ((".", ""), (",", ""))
 _GROUPED = ((".", ","), (",", "."), (".", " "), (",", " "), (".", "'"), (",", "'"))
 _STYLES = (*_PLAIN, *_GROUPED)
 
 
 def _pattern(decimal: str, thousands: str) -> str:
-    whole = r"\d+"
+    integer = r"\d+"
     if thousands:
-        whole = rf"(?:[1-9]\d{{0,2}}(?:{re.escape(thousands)}\d{{3}})+|\d+)"
+        integer = rf"(?:[1-9]\d{{0,2}}(?:{re.escape(thousands)}\d{{3}})+|\d+)"
     d = re.escape(decimal)
-    return rf"[+-]?(?:{whole}(?:{d}\d*)?|{d}\d+)(?:[eE][+-]?\d+)?"
+    return rf"[+-]?(?:{integer}(?:{d}\d*)?|{d}\d+)(?:[eE][+-]?\d+)?"
 
 
 _CELL = {style: re.compile(_pattern(*style), re.ASCII) for style in _STYLES}
 _CLOCK = re.compile(r"(\d{1,4}):([0-5]\d):([0-5]\d(?:[.,]\d+)?)", re.ASCII)
 _CELLS = {style: re.compile(rf"(?:{_pattern(*style)}\n)*", re.ASCII) for style in _STYLES}
-"""The same for many cells, a line each."""
+"""The same for many cells, one per line."""
 
 
 def read_columns(rows: Rows, columns: Sequence[Column], decimal: str | None) -> list[Array]:
-    """The columns in SI units, each number bit for bit what float() makes of its text.
+    """Return the columns in SI units, each number bit for bit the float() of its text.
 
-    `decimal` is "." or "," where that is known, None to find it out. Raises FileError, with the
-    line, for a cell that is no finite number, and where decimal and thousands signs cannot be told
-    apart.
+    `decimal` is "." or ",", or None to detect it. Raises FileError, with the line, for a cell that
+    is not a finite number, and for decimal and thousands signs that are not distinguishable.
     """
     indices = [column.index for column in columns]
-    made, style = _read(rows, columns, _styles(rows, indices, decimal))
+    arrays, style = _read(rows, columns, _styles(rows, indices, decimal))
     _check_last(rows, style[0])
-    return [column.si(values) for column, values in zip(columns, made, strict=True)]
+    return [column.si(values) for column, values in zip(columns, arrays, strict=True)]
 
 
 def _read(
     rows: Rows, columns: Sequence[Column], styles: Sequence[Style]
 ) -> tuple[list[Array], Style]:
-    """The columns as written, and the first style in which all their cells are numbers."""
+    """Return the columns as written, and the first style in which all their cells are numbers."""
     for style in styles:
-        if style in _PLAIN and (made := _at_once(rows, columns, style[0])) is not None:
-            return made, style
+        if style in _PLAIN and (values := _at_once(rows, columns, style[0])) is not None:
+            return values, style
     errors = []
     for style in styles:
         try:
@@ -68,28 +67,28 @@ def _read(
 
 
 def same(rows: Rows, columns: Sequence[Column], decimal: str | None) -> bool:
-    """Whether columns differ by nothing but where they begin, to a ten-thousandth."""
+    """Return whether columns are equal, apart from their origins, to a ten-thousandth."""
     try:
         first, *others = (v - v[0] for v in read_columns(rows, columns, decimal))
     except FileError:
-        return False  # a column that cannot be read is another's
+        return False  # an unreadable column belongs to something else
     return all(float(np.abs(v - first).max()) <= 1e-4 * float(np.ptp(first)) for v in others)
 
 
 def _styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> list[Style]:
-    """The styles to try, the likeliest first."""
+    """Return the styles to try, the likeliest first."""
 
     def fit(styles: Iterable[Style], cells: Iterable[str]) -> list[Style]:
         column = "".join(f"{cell}\n" for cell in cells if cell)
         return [s for s in styles if _CELLS[s].fullmatch(column)]
 
-    known = [s for s in _STYLES if decimal in (None, s[0])]
+    candidates = [s for s in _STYLES if decimal in (None, s[0])]
     # numbers without quotes between commas have no other decimal sign
     asked = rows.table.separator == "," and b'"' not in rows.body
     if asked:
-        known = [s for s in known if s[0] == "." and s[1] != ","]
+        candidates = [s for s in candidates if s[0] == "." and s[1] != ","]
     cells = (fields[i] for fields in rows.sample() for i in indices)
-    fits = fit(known, (cell for cell in cells if clock_seconds(cell) is None))
+    fits = fit(candidates, (cell for cell in cells if clock_seconds(cell) is None))
     if decimal is None and not asked and {(".", ","), (",", ".")} <= set(fits):
         # Nothing in the sample tells 1.234 from 1,234; then every cell is asked.
         every = [fields[i] for _, fields in rows for i in indices]
@@ -103,11 +102,11 @@ def _styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> list[Sty
                 how=" (--decimal)",
                 asks="decimal",
             )
-    return fits or [s for s in known if s in _PLAIN] or [(decimal or ".", "")]
+    return fits or [s for s in candidates if s in _PLAIN] or [(decimal or ".", "")]
 
 
 def _at_once(rows: Rows, columns: Sequence[Column], decimal: str) -> list[Array] | None:
-    """The columns by pandas; None where a row or a cell asks for a closer look."""
+    """Return the columns by pandas; None if a row or a cell requires a closer look."""
     import pandas
 
     body, mark = rows.body.rstrip(b"\n"), rows.table.separator.encode()
@@ -135,20 +134,20 @@ def _at_once(rows: Rows, columns: Sequence[Column], decimal: str) -> list[Array]
             engine="c",
             low_memory=False,
         )
-    except (ValueError, OverflowError):  # ParserError too: a cell is no number
+    except (ValueError, OverflowError):  # ParserError too: a cell is not a number
         return None
-    made = [frame[i].to_numpy() for i in indices]
-    whole = all(len(c) == lines and np.isfinite(c).all() for c in made)
-    return made if whole else None
+    columns_read = [frame[i].to_numpy() for i in indices]
+    is_complete = all(len(c) == lines and np.isfinite(c).all() for c in columns_read)
+    return columns_read if is_complete else None
 
 
 def _one_by_one(rows: Rows, columns: Sequence[Column], style: Style) -> list[Array]:
-    """The numbers of every cell; FileError for the first that is none.
+    """Return the numbers of every cell; FileError for the first that is not a number.
 
-    Of specimens side by side a short one ends early: its last cells are empty.
+    A short specimen next to a longer one ends early: its last cells are empty.
     """
     decimal, thousands = style
-    made = [array("d") for _ in columns]
+    arrays = [array("d") for _ in columns]
     gap: tuple[int, list[str]] | None = None
     for line, fields in rows:
         if rows.shared and not any(fields[c.index] for c in columns):
@@ -156,7 +155,7 @@ def _one_by_one(rows: Rows, columns: Sequence[Column], style: Style) -> list[Arr
             continue
         if gap is not None:
             raise _bad_cell(rows, *gap, columns[0])
-        for column, numbers in zip(columns, made, strict=True):
+        for column, numbers in zip(columns, arrays, strict=True):
             cell = fields[column.index]
             text = cell.replace(thousands, "") if thousands else cell
             fits = _CELL[style].fullmatch(cell)
@@ -164,11 +163,11 @@ def _one_by_one(rows: Rows, columns: Sequence[Column], style: Style) -> list[Arr
             if number is None or not isfinite(number):
                 raise _bad_cell(rows, line, fields, column)
             numbers.append(number)
-    return [np.array(numbers) for numbers in made]
+    return [np.array(numbers) for numbers in arrays]
 
 
 def clock_seconds(cell: str) -> float | None:
-    """Clock time such as 00:53:18.250 [s]; None for another text."""
+    """Return a clock time such as 00:53:18.250 [s]; None for another text."""
     match = _CLOCK.fullmatch(cell)
     if match is None:
         return None
@@ -178,22 +177,22 @@ def clock_seconds(cell: str) -> float | None:
 
 def _bad_cell(rows: Rows, line: int, fields: list[str], column: Column) -> FileError:
     path, cell = rows.source.path, fields[column.index]
-    # A row without any number is no damaged number: a footer, or the next table.
+    # A row without any number is not a damaged number: it is a footer, or the next table.
     if not any(map(looks_numeric, fields)):
         return no_row_of_numbers(path, fields, line)
-    what = f"'{cut(cell)}' in column '{column.name[:40]}' is no finite number"
+    fault = f"'{cut(cell)}' in column '{column.name[:40]}' is not a finite number"
     if not cell:
-        what = f"column '{column.name[:40]}' is empty"
-    off = "; the file is cut off there" if rows.broken_off(line) else ""
-    return FileError(path, what + off, line)
+        fault = f"column '{column.name[:40]}' is empty"
+    ending = "; the file is cut off there" if rows.broken_off(line) else ""
+    return FileError(path, fault + ending, line)
 
 
 def _check_last(rows: Rows, decimal: str) -> None:
-    """Refuse a last line without line end whose last number seems to be cut.
+    """Reject a last line without line end whose last number seems to be cut.
 
-    Many programs leave out the last line end, so that alone is no damage. A file cut off within
-    its last number shows by fewer decimals than all rows above have; where their count varies, by
-    fewer digits than any number above, or by fewer digits and a jump.
+    Many programs omit the last line end, so that alone is not damage. A number that was cut off has
+    fewer decimals than all rows above. If their count varies, it has fewer digits than any number
+    above, or fewer digits and a jump.
     """
     if rows.ended:
         return
@@ -222,9 +221,9 @@ def _check_last(rows: Rows, decimal: str) -> None:
 
 
 def _jumps(cells: list[str]) -> bool:
-    """Whether the last number lies further from the one before than three of the largest steps."""
+    """Return whether the last step is larger than three times the largest step before."""
     try:
         step = np.abs(np.diff([float(c) for c in cells]))
-    except ValueError:  # a column nobody reads may hold words
+    except ValueError:  # an unused column may contain words
         return False
     return bool(step[-1] > 3 * step[:-1].max(initial=0.0))

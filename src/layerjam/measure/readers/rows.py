@@ -1,4 +1,4 @@
-"""The rows of a table in a text, cut into fields one after another."""
+"""Rows of a table in a text, split into fields one after another."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _SIGNS = str.maketrans(TYPOGRAPHY)
 
 @dataclass(frozen=True)
 class Table:
-    """A table's columns and where its numbers stand in the text, in bytes.
+    """Columns of a table and the place of its numbers in the text, in bytes.
 
-    `first` is the first row of numbers, or the length of the text where there is none; `last` the
-    byte behind the last row, None where that is the text's end.
+    `first` is the first row of numbers, or the length of the text if there is none. `last` is the
+    byte after the last row, None at the text's end.
     """
 
     header: Header
@@ -35,9 +35,9 @@ class Table:
 
 @dataclass(frozen=True)
 class Rows:
-    """The rows of a table, each with its line (from 1) and as many fields as there are columns.
+    """Rows of a table, each with its line (from 1) and as many fields as there are columns.
 
-    Blank ones are passed over. Those `shared` by specimens side by side may end early.
+    Blank ones are skipped. Rows `shared` by adjacent specimens may end early.
     """
 
     source: Source
@@ -45,7 +45,7 @@ class Rows:
     shared: bool = False
 
     def __iter__(self) -> Iterator[tuple[int, list[str]]]:
-        """Raises FileError, with the line, where a row is broken, and where there is none."""
+        """Yield the rows; FileError, with the line, if a row is broken or there is none."""
         if not self.body.strip():
             header = self.table.header
             raise header.fail("holds column names and no rows of numbers")
@@ -53,24 +53,24 @@ class Rows:
 
     @cached_property
     def body(self) -> bytes:
-        """All of them as they stand in the text."""
+        """All rows as bytes of the text."""
         return self.source.data[self.table.first : self.table.last].rstrip(b"\x1a")
 
     @property
     def ended(self) -> bool:
-        """Whether the last one has its line end."""
+        """Whether the last row has its line end."""
         return self.body.endswith(b"\n")
 
     def broken_off(self, line: int) -> bool:
-        """Whether a line is the text's last and has no end."""
+        """Return whether a line is the text's last and has no end."""
         return not self.ended and line == self.source.line_number(len(self.source.data))
 
     def line(self, row: int) -> int:
-        """The line of a row."""
+        """Return the line of a row."""
         return next(islice(self, row, None))[0]
 
     def tail(self) -> list[list[str]]:
-        """The last rows, about two hundred of common length."""
+        """Return the last rows, about two hundred of common length."""
         end = len(self.source.data) if self.table.last is None else self.table.last
         start = max(end - _TAIL_BYTES, self.table.first)
         if start > self.table.first:
@@ -78,7 +78,7 @@ class Rows:
         return [fields for _, fields in self._rows(start)]
 
     def sample(self) -> list[list[str]]:
-        """Some rows from the beginning and the end."""
+        """Return some rows from the beginning and the end."""
         return [fields for _, fields in islice(self, _SAMPLE_ROWS)] + self.tail()
 
     def _rows(self, start: int) -> Iterator[tuple[int, list[str]]]:
@@ -89,28 +89,28 @@ class Rows:
                 return
             fields = self._fields(text, line)
             if any(fields):
-                yield line, self._whole(fields, line)
+                yield line, self._complete(fields, line)
 
     def _fields(self, text: str, line: int) -> list[str]:
-        """The fields of a line, signs of typesetters as ASCII."""
+        """Return the fields of a line, typesetters' signs as ASCII."""
         mark = self.table.separator
         if not text.isascii():
             text = text.translate(_SIGNS)
         if '"' in text and '"' in re.sub(rf'(?<![^{mark} ])"[^"]*"(?![^{mark} ])', "", text):
-            off = "the last line is cut off: " if self.broken_off(line) else ""
-            reason = f"{off}a quote is not closed, or stands within a field"
+            cut_note = "the last line is cut off: " if self.broken_off(line) else ""
+            reason = f"{cut_note}a quote is not closed, or is within a field"
             raise FileError(self.source.path, reason, line)
         return split(text.rstrip("\x1a"), mark)
 
-    def _whole(self, fields: list[str], line: int) -> list[str]:
-        """One field for each column; FileError where there are too few or too many."""
-        path, wanted = self.source.path, len(self.table.header.names)
-        missing, cut_off = wanted - len(fields), self.broken_off
-        if missing == 0 or (missing < 0 and not any(fields[wanted:])):
-            return fields[:wanted]
+    def _complete(self, fields: list[str], line: int) -> list[str]:
+        """Return one field for each column; FileError if there are too few or too many."""
+        path, width = self.source.path, len(self.table.header.names)
+        missing, cut_off = width - len(fields), self.broken_off
+        if missing == 0 or (missing < 0 and not any(fields[width:])):
+            return fields[:width]
         if missing > 0 and self.shared and not cut_off(line):
             return [*fields, *[""] * missing]
-        due = f"{count_of(len(fields))} where {wanted} are due"
+        due = f"{count_of(len(fields))} instead of {width}"
         if cut_off(line):
             raise FileError(path, f"the last line is cut off: {due}; the file is not whole", line)
         if not any(map(looks_numeric, fields)):
@@ -121,15 +121,15 @@ class Rows:
 
 
 def no_row_of_numbers(path: str, parts: Sequence[str], line: int) -> FileError:
-    """The error for a line of words among the numbers."""
+    """Return the error for a line of words among the numbers."""
     return FileError(
         path,
-        f"'{cut(' '.join(parts))}' is no row of numbers, and rows of numbers without names "
+        f"'{cut(' '.join(parts))}' is not a row of numbers, and rows of numbers without names "
         "follow it; is the file damaged there?",
         line,
     )
 
 
 def count_of(number: int) -> str:
-    """A number of values, in words."""
+    """Return a number of values, in words."""
     return f"{number} value" if number == 1 else f"{number} values"

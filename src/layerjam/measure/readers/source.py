@@ -1,4 +1,4 @@
-"""A file's bytes as plain lines: encoding, byte-order mark and line ends are settled here."""
+"""Bytes of a file as plain lines: encoding, byte-order mark and line ends."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from layerjam.errors import FileError
 from layerjam.measure.readers.content import IN_CELL, Source
-from layerjam.measure.readers.encoding import decoded
+from layerjam.measure.readers.encoding import decode
 from layerjam.measure.readers.layouts import plain_table
 from layerjam.measure.readers.workbook import sheets
 from layerjam.measure.run_text import csv_text
@@ -29,16 +29,15 @@ _WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 
 
 def load_source(path: str | Path) -> Source:
-    """A text file, or the largest sheet of a workbook; FileError where there is none."""
+    """Return a text file, or the largest sheet of a workbook; FileError if there is none."""
     return max(load_sources(path), key=lambda s: len(s.data))
 
 
 def load_sources(path: str | Path, sheet: str | None = None) -> list[Source]:
-    """A text file, a run of a bench as text, or each sheet of a workbook that holds anything.
+    """Return a text file, a run of a bench as text, or each sheet with content of a workbook.
 
-    With `sheet` the one of that name.
-
-    Raises FileError where there is no such file or sheet, or nothing that is text.
+    `sheet` selects one by name. Raises FileError if the file or the sheet does not exist, or is not
+    text.
     """
     name = str(path)
     if not name:
@@ -51,11 +50,11 @@ def load_sources(path: str | Path, sheet: str | None = None) -> list[Source]:
     if data.startswith(_WORKBOOKS):
         return sheets(name, data, sheet)
     if sheet is not None:
-        raise FileError(name, f"has no sheet '{sheet[:40]}': it is no workbook but text")
+        raise FileError(name, f"has no sheet '{sheet[:40]}': it is text, not a workbook")
     for start, kind in _KINDS.items():
         if data[:99].lstrip()[: len(start)].lower() == start.lower():
             raise FileError(name, f"is {kind}, not text; export it as CSV")
-    data, encoding = decoded(name, data)
+    data, encoding = decode(name, data)
     if not data or data.isspace():
         raise FileError(name, "is empty")
     if b"\r" in data:
@@ -72,7 +71,7 @@ def _read(name: str, path: str | Path) -> bytes:
         if not place.exists():
             raise FileError(name, "does not exist", how=nearby(place))
         if not place.is_file():
-            raise FileError(name, "is no regular file")
+            raise FileError(name, "is not a regular file")
         size = place.stat().st_size
         if size > MAX_BYTES:
             raise FileError(name, f"is {size / 1e9:.1f} GB large, more than 1 GB is not read")
@@ -83,23 +82,23 @@ def _read(name: str, path: str | Path) -> bytes:
 
 
 def _cells_in_one_line(data: bytes) -> bytes:
-    """Names over two lines in one quoted cell ("Load", line end, "(N)") get into one line."""
+    """Join names over two lines in one quoted cell ("Load", line end, "(N)") in one line."""
     head = data[:_HEAD]
     if b'"' not in head:
         return data
     lines = head.split(b"\n")
-    out, at = [], 0
+    out, place = [], 0
     joined = False
-    while at < len(lines):
-        line, last = lines[at], at
-        while line.count(b'"') % 2 and last + 1 < min(len(lines) - 1, at + 12):
+    while place < len(lines):
+        line, last = lines[place], place
+        while line.count(b'"') % 2 and last + 1 < min(len(lines) - 1, place + 12):
             last += 1
             line += IN_CELL.encode() + lines[last]
-        if line.count(b'"') % 2 or last == at:
-            out.append(lines[at])
-            at += 1
+        if line.count(b'"') % 2 or last == place:
+            out.append(lines[place])
+            place += 1
             continue
         joined = True
         out.append(line)
-        at = last + 1
+        place = last + 1
     return b"\n".join(out) + data[_HEAD:] if joined else data

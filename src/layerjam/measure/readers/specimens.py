@@ -1,4 +1,4 @@
-"""The specimens in a file: one below the other, side by side, or one to a sheet."""
+"""Specimens in a file: one below the other, next to each other, or one to a sheet."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from layerjam.measure.readers.columns import (
     by_order,
     complete,
     cut,
-    gainsaid,
     named_role,
+    unit_conflicts,
 )
 from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.heads import stated_units
@@ -38,7 +38,7 @@ from layerjam.measure.readers.table import (
 from layerjam.measure.readers.unit_words import CLOCK, ROLES, unit_role
 from layerjam.measure.readers.words import plain
 from layerjam.measure.synthetic import SYNTHETIC, says_synthetic
-from layerjam.measure.trace import FEWEST_ROWS, Trace, checked
+from layerjam.measure.trace import FEWEST_ROWS, Trace, check_trace
 from layerjam.units import show
 
 _SHARE = 0.2
@@ -47,148 +47,152 @@ _COUNTED = re.compile(r"(.*?)[\s_.\-#(]*(\d{1,3})\)?")
 
 @dataclass(frozen=True)
 class Specimen:
-    """One specimen's columns in a table: the header is empty where they are another's."""
+    """Columns of one specimen in a table; the header is empty for columns of others."""
 
     rows: Rows
     header: Header
     form: str
-    """The format's name."""
+    """Name of the format."""
     label: str = ""
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     written: Header | None = None
-    """What the file says of its columns where the user lists them in order."""
+    """The file's own header if the user lists the columns in order."""
     wants: Sequence[Want] = PULL
 
     def read(self, options: ReadingOptions) -> Trace:
-        """The trace; FileError where a column, a unit or a row is not as it must be."""
+        """Return the trace; FileError if a column, a unit or a row is invalid."""
         rows, source = self.rows, self.rows.source
-        decimal, said = options.decimal or source.decimal, options.entries(ROLES)
+        decimal, entries = options.decimal or source.decimal, options.entries(ROLES)
         if (order := options.by_order) is not None:
-            taken, sentences = by_order(self.header, self.wants, said, len(order))
+            columns, sentences = by_order(self.header, self.wants, entries, len(order))
         else:
             alike = partial(same, rows, decimal=decimal)
-            taken, sentences = assign(self.header, self.wants, said, alike)
-        understood = [*sentences, *source.notes, *self.notes]
-        values = dict(zip(taken, read_columns(rows, list(taken.values()), decimal), strict=True))
+            columns, sentences = assign(self.header, self.wants, entries, alike)
+        notes = [*sentences, *source.notes, *self.notes]
+        values = dict(
+            zip(columns, read_columns(rows, list(columns.values()), decimal), strict=True)
+        )
         facts = conditions(source.path, options)
         if "elongation" not in values and facts.speed is not None:
             values["elongation"] = facts.speed * (values["time"] - values["time"][0])
             speed = show(facts.speed, "m/s")
-            understood.append(f"the elongation is the time times the crosshead's speed, {speed}")
+            notes.append(f"the elongation is the time times the crosshead's speed, {speed}")
         for role in ("force", "elongation"):
             if role in options.negative:
                 values[role] = -values[role]
-                understood.append(f"the sign of the {role} was turned, as asked")
-        warnings = gainsaid(self.written, taken, self.wants) if self.written else []
+                notes.append(f"the sign of the {role} was changed")
+        warnings = unit_conflicts(self.written, columns, self.wants) if self.written else []
         if facts.synthetic or says_synthetic(source.data[: rows.table.first]):
             facts = replace(facts, synthetic=True)
             warnings.append(SYNTHETIC)
         if not rows.ended:
-            why = "the last line has no line end: the file may have been cut off there"
-            warnings.append(why)
+            warning = "the last line has no line end: the file may have been cut off there"
+            warnings.append(warning)
         trace = Trace(
             values["force"],
             values["elongation"],
             values.get("time"),
             source.path,
             "columns as given" if order is not None else self.form,
-            understood=tuple(understood),
+            understood=tuple(notes),
             warnings=tuple(warnings),
             facts=facts,
             specimen=self.label,
         )
-        trace = checked(trace, rows.line, turned="force" in options.negative)
+        trace = check_trace(trace, rows.line, turned="force" in options.negative)
         return replace(trace, warnings=(*trace.warnings, *self.warnings))
 
 
 def specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
-    """The specimens in a text in order; FileError where it holds no table that can be one."""
-    lines, said = read_lines(source), options.entries(ROLES)
+    """Return the specimens in a text, in order; FileError if no table can be one."""
+    lines, entries = read_lines(source), options.entries(ROLES)
     blocks = list(under_one_head(lines, blocks_of(lines)))
     if (order := options.by_order) is not None:
-        wants = PULL if "elongation" in said else _wanted(source, options)
+        wants = PULL if "elongation" in entries else _required(source, options)
         return [replace(s, wants=wants) for s in _by_order(lines, blocks, len(order))]
     blocks = [_with_clock(lines, _with_stated_units(lines, b)) for b in blocks]
     wants = PULL
-    if not any(_fits(b, said, PULL) for b in blocks):
-        wants = _wanted(source, options)
-    fit = [b for b in blocks if _fits(b, said, wants)]
+    if not any(_fits(b, entries, PULL) for b in blocks):
+        wants = _required(source, options)
+    fit = [b for b in blocks if _fits(b, entries, wants)]
     if not fit:
-        raise _nothing(lines, blocks, said)
+        raise _nothing(lines, blocks, entries)
     main = max(fit, key=lambda b: b.rows)
     used = [b for b in fit if _alike(b, main)]
     _check_orphans(lines, blocks, used, main)
-    found = [s for b in used for s in _side_by_side(source, b, said, wants, len(used) > 1)]
-    labels = [s.label for s in found]
-    if len(found) > 1 and len(set(labels)) < len(labels):
-        found = [replace(s, label=f"{i} {s.label}".strip()) for i, s in enumerate(found, 1)]
+    result = [s for b in used for s in _side_by_side(source, b, entries, wants, len(used) > 1)]
+    labels = [s.label for s in result]
+    if len(result) > 1 and len(set(labels)) < len(labels):
+        result = [replace(s, label=f"{i} {s.label}".strip()) for i, s in enumerate(result, 1)]
     warnings = _not_read(lines, blocks, used)
-    return [replace(s, warnings=warnings, wants=wants) for s in found]
+    return [replace(s, warnings=warnings, wants=wants) for s in result]
 
 
-def _wanted(source: Source, options: ReadingOptions) -> Sequence[Want]:
-    """What is due of a file without elongation: time, where its speed is known."""
+def _required(source: Source, options: ReadingOptions) -> Sequence[Want]:
+    """Return the quantities required without elongation: time, if the speed is known."""
     return PULL if conditions(source.path, options).speed is None else TIMED
 
 
-def _fits(block: Block, said: Mapping[str, ColumnEntry], wants: Sequence[Want]) -> bool:
-    """Whether a block has all columns that are due."""
+def _fits(block: Block, entries: Mapping[str, ColumnEntry], wants: Sequence[Want]) -> bool:
+    """Return whether a block has all required columns."""
     if block.table is None:
         return False
     header = block.table.header
-    return complete(header, said, wants) and (wants is PULL or _over_time(header, said))
+    return complete(header, entries, wants) and (wants is PULL or _over_time(header, entries))
 
 
-def _over_time(header: Header, said: Mapping[str, ColumnEntry]) -> bool:
-    """Whether a header has force and time."""
+def _over_time(header: Header, entries: Mapping[str, ColumnEntry]) -> bool:
+    """Return whether a header has force and time."""
     due = [replace(w, optional=False) for w in TIMED if w.role != "elongation"]
-    return complete(header, said, due)
+    return complete(header, entries, due)
 
 
 def _alike(block: Block, main: Block) -> bool:
-    """Whether a block is a specimen like the largest: the same columns, or as long as one."""
-    one, other = block.table, main.table
-    if one and other and one.header.columns == other.header.columns:
+    """Return whether a block is a specimen like the largest: same columns, or as long as one."""
+    table, main_table = block.table, main.table
+    if table and main_table and table.header.columns == main_table.header.columns:
         return True
     return block.rows >= max(FEWEST_ROWS, _SHARE * main.rows)
 
 
 def _by_order(lines: Lines, blocks: list[Block], count: int) -> list[Specimen]:
-    """The blocks of as many columns as the user lists."""
+    """Return the blocks of as many columns as the user lists."""
     fit = [b for b in blocks if b.width == count] or blocks
     if not fit:
         raise FileError(lines.source.path, "holds no row of numbers")
     main = max(fit, key=lambda b: b.rows)
     used = [b for b in fit if b is main or (b.pure and b.rows >= FEWEST_ROWS)]
-    warnings, found = _not_read(lines, blocks, used), []
+    warnings, result = _not_read(lines, blocks, used), []
     for k, block in enumerate(used, 1):
         table = bare_table(lines, block)
         label = (block.title or str(k)) if len(used) > 1 else ""
         rows = Rows(lines.source, table)
-        written = block.table.header if block.table else None
-        if written and len(written.names) != count:
-            written = None
-        found.append(Specimen(rows, table.header, "", label, warnings=warnings, written=written))
-    return found
+        own_header = block.table.header if block.table else None
+        if own_header and len(own_header.names) != count:
+            own_header = None
+        result.append(
+            Specimen(rows, table.header, "", label, warnings=warnings, written=own_header)
+        )
+    return result
 
 
 def _with_stated_units(lines: Lines, block: Block) -> Block:
-    """A block whose units are stated in lines of their own: `Force unit: kN`."""
+    """Return a block whose units are stated in lines of their own: `Force unit: kN`."""
     table = block.table
     if table is None or all(table.header.units):
         return block
-    stated = stated_units([lines.text(n) for n in range(min(block.first, 200))])
-    if not stated:
+    units_stated = stated_units([lines.text(n) for n in range(min(block.first, 200))])
+    if not units_stated:
         return block
     head = table.header
-    units = tuple(u or stated.get(named_role(n) or "") for n, u in head.columns)
+    units = tuple(u or units_stated.get(named_role(n) or "") for n, u in head.columns)
     header = replace(head, units=units, style=head.style or "stated")
     return replace(block, table=replace(table, header=header))
 
 
 def _with_clock(lines: Lines, block: Block) -> Block:
-    """A block whose columns of clock time, as its first row shows them, have that as their unit."""
+    """Return a block with the unit of clock time for columns whose first row shows one."""
     table = block.table
     if table is None:
         return block
@@ -199,13 +203,13 @@ def _with_clock(lines: Lines, block: Block) -> Block:
     ]
     if CLOCK not in units:
         return block
-    whole = (*units, *head.units[len(units) :])
-    header = replace(head, units=whole, style=head.style or "stated")
+    all_units = (*units, *head.units[len(units) :])
+    header = replace(head, units=all_units, style=head.style or "stated")
     return replace(block, table=replace(table, header=header))
 
 
-def _nothing(lines: Lines, blocks: list[Block], said: Mapping[str, ColumnEntry]) -> FileError:
-    """Why no table of the file can be read."""
+def _nothing(lines: Lines, blocks: list[Block], stated: Mapping[str, ColumnEntry]) -> FileError:
+    """Return the reason why no table of the file can be read."""
     path = lines.source.path
     tables = [b.table for b in blocks if b.table is not None]
     bare = max((b for b in blocks if b.pure), key=lambda b: b.rows, default=None)
@@ -231,22 +235,22 @@ def _nothing(lines: Lines, blocks: list[Block], said: Mapping[str, ColumnEntry])
         )
     if best.rows == 0:
         return best.header.fail("holds column names and no rows of numbers")
-    if "elongation" not in said and _over_time(best.header, said):
+    if "elongation" not in stated and _over_time(best.header, stated):
         return best.header.fail(
-            f"holds force and time and no elongation; {best.header.listed()}; give the crosshead's "
-            "speed",
+            f"holds force and time and no elongation; {best.header.describe()}; give the "
+            "crosshead's speed",
             " (--speed 10mm/min), or say which column it is (--columns elongation:mm=NAME)",
             "speed",
         )
     try:
-        assign(best.header, PULL, said)
+        assign(best.header, PULL, stated)
     except FileError as err:
         return err
-    return best.header.fail(f"cannot be read; {best.header.listed()}")
+    return best.header.fail(f"cannot be read; {best.header.describe()}")
 
 
 def _check_orphans(lines: Lines, blocks: list[Block], used: list[Block], main: Block) -> None:
-    """Refuse rows of the table's width that have lost their head: the file is damaged there."""
+    """Reject rows of the table's width without a head: the file is damaged there."""
     for k, block in enumerate(blocks):
         if block in used or not block.pure or block.width != main.width:
             continue
@@ -265,69 +269,69 @@ def _check_orphans(lines: Lines, blocks: list[Block], used: list[Block], main: B
 
 
 def _not_read(lines: Lines, blocks: list[Block], used: list[Block]) -> tuple[str, ...]:
-    """That words or numbers below the tables were passed over."""
+    """Return a note that words or numbers below the tables were skipped."""
     end = used[-1].last + 1
     below = [n for n in range(end, min(end + 50, len(lines.starts))) if not lines.blank[n]]
     if not below:
         return ()
     count = int((~lines.blank[end:]).sum())
-    many = f"{count} lines" if count > 1 else "1 line"
+    line_count = f"{count} lines" if count > 1 else "1 line"
     text = cut(lines.text(below[0]))
-    return (f"{many} below the numbers not read, from line {below[0] + 1}: '{text}'",)
+    return (f"{line_count} below the numbers not read, from line {below[0] + 1}: '{text}'",)
 
 
 def _side_by_side(
     source: Source,
     block: Block,
-    said: Mapping[str, ColumnEntry],
+    entries: Mapping[str, ColumnEntry],
     wants: Sequence[Want],
     several: bool,
 ) -> list[Specimen]:
-    """The specimens in one table."""
+    """Return the specimens in one table."""
     table = block.table
     if table is None:
         return []
     head, form = table.header, format_of(source, table)
-    groups = [head.only(group) for group in _groups(head)]
-    whole = len(groups) > 1 and all(complete(header, said, wants) for header in groups)
-    rows = Rows(source, table, shared=whole)
-    if not whole:
+    groups = [head.select(group) for group in _groups(head)]
+    is_split = len(groups) > 1 and all(complete(header, entries, wants) for header in groups)
+    rows = Rows(source, table, shared=is_split)
+    if not is_split:
         title = block.title if several else ""
-        numbered = next((n for n in head.names[:1] if n.isdigit()), "")  # 1,Time,Load
-        label = next((c for c in head.label[:1] if _counts(c)), "") or numbered or title
+        number = next((n for n in head.names[:1] if n.isdigit()), "")  # 1,Time,Load
+        label = next((c for c in head.label[:1] if _counts(c)), "") or number or title
         return [Specimen(rows, head, form, label)]
-    found = []
+    result = []
     for k, header in enumerate(groups, 1):
-        at = [c for c, (n, u) in zip(head.label, header.columns, strict=False) if n or u]
-        label = next(filter(None, at), str(k))
-        note = f"specimen {k} of {len(groups)} side by side"
-        found.append(Specimen(rows, header, form, label, (note,)))
-    return found
+        labels = [c for c, (n, u) in zip(head.label, header.columns, strict=False) if n or u]
+        label = next(filter(None, labels), str(k))
+        note = f"specimen {k} of {len(groups)} next to each other"
+        result.append(Specimen(rows, header, form, label, (note,)))
+    return result
 
 
 def _counts(text: str) -> bool:
-    """Whether a cell above the names numbers a specimen."""
+    """Return whether a cell above the names numbers a specimen."""
     return re.search(r"\d", text) is not None and len(text) <= 40
 
 
 def _groups(head: Header) -> list[list[int]]:
-    """Columns that belong together where specimens stand side by side; empty where they do not."""
-    filled = [i for i, n in enumerate(head.names) if n or head.units[i]]
+    """Return columns of each specimen if specimens are next to each other, else nothing."""
+    columns = [i for i, n in enumerate(head.names) if n or head.units[i]]
     starts = [i for i, cell in enumerate(head.label) if cell and i < len(head.names)]
-    labelled = len(starts) > 1 and starts[0] == filled[0] and len(starts) < len(filled)
+    labelled = len(starts) > 1 and starts[0] == columns[0] and len(starts) < len(columns)
     if labelled and all(_counts(head.label[i]) for i in starts):
-        inside = set(filled)
+        inside = set(columns)
         return [
             [i for i in range(a, b) if i in inside] for a, b in pairwise([*starts, len(head.names)])
         ]
-    for shared in ([], filled[:1]):
-        if shared and not _is_time(head.units[shared[0]]):
+    for times in ([], columns[:1]):
+        if times and not _is_time(head.units[times[0]]):
             continue
-        rest = filled[len(shared) :]
-        for period in range(2, len(rest) // 2 + 1):
-            if len(rest) % period == 0 and _repeats(head, rest, period):
-                return [shared + rest[k : k + period] for k in range(0, len(rest), period)]
-    return _by_number(head, filled)
+        others = columns[len(times) :]
+        for period in range(2, len(others) // 2 + 1):
+            if len(others) % period == 0 and _repeats(head, others, period):
+                return [times + others[k : k + period] for k in range(0, len(others), period)]
+    return _by_number(head, columns)
 
 
 def _repeats(head: Header, columns: Sequence[int], period: int) -> bool:
@@ -335,39 +339,39 @@ def _repeats(head: Header, columns: Sequence[int], period: int) -> bool:
     return all(a == b for a, b in zip(keys, keys[period:], strict=False))
 
 
-def _by_number(head: Header, filled: Sequence[int]) -> list[list[int]]:
-    """Load 1, Load 2, Travel 1, Travel 2: columns whose names end in the same number."""
-    shared: list[int] = []
-    numbered: dict[int, list[int]] = {}
-    for i in filled:
+def _by_number(head: Header, columns: Sequence[int]) -> list[list[int]]:
+    """Group columns whose names end in the same number: Load 1, Load 2, Travel 1, Travel 2."""
+    times: list[int] = []
+    by_number: dict[int, list[int]] = {}
+    for i in columns:
         match = _COUNTED.fullmatch(plain(head.names[i]))
         if match and match[1]:
-            numbered.setdefault(int(match[2]), []).append(i)
+            by_number.setdefault(int(match[2]), []).append(i)
         else:
-            shared.append(i)
-    if len(numbered) < 2 or not all(_is_time(head.units[i]) for i in shared):
+            times.append(i)
+    if len(by_number) < 2 or not all(_is_time(head.units[i]) for i in times):
         return []
     kinds = {
         tuple(sorted((_base(head.names[i]), head.units[i] or "") for i in group))
-        for group in numbered.values()
+        for group in by_number.values()
     }
-    return [shared + group for group in numbered.values()] if len(kinds) == 1 else []
+    return [times + group for group in by_number.values()] if len(kinds) == 1 else []
 
 
 def _is_time(unit: str | None) -> bool:
-    known = unit_role(unit) if unit else None
-    return known is not None and known[0] == "time"
+    role = unit_role(unit) if unit else None
+    return role is not None and role[0] == "time"
 
 
 def _base(name: str) -> str:
-    """A name without a specimen's number at its end."""
+    """Return a name without a specimen's number at its end."""
     text = plain(name)
     match = _COUNTED.fullmatch(text)
     return match[1] if match and match[1] else text
 
 
 def format_of(source: Source, table: Table) -> str:
-    """The format's name, for people; nothing depends on it."""
+    """Return the format's name, for people; nothing depends on it."""
     head = source.data[: min(table.first, 4000)]
     text = head.decode(source.encoding, errors="replace").lower()
     if source.sheet:

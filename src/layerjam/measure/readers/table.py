@@ -1,4 +1,4 @@
-"""Where in a text its tables are: blocks of numbers, each with the names and units above it."""
+"""Tables in a text: blocks of numbers, each with the names and units above it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from layerjam.errors import FileError
 from layerjam.measure.readers import words
 from layerjam.measure.readers.columns import Header, named_role
-from layerjam.measure.readers.heads import head_of, trimmed
+from layerjam.measure.readers.heads import head_of, trim
 from layerjam.measure.readers.lines import Lines, looks_numeric, split
 from layerjam.measure.readers.rows import Table
 from layerjam.measure.readers.unit_words import unit_role
@@ -25,10 +25,11 @@ _LINES_ABOVE = 8
 
 @dataclass(frozen=True)
 class Block:
-    """A run of lines of numbers and what stands above it; lines count from 0.
+    """A run of lines of numbers and the lines above it; lines count from 0.
 
-    `rows`: its lines that are not blank; `width`: fields of its first line; `pure`: nothing but
-    numbers in it; `table`: as it is to be read, None where no line above can hold names.
+    `rows` is the number of lines that are not blank, `width` the number of fields of the first
+    line. `pure`: it has only numbers. `table` is the table to read, None if no line above can have
+    names.
     """
 
     first: int
@@ -42,12 +43,12 @@ class Block:
 
     @property
     def styled(self) -> bool:
-        """Whether units stand above it."""
+        """Whether units are above it."""
         return self.table is not None and bool(self.table.header.style)
 
 
 def headless(lines: Lines, blocks: list[Block]) -> Table | None:
-    """A head with no number below it, at the end of the file."""
+    """Return a head without numbers below it, at the end of the file."""
     after = blocks[-1].last + 1 if blocks else 0
     above = _texts(lines, range(after, len(lines.starts)))
     head = _head(lines, above[-_LINES_ABOVE:], 0)
@@ -55,7 +56,7 @@ def headless(lines: Lines, blocks: list[Block]) -> Table | None:
 
 
 def bare_table(lines: Lines, block: Block) -> Table:
-    """The table of a block whose columns the user lists, whatever stands above it."""
+    """Return the table of a block whose columns the user lists, whatever is above it."""
     names = tuple(f"column {i + 1}" for i in range(block.width))
     path = lines.source.path
     header = Header(names, (None,) * block.width, "", block.first + 1, path=path)
@@ -63,32 +64,32 @@ def bare_table(lines: Lines, block: Block) -> Table:
 
 
 def _table(header: Header, lines: Lines, block: Block) -> Table:
-    """The rows of a block under names and units."""
+    """Return the rows of a block under names and units."""
     first, last = int(lines.starts[block.first]), int(lines.stops[block.last]) + 1
     only_blanks_follow = bool(lines.blank[block.last + 1 :].all())
     return Table(header, lines.separator, first, None if only_blanks_follow else last, block.rows)
 
 
 def _head(lines: Lines, above: Sequence[tuple[int, str]], width: int) -> Header | None:
-    found = head_of([(n + 1, t) for n, t in above], lines.separator, width) if above else None
-    return replace(found, path=lines.source.path) if found else None
+    header = head_of([(n + 1, t) for n, t in above], lines.separator, width) if above else None
+    return replace(header, path=lines.source.path) if header else None
 
 
 def blocks_of(lines: Lines) -> list[Block]:
-    """The blocks of numbers in order; FileError where there are too many to be tables.
+    """Return the blocks of numbers in order; FileError if there are too many to be tables.
 
-    The head is looked for above the largest two hundred only.
+    Only the largest two hundred are searched for a head.
     """
-    filled = np.flatnonzero(~lines.blank)
-    number = lines.number[filled]
+    rows = np.flatnonzero(~lines.blank)
+    number = lines.number[rows]
     # a head may hold a number, and follow rows of numbers: 2,Time,Load
-    for place in np.flatnonzero(number & ~lines.pure[filled])[: 2 * _MOST_BLOCKS]:
-        _words_first(lines, filled, number, int(place))
-    if len(filled) and number[0]:
-        _words_first(lines, filled, number, 0)
-    _words_last(lines, filled, number)
+    for place in np.flatnonzero(number & ~lines.pure[rows])[: 2 * _MOST_BLOCKS]:
+        _words_first(lines, rows, number, int(place))
+    if len(rows) and number[0]:
+        _words_first(lines, rows, number, 0)
+    _words_last(lines, rows, number)
     change = np.flatnonzero(np.diff(number)) + 1
-    bounds = [0, *change.tolist(), len(filled)]
+    bounds = [0, *change.tolist(), len(rows)]
     spans = [(a, b) for a, b in pairwise(bounds) if a < b and number[a]]
     if len(spans) > _MOST_BLOCKS:
         raise FileError(
@@ -98,69 +99,69 @@ def blocks_of(lines: Lines) -> list[Block]:
     least = sizes[_MOST_HEADS] if len(sizes) > _MOST_HEADS else 0
     blocks, before = [], 0
     for a, b in spans:
-        above = tuple(filled[before:a][-_LINES_ABOVE:].tolist()) if b - a > least else ()
-        blocks.append(_block(lines, filled[a:b], above))
+        above = tuple(rows[before:a][-_LINES_ABOVE:].tolist()) if b - a > least else ()
+        blocks.append(_block(lines, rows[a:b], above))
         before = b
     return blocks
 
 
-def _words_first(lines: Lines, filled: np.ndarray, number: np.ndarray, place: int) -> None:
-    """Names or units that hold a number among them ("Time (s)", "1") are words all the same."""
-    for k in range(place, min(place + 3, len(filled))):
-        if lines.pure[filled[k]]:
+def _words_first(lines: Lines, rows: np.ndarray, number: np.ndarray, place: int) -> None:
+    """Mark names or units with a number among them ("Time (s)", "1") as words."""
+    for k in range(place, min(place + 3, len(rows))):
+        if lines.pure[rows[k]]:
             return
-        fields = [f for f in lines.fields(int(filled[k])) if f]
+        fields = [f for f in lines.fields(int(rows[k])) if f]
         spec = sum(bool(named_role(f) or unit_role(f)) for f in fields if not looks_numeric(f))
         if spec * 2 < len(fields) or spec < 2:
             return
         number[k] = False
 
 
-def _words_last(lines: Lines, filled: np.ndarray, number: np.ndarray) -> None:
-    """Statistics below the numbers ("Mean;1.2;3.4") are words, where only they follow.
+def _words_last(lines: Lines, rows: np.ndarray, number: np.ndarray) -> None:
+    """Mark statistics below the numbers ("Mean;1.2;3.4") as words, if only they follow.
 
-    They begin with a word that says so, or stand apart by a blank line.
+    They begin with a word for a statistic, or follow a blank line.
     """
-    pure = lines.pure[filled]
-    at = np.flatnonzero(pure)
-    if not at.size or at[-1] == len(filled) - 1 or len(filled) - at[-1] > 200:
+    pure = lines.pure[rows]
+    pure_rows = np.flatnonzero(pure)
+    if not pure_rows.size or pure_rows[-1] == len(rows) - 1 or len(rows) - pure_rows[-1] > 200:
         return
-    first = int(at[-1]) + 1
-    apart = filled[first] - filled[first - 1] > 1
-    head = next((f for f in lines.fields(int(filled[first])) if f), "")
-    if not looks_numeric(head) and (apart or re.search(words.STATISTIC, words.plain(head))):
+    first = int(pure_rows[-1]) + 1
+    is_separate = rows[first] - rows[first - 1] > 1
+    head = next((f for f in lines.fields(int(rows[first])) if f), "")
+    if not looks_numeric(head) and (is_separate or re.search(words.STATISTIC, words.plain(head))):
         number[first:] = False
 
 
 def _block(lines: Lines, inside: np.ndarray, above: tuple[int, ...]) -> Block:
     first, last = int(inside[0]), int(inside[-1])
-    width = len(trimmed(lines.fields(first)))
+    width = len(trim(lines.fields(first)))
     texts = _texts(lines, above)
     head = _without_empty_columns(_head(lines, texts, width), width)
-    alone = [lines.text(n).strip(' \t;,"|#') for n in above if n not in {t[0] for t in texts}]
-    title = alone[-1] if alone else ""
+    titles = [lines.text(n).strip(' \t;,"|#') for n in above if n not in {t[0] for t in texts}]
+    title = titles[-1] if titles else ""
     pure = bool(lines.pure[inside].all())
     block = Block(first, last, len(inside), width, pure, above, None, title)
     return replace(block, table=_table(head, lines, block)) if head else block
 
 
 def _without_empty_columns(head: Header | None, width: int) -> Header | None:
-    """Names at the end that no row fills and that have no unit, such as a comment's, go."""
+    """Return the head without empty columns at the end, such as a comment's."""
     if head is None or not 2 <= width < len(head.names) or any(head.units[width:]):
         return head
     return replace(head, names=head.names[:width], units=head.units[:width])
 
 
 def _texts(lines: Lines, above: tuple[int, ...] | range) -> list[tuple[int, str]]:
-    """Those of the lines above that have two fields or more."""
-    found = []
+    """Return those of the lines above that have two fields or more."""
+    texts = []
     for line in above:
         if lines.blank[line]:
             continue
         text = lines.text(line)
         if sum(1 for f in _any_fields(text, lines.separator) if f) >= 2:
-            found.append((line, text))
-    return found
+            texts.append((line, text))
+    return texts
 
 
 @lru_cache(maxsize=1024)
@@ -171,10 +172,10 @@ def _any_fields(text: str, separator: str) -> list[str]:
 
 
 def under_one_head(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
-    """The blocks; those below a title such as "Specimen 2" take the head of the one before."""
+    """Yield the blocks; those below a title such as "Specimen 2" use the head of the one before."""
     before: Block | None = None
-    for found in blocks:
-        block = found
+    for plain_block in blocks:
+        block = plain_block
         if (
             before is not None
             and before.table is not None

@@ -1,6 +1,6 @@
 """Units of time, length and force as machines write them: `Sek.`, `lbF`, `кН`, `毫米`, `㎜`.
 
-What stands here goes before the table of all units, which would read `Min` as megainches.
+These outrank the table of all units, which would read `Min` as megainches.
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ _SANE = (Fraction(1, 10**12), Fraction(10**8))
 
 @lru_cache(maxsize=4096)
 def unit_role(unit: str) -> tuple[str, Fraction] | None:
-    """("time" | "elongation" | "force", factor to SI) of a unit's text; None for all others."""
+    """Return (role, factor to SI) of a unit's text, None for units of other quantities."""
     return common_unit(unit) or _from_table(unit)
 
 
 @lru_cache(maxsize=4096)
 def common_unit(unit: str) -> tuple[str, Fraction] | None:
-    """The same for the units that machines use, as a word by itself; the table is not asked."""
+    """Return the same for the units that machines use, without the table of all units."""
     if not 0 < len(unit.strip()) <= 20:
         return None
     text = unicodedata.normalize("NFKC", unit).strip().replace("µ", "μ")
@@ -59,16 +59,16 @@ def common_unit(unit: str) -> tuple[str, Fraction] | None:
 
 
 def weight_unit(unit: str) -> str | None:
-    """The unit of force that a unit of mass stands for on a load cell: gf for g, ozf for oz."""
+    """Return the unit of force for a unit of mass on a load cell: gf for g, ozf for oz."""
     text = unicodedata.normalize("NFKC", unit).strip().rstrip(".").strip()
     return _WEIGHTS.get(text.lower()) if text not in ("G", "T") else None
 
 
 def _from_table(unit: str) -> tuple[str, Fraction] | None:
-    """What the table of all units says: pdl, dm, Å; no unit that is far beyond any machine."""
+    """Return a unit from the table of all units (pdl, dm, Å), if machines could use its size."""
     text = unicodedata.normalize("NFKC", unit).strip()
     if not 0 < len(text) <= 20 or "/" in text or any(c.isdigit() for c in text):
-        return None  # mm/min, mm2: no unit of ours, and not worth asking for
+        return None  # mm/min, mm2: other quantities
     if weight_unit(text) or len(text) == 1:
         return None
     for role, si in ROLES.items():
@@ -95,16 +95,16 @@ PRESSURE = re.compile(
 
 @lru_cache(maxsize=4096)
 def convert(unit: str, si: str) -> tuple[Fraction, float] | None:
-    """(factor, offset) with SI value = factor * value + offset; None for another dimension.
+    """Return (factor, offset) with SI value = factor * value + offset; None if another dimension.
 
-    Beyond the table of all units: what machines write for time, length and force, °C and °F, g as
-    an acceleration, bara and barg.
+    In addition to all units it accepts machines' spellings of time, length and force, °C and °F, g
+    as an acceleration, bara and barg.
     """
     text = re.sub(r"(?<=m)([23])$", r"^\1", unit.strip())  # N/mm2
     role = next((role for role, of_role in ROLES.items() if of_role == si), None)
     if role is not None:
-        known = unit_role(text)
-        return (known[1], 0.0) if known and known[0] == role else None
+        unit_found = unit_role(text)
+        return (unit_found[1], 0.0) if unit_found and unit_found[0] == role else None
     if si == "K":
         return _TEMPERATURES.get(text.lower())
     if si == "m/s^2" and text.lower() in _GRAVITIES:
@@ -119,16 +119,19 @@ def convert(unit: str, si: str) -> tuple[Fraction, float] | None:
     return None if factor is None else (factor, 0.0)
 
 
-def gainsays(written: str, unit: str, si: str) -> bool:
-    """Whether a unit that is written in a file is known, and is not the unit that is given.
+def units_differ(file_unit: str, unit: str, si: str) -> bool:
+    """Return whether a file's unit is known and differs from the unit given.
 
-    Of another size or another dimension; for a force g is gf. An unknown text gainsays nothing.
+    It may differ in size or in dimension; for a force g is gf. An unknown text never differs.
     """
-    said, known = convert(unit, si), convert(written, si)
-    if known is None and si == "N" and (weight := weight_unit(written)):
-        known = convert(weight, si)
-    if known is None:
-        return any(convert(written, other) for other in (*ROLES.values(), "Pa") if other != si)
-    return said is not None and not (
-        math.isclose(known[0], said[0], rel_tol=1e-6) and abs(known[1] - said[1]) < 1e-6
+    given_scale, file_scale = convert(unit, si), convert(file_unit, si)
+    if file_scale is None and si == "N" and (weight := weight_unit(file_unit)):
+        file_scale = convert(weight, si)
+    if file_scale is None:
+        return any(
+            convert(file_unit, si_unit) for si_unit in (*ROLES.values(), "Pa") if si_unit != si
+        )
+    return given_scale is not None and not (
+        math.isclose(file_scale[0], given_scale[0], rel_tol=1e-6)
+        and abs(file_scale[1] - given_scale[1]) < 1e-6
     )

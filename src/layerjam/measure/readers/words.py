@@ -1,8 +1,8 @@
-"""How machines call time, travel and force in many languages; the words stand in vocabulary.toml.
+"""Words of machines for time, travel and force in many languages, from vocabulary.toml.
 
 Words are compared in lower case, without accents, and in one form of full and half width letters.
-Latin and Cyrillic words begin a word (`displacement`), German joins them, so its words may end one
-(`Standardkraft`); Chinese, Japanese and Korean have no blanks, so theirs stand anywhere.
+Latin and Cyrillic words begin a word (`displacement`). German joins them, so its words may end one
+(`Standardkraft`). Chinese, Japanese and Korean have no blanks, so theirs may be anywhere.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ VOCABULARY: Mapping[str, Any] = MappingProxyType(tomllib.loads(_TEXT))
 
 @lru_cache(maxsize=8192)
 def plain(name: str) -> str:
-    """A name in lower case, without accents and doubled blanks."""
+    """Return a name in lower case, without accents and doubled blanks."""
     lower = unicodedata.normalize("NFKC", name).lower().translate(_LETTERS)
     letters = unicodedata.normalize("NFKD", lower)
     return " ".join("".join(c for c in letters if not unicodedata.combining(c)).split())
 
 
 def _pattern(name: str) -> str:
-    """One regular expression of words that begin a word, end one, or stand anywhere."""
-    of = VOCABULARY["names"][name]
-    begin, end, anywhere = (plain(of.get(k, "")).split() for k in ("begin", "end", "anywhere"))
+    """Return one regular expression of words that begin a word, end one, or may be anywhere."""
+    entry = VOCABULARY["names"][name]
+    begin, end, anywhere = (plain(entry.get(k, "")).split() for k in ("begin", "end", "anywhere"))
     parts = [rf"(?<![^\W_])(?:{'|'.join(map(re.escape, begin))})"] if begin else []
     parts += [rf"{re.escape(word)}(?![^\W_])" for word in end]
     parts += [re.escape(word) for word in anywhere]
-    return "|".join([*parts, *([of["pattern"]] if "pattern" in of else [])])
+    return "|".join([*parts, *([entry["pattern"]] if "pattern" in entry else [])])
 
 
 TIME = _pattern("time")
@@ -47,16 +47,16 @@ SENSOR = _pattern("sensor")
 NOT_TRAVEL = _pattern("not_travel")
 FORCE = _pattern("force")
 OTHER_FORCE = r"\d|\b(peak|max|min|mean|filter|raw|true|error|command|demand|soll|aux|normal)"
-ELSE = _pattern("else")
+OTHER_QUANTITY = _pattern("else")
 SPECIMEN = _pattern("specimen")
 STATISTIC = _pattern("statistic")
 RESULTS = _pattern("results")
 UNIT = _pattern("unit")
 ROLE = {"time": TIME, "elongation": f"{TRAVEL}|{CROSSHEAD}", "force": FORCE}
-_ANY = re.compile("|".join([*ROLE.values(), SENSOR, SPECIMEN, UNIT, ELSE]))
+_ANY = re.compile("|".join([*ROLE.values(), SENSOR, SPECIMEN, UNIT, OTHER_QUANTITY]))
 
 
 def known_words(text: str) -> int:
-    """How many characters of a text belong to words of machines; tells code pages apart."""
-    found = [m[0] for m in _ANY.finditer(plain(text))]
-    return sum(len(word) * (1 if word.isascii() else 4) for word in found)
+    """Return the number of characters in words of machines, which identifies the code page."""
+    matches = [m[0] for m in _ANY.finditer(plain(text))]
+    return sum(len(word) * (1 if word.isascii() else 4) for word in matches)

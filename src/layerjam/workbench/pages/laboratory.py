@@ -283,7 +283,7 @@ class Laboratory(Page):
         # heavy to load, and loaded by what was fitted
         from layerjam.identify.calibration.law_spread import LawSpread
 
-        spread = LawSpread.of(fitted.result.record[1])
+        spread = LawSpread.from_calibration(fitted.result.record[1])
         if spread is not None:
             self.desk.laws[fitted.brake.text] = spread
         try:

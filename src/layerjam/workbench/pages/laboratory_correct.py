@@ -11,7 +11,7 @@ from typing import Any
 from nicegui import ui
 
 from layerjam.errors import LayerjamError
-from layerjam.identify.provenance import renamed
+from layerjam.identify.provenance import rename_files
 from layerjam.measure.preview import Preview, preview
 from layerjam.measure.sidecar import Facts
 from layerjam.report.chart import Curve, Pane
@@ -192,7 +192,7 @@ class Correct:
         try:
             return preview(upload.path)
         except LayerjamError as err:
-            return str(renamed(one_line(err), {upload.path.name: upload.shown}))
+            return str(rename_files(one_line(err), {upload.path.name: upload.shown}))
 
     def _columns(self, shown: Preview | str) -> None:
         """The heads to click, and what no column says."""
@@ -217,7 +217,7 @@ class Correct:
             change = column_said(upload.path, shown, index, role, unit)
             check_edit(change)
         except LayerjamError as err:
-            self._trouble.say(str(renamed(one_line(err), {upload.path.name: upload.shown})))
+            self._trouble.say(str(rename_files(one_line(err), {upload.path.name: upload.shown})))
             return
         put_edits(self.desk, dict.fromkeys(self._keys, change))
 

@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 from layerjam.commands.declare import Progress
 from layerjam.errors import FileError, FitError, MissingExtraError, QuantityError
-from layerjam.identify.provenance import renamed
+from layerjam.identify.provenance import rename_files
 from layerjam.measure.sidecar import SIDECAR_ENDING, Facts, read_facts
 from layerjam.measure.trace import Trace
 from layerjam.units import show
@@ -137,7 +137,7 @@ def read_row(upload: Upload, role: str, standard: str) -> Row:
 
 def _in_users_words(said: object, upload: Upload) -> str:
     """A sentence that calls the file as the user does."""
-    return str(renamed(str(said), {upload.path.name: upload.shown}))
+    return str(rename_files(str(said), {upload.path.name: upload.shown}))
 
 
 def practice_files(folder: Path, tell: Callable[[str, float], None]) -> dict[str, bytes]:

@@ -10,7 +10,7 @@ from typing import Any
 
 from nicegui import ui
 
-from layerjam.identify.provenance import renamed
+from layerjam.identify.provenance import rename_files
 from layerjam.identify.pull.features import PullFeatures
 from layerjam.identify.validation.metrics import CurveError
 from layerjam.measure.trace import Trace
@@ -75,7 +75,7 @@ class Reading:
 
     def named(self, path: str) -> str:
         """The user's name of a file."""
-        made: str = renamed(path, {file.path.name: file.shown for file in self.files})
+        made: str = rename_files(path, {file.path.name: file.shown for file in self.files})
         return made
 
     def sentences(self, shown: str) -> list[str]:
