@@ -133,10 +133,10 @@ def test_turning_is_moving_with_inertia_over_lever_squared() -> None:
     """Twice the lever: four times the stiffness and twice the force felt; same turn."""
     scenario = changed("neck-guard", brakes__parallel="4")
     assert isinstance(scenario, neck_guard.NeckGuard)
-    near = scenario.turned("near", scenario.trial()[0], limiter_of(200.0, 4e5))
+    near = scenario.turn("near", scenario.trial()[0], limiter_of(200.0, 4e5))
     guard = replace(scenario.guard, lever=2 * scenario.guard.lever)
     wide: neck_guard.NeckGuard = replace(scenario, guard=guard)
-    far = wide.turned("far", wide.trial()[0], limiter_of(100.0, 1e5))
+    far = wide.turn("far", wide.trial()[0], limiter_of(100.0, 1e5))
     np.testing.assert_allclose(far.angular, near.angular, rtol=1e-9, atol=1e-6)
     assert far.rotation == pytest.approx(near.rotation, rel=1e-9)
     assert scenario.inertia == pytest.approx(0.0852, rel=1e-3)
@@ -186,10 +186,10 @@ def test_a_pump_twice_as_fast_follows_twice_the_stride_rate() -> None:
     fast = replace(line, pump=replace(line.pump, flow=2 * line.pump.flow))
     rates = np.array([0.05, 0.1, 0.2, 0.8])
     np.testing.assert_allclose(
-        scenario.walked(2 * rates, fast).slip, scenario.walked(rates, line).slip,
+        scenario.walk(2 * rates, fast).slip, scenario.walk(rates, line).slip,
         rtol=1e-6, atol=1e-9,
     )  # fmt: skip
-    assert (np.diff(scenario.walked(rates, line).slip.max(axis=0)) >= 0).all()
+    assert (np.diff(scenario.walk(rates, line).slip.max(axis=0)) >= 0).all()
 
 
 def test_the_vacuum_rises_as_its_closed_form() -> None:
@@ -237,9 +237,9 @@ def test_the_exercise_goes_from_start_to_end_and_back() -> None:
     assert flexion.mean() == pytest.approx(exercise.speed, rel=0.01)
     assert made.torque[made.speed < -0.01].max() == 0
     # at rest the torque of the start is ready, and speed adds its own
-    wanted = scenario.wanted_at(np.array([exercise.start]), np.array([0.0]))
+    wanted = scenario.target_at(np.array([exercise.start]), np.array([0.0]))
     assert wanted[0] == pytest.approx(1.0) and made.torque[0] == pytest.approx(1.0)
-    faster = scenario.wanted_at(np.array([exercise.start]), np.array([2.0]))
+    faster = scenario.target_at(np.array([exercise.start]), np.array([2.0]))
     assert faster[0] - wanted[0] == pytest.approx(2.0 * exercise.viscosity)
 
 

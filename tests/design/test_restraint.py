@@ -120,7 +120,7 @@ def test_brakes_in_a_row_slip_one_after_the_other() -> None:
     slip = force = np.zeros(0)
     slipped = 0.0
     rows = []
-    step = jax.jit(lambda u, s: restraint.drawn(u, s, strap))
+    step = jax.jit(lambda u, s: restraint.chain_slip(u, s, strap))
     for u in payout[::8]:
         slipped = float(step(u, slipped))
         rows.append((slipped, float(restraint.tension(u, slipped, strap))))
@@ -142,7 +142,7 @@ def test_a_chain_agrees_with_the_path_of_the_arrays() -> None:
     to = int(np.searchsorted(pulled.elongation, series * KAPTON.sheets.usable_travel - 1e-3))
     way, slipped = pulled.elongation[:to], 0.0
     made = np.zeros(to)
-    step = jax.jit(lambda u, s: restraint.drawn(u, s, strap))
+    step = jax.jit(lambda u, s: restraint.chain_slip(u, s, strap))
     for i, u in enumerate(way):
         # a step that ends a travel is followed by the one that begins the next
         for _ in range(2):
@@ -161,8 +161,8 @@ def test_a_strap_slides_steadily_up_to_its_stiffness_times_the_overlap() -> None
     np.testing.assert_array_equal(~np.asarray(restraint.snaps(straps)), steady)
     # and one that snaps runs through its travel at once
     soft = strap_of(30, 1, VACUUM, webbing, KAPTON)
-    assert float(restraint.drawn(0.5, 0.0, soft)) == KAPTON.sheets.usable_travel
-    assert float(restraint.drawn(0.9 * float(soft.onset / soft.stiffness), 0.0, soft)) == 0
+    assert float(restraint.chain_slip(0.5, 0.0, soft)) == KAPTON.sheets.usable_travel
+    assert float(restraint.chain_slip(0.9 * float(soft.onset / soft.stiffness), 0.0, soft)) == 0
 
 
 def test_lanes_are_single_rides() -> None:
@@ -216,7 +216,7 @@ def test_bric_and_hic_are_their_definitions() -> None:
 
 def test_the_filter_keeps_a_level_and_takes_a_needle() -> None:
     level = np.full(4000, 3.0)
-    np.testing.assert_allclose(injury.filtered(level, 1e-5, 60), 3.0, rtol=1e-9)
+    np.testing.assert_allclose(injury.filter_signal(level, 1e-5, 60), 3.0, rtol=1e-9)
     needle = np.zeros(4000)
     needle[2000:2010] = 1.0
-    assert injury.filtered(needle, 1e-5, 60).max() < 0.1
+    assert injury.filter_signal(needle, 1e-5, 60).max() < 0.1

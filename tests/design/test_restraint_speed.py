@@ -23,8 +23,8 @@ from layerjam.studies.machines.pulse import drive
 from layerjam.studies.machines.registry import load_scenario
 from layerjam.studies.machines.restraint import (
     Body,
+    difference_growth,
     extremes,
-    gathered,
     ride,
     snaps,
     strap_of,
@@ -115,7 +115,7 @@ def test_a_difference_between_two_brakes_of_a_chain_grows_as_stated() -> None:
     times = (after[0] - after[1]) / 1e-7
     # the elastic start and the slow one are left out of what is stated
     assert times > 10
-    assert gathered(LAW, float(after.sum()), 2, soft) == pytest.approx(times, rel=0.1)
+    assert difference_growth(LAW, float(after.sum()), 2, soft) == pytest.approx(times, rel=0.1)
 
 
 def test_the_clutch_slips_as_another_integrator_says() -> None:
@@ -124,8 +124,8 @@ def test_the_clutch_slips_as_another_integrator_says() -> None:
     file = replace(clutch.brake, brake=replace(clutch.brake.brake, speed_law=LAW))
     weak = replace(clutch, brake=file, brakes=replace(clutch.brakes, vacuum=30e3))
     rate = weak.gait.stride_rate
-    stride = weak.walked(rate, None)
-    part, _, payout, _ = weak.stretched()
+    stride = weak.walk(rate, None)
+    part, _, payout, _ = weak.stretch()
     time = (part - part[0]) / rate
     n, own = weak.brakes.parallel, file.brake
     chain = weak.brakes.series / (n * (own.stiffness_measured or np.nan))
@@ -142,11 +142,11 @@ def test_the_clutch_slips_as_another_integrator_says() -> None:
     assert stride.slip.max() > 1e-3
     assert stride.slip.max() == pytest.approx(made.y[0, -1], rel=2e-3)
     # several rates at once are each by itself
-    two = weak.walked(np.array([rate, 2 * rate]), None)
+    two = weak.walk(np.array([rate, 2 * rate]), None)
     np.testing.assert_allclose(two.slip[:, 0], stride.slip, rtol=1e-7, atol=1e-12)
     # held at rest it lets go sooner than at the speed of the test
     share = (LAW.rest_speed / (LAW.rest_speed + LAW.test_speed)) ** LAW.power
-    plain = replace(weak, brake=clutch.brake).walked(rate, None)
+    plain = replace(weak, brake=clutch.brake).walk(rate, None)
     assert stride.hold[0] == pytest.approx(share * plain.hold[0], rel=1e-12)
 
 

@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 
 from layerjam.studies.choi2018.claims import (
     VERDICTS,
-    Against,
+    Basis,
     Claim,
-    Printed,
+    PrintedClaim,
     Verdict,
     claim,
-    judged,
+    judge_claim,
     paper,
     tally,
 )
@@ -21,8 +21,8 @@ from layerjam.studies.choi2018.claims import (
 numbers = st.floats(-1e6, 1e6, allow_nan=False)
 
 
-def number(paper: float, tolerance: float) -> Printed:
-    return Printed(
+def number(paper: float, tolerance: float) -> PrintedClaim:
+    return PrintedClaim(
         claim="c",
         section="II",
         against="other numbers",
@@ -37,7 +37,7 @@ def number(paper: float, tolerance: float) -> Printed:
 
 @given(numbers, numbers, st.floats(0, 1e3))
 def test_number(paper: float, ours: float, tolerance: float) -> None:
-    found = judged(number(paper, tolerance), ours, x="this")
+    found = judge_claim(number(paper, tolerance), ours, x="this")
     same = abs(ours - paper) <= tolerance
     assert found.verdict == (Verdict.REPRODUCED if same else Verdict.DIFFERS)
     assert ("otherwise" in found.why) is not same and "why this" in found.why
@@ -47,13 +47,13 @@ def test_number(paper: float, ours: float, tolerance: float) -> None:
 
 
 def test_the_difference_is_said() -> None:
-    assert judged(number(10.0, 0.5), 17.94, x="").why.startswith("+79.4% against the paper; ")
-    assert judged(number(0.0, 0.5), 1.0, x="").verdict is Verdict.DIFFERS
-    assert judged(number(17.5, 0.05 + 1e-12), 17.55, x="").verdict is Verdict.REPRODUCED
+    assert judge_claim(number(10.0, 0.5), 17.94, x="").why.startswith("+79.4% against the paper; ")
+    assert judge_claim(number(0.0, 0.5), 1.0, x="").verdict is Verdict.DIFFERS
+    assert judge_claim(number(17.5, 0.05 + 1e-12), 17.55, x="").verdict is Verdict.REPRODUCED
 
 
-def statement(against: str, **more: str) -> Printed:
-    return Printed(
+def statement(against: str, **more: str) -> PrintedClaim:
+    return PrintedClaim(
         claim="c", section="II", against=against, because="b", ours="{y:.1f} N", why="why", **more
     )
 
@@ -72,33 +72,33 @@ def statement(against: str, **more: str) -> Printed:
     ],
 )
 def test_statement(against: str, holds: bool, verdict: str) -> None:
-    found = judged(statement(against), holds=holds, y=2.0)
+    found = judge_claim(statement(against), holds=holds, y=2.0)
     assert str(found.verdict) == verdict and found.paper == "as stated" and found.ours == "2.0 N"
 
 
 def test_nothing_to_compare_is_said_and_nothing_else_is() -> None:
-    row = Printed(
+    row = PrintedClaim(
         claim="c", section="II", against="nothing", because="b", paper=32.0, unit="%", why="why"
     )
-    assert str(judged(row).verdict) == str(judged(row, 3.0).verdict) == "not reproducible"
+    assert str(judge_claim(row).verdict) == str(judge_claim(row, 3.0).verdict) == "not reproducible"
     with pytest.raises(ValueError, match="c: cannot be judged against nothing"):
-        judged(row, holds=True)
+        judge_claim(row, holds=True)
     with pytest.raises(ValueError, match="c: cannot be judged against itself"):
-        judged(statement("itself"), y=2.0)
+        judge_claim(statement("itself"), y=2.0)
     with pytest.raises(ValueError, match="hearsay"):
-        judged(statement("hearsay"), holds=True, y=2.0)
+        judge_claim(statement("hearsay"), holds=True, y=2.0)
 
 
 def test_only_other_numbers_reproduce() -> None:
     agrees = {against: pair[0] for against, pair in VERDICTS.items()}
-    assert set(agrees) == set(Against)
-    assert [a for a, v in agrees.items() if v is Verdict.REPRODUCED] == [Against.OTHER_NUMBERS]
+    assert set(agrees) == set(Basis)
+    assert [a for a, v in agrees.items() if v is Verdict.REPRODUCED] == [Basis.OTHER_NUMBERS]
     assert {v for pair in VERDICTS.values() for v in pair} == set(Verdict)
 
 
 def test_a_claim_looked_at_again_is_not_counted() -> None:
-    rows: list[Claim] = [judged(statement("own words"), holds=False, y=1.0)] * 2
-    rows.append(judged(statement("own words", again="full"), holds=False, y=1.0))
+    rows: list[Claim] = [judge_claim(statement("own words"), holds=False, y=1.0)] * 2
+    rows.append(judge_claim(statement("own words", again="full"), holds=False, y=1.0))
     assert rows[2].again == "Fig. 11: full vacuum gives about 20 % of 50 g"
     counts = tally(rows)
     assert list(counts) == list(Verdict) and counts.pop(Verdict.DIFFERS) == 2
@@ -107,8 +107,8 @@ def test_a_claim_looked_at_again_is_not_counted() -> None:
 
 def test_every_claim_of_the_file_is_one() -> None:
     for key, row in paper()["claim"].items():
-        printed = Printed(**row)
+        printed = PrintedClaim(**row)
         assert printed.section.startswith("I") and len(printed.because) > 10, key
-        assert Against(printed.against) and (not printed.again or printed.again in paper()["claim"])
+        assert Basis(printed.against) and (not printed.again or printed.again in paper()["claim"])
     with pytest.raises(KeyError):
         claim("no such claim")

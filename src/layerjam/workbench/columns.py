@@ -51,9 +51,8 @@ class ColumnTable:
                                 with ui.element("td").classes("num"):
                                     ui.label(cell)
         if len(shown.names) > COLUMN_LIMIT:
-            ui.label(f"and {len(shown.names) - COLUMN_LIMIT} columns more").classes(
-                "text-xs opacity-80"
-            )
+            more = len(shown.names) - COLUMN_LIMIT
+            ui.label(f"and {more} columns more").classes("text-xs opacity-80")
 
     def _head(self, index: int) -> None:
         name, unit = self.shown.names[index], self.shown.units[index]

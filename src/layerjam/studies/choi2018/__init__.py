@@ -1,1 +1,1 @@
-"""The paper reproduced: every claim beside what comes out here."""
+"""The paper reproduced: every claim with the result computed here."""

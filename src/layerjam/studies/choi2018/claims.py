@@ -1,4 +1,4 @@
-"""A claim of the paper, what we find, and the verdict, which is computed and never typed in."""
+"""Claims of the paper, our results, and verdicts computed from both."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any
 
 
 class Verdict(StrEnum):
-    """What became of a claim."""
+    """Verdict on a claim."""
 
     REPRODUCED = "reproduced"
     CONSISTENT = "consistent"
@@ -23,8 +23,8 @@ class Verdict(StrEnum):
     OURS = "ours to explain"
 
 
-class Against(StrEnum):
-    """What ours rests on, and so what agreement with the paper can mean; see paper.toml."""
+class Basis(StrEnum):
+    """Basis of our result, which limits the meaning of an agreement; see paper.toml."""
 
     OTHER_NUMBERS = "other numbers"
     OWN_WORDS = "own words"
@@ -33,21 +33,21 @@ class Against(StrEnum):
     NOTHING = "nothing"
 
 
-VERDICTS: Mapping[Against, tuple[Verdict, Verdict]] = MappingProxyType(
+VERDICTS: Mapping[Basis, tuple[Verdict, Verdict]] = MappingProxyType(
     {
-        Against.OTHER_NUMBERS: (Verdict.REPRODUCED, Verdict.DIFFERS),
-        Against.OWN_WORDS: (Verdict.CONSISTENT, Verdict.DIFFERS),
-        Against.ITSELF: (Verdict.BY_CONSTRUCTION, Verdict.OURS),
-        Against.OUR_ASSUMPTIONS: (Verdict.CONSISTENT, Verdict.OURS),
-        Against.NOTHING: (Verdict.NOT_REPRODUCIBLE, Verdict.NOT_REPRODUCIBLE),
+        Basis.OTHER_NUMBERS: (Verdict.REPRODUCED, Verdict.DIFFERS),
+        Basis.OWN_WORDS: (Verdict.CONSISTENT, Verdict.DIFFERS),
+        Basis.ITSELF: (Verdict.BY_CONSTRUCTION, Verdict.OURS),
+        Basis.OUR_ASSUMPTIONS: (Verdict.CONSISTENT, Verdict.OURS),
+        Basis.NOTHING: (Verdict.NOT_REPRODUCIBLE, Verdict.NOT_REPRODUCIBLE),
     }
 )
 """The verdict on a claim that agrees, and on one that does not."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Printed:
-    """A claim as paper.toml has it, with what the paper prints in `unit`; see there."""
+class PrintedClaim:
+    """A claim in paper.toml, with the printed value in `unit`."""
 
     claim: str
     section: str
@@ -64,7 +64,7 @@ class Printed:
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """One row of the report: `paper` is what is printed, `ours` what was computed, in `unit`."""
+    """One row of the report: `paper` is printed, `ours` was computed, both in `unit`."""
 
     claim: str
     section: str
@@ -75,16 +75,16 @@ class Claim:
     because: str
     why: str
     again: str
-    """The claim that it looks at once more; empty for one that counts."""
+    """The claim that it examines again; empty for one that counts."""
 
     def row(self) -> dict[str, float | str | None]:
-        """The row of results.json."""
+        """Return the row of results.json."""
         return asdict(self) | {"verdict": str(self.verdict)}
 
 
 @cache
 def paper() -> Mapping[str, Any]:
-    """The tables of paper.toml: `part` a list, `claim` by key."""
+    """Return the tables of paper.toml: `part` a list, `claim` by key."""
     text = (files("layerjam.studies.choi2018") / "paper.toml").read_text(encoding="utf-8")
     return MappingProxyType(tomllib.loads(text))
 
@@ -97,47 +97,57 @@ def claim(
     instead: Mapping[str, Any] | None = None,
     **words: Any,
 ) -> Claim:
-    """A claim of paper.toml by its key, with our number, or whether it `holds`.
+    """Return a claim of paper.toml by its key, with our number, or whether it `holds`.
 
-    `words` are what its sentences have in braces; `instead` replaces entries of the file.
+    `words` fill the braces of its sentences; `instead` replaces entries of the file.
     """
-    return judged(Printed(**(paper()["claim"][key] | (instead or {}))), ours, holds, **words)
+    return judge_claim(
+        PrintedClaim(**(paper()["claim"][key] | (instead or {}))), ours, holds, **words
+    )
 
 
-def judged(
-    row: Printed, ours: float | str | None = None, holds: bool | None = None, **words: Any
+def judge_claim(
+    row: PrintedClaim, ours: float | str | None = None, holds: bool | None = None, **words: Any
 ) -> Claim:
-    """What becomes of a claim: a number against a computed one, a statement, or neither.
+    """Return a claim with its verdict: a number or a statement compared, or neither.
 
-    A number agrees within its tolerance, half of the last digit printed unless said otherwise. What
-    agreement is worth follows from what ours rests on. Raises ValueError where there is nothing to
-    compare and the claim does not say so, or the other way round.
+    A number agrees within its tolerance, half of the last printed digit by default. The basis of
+    our result limits the meaning of an agreement. Raises ValueError if there is nothing to compare
+    and the claim does not state that, or the other way round.
     """
-    printed, why, otherwise = row.paper, row.why.format(**words), row.otherwise.format(**words)
-    against, agrees = Against(row.against), holds
+    paper_value, reason, otherwise = (
+        row.paper,
+        row.why.format(**words),
+        row.otherwise.format(**words),
+    )
+    basis, agrees = Basis(row.against), holds
     if holds is not None:
-        printed, ours = "as stated", row.ours.format(**words)
-    elif row.tolerance is not None and isinstance(ours, float) and isinstance(printed, float):
-        agrees = abs(ours - printed) <= row.tolerance
+        paper_value, ours = "as stated", row.ours.format(**words)
+    elif row.tolerance is not None and isinstance(ours, float) and isinstance(paper_value, float):
+        agrees = abs(ours - paper_value) <= row.tolerance
         if not agrees:
-            off = f"{(ours - printed) / printed:+.1%} against the paper" if printed else ""
-            why = "; ".join(word for word in (off, why, otherwise) if word)
-    if (agrees is None) is not (against is Against.NOTHING):
-        raise ValueError(f"{row.claim}: cannot be judged against {against}")
+            difference = (
+                f"{(ours - paper_value) / paper_value:+.1%} against the paper"
+                if paper_value
+                else ""
+            )
+            reason = "; ".join(word for word in (difference, reason, otherwise) if word)
+    if (agrees is None) is not (basis is Basis.NOTHING):
+        raise ValueError(f"{row.claim}: cannot be judged against {basis}")
     return Claim(
         claim=row.claim.format(**words),
         section=row.section,
-        paper=printed,
+        paper=paper_value,
         ours=ours,
         unit=row.unit,
-        verdict=VERDICTS[against][0 if agrees else 1],
+        verdict=VERDICTS[basis][0 if agrees else 1],
         because=row.because,
-        why=why,
+        why=reason,
         again=paper()["claim"][row.again]["claim"] if row.again else "",
     )
 
 
 def tally(claims: Iterable[Claim]) -> dict[Verdict, int]:
-    """How many claims have each verdict; those that look at another once more are in no count."""
-    counted = [claim.verdict for claim in claims if not claim.again]
-    return {verdict: counted.count(verdict) for verdict in Verdict}
+    """Return the number of claims for each verdict, without those that examine another again."""
+    verdicts = [claim.verdict for claim in claims if not claim.again]
+    return {verdict: verdicts.count(verdict) for verdict in Verdict}

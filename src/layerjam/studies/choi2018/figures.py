@@ -1,4 +1,4 @@
-"""The paper's figures drawn from our model, the paper's printed numbers marked in them."""
+"""The paper's figures drawn from our model, with the paper's printed numbers."""
 
 from __future__ import annotations
 
@@ -29,19 +29,21 @@ NAMES = {
     "choi2018-ptfe-fiberglass": "PTFE-coated fibreglass",
 }
 STIFFNESSES = {"choi2018-kapton": (131e3, 107e3), "choi2018-ptfe": (55e3, 42e3)}
-"""By the paper's text and by the caption of its Fig. 8 [N/m]."""
+"""From the paper's text and from the caption of its Fig. 8 [N/m]."""
 
 
 def _curve(vacuum: float, brake: Brake, end: float = TESTED) -> tuple[np.ndarray, np.ndarray]:
     """Elongation [m] and force [N], dense around the onset."""
     k = float(working_stiffness(brake))
-    near = 3 * float(peak(vacuum, end, brake).force) / k
-    u = np.union1d(np.linspace(0, min(near, end), 300), np.linspace(0, end, 300))
+    rise = 3 * float(peak(vacuum, end, brake).force) / k
+    u = np.union1d(np.linspace(0, min(rise, end), 300), np.linspace(0, end, 300))
     return u, np.asarray(force_at_elongation(u, vacuum, brake))
 
 
-def _pulled(axes: style.Axes, ends: list[tuple[float, str, str]], detail: str, name: str) -> None:
-    """The frame of a pull to the paper's 40 mm, each curve named at its end."""
+def _frame_pull(
+    axes: style.Axes, ends: list[tuple[float, str, str]], detail: str, name: str
+) -> None:
+    """Draw the frame of a pull to the paper's 40 mm, with a label at each curve's end."""
     axes.set(xlim=(0, TESTED * MM), ylim=(0, None), xlabel="elongation [mm]", ylabel="force [N]")
     style.labels_right(axes, TESTED * MM, ends)
     style.title(axes, name, detail)
@@ -59,7 +61,7 @@ def fig4() -> style.Figure:
             ends.append((float(force[-1]), f"{vacuum * KPA:.1f} kPa", color))
         guess = any(s.kind == "handbook" for p, s in file.sources.items() if "film.kin" in p)
         detail = "handbook friction, not calibrated" if guess else "calibrated by the paper"
-        _pulled(axes, ends, f"model; {detail}", film)
+        _frame_pull(axes, ends, f"model; {detail}", film)
     return figure
 
 
@@ -77,15 +79,15 @@ def fig7_9() -> style.Figure:
             axes.plot(u * MM, after, color=color)
             ends.append((float(after[-1]), f"{vacuum * KPA:.1f} kPa", color))
         detail = f"model: a = 1 (dashed), a = {brake.scale_factor:g} (solid)"
-        _pulled(axes, ends, detail, NAMES[name])
+        _frame_pull(axes, ends, detail, NAMES[name])
     return figure
 
 
 @style.styled
 def fig8(fits: Mapping[str, Calibration]) -> style.Figure:
-    """The calibration pulls near their peaks, with the paper's two stiffnesses as lines.
+    """Draw the calibration pulls near their peaks, with the paper's two stiffnesses as lines.
 
-    `fits` holds for each film what the procedure gave.
+    `fits` are the calibrations of the procedure for each film.
     """
     figure, panels = style.canvas(columns=2, width=8.6, height=3.9)
     for axes, name in zip(panels, CALIBRATED, strict=True):
@@ -120,10 +122,10 @@ def eq5() -> style.Figure:
     brake = load("choi2018-kapton").brake
     x = np.linspace(0, TESTED, 300)
     right = np.asarray(enclosure_force(x, FULL, brake))
-    printed = right[-1] / TESTED**0.5 * x
+    printed_force = right[-1] / TESTED**0.5 * x
     figure, (axes, low) = style.canvas(columns=2, width=9.6, height=3.7)
     axes.plot(x * MM, right, color=BLUE, label="x inside the root [N]")
-    axes.plot(x * MM, printed, color=RED, ls=style.DASHED, label="as printed [N·√m]")
+    axes.plot(x * MM, printed_force, color=RED, ls=style.DASHED, label="as printed [N·√m]")
     axes.set(xlabel="slip [mm]", ylabel="enclosure's force [N or N·√m]", xlim=(0, None))
     axes.set_ylim(0, None)
     style.key(axes)
@@ -135,28 +137,28 @@ def eq5() -> style.Figure:
         low.plot(x * MM, force, color=color)
         ends.append((float(force[-1]), f"{vacuum * KPA:g} kPa", color))
     detail = "whole brake; the enclosure saturates at low vacuum"
-    _pulled(low, ends, detail, "When the slope turns positive")
+    _frame_pull(low, ends, detail, "When the slope turns positive")
     low.set_xlabel("slip [mm]")
     return figure
 
 
 @style.styled
 def sheets_and_mass() -> style.Figure:
-    """Force and mass as sheets are added, the paper's 17.5 N and 0.4 g beside ours."""
+    """Draw force and mass as sheets are added, with the paper's 17.5 N and 0.4 g."""
     brake = load("choi2018-kapton").brake
     counts = np.arange(3, 32)
-    more = [replace(brake, sheets=replace(brake.sheets, count=int(n))) for n in counts]
-    force = [float(peak(FULL, 0.06, one).force) for one in more]
-    weight = [mass(one) * 1e3 for one in more]
-    at = int(np.flatnonzero(counts == 11)[0])
-    paper = weight[at] + 0.4 * (counts - 11), force[at] + 17.5 * (counts - 11)
+    variants = [replace(brake, sheets=replace(brake.sheets, count=int(n))) for n in counts]
+    force = [float(peak(FULL, 0.06, variant).force) for variant in variants]
+    weight = [mass(variant) * 1e3 for variant in variants]
+    place = int(np.flatnonzero(counts == 11)[0])
+    paper = weight[place] + 0.4 * (counts - 11), force[place] + 17.5 * (counts - 11)
     figure, (axes,) = style.canvas(width=6.4, height=3.8)
     ours = "ours: the enclosure grows too"
     axes.plot(weight, force, "o-", color=BLUE, ms=3.5, lw=1.2, label=ours)
-    printed = "+17.5 N, +0.4 g a sheet (paper)"
-    axes.plot(*paper, color=ORANGE, lw=1.2, ls=style.DASHED, label=printed)
+    label = "+17.5 N, +0.4 g a sheet (paper)"
+    axes.plot(*paper, color=ORANGE, lw=1.2, ls=style.DASHED, label=label)
     axes.set(xlabel="mass of the brake [g]", ylabel="peak force at 94.5 kPa [N]")
-    style.spot(axes, weight[at], force[at], label="the paper's brake, 11 sheets", ms=7)
+    style.spot(axes, weight[place], force[place], label="the paper's brake, 11 sheets", ms=7)
     style.key(axes, at="upper left")
     style.title(axes, "More sheets", "model; Kapton, 3 to 31 sheets")
     return figure

@@ -1,4 +1,4 @@
-"""Fig. 11 and what lies between it and the model: the accelerometer's filter, a softer rope."""
+"""Fig. 11 and possible causes of its difference to the model: filter and rope."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ PAPER_TUNED, PAPER_FULL, PAPER_BARE = 2.0, 10.0, 50.0
 
 
 def brake_and_rope() -> tuple[Brake, float]:
-    """The paper's Kapton brake and the rope [N/m] that its bare drop implies."""
+    """Return the paper's Kapton brake and the rope [N/m] that its bare drop implies."""
     brake = load("choi2018-kapton").brake
     return brake, float(brake.rope.stiffness) if brake.rope is not None else np.inf
 
 
 @once
 def stops() -> tuple[DropRecord, DropRecord]:
-    """The paper's stop of 1 kg at 2.5 m/s: at full vacuum, and tuned to slip 40 mm."""
+    """Return the paper's stop of 1 kg at 2.5 m/s: at full vacuum, and tuned to slip 40 mm."""
     brake, rope = brake_and_rope()
     vacuum = float(tuned_vacuum(MASS, SPEED, SLIP, spring_of(brake, rope), G, brake))
     file = load("choi2018-kapton")
@@ -43,12 +43,12 @@ def stops() -> tuple[DropRecord, DropRecord]:
 
 
 def bare_peak(rope: Any, speed: float) -> Any:
-    """Peak [g] of the mass on an undamped rope [N/m] alone, without a filter."""
+    """Return the peak [g] of the mass on an undamped rope [N/m] alone, without a filter."""
     return 1 + np.sqrt(1 + rope * speed**2 / (MASS * G**2))
 
 
 def bare(rope: float, speed: float = FASTEST) -> tuple[np.ndarray, np.ndarray]:
-    """Time [s] and specific force [m/s^2] of the mass on the rope alone, taut to slack."""
+    """Return time [s] and specific force [m/s^2] of the mass on the rope alone, taut to slack."""
     omega = np.sqrt(rope / MASS)
     swing = (bare_peak(rope, speed) - 1) * G
     angle = np.linspace(-1, 1, 2001) * np.arccos(-G / swing)
@@ -56,24 +56,24 @@ def bare(rope: float, speed: float = FASTEST) -> tuple[np.ndarray, np.ndarray]:
 
 
 def filtered_peak(signal: tuple[np.ndarray, np.ndarray], cutoff: float) -> float:
-    """Peak [g] behind a filter of the shape of SAE J211-1 that is -3 dB at any `cutoff` [Hz]."""
+    """Return the peak [g] behind a filter shaped like SAE J211-1 with -3 dB at `cutoff` [Hz]."""
     time, value = signal
     # the pulses last tens of milliseconds: the rate must resolve them below a cutoff of 25 Hz too
     rate, room = max(400 * cutoff, 20e3), memory(0.6 * cutoff)
     count = int((time[-1] - time[0] + 2 * room) * rate) + 1
-    at = time[0] - room + np.arange(count) / rate
-    return float(cfc_filter(np.interp(at, time, value), rate, 0.6 * cutoff).max()) / G
+    times = time[0] - room + np.arange(count) / rate
+    return float(cfc_filter(np.interp(times, time, value), rate, 0.6 * cutoff).max()) / G
 
 
 @once
 def cutoffs() -> tuple[float, float]:
-    """The cutoffs [Hz] behind which the two stops show the paper's 10 g and 2 g."""
-    full, tuned = (specific_force_of(run) for run in stops())
-    return _cutoff_for(full, PAPER_FULL), _cutoff_for(tuned, PAPER_TUNED)
+    """Return the cutoffs [Hz] at which the two stops have the paper's 10 g and 2 g."""
+    full, tuned_force = (specific_force_of(run) for run in stops())
+    return _cutoff_for(full, PAPER_FULL), _cutoff_for(tuned_force, PAPER_TUNED)
 
 
 def _cutoff_for(signal: tuple[np.ndarray, np.ndarray], peak: float) -> float:
-    """The cutoff [Hz] behind which the signal shows a peak [g]; above it the peak is higher."""
+    """Return the cutoff [Hz] at which the signal has a peak [g]; above it the peak is higher."""
     from scipy.optimize import brentq
 
     root = brentq(lambda x: filtered_peak(signal, float(np.exp(x))) - peak, *np.log([1, 300]))
@@ -81,11 +81,11 @@ def _cutoff_for(signal: tuple[np.ndarray, np.ndarray], peak: float) -> float:
 
 
 def most_without_brake(cutoff: float) -> float:
-    """Most [g] that the mass at 3.7 m/s can show behind the filter on a bare rope, of any rope.
+    """Return the largest reading [g] of the mass at 3.7 m/s behind the filter, on any rope.
 
-    An endlessly stiff rope turns the mass around in no time: the reading is 2 v times the filter's
-    greatest response to an impulse, for this shape pi fc/(sqrt(2) (sqrt(2) - 1)^(1/4)). Softer ones
-    add what gravity does in the meantime.
+    An infinitely stiff rope reverses the mass at once: the reading is 2 v times the filter's
+    greatest response to an impulse, for this shape pi fc/(sqrt(2) (sqrt(2) - 1)^(1/4)). Softer
+    ropes add the effect of gravity in the meantime.
     """
     stiff = 2 * FASTEST * np.pi * cutoff / (np.sqrt(2) * (np.sqrt(2) - 1) ** 0.25) / G
     ropes = np.geomspace(1e3, 1e6, 13)
@@ -94,10 +94,10 @@ def most_without_brake(cutoff: float) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class RopeStudy:
-    """Peaks [g] of the stop over the rope's stiffness [N/m], shape (N,); NaN where none.
+    """Peaks [g] of the stop over the rope's stiffness [N/m], shape (N,); NaN if none.
 
-    `tuned` at the vacuum for 40 mm of slip, where the brake slips at all; `full` at 94.5 kPa;
-    `bare` without a brake; all at 2.5 m/s.
+    `tuned` is at the vacuum for 40 mm of slip, if the brake slips at all, `full` at 94.5 kPa, and
+    `bare` without a brake. The speed is 2.5 m/s.
     """
 
     rope: np.ndarray
@@ -108,11 +108,11 @@ class RopeStudy:
 
 @once
 def rope_study(points: int = 400) -> RopeStudy:
-    """From 10 N/m to 1 MN/m, without a filter."""
+    """Compute the peaks for ropes from 10 N/m to 1 MN/m, without a filter."""
     brake, _ = brake_and_rope()
     rope = np.geomspace(10, 1e6, points)
-    own = spring_of(brake, None)
-    spring = 1 / (1 / own + 1 / rope)
+    brake_spring = spring_of(brake, None)
+    spring = 1 / (1 / brake_spring + 1 / rope)
     vacuum = np.asarray(tuned_vacuum(MASS, SPEED, SLIP, spring, G, brake))
     pressure = np.where(np.isfinite(vacuum), vacuum, 0.0)
     soft = stop(MASS, SPEED, pressure, spring, G, brake)
@@ -128,27 +128,27 @@ def rope_study(points: int = 400) -> RopeStudy:
 
 
 def claims() -> list[Claim]:
-    """The peaks of Fig. 11 as its accelerometer would show them; what filter or rope they take."""
+    """Return the claims on the peaks of Fig. 11, and the filter or rope that they require."""
     from scipy.optimize import brentq
 
-    (full, tuned), study = stops(), rope_study()
-    shown = [seen(run, ADXL193).peak / G for run in (full, tuned)]
-    signals = [specific_force_of(run) for run in (full, tuned)]
-    most = max(seen(run, ADXL193, c).loss for run in (full, tuned) for c in CLASSES)
+    (full, tuned_stop), study = stops(), rope_study()
+    peaks = [seen(run, ADXL193).peak / G for run in (full, tuned_stop)]
+    signals = [specific_force_of(run) for run in (full, tuned_stop)]
+    largest_loss = max(seen(run, ADXL193, c).loss for run in (full, tuned_stop) for c in CLASSES)
     ten, two = cutoffs()
     # the rope that `bare_peak` says gives 10 g at 2.5 m/s
     soft = ((PAPER_FULL - 1) ** 2 - 1) * MASS * G**2 / SPEED**2
     bare = {"soft": show(soft, "N/m", 2), "bare": bare_peak(soft, FASTEST)}
     best = int(np.nanargmin(study.tuned))
     rope = {"best": study.tuned[best], "rope": show(float(study.rope[best]), "N/m", 2)}
-    way = SPEED**2 / (2 * G * (PAPER_TUNED - 1)) * 1e3
+    stop_length = SPEED**2 / (2 * G * (PAPER_TUNED - 1)) * 1e3
     # whether one filter can have shown the three peaks
     reach = most_without_brake(ten)
     least = float(brentq(lambda x: most_without_brake(x) - PAPER_BARE, 10, 60, rtol=1e-3))
     left = [filtered_peak(signal, least) for signal in signals]
-    one = reach >= PAPER_BARE and abs(ten / two - 1) < 0.1
+    is_one_filter = reach >= PAPER_BARE and abs(ten / two - 1) < 0.1
     return [
-        claim("adxl-full", shown[0], most=most, ten=ten, **bare),
-        claim("adxl-tuned", shown[1], less=shown[1] - 1, two=two, way=way, **rope),
-        claim("one-chain", holds=one, least=least, ten=ten, most=reach, left=left),
+        claim("adxl-full", peaks[0], most=largest_loss, ten=ten, **bare),
+        claim("adxl-tuned", peaks[1], less=peaks[1] - 1, two=two, way=stop_length, **rope),
+        claim("one-chain", holds=is_one_filter, least=least, ten=ten, most=reach, left=left),
     ]

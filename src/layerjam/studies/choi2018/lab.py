@@ -1,7 +1,7 @@
-"""Claims that are procedures: friction tests, calibration, validation, done on synthetic files.
+"""Claims about procedures: friction tests, calibration, validation, on synthetic files.
 
-The paper's raw curves are not published. What can be checked is whether its procedure, done by
-this software on files of a virtual test machine whose truth is the paper's result, returns it.
+The paper's raw curves are not published. This module checks whether its procedure, run by this
+software on files of a virtual test machine with the paper's result as true value, returns it.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ VALIDATED_ON = Pulls(vacuums=tuple(FIG7), speeds=(7e-3, 19e-3), repeats=2, trave
 PRINTED, SPREAD = 0.32, 0.11
 """The paper's error before calibration and its standard deviation."""
 REPEATS = 3
-WHAT = "3 friction tests, 1 calibration pull, 12 validation pulls"
-"""Of each film."""
+TEST_COUNT = "3 friction tests, 1 calibration pull, 12 validation pulls"
+"""Tests of each film."""
 PULL_MACHINE = Faults(force_noise=0.15, load_cell_range=500.0, force_step=1e-3, travel_step=1e-7)
 
 
 @dataclass(frozen=True, kw_only=True)
 class FilmRun:
-    """What the procedure gave for one film."""
+    """Results of the procedure for one film."""
 
     file: BrakeFile
     friction: FrictionResult
@@ -58,7 +58,7 @@ class FilmRun:
 
 
 def friction_files(file: BrakeFile, folder: Path) -> list[Path]:
-    """Friction tests of a film, in Bluehill's layout; between repeats the scatter of table I."""
+    """Write friction tests of a film in Bluehill's layout, with the scatter of table I."""
     static, kinetic = TABLE_SD[file.name]
     tests = FrictionTests(
         repeats=REPEATS,
@@ -70,29 +70,29 @@ def friction_files(file: BrakeFile, folder: Path) -> list[Path]:
         load_cell_range=10.0,
         force_step=1e-3,
     )
-    made = campaign(Spec(brakes=(Truth(brake=file),), seed=11, friction=tests)).traces()
+    traces = campaign(Spec(brakes=(Truth(brake=file),), seed=11, friction=tests)).traces()
     film = NAMES[file.name].lower()
     return [
         write_trace(t, folder / f"friction-{film}-{n}.csv", "bluehill", force=True)
-        for n, t in enumerate(made, 1)
+        for n, t in enumerate(traces, 1)
     ]
 
 
-def pull_files(file: BrakeFile, folder: Path, pulls: Pulls, layout: str, what: str) -> list[Path]:
-    """Pulls of a brake as files of one layout; the names begin with `what`."""
+def pull_files(file: BrakeFile, folder: Path, pulls: Pulls, layout: str, stem: str) -> list[Path]:
+    """Write pulls of a brake as files of one layout; the names begin with `stem`."""
     spec = Spec(brakes=(Truth(brake=file),), seed=7, pulls=pulls, machine=PULL_MACHINE)
     film, ending = NAMES[file.name].lower(), LAYOUTS[layout].ending
     paths = []
-    for trace in campaign(replace(spec, seed=spec.seed + len(what))).traces():
+    for trace in campaign(replace(spec, seed=spec.seed + len(stem))).traces():
         facts = trace.facts
-        at = f"{(facts.vacuum or 0.0) / 1e3:.1f}kPa-{(facts.speed or 0.0) * 1e3:g}mms"
-        path = folder / f"{what}-{film}-{at}-{facts.repeat}{ending}"
+        condition = f"{(facts.vacuum or 0.0) / 1e3:.1f}kPa-{(facts.speed or 0.0) * 1e3:g}mms"
+        path = folder / f"{stem}-{film}-{condition}-{facts.repeat}{ending}"
         paths.append(write_trace(trace, path, layout, force=True))
     return paths
 
 
 def read_pulls(paths: list[Path]) -> list[tuple[PullFeatures, float]]:
-    """The pulls of files whose sidecars state the vacuum."""
+    """Return the pulls of files whose sidecars state the vacuum."""
     out = []
     for path in paths:
         trace = read_trace(path)
@@ -102,7 +102,7 @@ def read_pulls(paths: list[Path]) -> list[tuple[PullFeatures, float]]:
 
 @cache
 def run_film(name: str) -> FilmRun:
-    """The paper's whole procedure for one film, on synthetic files; done once."""
+    """Run the paper's whole procedure for one film, on synthetic files; cached."""
     file = load(name)
     with TemporaryDirectory() as place:
         folder = Path(place)
@@ -110,25 +110,25 @@ def run_film(name: str) -> FilmRun:
         pull = read_pulls(pull_files(file, folder, CALIBRATED_ON, "testxpert", "calibration"))
         pulls = read_pulls(pull_files(file, folder, VALIDATED_ON, "bluehill", "validation"))
     calibration = calibrate(pull, replace(file.brake, scale_factor=1.0))
-    fitted = replace(
+    fitted_brake = replace(
         file.brake, scale_factor=calibration.scale_factor, stiffness_measured=calibration.stiffness
     )
     return FilmRun(
         file=file,
         friction=reduce_friction(tests, NORMAL_FORCE),
         calibration=calibration,
-        uncalibrated=validate_pulls(pulls, replace(fitted, scale_factor=1.0)),
-        calibrated=validate_pulls(pulls, fitted),
+        uncalibrated=validate_pulls(pulls, replace(fitted_brake, scale_factor=1.0)),
+        calibrated=validate_pulls(pulls, fitted_brake),
     )
 
 
 def runs() -> dict[str, FilmRun]:
-    """`run_film` for both films the paper calibrated."""
+    """Return `run_film` for both films that the paper calibrated."""
     return {name: run_film(name) for name in CALIBRATED}
 
 
 def fig8() -> style.Figure:
-    """Fig. 8 with the procedure's calibrations."""
+    """Draw Fig. 8 with the procedure's calibrations."""
     return figures.fig8({name: run.calibration for name, run in runs().items()})
 
 
@@ -138,23 +138,23 @@ def friction_claims() -> list[Claim]:
     for name, run in runs().items():
         for kind, sd in zip(("static", "kinetic"), TABLE_SD[name], strict=True):
             paper = getattr(run.file.brake.film, kind)
-            printed = {"paper": paper, "tolerance": sd * paper}
+            table_value = {"paper": paper, "tolerance": sd * paper}
             ours = getattr(run.friction, kind)
-            out.append(claim("table-1", ours, instead=printed, kind=kind, film=NAMES[name]))
+            out.append(claim("table-1", ours, instead=table_value, kind=kind, film=NAMES[name]))
     return out
 
 
 def _read_by_eq8_and_eq9(name: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """What follows if the printed a and k are results of eq. 8 and 9: words of the two claims."""
-    brake, other = load(name).brake, f"{name}-eq9"
-    printed = brake.scale_factor, brake.stiffness_measured or np.nan
-    factor, slope = factor_and_stiffness_of_eq8_and_eq9(*printed, FULL, brake)
+    """Return the words of two claims if the printed a and k are results of eq. 8 and 9."""
+    brake, variant_name = load(name).brake, f"{name}-eq9"
+    printed_pair = brake.scale_factor, brake.stiffness_measured or np.nan
+    factor, slope = factor_and_stiffness_of_eq8_and_eq9(*printed_pair, FULL, brake)
     read = brake.with_(scale_factor=float(factor), stiffness_measured=float(slope))
-    less = 1 - float(peak(FULL, TESTED, read).force / peak(FULL, TESTED, brake).force)
-    words = {"printed": printed[0], "read": float(factor), "less": less, "other": other}
+    loss = 1 - float(peak(FULL, TESTED, read).force / peak(FULL, TESTED, brake).force)
+    words = {"printed": printed_pair[0], "read": float(factor), "less": loss, "other": variant_name}
     sheets = float(stiffness_before_slip(brake)) / 1e3
-    rises = {"printed": printed[1] / 1e3, "read": float(slope) / 1e3, "sheets": sheets}
-    return words, rises | {"other": other}
+    rises = {"printed": printed_pair[1] / 1e3, "read": float(slope) / 1e3, "sheets": sheets}
+    return words, rises | {"other": variant_name}
 
 
 def calibration_claims() -> list[Claim]:
@@ -180,12 +180,17 @@ def validation_claims() -> list[Claim]:
     """Section III-C and III-D: MAPE before and after calibration."""
     before = [c.mape for run in runs().values() for c in run.uncalibrated.curves]
     after = [c.mape for run in runs().values() for c in run.calibrated.curves]
-    alone = [abs(1 / run.file.brake.scale_factor - 1) for run in runs().values()]
-    explained = float(np.mean(alone))
-    rest = 1 - explained / PRINTED
+    factor_errors = [abs(1 / run.file.brake.scale_factor - 1) for run in runs().values()]
+    explained_error = float(np.mean(factor_errors))
+    unexplained = 1 - explained_error / PRINTED
     return [
         claim("mape-before", 100 * float(np.mean(before)), pulls=len(before)),
-        claim("explains", holds=explained > PRINTED - SPREAD, alone=alone, rest=rest),
+        claim(
+            "explains",
+            holds=explained_error > PRINTED - SPREAD,
+            alone=factor_errors,
+            rest=unexplained,
+        ),
         claim("mape-after", 100 * float(np.mean(after)), pulls=len(before)),
         claim("mape-spread", 100 * float(np.std(after, ddof=1)), pulls=len(before)),
     ]

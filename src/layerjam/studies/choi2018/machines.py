@@ -1,4 +1,4 @@
-"""Fig. 13 of the paper: four machines that it proposes, each computed from a scenario of ours."""
+"""Fig. 13 of the paper: its four proposed machines, each computed from a scenario of ours."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ def _result(name: str) -> Result:
 
 
 def claims() -> list[Claim]:
-    """What the paper proposes, and our verdict on it."""
+    """Return the paper's proposals with our verdicts."""
     results = {name: _result(name) for name in PICTURES}
     words = {True: "feasible", False: "not as built"}
     return [claim(name, words[r.feasible], reason=r.reason) for name, r in results.items()]
 
 
 def picture(name: str) -> style.Figure:
-    """The figure of a machine that stands on the paper's page."""
+    """Return the figure of a machine for the paper's page."""
     return PICTURES[name](_result(name))

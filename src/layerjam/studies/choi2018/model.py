@@ -1,4 +1,4 @@
-"""Claims that the force laws alone answer."""
+"""Claims that the force laws alone decide."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ G = 9.80665
 
 
 def brakes() -> tuple[Brake, Brake]:
-    """The paper's calibrated brakes: Kapton, PTFE."""
+    """Return the paper's calibrated brakes: Kapton, PTFE."""
     return load("choi2018-kapton").brake, load("choi2018-ptfe").brake
 
 
 def _top(brake: Brake) -> float:
-    """Peak force of a pull to 40 mm at 94.5 kPa [N]."""
+    """Return the peak force of a pull to 40 mm at 94.5 kPa [N]."""
     return float(peak(FULL, TESTED, brake).force)
 
 
@@ -45,15 +45,15 @@ def structure() -> list[Claim]:
     """Section II-A: what the brake is."""
     kapton, _ = brakes()
     sheets = kapton.sheets
-    one = float(buckling_force(0.0, kapton))
+    buckling = float(buckling_force(0.0, kapton))
     top = float(peak(FULL, sheets.usable_travel, kapton).force)
     parts = sheets.count * sheet_mass(kapton), enclosure_mass(kapton)
-    given = (*parts, mass(kapton) - sum(parts))
-    sheets_mass, enclosure, left = (show(m, "kg") for m in given)
+    masses = (*parts, mass(kapton) - sum(parts))
+    sheets_mass, enclosure, left = (show(m, "kg") for m in masses)
     return [
         claim("stretches", (sheets.overlap - sheets.usable_travel) * 1e3),
         claim("weight", sum(parts) * 1e3, sheets=sheets_mass, enclosure=enclosure, left=left),
-        claim("buckles", holds=one < top / 100, one=one, top=top),
+        claim("buckles", holds=buckling < top / 100, one=buckling, top=top),
     ]
 
 
@@ -61,7 +61,7 @@ def equations() -> list[Claim]:
     """Section II-B: the model's equations."""
     kapton, ptfe = brakes()
     right = float(enclosure_force(0.02, FULL, kapton))
-    printed = right / 0.02**0.5 * 0.02
+    printed_force = right / 0.02**0.5 * 0.02
     # lengths in mm: E, P per mm^2, A in mm^2, so that the root's argument grows by 1000
     in_mm = right / 0.02**0.5 * 1e3**-0.5 * 20.0
     sheets, section = kapton.sheets, kapton.sheets.width * kapton.sheets.thickness
@@ -74,11 +74,11 @@ def equations() -> list[Claim]:
     parts = float(sheet_friction(0.02, FULL, kapton)) + right
     late = [float(law(TESTED, FULL, kapton)) for law in (enclosure_force, brake_force)]
     same = abs(series - stuck[0]) < 1e-9 * stuck[0]
-    wrong: dict[str, Any] = {"right": right, "printed": printed, "in_mm": in_mm}
+    wrong: dict[str, Any] = {"right": right, "printed": printed_force, "in_mm": in_mm}
     return [
         claim("springs", holds=same, kapton=stuck[0] / 1e3, ptfe=stuck[1] / 1e3),
         claim("sum", holds=abs(force - parts) < 1e-9 * parts, force=force),
-        claim("enclosure", holds=abs(in_mm - printed) < 1e-6, **wrong),
+        claim("enclosure", holds=abs(in_mm - printed_force) < 1e-6, **wrong),
         claim("stretch", holds=stretch < 1.5, stretch=stretch, enclosure=late[0], force=late[1]),
         claim("eq6-kapton", sliding[0]),
         claim("eq6-ptfe", sliding[1]),
@@ -163,8 +163,8 @@ def damping() -> list[Claim]:
     bare = damped_rope_only(1.0, 3.7, rope, 0.0, G)[0] / G
     full = float(stop(1.0, 2.5, FULL, spring, G, kapton).peak_force)
     fast = stop(1.0, 3.7, FULL, spring, G, kapton)
-    tuned = float(tuned_vacuum(1.0, 2.5, TESTED, spring, G, kapton))
-    soft = float(stop(1.0, 2.5, tuned, spring, G, kapton).peak_force)
+    tuned_vacuum_ = float(tuned_vacuum(1.0, 2.5, TESTED, spring, G, kapton))
+    soft = float(stop(1.0, 2.5, tuned_vacuum_, spring, G, kapton).peak_force)
     floor = 1 + 2.5**2 / (2 * G * (TESTED + soft / spring))
     eq10 = float(vacuum_eq10(1.0, 2.5, TESTED, kapton))
     runs = float(stop(1.0, 2.5, eq10, spring, G, kapton).slip)
@@ -174,7 +174,7 @@ def damping() -> list[Claim]:
         claim("bare", float(bare), rope=show(rope, "N/m")),
         claim("full", full / G, peak=full),
         claim("stopped", holds=stopped, speed=float(fast.end_speed)),
-        claim("tuned", soft / G, tuned=tuned / 1e3, floor=floor),
+        claim("tuned", soft / G, tuned=tuned_vacuum_ / 1e3, floor=floor),
         claim("eq10", runs * 1e3, vacuum=eq10 / 1e3),
         claim("unstated"),
     ]
@@ -183,12 +183,14 @@ def damping() -> list[Claim]:
 def force_density() -> list[Claim]:
     """Section III-F, Fig. 12."""
     kapton, _ = brakes()
-    more = replace(kapton, sheets=replace(kapton.sheets, count=kapton.sheets.count + 1))
+    thicker_stack = replace(kapton, sheets=replace(kapton.sheets, count=kapton.sheets.count + 1))
     top = _top(kapton)
     best = max(published_devices().devices, key=lambda device: device.density)
     return [
-        claim("sheet-force", _top(more) - top),
-        claim("sheet-mass", sheet_mass(kapton) * 1e3, whole=(mass(more) - mass(kapton)) * 1e3),
+        claim("sheet-force", _top(thicker_stack) - top),
+        claim(
+            "sheet-mass", sheet_mass(kapton) * 1e3, whole=(mass(thicker_stack) - mass(kapton)) * 1e3
+        ),
         claim("density", top / 20.0),
         claim("largest", top / 20.0, name=best.name, density=best.density / 1e3),
     ]

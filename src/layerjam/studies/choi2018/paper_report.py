@@ -1,4 +1,4 @@
-"""The paper, recomputed: every claim beside ours, and the figures, on one page."""
+"""The paper, recomputed: every claim with our result, and the figures, on one page."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ TITLE = "A soft brake on paper, recomputed"
 LEAD = (
     "Choi et al.: A Soft, Controllable, High Force Density Linear Brake Utilizing "
     "Layer Jamming (IEEE RA-L 2018, DOI 10.1109/LRA.2017.2761938). Every number, table and figure "
-    "that this software can compute, beside what the paper prints."
+    "that this software can compute, compared with the paper's."
 )
 BANNER = (
     "Every curve here is computed or comes from files of a virtual test machine; those are "
-    "synthetic and named so. No measured curve of the paper is published. What the paper prints is "
-    "quoted as the paper's; 'ours' was computed in this run."
+    "synthetic and named so. No measured curve of the paper is published. Printed values are"
+    "quoted from the paper; 'ours' was computed in this run."
 )
 MEANING = (
     "What tests the paper is 'reproduced' (a printed number that comes out of others, within half "
@@ -86,7 +86,7 @@ FIGURES: dict[str, Draw] = {
     "stack-spread": stack_figures.spread,
     "fig11": impact_figures.fig11,
     "accelerometer": sensor_figures.readings,
-    "filter-and-rope": sensor_figures.what_it_takes,
+    "filter-and-rope": sensor_figures.draw_requirements,
     "regulators": line_pictures.regulators,
     "forces": line_pictures.forces,
     "plan": line_pictures.warned,
@@ -94,7 +94,7 @@ FIGURES: dict[str, Draw] = {
     "fig12": density_figures.fig12,
     **{f"machine-{name}": partial(machines.picture, name) for name in machines.PICTURES},
 }
-"""What draws each picture of paper.toml."""
+"""Function that draws each picture of paper.toml."""
 CLAIMS: dict[str, Sequence[Callable[[], list[Claim]]]] = {
     "device": [model.structure, model.equations],
     "materials": [model.materials, speed.judder_claims, model.fluids, speed.wet_claims],
@@ -104,7 +104,7 @@ CLAIMS: dict[str, Sequence[Callable[[], list[Claim]]]] = {
     "density": [model.force_density],
     "machines": [machines.claims],
 }
-"""What works out the claims of each part of paper.toml."""
+"""Functions that compute the claims of each part of paper.toml."""
 
 
 def write_report(
@@ -115,37 +115,37 @@ def write_report(
     extra: Sequence[Part] = (),
     numbers: Sequence[tuple[str, str]] = (),
 ) -> dict[Verdict, int]:
-    """Write report.html, results.json and figures/*.svg into `out`; returns the tally of verdicts.
+    """Write report.html, results.json and figures/*.svg into `out`; return the tally of verdicts.
 
-    `extra` parts and `numbers` stand first on the page (the demo uses them). Raises FileError where
-    the report exists and `force` is not set, or the folder cannot be made.
+    `extra` parts and `numbers` are first on the page (the demo uses them). Raises FileError if the
+    report exists and `force` is not set, or the folder cannot be created.
     """
     tell: Progress = progress or (lambda *_: None)
     check_extras()
     check_folder(out, force)
     tell("procedures of the paper on synthetic files", 0.01)
     for film in paper_figures.CALIBRATED:
-        tell(f"{paper_figures.NAMES[film]}: {laboratory.WHAT}", LAB_SHARE / 2)
+        tell(f"{paper_figures.NAMES[film]}: {laboratory.TEST_COUNT}", LAB_SHARE / 2)
         laboratory.run_film(film)
     tell("figures and claims", LAB_SHARE)
     parts = [part["id"] for part in paper()["part"] if part["id"] != "main-job"]
     pool = Workers(2)
     try:
-        # the claims are worked out while the figures are drawn
+        # the claims are computed while the figures are drawn
         pool.submit(stack_figures.warm_up)
-        begun = {name: [pool.submit(work) for work in CLAIMS.get(name, ())] for name in parts}
+        futures = {name: [pool.submit(work) for work in CLAIMS.get(name, ())] for name in parts}
         every = [*extra, *(part_of(name, FIGURES) for name in parts)]
         pictures = [picture for part in every for picture in part.pictures]
         claims: dict[str, list[Claim]] = {}
 
         def wait() -> None:
             tell("claims", 0.9)
-            claims.update({n: [c for some in begun[n] for c in some.result()] for n in parts})
+            claims.update({n: [c for group in futures[n] for c in group.result()] for n in parts})
 
         svgs = drawn_all(pictures, tell, LAB_SHARE, 0.9, wait)
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
-    rows = [claim for some in claims.values() for claim in some]
+    rows = [claim for group in claims.values() for claim in group]
     counts = tally(rows)
     page = Page(
         title=TITLE,
@@ -165,7 +165,7 @@ def write_report(
 
 
 def part_of(name: str, draw: Mapping[str, Draw], claims: Sequence[Claim] = ()) -> Part:
-    """A part of paper.toml with its pictures and the claims that were worked out."""
+    """Return a part of paper.toml with its pictures and its computed claims."""
     row = next(part for part in paper()["part"] if part["id"] == name)
     pictures = [
         Picture(name=p["name"], figure=draw[p["name"]], caption=p["caption"])
@@ -183,7 +183,7 @@ def part_of(name: str, draw: Mapping[str, Draw], claims: Sequence[Claim] = ()) -
 
 
 def _row(claim: Claim) -> list[Word]:
-    """A claim as a row of its part's table; in brackets the verdict of one that is not counted."""
+    """Return a claim as a row of its part's table; brackets mark a verdict that is not counted."""
     verdict = f"{MARKS[claim.verdict]} {claim.verdict}"
     return [
         Word(claim.claim, "claim"),
@@ -210,19 +210,19 @@ def _value(value: float | str | None, unit: str) -> Word:
 def main_job(
     file: BrakeFile,
     traces: Sequence[Trace],
-    reduced: FrictionResult,
-    fitted: Calibration,
-    compared: Validation,
+    friction: FrictionResult,
+    calibration: Calibration,
+    validation: Validation,
     vacuum: tuple[float, float, float],
 ) -> Part:
-    """The part of the page that shows one run from files to a vacuum.
+    """Return the part of the page with one run from files to a vacuum.
 
-    `vacuum` is (slip [m], force wanted [N], vacuum [Pa]).
+    `vacuum` is (slip [m], required force [N], vacuum [Pa]).
     """
     draw: dict[str, Draw] = {
-        "run-friction": partial(figures.friction, traces, reduced),
-        "run-calibration": partial(figures.calibration, file, fitted, synthetic=True),
-        "run-validation": partial(figures.validation, file, compared, synthetic=True),
+        "run-friction": partial(figures.friction, traces, friction),
+        "run-calibration": partial(figures.calibration, file, calibration, synthetic=True),
+        "run-validation": partial(figures.validation, file, validation, synthetic=True),
         "run-vacuum": partial(figures.force_over_vacuum, file, *vacuum),
     }
     return part_of("main-job", draw)

@@ -12,14 +12,14 @@ from layerjam.commands.results import Result, fact, result
 
 @result
 class Reproduction(Result):
-    """Where the report is, and how many of the paper's claims have each verdict."""
+    """Path of the report, and the number of the paper's claims for each verdict."""
 
     report: str = fact("path of the page")
     results: str = fact("path of the list of claims")
     reproduced: int = fact("printed numbers that come out of other numbers of the paper")
     consistent: int = fact("claims that agree with the paper's other words and numbers")
     by_construction: int = fact(
-        "claims that agree because what is printed went in", key="by construction"
+        "claims that agree because the printed value is an input", key="by construction"
     )
     differs: int = fact("claims that other words and numbers of the paper contradict")
     not_reproducible: int = fact(
@@ -37,10 +37,10 @@ def reproduce(
     force: Overwrite = False,
     progress: Progress | None = None,
 ) -> Reproduction:
-    """Recompute the paper, every claim beside ours.
+    """Recompute the paper and compare every claim with our result.
 
-    Writes report.html, results.json and the figures. Raises FileError where the report exists and
-    `force` is not set, or the folder cannot be made.
+    Writes report.html, results.json and the figures. Raises FileError if the report exists and
+    `force` is not set, or the folder cannot be created.
     """
     from layerjam.studies.choi2018.claims import Verdict
     from layerjam.studies.choi2018.paper_report import write_report

@@ -1,4 +1,4 @@
-"""What an accelerometer shows of the paper's stop, and what would make its numbers."""
+"""Accelerometer readings of the paper's stop, and conditions that would give its numbers."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ COLORS = dict(zip(NAMES, (BLUE, RED, ORANGE, PURPLE, SKY), strict=True))
 
 
 def chains(record: DropRecord) -> dict[str, Reading]:
-    """Readings of one stop by name of the filter: the sensor alone, then each class alone."""
+    """Return readings of one stop by filter: the sensor alone, then each class alone."""
     read = [seen(record, ADXL193), *(seen(record, IDEAL, c) for c in CLASSES)]
     return dict(zip(NAMES, read, strict=True))
 
 
 @style.styled
 def readings() -> style.Figure:
-    """The paper's stop at full vacuum and tuned, ideal and filtered; below, the peaks close up."""
+    """Draw the paper's stop at full vacuum and tuned, ideal and filtered, with close-ups below."""
     figure, panels = style.canvas(2, 2, width=10.4, height=7.2, height_ratios=(1, 1.15))
     for column, name in enumerate(("Full vacuum", "Tuned for 40 mm")):
         record = impact.stops()[column]
-        shown = chains(record)
+        by_chain = chains(record)
         time, value = specific_force(record)
         high, top = float(time[np.argmax(value)]) * MS, float(value.max()) / G
-        whole, close = panels[column], panels[2 + column]
-        _lines(whole, record, shown, -6, float(time[-1]) * MS + 6)
-        whole.set_ylim(0, top * 1.22)
-        style.upright(whole, float(record.time[-1]) * MS, "stop, then rebound")
+        overview, close = panels[column], panels[2 + column]
+        _lines(overview, record, by_chain, -6, float(time[-1]) * MS + 6)
+        overview.set_ylim(0, top * 1.22)
+        style.upright(overview, float(record.time[-1]) * MS, "stop, then rebound")
         detail = f"simulated; 1 kg, {show(record.speed, 'm/s')}, {show(record.vacuum, 'Pa')}"
-        style.title(whole, name, detail)
-        _lines(close, record, shown, high - 3, high + 9)
+        style.title(overview, name, detail)
+        _lines(close, record, by_chain, high - 3, high + 9)
         close.set_ylim(0.82 * top, 1.07 * top)
         peaks = [(f"ideal  {top:.2f} g", INK)]
-        for chain, reading in shown.items():
+        for chain, reading in by_chain.items():
             words = f"{chain}  {reading.peak / G:.2f} g ({-reading.loss:+.1%})"
             peaks.append((words, COLORS[chain]))
         style.key(close, *peaks, at="upper right")
@@ -49,22 +49,22 @@ def readings() -> style.Figure:
 
 
 def _lines(
-    axes: style.Axes, record: DropRecord, shown: dict[str, Reading], first: float, last: float
+    axes: style.Axes, record: DropRecord, by_chain: dict[str, Reading], first: float, last: float
 ) -> None:
-    """The signal and its readings between two times [ms]."""
+    """Draw the signal and its readings between two times [ms]."""
     time, value = specific_force(record)
     axes.plot(time * MS, value / G, color=INK, lw=3.5, alpha=0.35)
-    for chain, made in shown.items():
-        inside = (made.time * MS > first) & (made.time * MS < last)
-        height = made.acceleration[inside] / G
-        axes.plot(made.time[inside] * MS, height, color=COLORS[chain], lw=1.3)
+    for chain, reading in by_chain.items():
+        inside = (reading.time * MS > first) & (reading.time * MS < last)
+        height = reading.acceleration[inside] / G
+        axes.plot(reading.time[inside] * MS, height, color=COLORS[chain], lw=1.3)
     axes.set(xlim=(first, last), xlabel="time from the taut rope [ms]")
     axes.set_ylabel("specific force shown [g]")
 
 
 @style.styled
-def what_it_takes() -> style.Figure:
-    """Peaks over the filter's cutoff and over the rope's stiffness, against the paper's."""
+def draw_requirements() -> style.Figure:
+    """Draw peaks over the filter's cutoff and over the rope's stiffness, with the paper's."""
     figure, (filters, ropes) = style.canvas(columns=2, width=11.5, height=4.8)
     _over_cutoff(filters)
     _over_rope(ropes)
@@ -77,17 +77,17 @@ def what_it_takes() -> style.Figure:
 
 
 def _over_cutoff(axes: style.Axes) -> None:
-    full, tuned = (specific_force(run) for run in impact.stops())
+    full, tuned_force = (specific_force(run) for run in impact.stops())
     _, rope = impact.brake_and_rope()
     cutoff, (ten, two) = np.geomspace(1, 2000, 90), impact.cutoffs()
     axes.set(xscale="log", xlim=(1, 2000), yscale="log", ylim=(1, 300))
     for signal, color, name, shown_at in (
         (impact.bare(rope), INK, "no brake, 3.7 m/s", None),
         (full, BLUE, "full vacuum, 2.5 m/s", (ten, PAPER_FULL)),
-        (tuned, GREEN, "tuned, 2.5 m/s", (two, PAPER_TUNED)),
+        (tuned_force, GREEN, "tuned, 2.5 m/s", (two, PAPER_TUNED)),
     ):
-        shown = [impact.filtered_peak(signal, float(f)) for f in cutoff]
-        axes.plot(cutoff, shown, color=color, label=name)
+        peaks = [impact.filtered_peak(signal, float(f)) for f in cutoff]
+        axes.plot(cutoff, peaks, color=color, label=name)
         if shown_at is not None:
             takes, peak = shown_at
             words = f"paper's {peak:.0f} g: {takes:.1f} Hz"

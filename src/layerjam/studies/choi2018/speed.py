@@ -23,7 +23,7 @@ from layerjam.units import show
 FULL, SLOW, FAST = 94.5e3, 1e-3, 25e-3
 FILMS = {"Kapton": "choi2018-kapton", "PTFE": "choi2018-ptfe"}
 STRIBECK = np.geomspace(1e-5, 1e2, 15)
-"""Stribeck speeds of the study [m/s]: log-uniform prior, nothing is measured."""
+"""Stribeck speeds of the study [m/s]: a log-uniform prior, without measurements."""
 DAMPING = np.geomspace(0.3, 300.0, 16)
 """Damping of mount and film of the study [N s/m], alike for both films; log-uniform prior."""
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -31,10 +31,10 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class FilmJudder:
-    """What one film does at 94.5 kPa."""
+    """Stick–slip of one film at 94.5 kPa."""
 
     together: float
-    """Half of the saw's swing over kinetic force, Table I alone."""
+    """Half of the saw's swing over kinetic force, from Table I alone."""
     apart: float
     """The same with the staggered bound."""
     slack: bool
@@ -55,7 +55,7 @@ def _saw_share(static: float, kinetic: float, stiffness: float, mass: float) -> 
 
 
 def _least_damping(static: float, kinetic: float, stiffness: float, mass: float) -> float:
-    """Damping [N s/m] at which the critical speed has come down to 1 mm/s."""
+    """Return the damping [N s/m] at which the critical speed is 1 mm/s."""
     from scipy.optimize import brentq
 
     limit = 2 * np.sqrt(stiffness * mass)
@@ -75,30 +75,30 @@ def _study(name: str) -> FilmJudder:
     pull = simple_pull(FULL, SLOW, 0.005)
     tops = [float(tensile_stack(file, pull, static=s)[0].force.max()) for s in (True, False)]
     # the sleeve carries a little at the peak; the ratio to the same stack's kinetic peak leaves it
-    staggered = kinetic * tops[0] / tops[1]
+    staggered_force = kinetic * tops[0] / tops[1]
     spring, mass = series_stiffness(brake), moving_mass(brake)
     together, slack = _saw_share(static, kinetic, spring, mass)
-    apart, _ = _saw_share(staggered, kinetic, spring, mass)
+    staggered_share, _ = _saw_share(staggered_force, kinetic, spring, mass)
     curve = of_film(brake)
-    ratio = staggered / kinetic
-    at = slide_of(
+    ratio = staggered_force / kinetic
+    slide = slide_of(
         brake, vacuum=FULL, speed=SLOW, mass=mass, stiffness=spring, stribeck=curve, frozen=True
     )
-    at = at._replace(rise=ratio - 1, stribeck=STRIBECK[None, :], damping=DAMPING[:, None])
+    slide = slide._replace(rise=ratio - 1, stribeck=STRIBECK[None, :], damping=DAMPING[:, None])
     return FilmJudder(
         together=together,
-        apart=apart,
+        apart=staggered_share,
         slack=slack,
         stiffness=spring,
         mass=mass,
-        judders=tooth(at, swings=60).judders,
-        settles=_least_damping(staggered, kinetic, spring, mass),
+        judders=tooth(slide, swings=60).judders,
+        settles=_least_damping(staggered_force, kinetic, spring, mass),
     )
 
 
 @once
 def fig4_study() -> dict[str, FilmJudder]:
-    """Both films of Table I at 94.5 kPa and 1 mm/s; a few seconds, done once."""
+    """Return both films of Table I at 94.5 kPa and 1 mm/s; cached, as it takes seconds."""
     return {film: _study(name) for film, name in FILMS.items()}
 
 
@@ -106,18 +106,18 @@ def judder_claims() -> list[Claim]:
     """Section III-A: which film sticks and slips."""
     study = fig4_study()
     kapton, ptfe = study["Kapton"], study["PTFE"]
-    only = kapton.judders & ~ptfe.judders
-    slow = STRIBECK[only.any(axis=0)]
-    found = "nowhere in a wide prior does Kapton alone stick and slip"
-    between = ""
-    if only.any():
-        found = f"Kapton alone sticks and slips in {only.mean():.0%} of a wide prior"
+    kapton_only = kapton.judders & ~ptfe.judders
+    slow = STRIBECK[kapton_only.any(axis=0)]
+    finding = "nowhere in a wide prior does Kapton alone stick and slip"
+    range_note = ""
+    if kapton_only.any():
+        finding = f"Kapton alone sticks and slips in {kapton_only.mean():.0%} of a wide prior"
         edges = (show(float(v), "m/s", 2) for v in (slow.min(), slow.max()))
-        between = f"; v_s between {' and '.join(edges)}"
+        range_note = f"; v_s between {' and '.join(edges)}"
     together: dict[str, Any] = {"kapton": kapton.together, "ptfe": ptfe.together}
-    apart: dict[str, Any] = {"kapton_apart": kapton.apart, "ptfe_apart": ptfe.apart}
+    staggered: dict[str, Any] = {"kapton_apart": kapton.apart, "ptfe_apart": ptfe.apart}
     slack = ", the spring going slack" if ptfe.slack else ""
-    tried: dict[str, Any] = {
+    ranges: dict[str, Any] = {
         "speeds": [show(v, "m/s") for v in (STRIBECK[0], STRIBECK[-1])],
         "dampings": [show(v, "N s/m") for v in (DAMPING[0], DAMPING[-1])],
         "window": sorted((ptfe.settles, kapton.settles)),
@@ -125,8 +125,8 @@ def judder_claims() -> list[Claim]:
     }
     holds = kapton.apart > ptfe.apart
     return [
-        claim("fig4-judder", holds=holds, slack=slack, **together, **apart),
-        claim("why-judder", found, between=between, **tried),
+        claim("fig4-judder", holds=holds, slack=slack, **together, **staggered),
+        claim("why-judder", finding, between=range_note, **ranges),
     ]
 
 
@@ -136,7 +136,7 @@ def wet_claims() -> list[Claim]:
     dry, dry_end = (float(brake_force(x, FULL, brake)) for x in (0.0, 0.04))
     slow, slow_end = (float(wet_force(x, SLOW, FULL, brake, ILLUSTRATIVE)) for x in (0.0, 0.04))
     sets = ILLUSTRATIVE, ILLUSTRATIVE_VISCOUS
-    fast, other = (float(wet_force(0.0, FAST, FULL, brake, film)) for film in sets)
+    fast, other_fast = (float(wet_force(0.0, FAST, FULL, brake, film)) for film in sets)
     steeper = (slow - slow_end) / (dry - dry_end)
     ours = f"illustrative: {slow:.0f} N wet, {dry:.0f} N dry at 1 mm/s"
-    return [claim("wet", ours, steeper=steeper, fast=fast, other=other)]
+    return [claim("wet", ours, steeper=steeper, fast=fast, other=other_fast)]

@@ -44,21 +44,21 @@ def amplitude() -> style.Figure:
         mass, spring = moving_mass(brake), series_stiffness(brake)
         drag = 2 * RATIO * (spring * mass) ** 0.5
         moving: dict[str, Any] = {"mass": mass, "stiffness": spring}
-        over = speeds[:, None], vacuums[None, :]
-        found = amplitude_map(brake, *over, damping=drag, swings=60, **moving)
-        force = np.where(found.judders, found.amplitude, np.nan)
+        axes_values = speeds[:, None], vacuums[None, :]
+        saw_map = amplitude_map(brake, *axes_values, damping=drag, swings=60, **moving)
+        force = np.where(saw_map.judders, saw_map.amplitude, np.nan)
         # filled contours, not an image: the page embeds none
         scale: dict[str, Any] = {"levels": np.arange(0, 81, 8), "cmap": "viridis"}
-        shown = axes.contourf(speeds, vacuums * KPA, force.T, **scale)
-        at = slide_of(brake, vacuum=vacuums, speed=1.0, frozen=True, **moving)
-        edge = np.asarray(critical_speed(*bounds_at(at), spring, mass, drag))
+        contours = axes.contourf(speeds, vacuums * KPA, force.T, **scale)
+        slide = slide_of(brake, vacuum=vacuums, speed=1.0, frozen=True, **moving)
+        edge = np.asarray(critical_speed(*bounds_at(slide), spring, mass, drag))
         axes.plot(edge, vacuums * KPA, color=RED, lw=1.6, label="critical\nspeed (taut)")
         axes.set(xscale="log", xlabel="pulling speed [m/s]", xlim=(1e-3, 20))
         axes.set_ylabel("vacuum [kPa]")
         style.label(axes, 12, 12, "slides\nsteadily", GREY, ha="right")
         style.key(axes, at="upper right")
         style.title(axes, film, f"model; jump law, damping ratio {RATIO:g} (assumed)")
-    figure.colorbar(shown, ax=maps[1], label="half of the force's swing [N]", pad=0.02)
+    figure.colorbar(contours, ax=maps[1], label="half of the force's swing [N]", pad=0.02)
     _mount(design)
     return figure
 
@@ -83,16 +83,16 @@ def _mount(axes: style.Axes) -> None:
 
 @style.styled
 def fig4_judder() -> style.Figure:
-    """What table I gives, what staggered sliding leaves, where Kapton alone sticks and slips."""
+    """Draw table I, staggered sliding, and the range in which Kapton alone sticks and slips."""
     from matplotlib.colors import ListedColormap
 
     study = fig4_study()
     kapton, ptfe = study["Kapton"], study["PTFE"]
     figure, (bars, grid) = style.canvas(columns=2, width=10.4, height=4.1, width_ratios=(1, 1.35))
-    for at, (film, color) in enumerate(zip((kapton, ptfe), (BLUE, ORANGE), strict=True)):
+    for place, (film, color) in enumerate(zip((kapton, ptfe), (BLUE, ORANGE), strict=True)):
         for shift, value, alpha in ((-0.18, film.together, 1.0), (0.18, film.apart, 0.45)):
-            bars.bar(at + shift, value * 100, 0.32, color=color, alpha=alpha)
-            style.label(bars, at + shift, value * 100 + 4, f"{value:.0%}", ha="center")
+            bars.bar(place + shift, value * 100, 0.32, color=color, alpha=alpha)
+            style.label(bars, place + shift, value * 100 + 4, f"{value:.0%}", ha="center")
     bars.set_xticks([0, 1], ["Kapton", "PTFE"])
     bars.tick_params(axis="x", length=0)
     bars.set(ylabel="half of the swing over kinetic force [%]", ylim=(0, 150))
@@ -110,19 +110,19 @@ def fig4_judder() -> style.Figure:
     style.level(grid, ptfe.settles, "PTFE's limit", INK, at=0.99, below=True)
     style.level(grid, kapton.settles, "Kapton's limit, small $v_s$", INK, at=0.99)
     colors = dict(zip(names, (GREY, BLUE, ORANGE, GREY), strict=True))
-    seen = [names[value] for value in (1, 2) if (code == value).any()]
-    style.key(grid, *((name, colors[name]) for name in seen), at="lower right")
+    present = [names[value] for value in (1, 2) if (code == value).any()]
+    style.key(grid, *((name, colors[name]) for name in present), at="lower right")
     style.label(grid, 2e-2, 3, names[3], INK, ha="center")
     style.label(grid, 9, 210, names[0], INK, ha="center")
     style.title(grid, "At 1 mm/s, same law for both films", "model; nothing here is measured")
     return figure
 
 
-Pulled = Sequence[tuple[WetFilm | None, Any]]
+FilmStyles = Sequence[tuple[WetFilm | None, Any]]
 
 
-def _pull(axes: style.Axes, speed: float, films: Pulled) -> None:
-    """Pulls of Kapton at one speed, dry (None) and wet, each film in its dash."""
+def _pull(axes: style.Axes, speed: float, films: FilmStyles) -> None:
+    """Draw pulls of Kapton at one speed, dry (None) and wet, each film in its dash."""
     brake = load("choi2018-kapton").brake
     slip = np.union1d(np.linspace(0, 1e-3, 60), np.linspace(1e-3, 0.04, 120))
     spring = float(working_stiffness(brake))
@@ -151,8 +151,8 @@ def fig6() -> style.Figure:
         law.plot(speed * MM, stress, color=color, ls=dash, label=name)
     law.set(xscale="log", xlabel="sliding speed [mm/s]", ylabel="shear stress [kPa]")
     law.set(xlim=(0.1, 100), ylim=(0, 45))
-    for at in (SLOW, FAST):
-        style.upright(law, at * MM, f"{at * MM:g} mm/s", at=0.03)
+    for speed_ in (SLOW, FAST):
+        style.upright(law, speed_ * MM, f"{speed_ * MM:g} mm/s", at=0.03)
     style.key(law, at="upper left")
     style.title(law, "Stress of an interface, 94.5 kPa", "wet: ILLUSTRATIVE, not measured")
     _pull(slow, SLOW, ((None, "-"), lower))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @result
 class MachineResult(Result):
-    """What a machine needs of its brakes and whether they give it.
+    """A machine's requirements on its brakes, and whether they meet them.
 
     `record` is the machine's own result with its scenario.
     """
@@ -30,9 +30,7 @@ class MachineResult(Result):
     feasible: bool | None = fact("whether every limit is met", default=None)
     reason: str | None = fact("the limit that decides", default=None, listed=False)
     conclusion: str | None = fact("the conclusion, with what is needed", default=None, listed=False)
-    brakes_needed: int | None = fact(
-        "brakes it would take; null where no number does", default=None
-    )
+    brakes_needed: int | None = fact("brakes required; null if no number is enough", default=None)
     mass: float | None = number("kg", "mass of all brakes of the scenario", default=None)
     limits: Sequence[Mapping[str, Any]] | None = fact(
         "every limit: its value, what is allowed, whether it is met", default=None, listed=False
@@ -45,7 +43,7 @@ class MachineResult(Result):
         "scenarios that come with the program", default=None, listed=False
     )
     titles: Mapping[str, str] | None = None
-    """What each of these scenarios is, by name."""
+    """Title of each of these scenarios, by name."""
 
     @property
     def units(self) -> dict[str, str]:
@@ -53,28 +51,28 @@ class MachineResult(Result):
         return {**super().units, **({} if self.record is None else self.record.own_units)}
 
     def rows(self) -> list[tuple[str, str]]:
-        """With the machine's own numbers."""
+        """Return the rows, with the machine's own numbers."""
         units = self.units
-        own = [
+        machine_rows = [
             (name.replace("_", " "), in_words(value, units.get(name, "")))
             for name, value in (self.results or {}).items()
             if value is not None
         ]
-        return [*super().rows(), *own]
+        return [*super().rows(), *machine_rows]
 
     def pictures(self, progress: Progress) -> list[tuple[str, str]]:
-        """(SVG text, caption) of each drawing of the machine's page, in order; words are text."""
+        """Return (SVG text, caption) of each drawing of the machine's page, in order."""
         from layerjam.report.svg import drawn
         from layerjam.studies.machines.page import pictures
 
-        made = []
+        drawings = []
         for picture in pictures(self.record) if self.record else ():
             progress(f"figure {picture.name}", 0.0)
-            made.append((drawn(picture.figure(), words=True), picture.caption))
-        return made
+            drawings.append((drawn(picture.figure(), words=True), picture.caption))
+        return drawings
 
     def lines(self) -> Iterator[str]:
-        """Every limit and the verdict; or the scenarios' names."""
+        """Yield every limit and the verdict, or the scenarios' names."""
         yield from self.scenarios or ()
         if self.record is None:
             return
@@ -109,12 +107,12 @@ def apply(
 ) -> MachineResult:
     """Check a machine of the paper's Fig. 13 against its limits.
 
-    Seat belt, neck guard, ankle clutch or rehabilitation: its loads, its limits and the honest
-    verdict. With `out` a page with pictures is written there (`page`). `feasible` says whether
-    every one of `limits` is met, `reason` names the one that decides, `conclusion` says it in a
-    sentence or two, with what would be needed; `brakes_needed` is None where no number of brakes
-    does. `results` holds the machine's own keys; `units` names the unit of each. Raises FileError
-    for a file that is none, QuantityError for values out of bounds.
+    It is a seat belt, neck guard, ankle clutch or rehabilitation orthosis with its loads and
+    limits. With `out` a page with pictures is written there (`page`). `feasible` is whether every
+    one of `limits` is met, `reason` the one that decides, and `conclusion` a summary with the
+    requirements. `brakes_needed` is None if no number of brakes is enough. `results` has the
+    machine's own keys; `units` the unit of each. Raises FileError for an invalid file,
+    QuantityError for values out of bounds.
     """
     from layerjam.report.folder import check_folder
     from layerjam.report.page import check_extras
@@ -126,29 +124,29 @@ def apply(
         return MachineResult(scenarios=list(titles), titles=titles)
     if scenario is None:
         raise QuantityError(f"say which scenario: {', '.join(machines())}, or a TOML file")
-    given = load_scenario(scenario)
+    machine = load_scenario(scenario)
     if out is not None:
         check_extras()
         check_folder(Path(out), force)
     tell: Progress = progress or (lambda *_: None)
-    tell(f"machine {given.machine}", 0.0)
-    found = given.analyse()
-    made = MachineResult(
-        machine=given.machine,
-        scenario=given.name,
-        feasible=found.feasible,
-        reason=found.reason,
-        conclusion=found.verdict,
-        brakes_needed=found.brakes_needed,
-        mass=found.mass,
-        limits=[limit.row() for limit in found.limits],
-        results=found.own,
-        warnings=list(dict.fromkeys([*found.warnings, *given.warnings()])),
-        record=found,
+    tell(f"machine {machine.machine}", 0.0)
+    analysis = machine.analyse()
+    summary = MachineResult(
+        machine=machine.machine,
+        scenario=machine.name,
+        feasible=analysis.feasible,
+        reason=analysis.reason,
+        conclusion=analysis.verdict,
+        brakes_needed=analysis.brakes_needed,
+        mass=analysis.mass,
+        limits=[limit.row() for limit in analysis.limits],
+        results=analysis.own,
+        warnings=list(dict.fromkeys([*analysis.warnings, *machine.warnings()])),
+        record=analysis,
     )
     if out is None:
-        return made
-    return replace(made, page=str(page.write(found, made.json(), Path(out), tell)))
+        return summary
+    return replace(summary, page=str(page.write(analysis, summary.json(), Path(out), tell)))
 
 
 def machines() -> list[str]:

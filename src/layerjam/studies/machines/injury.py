@@ -1,4 +1,4 @@
-"""What loads do to people, as the standards count it; every constant with where it was read."""
+"""Injury criteria of the standards; every constant with its source."""
 
 from __future__ import annotations
 
@@ -21,30 +21,30 @@ _AIS2 = (0.602, 2.84)
 
 
 def bric(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> float:
-    """Brain injury criterion from the greatest angular velocities [rad/s] about each axis."""
+    """Return the brain injury criterion from the greatest angular velocities [rad/s] per axis."""
     parts = zip((x, y, z), BRIC_CRITICAL, strict=True)
     return math.sqrt(sum((speed / critical) ** 2 for speed, critical in parts))
 
 
 def concussion_risk(value: float) -> float:
-    """Share of people with an injury of AIS 2 or more at a BrIC (Takhounts et al. 2013)."""
+    """Return the share of injuries of AIS 2 or more at a BrIC (Takhounts et al. 2013)."""
     scale, shape = _AIS2
     return -math.expm1(-((value / scale) ** shape))
 
 
 def hic15(acceleration: Array, dt: float) -> float:
-    """HIC15 of the head's resultant acceleration [m/s^2] at equal steps [s], shape (N,)."""
+    """Return HIC15 of the head's resultant acceleration [m/s^2] at equal steps [s], shape (N,)."""
     # ten samples a millisecond are plenty: the windows are counted in samples
     stride = max(1, int(1e-4 / dt))
     return head_injury(acceleration[::stride], 1 / (dt * stride), HIC_WINDOW)[0]
 
 
-def filtered(signal: Array, dt: float, cfc: float) -> Array:
-    """A signal at equal steps [s] behind the filter of SAE J211-1 of a class, shape (N,).
+def filter_signal(signal: Array, dt: float, cfc: float) -> Array:
+    """Return a signal at equal steps [s] behind the SAE J211-1 filter of a class, shape (N,).
 
     Raises QuantityError for fewer samples a second than ten times the class.
     """
     stride = max(1, int(1 / (dt * LEAST_RATE * cfc * 10)))
     small = cfc_filter(signal[::stride], 1 / (dt * stride), cfc)
-    at = np.arange(len(signal)) * dt
-    return np.interp(at, at[::stride], small)
+    times = np.arange(len(signal)) * dt
+    return np.interp(times, times[::stride], small)

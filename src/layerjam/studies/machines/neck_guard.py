@@ -1,10 +1,10 @@
-"""Helmet and neck guard (paper, Fig. 13b): a blow turns the head, brakes to the shoulders hold it.
+"""Helmet and neck guard (paper, Fig. 13b): brakes to the shoulders hold a head that a blow turns.
 
-The helmeted head turns about one axis of the neck: I w' = t(t) - r T(r angle - slack), with t the
-blow's torque, given as the angular acceleration it causes without brakes, and T the tension of the
-brakes at their lever arm r. It is the strap of the seat belt with way = r angle and mass = I/r^2.
-The neck's own stiffness and muscles, the shoulders' give and the head's straight motion are left
-out; brakes hold one direction of turning only.
+The helmeted head turns about one axis of the neck: I w' = t(t) - r T(r angle - slack). t is the
+blow's torque, given as its angular acceleration without brakes, and T the tension of the brakes at
+their lever arm r. It is the strap of the seat belt with way = r angle and mass = I/r^2. The neck's
+own stiffness and muscles, the compliance of the shoulders and the head's straight motion are left
+out. Brakes hold one direction of turning only.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ from layerjam.studies.machines.restraint import (
     Ride,
     Strap,
     Trial,
-    first,
+    best_row,
     least_stiffness,
     limiter_of,
     ride,
 )
-from layerjam.studies.machines.scenario import Array, declared
+from layerjam.studies.machines.scenario import Array, declare_fields
 from layerjam.studies.machines.verdict import Machine, Result
 from layerjam.units import nested, show
 
 STEPS = 8000
-"""Of a blow and four times its length after it."""
-MOST = 200
-"""Brakes side by side that are tried."""
+"""Steps of a blow and four times its length after it."""
+CHAIN_LIMIT = 200
+"""Largest number of parallel brakes examined."""
 STIFFER = 2.0 ** np.arange(11)
-"""Multiples of the straps' stiffness that are tried."""
+"""Multiples of the straps' stiffness examined."""
 
 
-class Turned(NamedTuple):
+class HeadTurn(NamedTuple):
     """One blow, in SI."""
 
     name: str
@@ -59,14 +59,14 @@ class Turned(NamedTuple):
 
 
 class Record(NamedTuple):
-    """For the pictures."""
+    """Data for the pictures."""
 
-    turned: tuple[Turned, ...]
+    turned: tuple[HeadTurn, ...]
     tried: pandas.DataFrame
-    """Chains behind the straps there are, with the greatest angular acceleration `turns`."""
+    """Chains behind the present straps, with the greatest angular acceleration `turns`."""
 
 
-@declared("neck-guard")
+@declare_fields("neck-guard")
 class NeckGuard(Machine):
     """Everything of the scenario."""
 
@@ -80,7 +80,7 @@ class NeckGuard(Machine):
         return float(own + (head.mass + head.helmet_mass) * head.height**2)
 
     def trial(self) -> tuple[Trial, float]:
-        """(the head under the blow, its change of angular velocity [rad/s] without brakes)."""
+        """Return (the head under the blow, its change of angular velocity [rad/s])."""
         blow, r = self.blow, self.guard.lever
         # a pulse of unit change over unit time has this peak
         unit = {"half-sine": math.pi / 2, "haversine": 2.0, "trapezoid": 1.25}[blow.pulse]
@@ -89,90 +89,92 @@ class NeckGuard(Machine):
         body = Body(self.inertia / r**2, 1.0, self.guard.slack)
         return Trial(self, body, self.guard.stiffness, free * r, dt), change
 
-    def turned(self, name: str, trial: Trial, strap: Strap) -> Turned:
-        """The head's turn under a blow, held by a strap."""
+    def turn(self, name: str, trial: Trial, strap: Strap) -> HeadTurn:
+        """Return the head's turn under a blow, held by a strap."""
         r = self.guard.lever
-        made = ride(trial.drive, trial.dt, trial.body, strap)
-        angular = made.acceleration / r
-        linear = head_acceleration(angular, made.speed / r, self.head.height)
-        top, speed = float(np.abs(angular).max()), float(np.abs(made.speed).max()) / r
-        rotation, injury = float(made.way.max()) / r, bric(y=speed)
+        ride_made = ride(trial.drive, trial.dt, trial.body, strap)
+        angular = ride_made.acceleration / r
+        linear = head_acceleration(angular, ride_made.speed / r, self.head.height)
+        top, speed = float(np.abs(angular).max()), float(np.abs(ride_made.speed).max()) / r
+        rotation, injury = float(ride_made.way.max()) / r, bric(y=speed)
         risk, hic = concussion_risk(injury), hic15(linear, trial.dt)
-        return Turned(name, made, angular, top, speed, rotation, injury, risk, hic)
+        return HeadTurn(name, ride_made, angular, top, speed, rotation, injury, risk, hic)
 
     def torque(self, chains: int) -> float:
-        """Greatest torque [N m] of so many chains of brakes about the axis of turning."""
+        """Return the greatest torque [N m] of `chains` of brakes about the axis of turning."""
         brake = self.brake.brake
         top = peak(self.brakes.vacuum, brake.sheets.usable_travel, brake).force
         return chains * float(top) * self.guard.lever
 
     def analyse(self) -> Result:
-        """The head's turn with and without brakes, how many it takes, whether they are ready."""
+        """Analyse the head's turn with and without brakes, their number and readiness."""
         brakes, lever = self.brakes, self.guard.lever
         trial, change = self.trial()
         strap = trial.strap()
-        bare = self.turned("without brakes", trial, limiter_of(0.0, 1.0))
-        guarded = self.turned("with brakes", trial, strap)
-        shown, best = self.search(trial)
+        bare = self.turn("without brakes", trial, limiter_of(0.0, 1.0))
+        braked = self.turn("with brakes", trial, strap)
+        table, best = self.search(trial)
         ready = readiness(self, self.supply, brakes.vacuum)
-        locked = self.torque(brakes.parallel)
-        force, end = float(guarded.ride.force.max()), float(strap.travel) * brakes.series
-        slip = float(guarded.ride.slip[-1])
-        found = Result(scenario=self, record=Record((bare, guarded), shown), warnings=ready.said)
-        found.add("kg m^2", inertia=self.inertia)
-        found.add("rad/s", change=change)
-        found.take("turn", bare._asdict(), "bare_")
-        found.take("turn", guarded._asdict(), "")
-        found.add("1", reduction=1 - guarded.acceleration / bare.acceleration)
-        found.add("N", brake_force=force, neck_compression=force)
-        found.add("N m", brake_torque=force * lever, locked_torque=locked)
-        found.add("m", slip=slip, travel=end)
-        found.add("1", bottomed_out=bool(slip >= end * (1 - 1e-9)))
-        found.add("s", vacuum_time=ready.time)
-        found.take("needed", best, "needed_")
-        found.bound("N/m", stiffness=strap.stiffness, fall=least_stiffness(strap))
-        found.bound("N m", felt=locked if self.supply.mode == "standing" else 0.0)
-        found.warnings += [
+        locked_torque = self.torque(brakes.parallel)
+        force, end = float(braked.ride.force.max()), float(strap.travel) * brakes.series
+        slip = float(braked.ride.slip[-1])
+        result = Result(scenario=self, record=Record((bare, braked), table), warnings=ready.said)
+        result.add("kg m^2", inertia=self.inertia)
+        result.add("rad/s", change=change)
+        result.take("turn", bare._asdict(), "bare_")
+        result.take("turn", braked._asdict(), "")
+        result.add("1", reduction=1 - braked.acceleration / bare.acceleration)
+        result.add("N", brake_force=force, neck_compression=force)
+        result.add("N m", brake_torque=force * lever, locked_torque=locked_torque)
+        result.add("m", slip=slip, travel=end)
+        result.add("1", bottomed_out=bool(slip >= end * (1 - 1e-9)))
+        result.add("s", vacuum_time=ready.time)
+        result.take("needed", best, "needed_")
+        result.bound("N/m", stiffness=strap.stiffness, fall=least_stiffness(strap))
+        result.bound("N m", felt=locked_torque if self.supply.mode == "standing" else 0.0)
+        result.warnings += [
             f"the brakes press head and neck together with up to {show(force, 'N')}; no limit for "
             "that was found in a source",
             "only the turning is modelled: HIC15 leaves the blow's straight push out",
         ]
-        found.warnings += self.slid(slip, guarded.ride.pace)
-        found.judge()
-        found.limits += ready.limits
-        found.brakes_needed = best.get("count")
-        found.needed = self.needed(best, ready.time)
-        return found
+        result.warnings += self.slid(slip, braked.ride.pace)
+        result.judge()
+        result.limits += ready.limits
+        result.brakes_needed = best.get("count")
+        result.needed = self.describe_need(best, ready.time)
+        return result
 
     def search(self, trial: Trial) -> tuple[pandas.DataFrame, dict[str, Any]]:
-        """(1 to MOST chains behind the straps there are, the first number that is enough or {}).
+        """Return (rows of 1 to CHAIN_LIMIT chains, the first sufficient number or {}).
 
-        Where none does behind these straps (`as_built` False), behind the softest of STIFFER times
-        them that will do, `stiffness`. Brakes that snap do not count.
+        If none is enough behind these straps (`as_built` False), the softest of STIFFER times them
+        that is enough, `stiffness`. Brakes that snap do not count.
         """
-        counts, webbing = np.arange(1, MOST + 1), self.guard.stiffness * STIFFER
-        rows = trial.tried(webbing=webbing, parallel=counts)
+        counts, webbing = np.arange(1, CHAIN_LIMIT + 1), self.guard.stiffness * STIFFER
+        rows = trial.run_grid(webbing=webbing, parallel=counts)
         rows["turns"] = rows.acceleration / self.guard.lever
         fine = rows[rows.sound & (rows.turns <= self.limits.acceleration)]
-        shown = rows[rows.as_built]
+        table = rows[rows.as_built]
         if fine.empty:
-            return shown, {}
-        best = first(fine, "webbing", "count")
-        return shown, best | {
+            return table, {}
+        best = best_row(fine, "webbing", "count")
+        return table, best | {
             "stiffness": best["webbing"],
             "torque": self.torque(best["parallel"]),
         }
 
-    def needed(self, best: dict[str, Any], time: float) -> str:
-        """What it would take, in sentences."""
+    def describe_need(self, best: dict[str, Any], time: float) -> str:
+        """Describe the requirements in sentences."""
         limit = show(self.limits.acceleration, "rad/s^2")
         ready = (
-            f"Made on the blow itself, the vacuum would have to stand within a part of its "
+            f"Made on the blow itself, the vacuum would have to be present within a part of its "
             f"{show(self.blow.duration, 's')}; this line takes "
             f"{show(time, 's', 3) if math.isfinite(time) else 'for ever'}."
         )
         if not best:
-            words = f"No number of brakes up to {MOST} side by side keeps the head below {limit}."
+            words = (
+                f"No number of brakes up to {CHAIN_LIMIT} in parallel keeps the head below {limit}."
+            )
             return f"{words} {ready}"
         words = (
             f"It takes {best['count']} brakes ({show(best['mass'], 'kg')}) to keep the "
@@ -190,5 +192,5 @@ class NeckGuard(Machine):
 
 
 def head_acceleration(angular: Array, turning: Array, height: float) -> Array:
-    """Size of the centre of gravity's acceleration [m/s^2], tangential and centripetal."""
+    """Return the size of the centre of gravity's acceleration [m/s^2], both components."""
     return height * np.hypot(angular, turning**2)

@@ -1,6 +1,6 @@
-"""A machine's result as a folder: report.html, results.json and figures, whole or not at all.
+"""A machine's result as a folder: report.html, results.json and figures, all or none.
 
-The pictures show what happens to the person, and what decides.
+The pictures show the effect on the person, and the deciding quantity.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from layerjam.units import get, show
 
 G = 9.80665
 RADIANS = "[1000 rad/s²]"
-_HOW = ((BLUE, 2.2), (GREY, 1.3), (GREEN, 1.6))
-"""Brakes, webbing alone, limiter."""
+_LINES = ((BLUE, 2.2), (GREY, 1.3), (GREEN, 1.6))
+"""Lines of brakes, webbing alone, limiter."""
 
 
 def pictures(result: Result) -> list[Picture]:
-    """The pictures of a machine's page, in order."""
+    """Return the pictures of a machine's page, in order."""
     return [
         Picture(name=name, figure=functools.partial(PICTURES[name], result), caption=caption)
         for name, caption in kind_of(result.scenario.machine)["pictures"].items()
@@ -43,46 +43,46 @@ def pictures(result: Result) -> list[Picture]:
 
 @style.styled
 def belt_in_time(result: Result) -> style.Figure:
-    """Chest acceleration and displacement over time, three ways of holding."""
+    """Draw chest acceleration and displacement over time, for three ways of holding."""
     record: seat_belt.Record = result.record
-    held, limits = record.held, get(result.scenario, "limits")
+    restraints, limits = record.held, get(result.scenario, "limits")
     figure, (left, right) = style.canvas(columns=2, width=10.6, height=4.3)
-    time = held[0].ride.time * MS
+    time = restraints[0].ride.time * MS
     left.plot(time, record.drive / G, color=FAINT, lw=1.4, label="vehicle")
-    for one, (color, width) in zip(held, _HOW, strict=True):
-        left.plot(time, one.chest / G, color=color, lw=width, label=one.name)
-        right.plot(time, one.ride.way * MM, color=color, lw=width)
-    turns = [float(time[int(np.argmax(one.ride.way))]) for one in held]
+    for curve, (color, width) in zip(restraints, _LINES, strict=True):
+        left.plot(time, curve.chest / G, color=color, lw=width, label=curve.name)
+        right.plot(time, curve.ride.way * MM, color=color, lw=width)
+    turns = [float(time[int(np.argmax(curve.ride.way))]) for curve in restraints]
     end = 1.3 * max(*turns, float(time[int(np.flatnonzero(record.drive)[-1])]))
-    top = max(*(float(one.chest.max()) for one in held), float(record.drive.max())) / G
-    allowed = limits.chest / G
-    detail = f"allowed: {allowed:.3g} g, above the picture"
-    if allowed < 1.8 * top:
-        top, detail = max(top, allowed), "grey: deceleration of the vehicle itself"
-        style.level(left, allowed, "allowed")
+    top = max(*(float(curve.chest.max()) for curve in restraints), float(record.drive.max())) / G
+    limit = limits.chest / G
+    detail = f"allowed: {limit:.3g} g, above the picture"
+    if limit < 1.8 * top:
+        top, detail = max(top, limit), "grey: deceleration of the vehicle itself"
+        style.level(left, limit, "allowed")
     left.set(xlim=(0, end), ylim=(0, 1.45 * top))
     left.set(xlabel="time [ms]", ylabel="acceleration of the chest [g]")
     style.key(left, at="upper right")
-    style.title(left, "What the chest feels", detail)
-    longest = max(*(float(one.ride.way.max()) for one in held), limits.space)
+    style.title(left, "Load on the chest", detail)
+    longest = max(*(float(curve.ride.way.max()) for curve in restraints), limits.space)
     right.set(xlim=(0, end), ylim=(0, 1.25 * MM * longest))
     right.set(xlabel="time [ms]", ylabel="displacement of the chest in the vehicle [mm]")
     style.level(right, limits.space * MM, "space there is")
-    style.title(right, "How far it is thrown", "in the vehicle, from the first instant")
+    style.title(right, "Displacement", "in the vehicle, from the first instant")
     return figure
 
 
 @style.styled
 def belt_over_displacement(result: Result) -> style.Figure:
-    """Force in the belt over the chest's displacement."""
+    """Draw the force in the belt over the chest's displacement."""
     record: seat_belt.Record = result.record
     figure, (axes,) = style.canvas(width=6.8, height=4.3)
-    for one, (color, width) in zip(record.held, _HOW, strict=True):
-        to = int(np.argmax(one.ride.way)) + 1
-        force = one.ride.force[:to] * KN
-        axes.plot(one.ride.way[:to] * MM, force, color=color, lw=width, label=one.name)
-    longest = max(float(one.ride.way.max()) for one in record.held)
-    force = max(float(one.ride.force.max()) for one in record.held)
+    for curve, (color, width) in zip(record.held, _LINES, strict=True):
+        end = int(np.argmax(curve.ride.way)) + 1
+        force = curve.ride.force[:end] * KN
+        axes.plot(curve.ride.way[:end] * MM, force, color=color, lw=width, label=curve.name)
+    longest = max(float(curve.ride.way.max()) for curve in record.held)
+    force = max(float(curve.ride.force.max()) for curve in record.held)
     limits = get(result.scenario, "limits")
     axes.set(xlim=(0, 1.15 * MM * max(longest, limits.space)), ylim=(0, 1.35 * KN * force))
     axes.set(xlabel="displacement of the chest in the vehicle [mm]")
@@ -96,26 +96,28 @@ def belt_over_displacement(result: Result) -> style.Figure:
 
 @style.styled
 def neck_in_time(result: Result) -> style.Figure:
-    """Angular acceleration and velocity over time."""
+    """Draw angular acceleration and velocity over time."""
     record: neck_guard.Record = result.record
-    bare, held = record.turned
+    bare, braked = record.turned
     time, case = bare.ride.time * MS, result.scenario
-    allowed = get(case, "limits.acceleration") / 1e3
+    limit = get(case, "limits.acceleration") / 1e3
     figure, (left, right) = style.canvas(columns=2, width=10.6, height=4.1)
-    for one, color, width in ((bare, GREY, 1.6), (held, BLUE, 2.0)):
-        left.plot(time, one.angular / 1e3, color=color, lw=width, label=one.name)
-        right.plot(time, one.ride.speed / get(case, "guard.lever"), color=color, lw=width)
+    for turn, color, width in ((bare, GREY, 1.6), (braked, BLUE, 2.0)):
+        left.plot(time, turn.angular / 1e3, color=color, lw=width, label=turn.name)
+        right.plot(time, turn.ride.speed / get(case, "guard.lever"), color=color, lw=width)
     for axes in (left, right):
         axes.set(xlim=(0, float(time[-1])), xlabel="time [ms]")
-    high = 1.35 * max(bare.acceleration / 1e3, allowed)
-    left.set_ylim(min(-0.4, float(held.angular.min()) / 1e3 * 1.2), high)
+    high = 1.35 * max(bare.acceleration / 1e3, limit)
+    left.set_ylim(min(-0.4, float(braked.angular.min()) / 1e3 * 1.2), high)
     left.set_ylabel(f"angular acceleration {RADIANS}")
     right.set_ylabel("angular velocity [rad/s]")
-    style.level(left, allowed, "allowed", at=0.99)
+    style.level(left, limit, "allowed", at=0.99)
     style.key(left, at="upper right")
-    detail = f"peak {bare.acceleration:.0f} rad/s² free, {held.acceleration:.0f} rad/s² with brakes"
+    detail = (
+        f"peak {bare.acceleration:.0f} rad/s² free, {braked.acceleration:.0f} rad/s² with brakes"
+    )
     style.title(left, "The blow turns the head", detail)
-    detail = f"BrIC {bare.bric:.2f} free, {held.bric:.2f} with brakes"
+    detail = f"BrIC {bare.bric:.2f} free, {braked.bric:.2f} with brakes"
     style.title(right, "How fast it turns", detail)
     return figure
 
@@ -125,16 +127,16 @@ def neck_over_count(result: Result) -> style.Figure:
     """Peak over the number of brakes."""
     record: neck_guard.Record = result.record
     have, free = result.scenario.brakes.parallel, record.turned[0].acceleration / 1e3
-    allowed = get(result.scenario, "limits.acceleration") / 1e3
+    limit = get(result.scenario, "limits.acceleration") / 1e3
     counts, turns = record.tried.parallel.to_numpy(), record.tried.turns.to_numpy() / 1e3
     figure, (axes,) = style.canvas(width=6.8, height=3.9)
     axes.plot(counts, turns, color=BLUE)
     style.plain(axes)
-    axes.set(xlim=(1, float(counts[-1])), ylim=(0, 1.25 * max(free, allowed)))
+    axes.set(xlim=(1, float(counts[-1])), ylim=(0, 1.25 * max(free, limit)))
     axes.set(xlabel="number of brakes side by side")
     axes.set_ylabel(f"greatest angular acceleration {RADIANS}")
     style.level(axes, free, "free", GREY, at=0.99)
-    style.level(axes, allowed, "allowed", below=True)
+    style.level(axes, limit, "allowed", below=True)
     style.spot(axes, have, turns[have - 1], "this guard", BLUE)
     style.title(axes, "More brakes", "jammed before the blow, behind the scenario's straps")
     return figure
@@ -144,7 +146,7 @@ def neck_over_count(result: Result) -> style.Figure:
 def ankle_stride(result: Result) -> style.Figure:
     """Angle, force and hold along a stride."""
     record: ankle_clutch.Record = result.record
-    made, ready = record.stride, record.ready
+    stride, ready = record.stride, record.ready
     part, top = record.part * 100, float(ready.force.max())
     figure, (upper, lower) = style.canvas(
         rows=2, width=7.4, height=5.6, sharex=True, height_ratios=(1, 1.6)
@@ -155,8 +157,8 @@ def ankle_stride(result: Result) -> style.Figure:
         axes.axvspan(record.window[0] * 100, record.window[1] * 100, color=FAINT, alpha=0.3)
     style.title(upper, "One stride", "shaded: the clutch ought to hold; dorsiflexion above zero")
     lower.plot(part, ready.force, color=GREEN, ls=style.DASHED, label="vacuum standing")
-    lower.plot(part, made.hold, color=ORANGE, lw=1.6, label="what it can hold")
-    lower.plot(part, made.force, color=BLUE, lw=2.2, label="given")
+    lower.plot(part, stride.hold, color=ORANGE, lw=1.6, label="what it can hold")
+    lower.plot(part, stride.force, color=BLUE, lw=2.2, label="given")
     lower.set(ylim=(0, 1.35 * top), xlim=(float(part[0]), float(part[-1])), ylabel="force [N]")
     lower.set_xlabel("part of the stride, from heel strike on [%]")
     style.key(lower, at="upper left")
@@ -175,8 +177,8 @@ def ankle_rates(result: Result) -> style.Figure:
     axes.set(xlim=(RATES[0], RATES[-1]), ylim=(0, 1.2 * MM * record.slips.max()))
     style.level(axes, get(result.scenario, "limits.slip") * MM, "allowed")
     style.upright(axes, rate, "walking")
-    said = f"holds up to {fastest:.3g} strides a second" if fastest else "holds at no rate tried"
-    style.title(axes, "How fast the vacuum follows", said)
+    detail = f"holds up to {fastest:.3g} strides a second" if fastest else "holds at no rate tried"
+    style.title(axes, "How fast the vacuum follows", detail)
     return figure
 
 
@@ -184,20 +186,22 @@ def ankle_rates(result: Result) -> style.Figure:
 def exercise_in_time(result: Result) -> style.Figure:
     """Torque and vacuum over time."""
     record: rehabilitation.Record = result.record
-    asked, vacuum = record.session, record.followed.loop
+    session, vacuum = record.session, record.followed.loop
     figure, (upper, lower) = style.canvas(
         rows=2, width=8.4, height=5.2, sharex=True, height_ratios=(1.7, 1)
     )
-    wanted = np.where(asked.flexing, asked.torque, np.nan)
-    upper.plot(asked.time, wanted, color=GREEN, lw=2.6, alpha=0.7, label="wanted in flexion")
-    upper.plot(asked.time, record.given, color=INK, lw=1.2, label="given")
-    top = 1.35 * float(asked.torque.max())
-    upper.set(ylim=(0, top), ylabel="torque [N m]", xlim=(0, float(asked.time[-1])))
-    detail = "what the brakes give on the way back is not drawn"
+    flexion_torque = np.where(session.flexing, session.torque, np.nan)
+    upper.plot(
+        session.time, flexion_torque, color=GREEN, lw=2.6, alpha=0.7, label="target in flexion"
+    )
+    upper.plot(session.time, record.given, color=INK, lw=1.2, label="given")
+    top = 1.35 * float(session.torque.max())
+    upper.set(ylim=(0, top), ylabel="torque [N m]", xlim=(0, float(session.time[-1])))
+    detail = "the torque during extension is not drawn"
     style.title(upper, "Resistance in flexion", detail)
     target = vacuum.target * KPA
-    lower.plot(asked.time, target, color=GREEN, lw=1.1, ls=style.DASHED, label="target")
-    lower.plot(asked.time, vacuum.vacuum * KPA, color=BLUE, lw=1.4, label="in the brakes")
+    lower.plot(session.time, target, color=GREEN, lw=1.1, ls=style.DASHED, label="target")
+    lower.plot(session.time, vacuum.vacuum * KPA, color=BLUE, lw=1.4, label="in the brakes")
     lower.set(xlabel="time [s]", ylabel="vacuum [kPa]", ylim=(0, 1.5 * float(target.max())))
     for axes in (upper, lower):
         style.key(axes, at="upper left", ncols=2)
@@ -208,15 +212,15 @@ def exercise_in_time(result: Result) -> style.Figure:
 def exercise_over_angle(result: Result) -> style.Figure:
     """Torque over angle, and what can be followed over speed."""
     record: rehabilitation.Record = result.record
-    asked, (grid, reach) = record.session, record.reachable
-    edges = np.flatnonzero(np.diff(asked.flexing.astype(int), prepend=0, append=0))
+    session, (grid, reach) = record.session, record.reachable
+    edges = np.flatnonzero(np.diff(session.flexing.astype(int), prepend=0, append=0))
     first = slice(int(edges[0]), int(edges[1]))
-    angle, grid = np.degrees(asked.angle[first]), np.degrees(grid)
-    top = 1.25 * max(float(asked.torque.max()), float(reach.max()))
+    angle, grid = np.degrees(session.angle[first]), np.degrees(grid)
+    top = 1.25 * max(float(session.torque.max()), float(reach.max()))
     figure, (left, right) = style.canvas(columns=2, width=10.6, height=4.1)
     style.band(left, grid, reach, top, RED, 0.10)
     left.plot(grid, reach, color=RED, lw=1.3, label="out of reach above")
-    left.plot(angle, asked.torque[first], color=GREEN, lw=2.6, alpha=0.7, label="wanted")
+    left.plot(angle, session.torque[first], color=GREEN, lw=2.6, alpha=0.7, label="target")
     left.plot(angle, record.given[first], color=INK, lw=1.2, label="given")
     left.set(xlim=(angle[0], angle[-1]), ylim=(0, top))
     left.set(xlabel="flexion [degrees]", ylabel="torque [N m]")
@@ -253,19 +257,19 @@ MISSED = Word("≠ missed", "verdict differs")
 
 
 def write(result: Result, values: str, out: Path, progress: Progress) -> Path:
-    """Write the folder; gives the path of the page. `values` is the text of results.json."""
-    made = page(result)
-    svgs = drawn_all(made.pictures(), progress)
-    content = {"report.html": html(made.shown(), svgs), "results.json": values + "\n"}
+    """Write the folder and return the path of the page. `values` is the text of results.json."""
+    page_made = page(result)
+    svgs = drawn_all(page_made.pictures(), progress)
+    content = {"report.html": html(page_made.shown(), svgs), "results.json": values + "\n"}
     write_folder(out, content | figures_of(svgs))
     return out / "report.html"
 
 
 def page(result: Result) -> Page:
-    """What stands on the page of a machine."""
+    """Return the page of a machine."""
     scenario, met = result.scenario, sum(limit.met for limit in result.limits)
     feasible = Word("✓ feasible", "reproduced"), Word("≠ not feasible", "differs")
-    needed = "none does" if result.brakes_needed is None else str(result.brakes_needed)
+    count = "none does" if result.brakes_needed is None else str(result.brakes_needed)
     return Page(
         title=f"{scenario.name}: {scenario.title}" if scenario.title else scenario.name,
         lead=f"A machine of Choi et al. 2018, Fig. 13, with brakes {scenario.brake.name}, computed "
@@ -274,7 +278,7 @@ def page(result: Result) -> Page:
         banner=[result.verdict],
         numbers=[
             (show(result.mass, "kg"), "mass of the brakes of this scenario"),
-            (needed, "brakes it would take"),
+            (count, "brakes it would take"),
             (f"{met} of {len(result.limits)}", "limits met"),
         ],
         parts=_parts(result),
@@ -294,7 +298,7 @@ def _parts(result: Result) -> list[Part]:
         for limit in result.limits
     ]
     units = result.own_units
-    own = [
+    rows = [
         [name.replace("_", " "), NONE if value is None else in_words(value, units.get(name, ""))]
         for name, value in result.own.items()
     ]
@@ -304,14 +308,14 @@ def _parts(result: Result) -> list[Part]:
     ]
     head = ["what", "value", "", "allowed", "verdict"]
     sources = Table(id="sources-table", head=["entry", "value", "source"], rows=cited)
-    every = Table(id="results-table", head=["quantity", "value"], rows=own)
-    said = [*result.warnings, *result.scenario.warnings()]
+    every = Table(id="results-table", head=["quantity", "value"], rows=rows)
+    notes = [*result.warnings, *result.scenario.warnings()]
     return [
         Part(
             id="limits", title="Limits", tables=[Table(id="limits-table", head=head, rows=limits)]
         ),
         Part(id="pictures", title="Pictures", pictures=pictures(result)),
         Part(id="results", title="All results", tables=[every]),
-        Part(id="notes", title="What must be said", text=list(dict.fromkeys(said))),
-        Part(id="sources", title="Where every number comes from", tables=[sources]),
+        Part(id="notes", title="Notes", text=list(dict.fromkeys(notes))),
+        Part(id="sources", title="Sources of every number", tables=[sources]),
     ]

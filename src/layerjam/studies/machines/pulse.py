@@ -17,7 +17,7 @@ RAMP = 0.2
 
 
 def pulse(shape: str, change: float, duration: float, time: Array) -> Array:
-    """Acceleration [m/s^2] at times [s], shape (N,), whose integral is `change` [m/s]."""
+    """Return the acceleration [m/s^2] at times [s], (N,), with the integral `change` [m/s]."""
     part = time / duration
     inside = (part >= 0) & (part <= 1)
     if shape == "half-sine":
@@ -31,11 +31,11 @@ def pulse(shape: str, change: float, duration: float, time: Array) -> Array:
     return np.where(inside, value * change / duration, 0.0)
 
 
-def recorded(path: Path) -> tuple[Array, Array]:
-    """(time [s] from the first sample, deceleration [m/s^2] as a size) of a log.
+def read_record(path: Path) -> tuple[Array, Array]:
+    """Return (time [s] from the first sample, deceleration [m/s^2] as a size) of a log.
 
-    A record that is mostly negative, as that of a braking car is, is turned round. Raises FileError
-    where its time does not rise.
+    A mostly negative record, such as that of a braking car, is inverted. Raises FileError if its
+    time does not rise.
     """
     log = read_log(path, (TIME, ACCELERATION))
     time, value = log["time"] - log["time"][0], log["acceleration"]
@@ -47,21 +47,21 @@ def recorded(path: Path) -> tuple[Array, Array]:
 def drive(
     shape: str, change: float, duration: float, after: float, steps: int, folder: Path
 ) -> tuple[Array, float, float]:
-    """(acceleration [m/s^2] at equal steps, the step [s], the change of velocity [m/s]).
+    """Return (acceleration [m/s^2] at equal steps, the step [s], the change of velocity [m/s]).
 
-    `steps` for the pulse and `after` [s] without any. A `shape` that is a path is read as a log,
-    whose own change and duration then stand.
+    The `steps` cover the pulse and `after` [s] without load. A `shape` that is a path is read as a
+    log, which has its own change and duration.
     """
     if shape not in SHAPES and not Path(shape).suffix:
         raise UnknownNameError("pulse", shape, SHAPES)
     log = None
     if shape not in SHAPES:
-        beside = folder / shape
-        log = recorded(beside if beside.is_file() else Path(shape))
+        local_file = folder / shape
+        log = read_record(local_file if local_file.is_file() else Path(shape))
         duration = float(log[0][-1])
     dt = (duration + after) / steps
     time = np.asarray(np.arange(steps + 1) * dt, np.float64)
     if log is None:
         return pulse(shape, change, duration, time), dt, change
-    made = np.interp(time, *log, right=0.0)
-    return made, dt, float(np.trapezoid(made, dx=dt))
+    acceleration = np.interp(time, *log, right=0.0)
+    return acceleration, dt, float(np.trapezoid(acceleration, dx=dt))

@@ -25,12 +25,12 @@ def _texts() -> dict[str, str]:
 
 
 def scenarios() -> list[str]:
-    """Names of the scenarios that come with the program."""
+    """Return the names of the scenarios that come with the program."""
     return list(_texts())
 
 
 def load_scenario(scenario: str | Path) -> Machine:
-    """A scenario by name, or from the path of its TOML file.
+    """Return a scenario by name, or from the path of its TOML file.
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """

@@ -1,11 +1,11 @@
-"""Rehabilitation of elbow or finger flexion (paper, Fig. 13d): a resistance prescribed by angle.
+"""Rehabilitation of elbow or finger flexion (paper, Fig. 13d): resistance prescribed by angle.
 
-A cord on a pulley about the joint draws the brakes out in flexion. The resistance wanted is a
-torque over the angle, plus one in proportion to speed; a regulator makes the vacuum for it, by the
-inverse law of the brake. In extension nothing is wanted: the cord only pulls, the vacuum goes, and
-the enclosure draws the brakes back as far as the friction under the remaining vacuum lets it; what
-stays drawn out is slack at the next flexion. The body's own torques, the cord's stretch and the
-compliance of the brace are left out.
+A cord on a pulley about the joint extends the brakes in flexion. The target resistance is a torque
+over the angle, plus one in proportion to speed. A controller sets the vacuum for it, by the inverse
+law of the brake. In extension the target is zero: the cord only pulls, the vacuum is released, and
+the enclosure retracts the brakes as far as the remaining friction allows. The remaining extension
+is slack at the next flexion. The body's own torques, the cord's stretch and the compliance of the
+brace are left out.
 """
 
 from __future__ import annotations
@@ -25,30 +25,30 @@ from layerjam.mechanics.limits import self_closing_vacuum
 from layerjam.mechanics.pull import force_limits
 from layerjam.studies.machines.ankle_clutch import fall_time, last_before
 from layerjam.studies.machines.readiness import line_for
-from layerjam.studies.machines.scenario import Array, declared
+from layerjam.studies.machines.scenario import Array, declare_fields
 from layerjam.studies.machines.verdict import Machine, Result
 from layerjam.units import show
 
 SPEEDS = np.radians(np.concatenate([np.arange(0.25, 10, 0.25), np.arange(10, 181, 1.0)]))
-"""Mean speeds tried [rad/s]."""
+"""Mean speeds examined [rad/s]."""
 FINE = 512
-"""Samples of a flexion on which it is judged what can be followed."""
+"""Samples of a flexion for the share that can be followed."""
 
 
 class Session(NamedTuple):
-    """The exercise at the regulator's samples, shape (N,)."""
+    """The exercise at the controller's samples, shape (N,)."""
 
     time: Array
     angle: Array
     speed: Array
     torque: Array
-    """Wanted [N m]; 0 in extension."""
+    """Target torque [N m]; 0 in extension."""
     flexing: np.ndarray[Any, np.dtype[np.bool_]]
     """True in flexion."""
 
 
 class Record(NamedTuple):
-    """For the pictures."""
+    """Data for the pictures."""
 
     session: Session
     followed: Following
@@ -60,12 +60,12 @@ class Record(NamedTuple):
     """Torque of all brakes at full vacuum over the angle, and the angle, shape (2, M)."""
 
 
-@declared("rehabilitation")
+@declare_fields("rehabilitation")
 class Rehabilitation(Machine):
     """Everything of the scenario."""
 
     def together(self) -> None:
-        """Angles, curve and travel fit together."""
+        """Check that angles, curve and travel fit together."""
         super().together()
         exercise, angle, torque = self.exercise, self.resistance.angle, self.resistance.torque
         if len(angle) != len(torque) or (np.diff(angle) <= 0).any():
@@ -86,12 +86,12 @@ class Rehabilitation(Machine):
                 "must reach from exercise.start to exercise.end; it goes from "
                 f"{show(float(angle[0]), 'rad')} to {show(float(angle[-1]), 'rad')}",
             )
-        drawn = self.orthosis.pulley * (exercise.end - exercise.start)
+        cord_length = self.orthosis.pulley * (exercise.end - exercise.start)
         overlap = self.brake.brake.sheets.overlap * self.brakes.series
-        if drawn >= overlap:
+        if cord_length >= overlap:
             raise QuantityError.of(
                 "orthosis.pulley",
-                f"the cord runs {show(drawn, 'm')}, and the sheets of the brakes "
+                f"the cord runs {show(cord_length, 'm')}, and the sheets of the brakes "
                 f"overlap by {show(overlap, 'm')}; a smaller pulley or angle will do",
             )
         if self.brakes.series != 1:
@@ -102,29 +102,29 @@ class Rehabilitation(Machine):
             )
 
     def session(self, speed: float, repetitions: int, dt: float) -> Session:
-        """Rest, flexion, hold, extension, as often as asked; turns are half a cosine each."""
+        """Return rest, flexion, hold, extension, repeated; turns are half a cosine each."""
         exercise = self.exercise
         turn = max(round((exercise.end - exercise.start) / speed / dt), 2)
-        hold, rest = round(exercise.hold / dt), round(exercise.rest / dt)
+        hold, rest_samples = round(exercise.hold / dt), round(exercise.rest / dt)
         ease = (1 - np.cos(np.pi * np.arange(turn) / turn)) / 2
-        one = np.concatenate([np.zeros(rest), ease, np.ones(hold), 1 - ease])
-        flexes = np.concatenate([np.zeros(rest), np.ones(turn), np.zeros(hold + turn)]) > 0
-        ready = np.concatenate([np.ones(rest), np.ones(turn), np.zeros(hold + turn)]) > 0
-        part, flexing = np.tile(one, repetitions), np.tile(flexes, repetitions)
+        repetition = np.concatenate([np.zeros(rest_samples), ease, np.ones(hold), 1 - ease])
+        flexes = np.concatenate([np.zeros(rest_samples), np.ones(turn), np.zeros(hold + turn)]) > 0
+        ready = np.concatenate([np.ones(rest_samples), np.ones(turn), np.zeros(hold + turn)]) > 0
+        part, flexing = np.tile(repetition, repetitions), np.tile(flexes, repetitions)
         angle = exercise.start + (exercise.end - exercise.start) * part
         pace = np.gradient(angle, dt)
-        torque = np.where(np.tile(ready, repetitions), self.wanted_at(angle, pace), 0.0)
+        torque = np.where(np.tile(ready, repetitions), self.target_at(angle, pace), 0.0)
         time = np.asarray(np.arange(len(angle)) * dt, np.float64)
         return Session(time, angle, pace, torque, flexing)
 
     def regulator(self) -> Regulator:
-        """The regulator on the line with the volume of all brakes, its plant right at up to 60 kPa.
+        """Return the controller for the line with the volume of all brakes, at up to 60 kPa.
 
         Raises QuantityError for a line that cannot vent, and without a safe state.
         """
         line = line_for(self.line.line, self.brakes.parallel)
-        at = 0.6 * min(self.brakes.vacuum, line.site.atmosphere)
-        plant = plant_of(line, vacuum=at)
+        design_vacuum = 0.6 * min(self.brakes.vacuum, line.site.atmosphere)
+        plant = plant_of(line, vacuum=design_vacuum)
         return Regulator(
             plant=plant,
             sensor=Sensor(range=self.control.sensor_range, noise=self.control.noise),
@@ -132,13 +132,13 @@ class Rehabilitation(Machine):
             safe_state=self.safe_state,
             sample_time=self.control.sample_time,
             reversible=line.valve is None,
-            tuned_at=at,
+            tuned_at=design_vacuum,
         )
 
     def followed_at(self, regulator: Regulator, speed: float) -> tuple[float, list[str]]:
-        """(part of one flexion at a mean speed [rad/s] that can be followed, why not the rest).
+        """Return (part of a flexion at a mean speed [rad/s] that can be followed, reasons).
 
-        On FINE samples whatever the speed, so that the laws are compiled once.
+        On FINE samples for every speed, so that the laws are compiled once.
         """
         exercise, r = self.exercise, self.orthosis.pulley
         part = np.linspace(0.0, 1.0, FINE)
@@ -146,94 +146,94 @@ class Rehabilitation(Machine):
         length = span / speed
         angle = exercise.start + span * (1 - np.cos(np.pi * part)) / 2
         pace = span * np.pi / 2 / length * np.sin(np.pi * part)
-        force = self.wanted_at(angle, pace) / (r * self.brakes.parallel)
-        most = MARGIN * regulator.plant.reach
-        targets, held, few = targets_for(
-            force, r * (angle - exercise.start), self.brake.brake, most, r * pace
+        force = self.target_at(angle, pace) / (r * self.brakes.parallel)
+        limit = MARGIN * regulator.plant.reach
+        targets, reachable_, few = targets_for(
+            force, r * (angle - exercise.start), self.brake.brake, limit, r * pace
         )
         fine, slow = slew(targets, length / (FINE - 1), regulator.plant)
-        return float((held & fine).mean()), [*few, *slow]
+        return float((reachable_ & fine).mean()), [*few, *slow]
 
-    def wanted_at(self, angle: Array, pace: Array) -> Array:
-        """Torque wanted [N m] at angles [rad] and speeds [rad/s], shape (N,)."""
-        made = np.interp(angle, self.resistance.angle, self.resistance.torque)
-        return made + self.exercise.viscosity * np.maximum(pace, 0.0)
+    def target_at(self, angle: Array, pace: Array) -> Array:
+        """Return the target torque [N m] at angles [rad] and speeds [rad/s], shape (N,)."""
+        torque = np.interp(angle, self.resistance.angle, self.resistance.torque)
+        return torque + self.exercise.viscosity * np.maximum(pace, 0.0)
 
     def analyse(self) -> Result:
-        """The torque given beside the one wanted, what cannot be followed, and the way back."""
+        """Compare the torque with its target; report unreachable parts and the return."""
         brakes, r = self.brakes, self.orthosis.pulley
         exercise, brake = self.exercise, self.brake.brake
-        made = self.regulator()
-        asked = self.session(exercise.speed, exercise.repetitions, made.sample_time)
-        slip, arm = r * (asked.angle - exercise.start), r * brakes.parallel
-        done = follow(made, brake, asked.torque / arm, slip)
-        given = np.where(asked.flexing, done.force * arm, np.nan)
-        error = (given - asked.torque)[asked.flexing]
-        share, reasons = self.followed_at(made, exercise.speed)
-        shares = np.array([self.followed_at(made, float(s))[0] for s in SPEEDS])
-        left = _vacuum_left(asked, done)
+        controller = self.regulator()
+        session = self.session(exercise.speed, exercise.repetitions, controller.sample_time)
+        slip, arm = r * (session.angle - exercise.start), r * brakes.parallel
+        run = follow(controller, brake, session.torque / arm, slip)
+        torque = np.where(session.flexing, run.force * arm, np.nan)
+        error = (torque - session.torque)[session.flexing]
+        share, reasons = self.followed_at(controller, exercise.speed)
+        shares = np.array([self.followed_at(controller, float(s))[0] for s in SPEEDS])
+        left = _vacuum_left(session, run)
         grid = np.linspace(exercise.start, exercise.end, 101)
         turning = at_speed(r * exercise.speed, brake)
         high = np.asarray(force_limits(r * (grid - exercise.start), turning)[1]) * r
-        wanted = self.wanted_at(grid, np.full_like(grid, exercise.speed))
-        needed = math.ceil(float(np.max(wanted / high)) - 1e-9)
+        target = self.target_at(grid, np.full_like(grid, exercise.speed))
+        count = math.ceil(float(np.max(target / high)) - 1e-9)
         line = line_for(self.line.line, brakes.parallel)
-        loop, greatest = done.loop, float(asked.torque.max())
+        loop, greatest = run.loop, float(session.torque.max())
         rms, release = float(np.sqrt(np.mean(error**2))), self.safe_state == "release"
         reach = np.stack([grid, high * brakes.parallel])
-        found = Result(scenario=self, record=Record(asked, done, given, shares, reach))
-        found.add("N m", greatest_torque=greatest, rms_error=rms)
-        found.add("N m", greatest_error=float(np.abs(error).max()))
-        found.add("N m", reachable_torque=float(high.min()) * brakes.parallel)
-        found.add("1", possible=share, reasons=reasons)
-        found.add("rad/s", fastest_speed=last_before(SPEEDS, shares >= self.limits.followed))
-        found.add("m", slip=float(slip.max()))
-        found.add("Pa", vacuum_left=left, greatest_vacuum=float(loop.vacuum.max()))
-        found.add("rad", lost_angle=self.lost_angle(left, float(slip.max())))
-        found.add("s", release_time=fall_time(made.plant.reach * MARGIN, line))
-        found.add("1", outcome=loop.outcome, safe_state=self.safe_state)
-        found.add("1", pump_switches=loop.pump_switches, vent_switches=loop.vent_switches)
-        found.bound("1", share_of_error=rms / greatest, yes=1.0, lets_go=float(release))
-        found.bound("m", usable_travel=brake.sheets.usable_travel)
+        result = Result(scenario=self, record=Record(session, run, torque, shares, reach))
+        result.add("N m", greatest_torque=greatest, rms_error=rms)
+        result.add("N m", greatest_error=float(np.abs(error).max()))
+        result.add("N m", reachable_torque=float(high.min()) * brakes.parallel)
+        result.add("1", possible=share, reasons=reasons)
+        result.add("rad/s", fastest_speed=last_before(SPEEDS, shares >= self.limits.followed))
+        result.add("m", slip=float(slip.max()))
+        result.add("Pa", vacuum_left=left, greatest_vacuum=float(loop.vacuum.max()))
+        result.add("rad", lost_angle=self.lost_angle(left, float(slip.max())))
+        result.add("s", release_time=fall_time(controller.plant.reach * MARGIN, line))
+        result.add("1", outcome=loop.outcome, safe_state=self.safe_state)
+        result.add("1", pump_switches=loop.pump_switches, vent_switches=loop.vent_switches)
+        result.bound("1", share_of_error=rms / greatest, yes=1.0, lets_go=float(release))
+        result.bound("m", usable_travel=brake.sheets.usable_travel)
         if not release:
-            found.warnings.append(
+            result.warnings.append(
                 "safe_state hold: a fault of the sensor or the pump locks the arm where it is"
             )
         if line.valve is None:
-            found.warnings.append("the line has no valve: a fault of the pump leaves the arm held")
-        found.judge()
-        found.brakes_needed = needed
-        found.needed = self.needed(needed, found.own)
-        return found
+            result.warnings.append("the line has no valve: a fault of the pump leaves the arm held")
+        result.judge()
+        result.brakes_needed = count
+        result.needed = self.describe_need(count, result.own)
+        return result
 
     def lost_angle(self, vacuum: float, slip: float) -> float:
-        """Angle [rad] by which the brakes stay drawn out: to where friction holds the enclosure."""
-        at = np.linspace(0.0, slip, 400)[1:]
-        closes = np.asarray(self_closing_vacuum(at, at_speed(0.0, self.brake.brake))) > vacuum
-        held = 0.0 if closes.all() else float(at[np.flatnonzero(~closes)[-1]])
-        return held / float(self.orthosis.pulley)
+        """Return the angle [rad] at which friction still holds the enclosure."""
+        slips = np.linspace(0.0, slip, 400)[1:]
+        closes = np.asarray(self_closing_vacuum(slips, at_speed(0.0, self.brake.brake))) > vacuum
+        held_slip = 0.0 if closes.all() else float(slips[np.flatnonzero(~closes)[-1]])
+        return held_slip / float(self.orthosis.pulley)
 
-    def needed(self, needed: int, own: dict[str, Any]) -> str:
-        """What it would take, in sentences."""
+    def describe_need(self, brakes: int, numbers: dict[str, Any]) -> str:
+        """Describe the requirements in sentences."""
         words = (
-            f"The torque takes {count_of(needed, 'brake')} at full vacuum; there "
+            f"The torque takes {count_of(brakes, 'brake')} at full vacuum; there "
             f"{'is one' if self.brakes.parallel == 1 else f'are {self.brakes.parallel}'}. "
         )
-        if own["fastest_speed"] == 0:
+        if numbers["fastest_speed"] == 0:
             words += "This line follows the profile at no speed that was tried."
         else:
             words += (
-                f"This line follows it up to {math.degrees(own['fastest_speed']):.3g} degrees a "
-                f"second; {math.degrees(self.exercise.speed):.3g} are asked."
+                f"This line follows it up to {math.degrees(numbers['fastest_speed']):.3g} degrees "
+                f"a second; {math.degrees(self.exercise.speed):.3g} are required."
             )
-        if own["release_time"] > self.limits.release:
+        if numbers["release_time"] > self.limits.release:
             words += " A vent valve would let go in time."
         return words
 
 
-def _vacuum_left(asked: Session, done: Following) -> float:
-    """Least vacuum of the last extension [Pa]."""
-    starts = np.flatnonzero(asked.flexing)
-    after = done.loop.vacuum[int(starts[-1]) + 1 :]
+def _vacuum_left(session: Session, run: Following) -> float:
+    """Return the least vacuum of the last extension [Pa]."""
+    starts = np.flatnonzero(session.flexing)
+    after = run.loop.vacuum[int(starts[-1]) + 1 :]
     # a pump run backwards may push a breath above the atmosphere
     return max(float(after.min()), 0.0)

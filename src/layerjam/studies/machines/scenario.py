@@ -1,8 +1,8 @@
-"""A scenario file: who wears the machine, what happens to it, its brakes, and what may not be.
+"""A scenario file: the person, the load case, the brakes, and the limits of a machine.
 
-TOML, read with the same reader as brakes and lines: every number with its unit, its kind and its
-source. Beside numbers there are words (one of several, or a path) and curves ("0 2.5 4 deg").
-`kinds/NAME.toml` declares what a scenario of a machine holds, its limits and its pictures.
+TOML, read with the same reader as brakes and lines: every number has its unit, its kind and its
+source. There are also words (one of several, or a path) and curves ("0 2.5 4 deg").
+`kinds/NAME.toml` declares the content of a scenario of a machine, its limits and its pictures.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ _ROW = re.compile(r"((?:[-+.\deE]+(?:\s+|$))+)(.*)")
 
 @record
 class Brakes:
-    """Equal brakes: `parallel` chains side by side, each of `series` brakes end to end."""
+    """Equal brakes: `parallel` chains, each of `series` brakes end to end."""
 
     parallel: int = quantity("1", "chains of brakes side by side", lo=1, hi=10000, whole=True)
     series: int = quantity(
@@ -72,7 +72,7 @@ class Brakes:
 
 
 def word(text: str, *choices: str) -> Any:
-    """A field for a word of the file: one of `choices`, or any text where there are none."""
+    """Return a field for a word of the file: one of `choices`, or any text without choices."""
     return value(TextSpec(text=text, choices=choices, blank=False))
 
 
@@ -81,7 +81,7 @@ class Curve(QuantitySpec):
     """Numbers in a row with one unit at the end, such as "0 2.5 4 deg"."""
 
     def read(self, text: object, name: str) -> Any:
-        """The SI values, shape (N,); raises QuantityError for what is no such row."""
+        """Return the SI values, shape (N,); QuantityError for any other text."""
         row = _ROW.fullmatch(text.strip()) if isinstance(text, str) and len(text) < 20_000 else None
         words, unit = (row.group(1).split(), row.group(2)) if row else ([], "")
         if len(words) < 2:
@@ -89,15 +89,15 @@ class Curve(QuantitySpec):
         return self.check(np.array([parse(f"{w} {unit}", self.unit, name) for w in words]), name)
 
     def check(self, value: Any, name: str) -> Any:
-        """The values, if all lie within the bounds; raises QuantityError if not."""
-        for one in value:
-            super().check(float(one), name)
+        """Return the values if all are within the bounds; QuantityError if not."""
+        for number in value:
+            super().check(float(number), name)
         return value
 
 
 @record
 class Scenario:
-    """What every scenario holds, in SI units; that of a machine adds tables of its own."""
+    """Common content of every scenario, in SI units; each machine adds its own tables."""
 
     machine: str = word("which machine")
     brake: BrakeFile = word("catalogue name or path of a brake")
@@ -113,33 +113,33 @@ class Scenario:
     title: str = ""
     sources: Mapping[str, Source] = field(default_factory=dict, repr=False)
     folder: Path = field(default=Path(), repr=False)
-    """Where paths inside the file start from."""
+    """Folder of relative paths inside the file."""
 
     def together(self) -> None:
         """Raise QuantityError for values that contradict each other."""
-        vacuum, most = self.brakes.vacuum, self.brake.brake.site.atmosphere
-        if vacuum > most:
+        vacuum, atmosphere = self.brakes.vacuum, self.brake.brake.site.atmosphere
+        if vacuum > atmosphere:
             raise QuantityError.of(
                 "brakes.vacuum",
                 f"{show(vacuum, 'Pa', 6)} is more than the atmosphere, "
-                f"{show(most, 'Pa', 6)}; a vacuum is at most that",
+                f"{show(atmosphere, 'Pa', 6)}; a vacuum is at most that",
             )
 
     def warnings(self) -> list[str]:
-        """What every result has to say about the scenario's numbers, the brake's and the line's."""
+        """Return the warnings about the numbers of the scenario, the brake and the line."""
         out = []
         for kind in ("assumed", "inferred", "unstated"):
             paths = [p for p in paths_of(self.sources, kind) if p not in _NAMES]
             if paths:
-                said = {"unstated": "no source is stated"}.get(kind, f"{kind}, not measured")
-                out.append(f"scenario: {', '.join(paths)}: {said}")
+                note = {"unstated": "no source is stated"}.get(kind, f"{kind}, not measured")
+                out.append(f"scenario: {', '.join(paths)}: {note}")
         return [*out, *self.brake.warnings(), *self.line.warnings(), *in_a_machine(self.brake)]
 
     def cited(self) -> list[tuple[str, str, str]]:
-        """(path, value with unit, where it is from) of every entry."""
-        known = dict(entries(type(self)))
+        """Return (path, value with unit, source) of every entry."""
+        specs = dict(entries(type(self)))
         return [
-            (path, _in_words(get(self, path), known[path].spec), source.sentence())
+            (path, _in_words(get(self, path), specs[path].spec), source.sentence())
             for path, source in self.sources.items()
         ]
 
@@ -151,7 +151,7 @@ class Scenario:
 
 _NAMES = ("machine", "brake", "line", "safe_state")
 _KNOWN: dict[str, type] = {"Sensor": Sensor, "Regulator": Regulator}
-"""Records in which a quantity is declared that a scenario has too."""
+"""Records whose quantities a scenario may share."""
 
 
 @cache
@@ -160,37 +160,37 @@ def kind_of(machine: str) -> dict[str, Any]:
     return tomllib.loads(shipped("layerjam.studies.machines", "kinds")[machine])
 
 
-def declared(machine: str) -> Callable[[type[S]], type[S]]:
+def declare_fields(machine: str) -> Callable[[type[S]], type[S]]:
     """Return a decorator that gives a scenario's class the fields which its kind declares."""
 
     def with_fields(cls: type[S]) -> type[S]:
-        for name, about in kind_of(machine)["scenario"].items():
-            made = _declared_field(about)
-            if made is None:
-                own = {key: _declared_field(inner) for key, inner in about.items()}
+        for name, declaration in kind_of(machine)["scenario"].items():
+            new_field = _declared_field(declaration)
+            if new_field is None:
+                fields_ = {key: _declared_field(inner) for key, inner in declaration.items()}
                 bases = (Brakes,) if name == "brakes" else ()
-                types = {"__annotations__": dict.fromkeys(own, Any)}
+                types = {"__annotations__": dict.fromkeys(fields_, Any)}
                 title = f"{cls.__name__}{name.capitalize()}"
-                made = nested(record(type(title, bases, own | types)))
+                new_field = nested(record(type(title, bases, fields_ | types)))
             cls.__annotations__[name] = Any
-            setattr(cls, name, made)
+            setattr(cls, name, new_field)
         return record(cls)
 
     return with_fields
 
 
-def _declared_field(about: Mapping[str, Any]) -> Any:
-    """A field of a record, or None if a table of fields is declared."""
-    if "like" in about:
-        owner, name = str(about["like"]).split(".")
+def _declared_field(declaration: Mapping[str, Any]) -> Any:
+    """Return a field of a record, or None if a table of fields is declared."""
+    if "like" in declaration:
+        owner, name = str(declaration["like"]).split(".")
         return like(spec_of(_KNOWN[owner], name))
-    if not isinstance(about.get("text"), str):
+    if not isinstance(declaration.get("text"), str):
         return None
-    if "unit" not in about:
-        return word(about["text"], *about.get("choices", ()))
-    if about.get("row"):
-        return value(Curve(**{key: entry for key, entry in about.items() if key != "row"}))
-    return quantity(**about)
+    if "unit" not in declaration:
+        return word(declaration["text"], *declaration.get("choices", ()))
+    if declaration.get("row"):
+        return value(Curve(**{key: entry for key, entry in declaration.items() if key != "row"}))
+    return quantity(**declaration)
 
 
 def _in_words(value: Any, spec: Any) -> str:
@@ -204,40 +204,40 @@ def _in_words(value: Any, spec: Any) -> str:
 def read_scenario(
     text: str, path: object, machines: Mapping[str, type[S]], folder: Path | None = None
 ) -> S:
-    """A Scenario from TOML text; FileError with file and line for what it cannot be.
+    """Return a Scenario from TOML text; FileError with file and line for an invalid text.
 
-    `folder` is where paths inside the file start from.
+    `folder` is the start of relative paths inside the file.
     """
     tables: dict[str, Any] = parse_toml(text, path)
-    named = tables.get("machine")
-    if isinstance(named, dict):
-        named = named.get("value")
-    if named is None:
+    machine = tables.get("machine")
+    if isinstance(machine, dict):
+        machine = machine.get("value")
+    if machine is None:
         raise FileError(path, f"machine (which machine: {', '.join(machines)}) is missing")
-    if not isinstance(named, str) or named not in machines:
-        reason = str(UnknownNameError("machine", str(named), machines))
+    if not isinstance(machine, str) or machine not in machines:
+        reason = str(UnknownNameError("machine", str(machine), machines))
         raise FileError(path, reason, line_of(text, "machine"))
-    reader = Reader(text, path, dict(entries(machines[named])))
+    reader = Reader(text, path, dict(entries(machines[machine])))
     reader.take(tables)
     reader.require()
-    where = folder or Path()
+    place = folder or Path()
     with reader.locate_errors():
-        read: Any = reader.record(machines[named])
+        read: Any = reader.record(machines[machine])
         check(read)
         scenario: S = replace(
             read,
-            brake=load(_placed(read.brake, where)),
-            line=load_line(_placed(read.line, where)),
+            brake=load(_resolve_path(read.brake, place)),
+            line=load_line(_resolve_path(read.line, place)),
             name=reader.words.get("name", str(path)),
             title=reader.words.get("title", ""),
             sources=reader.sources,
-            folder=where,
+            folder=place,
         )
         scenario.together()
     return scenario
 
 
-def _placed(name: str, folder: Path) -> str:
-    """A path beside the scenario file where there is one, else the name as it stands."""
-    beside = folder / name
-    return str(beside) if name.endswith(".toml") and beside.is_file() else name
+def _resolve_path(name: str, folder: Path) -> str:
+    """Return a path next to the scenario file if it exists, else the name unchanged."""
+    local_file = folder / name
+    return str(local_file) if name.endswith(".toml") and local_file.is_file() else name

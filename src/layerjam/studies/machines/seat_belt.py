@@ -1,8 +1,8 @@
 """Seat belt (paper, Fig. 13a): an occupant thrown into a belt with brakes in it.
 
 The part of the occupant that the shoulder belt holds is one mass. In the car's frame it is driven
-by the car's deceleration and held by the belt: m x'' = m a(t) - g T(g x - slack), with T the belt's
-tension, g the payout a metre of the chest's way (and so the chest's force over T). Airbag, knees,
+by the car's deceleration and held by the belt: m x'' = m a(t) - g T(g x - slack). T is the belt's
+tension, g the payout per metre of chest travel (and so the chest's force over T). Airbag, knees,
 pretensioner, chest compression and the lap belt's share are left out.
 """
 
@@ -16,7 +16,7 @@ import pandas
 
 from layerjam.mechanics.ageing import aged_holding_force
 from layerjam.mechanics.energy import slip_work
-from layerjam.studies.machines.injury import filtered
+from layerjam.studies.machines.injury import filter_signal
 from layerjam.studies.machines.pulse import drive
 from layerjam.studies.machines.readiness import VacuumSupply, readiness
 from layerjam.studies.machines.restraint import (
@@ -24,25 +24,25 @@ from layerjam.studies.machines.restraint import (
     Ride,
     Strap,
     Trial,
-    first,
+    best_row,
     least_stiffness,
     limiter_of,
     ride,
     snaps,
 )
-from layerjam.studies.machines.scenario import Array, declared
+from layerjam.studies.machines.scenario import Array, declare_fields
 from layerjam.studies.machines.verdict import Machine, Result
 from layerjam.units import nested, show
 
 STEPS = 8000
 MOST_SERIES, MOST_PARALLEL = 24, 1024
 STIFFER = 2.0 ** np.arange(9)
-"""Multiples of the webbing's stiffness that are tried."""
+"""Multiples of the webbing's stiffness examined."""
 LEVELS = 40
-"""Vacuums tried for the tuned one."""
+"""Vacuums examined for the tuned one."""
 
 
-class Held(NamedTuple):
+class HeldOccupant(NamedTuple):
     """One way of holding the occupant, in SI."""
 
     name: str
@@ -55,20 +55,20 @@ class Held(NamedTuple):
 
 
 class Record(NamedTuple):
-    """For the pictures."""
+    """Data for the pictures."""
 
     drive: Array
-    held: tuple[Held, ...]
+    held: tuple[HeldOccupant, ...]
 
 
-@declared("seat-belt")
+@declare_fields("seat-belt")
 class SeatBelt(Machine):
     """Everything of the scenario."""
 
     supply: VacuumSupply = nested(VacuumSupply)
 
     def trial(self) -> tuple[Trial, float]:
-        """(the held part of the occupant in the car's pulse, its change of velocity [m/s])."""
+        """Return (the held part of the occupant in the pulse, its change of velocity [m/s])."""
         crash, belt = self.crash, self.belt
         # a constant force takes twice the space over the speed to stop; then the rebound
         after = crash.duration + 4 * self.limits.space / crash.change
@@ -78,88 +78,92 @@ class SeatBelt(Machine):
         return Trial(self, body, belt.stiffness, push, dt), change
 
     def analyse(self) -> Result:
-        """Loads and excursion with the brakes, with webbing alone and with the least limiter."""
+        """Compare loads and excursion with brakes, webbing alone and the least limiter."""
         belt, brakes, brake = self.belt, self.brakes, self.brake.brake
         trial, change = self.trial()
         adjusts = brakes.mode == "tuned"
-        vacuum = self.tuned(trial) if adjusts else brakes.vacuum
+        vacuum = self.tune_vacuum(trial) if adjusts else brakes.vacuum
         strap, force = trial.strap(vacuum=vacuum), self.least_limiter(trial)
-        made = (
-            self.held("with brakes", trial, strap),
-            self.held("webbing alone", trial, limiter_of(math.inf, belt.stiffness)),
-            self.held("limiter of constant force", trial, limiter_of(force, belt.stiffness)),
+        restraints = (
+            self.hold("with brakes", trial, strap),
+            self.hold("webbing alone", trial, limiter_of(math.inf, belt.stiffness)),
+            self.hold("limiter of constant force", trial, limiter_of(force, belt.stiffness)),
         )
-        braked, end = made[0].ride, float(strap.travel) * brakes.series
-        bottomed, soft = bool(braked.slip[-1] >= end * (1 - 1e-9)), bool(snaps(strap))
+        brake_ride, end = restraints[0].ride, float(strap.travel) * brakes.series
+        bottomed, soft = bool(brake_ride.slip[-1] >= end * (1 - 1e-9)), bool(snaps(strap))
         ready = readiness(self, self.supply, vacuum, tuned=adjusts)
         best, least = self.search(trial)
-        found = Result(scenario=self, record=Record(trial.drive, made), warnings=ready.said)
-        for prefix, one in zip(("", "webbing_", "limiter_"), made, strict=True):
-            found.take("loads", one._asdict(), prefix)
-        found.add("N", chest_force=float(braked.force.max()) * belt.payout, limiter_force=force)
-        found.add("N", steady_force=belt.stiffness * brake.sheets.overlap)
-        found.add("m", slip=float(braked.slip[-1]), travel=end)
-        found.add("1", bottomed_out=bottomed, snaps=soft)
+        result = Result(scenario=self, record=Record(trial.drive, restraints), warnings=ready.said)
+        for prefix, restraint in zip(("", "webbing_", "limiter_"), restraints, strict=True):
+            result.take("loads", restraint._asdict(), prefix)
+        result.add(
+            "N", chest_force=float(brake_ride.force.max()) * belt.payout, limiter_force=force
+        )
+        result.add("N", steady_force=belt.stiffness * brake.sheets.overlap)
+        result.add("m", slip=float(brake_ride.slip[-1]), travel=end)
+        result.add("1", bottomed_out=bottomed, snaps=soft)
         # at the vacuum of this crash, not at the site's full one
-        each = float(slip_work(brake.sheets.usable_travel, vacuum, brake))
-        found.add("J", energy_capacity=brakes.count * each)
-        found.add("J", energy_put_in=float(braked.put_in.max()))
-        found.add("J", energy_slipped=float(braked.heat[-1]))
-        found.add("Pa", vacuum=vacuum)
-        found.add("m/s", change=change)
-        found.add("s", vacuum_time=ready.time)
+        work = float(slip_work(brake.sheets.usable_travel, vacuum, brake))
+        result.add("J", energy_capacity=brakes.count * work)
+        result.add("J", energy_put_in=float(brake_ride.put_in.max()))
+        result.add("J", energy_slipped=float(brake_ride.heat[-1]))
+        result.add("Pa", vacuum=vacuum)
+        result.add("m/s", change=change)
+        result.add("s", vacuum_time=ready.time)
         if brake.film.ageing is not None and math.isfinite(ready.time):
             # what breaks away when the crash comes as soon as the vacuum stands
-            rested = float(aged_holding_force(ready.time, vacuum, brake))
-            found.add("N", aged_holding_force=rested * brakes.parallel)
-        found.take("needed", best, "needed_")
-        found.take("least", least, "least_")
-        found.bound("N/m", stiffness=strap.stiffness, fall=least_stiffness(strap))
+            aged_force = float(aged_holding_force(ready.time, vacuum, brake))
+            result.add("N", aged_holding_force=aged_force * brakes.parallel)
+        result.take("needed", best, "needed_")
+        result.take("least", least, "least_")
+        result.bound("N/m", stiffness=strap.stiffness, fall=least_stiffness(strap))
         if soft:
-            found.warnings.append(
+            result.warnings.append(
                 "the belt is softer than the brakes' force falls: they snap through"
             )
         if bottomed:
-            found.warnings.append(
+            result.warnings.append(
                 f"the brakes use up their {show(end, 'm')}; behind it the belt holds on stops"
             )
-        found.warnings += self.slid(float(braked.slip[-1]), braked.pace)
-        found.judge()
-        found.limits += ready.limits
-        found.brakes_needed = best.get("count")
-        found.needed = self.needed(best, least, force)
-        return found
+        result.warnings += self.slid(float(brake_ride.slip[-1]), brake_ride.pace)
+        result.judge()
+        result.limits += ready.limits
+        result.brakes_needed = best.get("count")
+        result.needed = self.describe_need(best, least, force)
+        return result
 
-    def held(self, name: str, trial: Trial, strap: Strap) -> Held:
-        """The occupant in a strap, as a crash laboratory would read it."""
-        made = ride(trial.drive, trial.dt, trial.body, strap)
-        felt = made.force * self.belt.payout / float(trial.body.mass)
-        chest = filtered(felt, trial.dt, self.filter.chest)
-        belt = filtered(made.force, trial.dt, self.filter.belt)
-        return Held(name, made, chest, *(float(array.max()) for array in (made.way, chest, belt)))
+    def hold(self, name: str, trial: Trial, strap: Strap) -> HeldOccupant:
+        """Return the occupant in a strap, as a crash laboratory measures it."""
+        motion = ride(trial.drive, trial.dt, trial.body, strap)
+        acceleration = motion.force * self.belt.payout / float(trial.body.mass)
+        chest = filter_signal(acceleration, trial.dt, self.filter.chest)
+        belt = filter_signal(motion.force, trial.dt, self.filter.belt)
+        return HeldOccupant(
+            name, motion, chest, *(float(array.max()) for array in (motion.way, chest, belt))
+        )
 
     def stopping(self, trial: Trial, **grid: Any) -> pandas.DataFrame:
-        """The belts of a grid that stop the occupant in the space, on travel left, with loads."""
-        rows = trial.tried(**grid)
+        """Return the belts of a grid that stop the occupant in the space, with travel left."""
+        rows = trial.run_grid(**grid)
         names = {"way": "excursion", "held": "chest_acceleration", "force": "belt_force"}
         rows = rows[rows.stops & (rows.way <= self.limits.space)].rename(columns=names)
         inside = rows.chest_acceleration <= self.limits.chest
         inside &= rows.belt_force <= self.limits.belt
         return rows.assign(meets_loads=inside, stiffness=rows.webbing, burdens=~inside)
 
-    def tuned(self, trial: Trial) -> float:
-        """The least vacuum [Pa] of LEVELS at which the occupant stops in the space, on travel left.
+    def tune_vacuum(self, trial: Trial) -> float:
+        """Return the least of LEVELS vacuums [Pa] that stops the occupant, with travel left.
 
-        Up to `brakes.vacuum`, which stands where no less will do.
+        The default is `brakes.vacuum`, if no less is enough.
         """
         levels = self.brakes.vacuum * np.arange(1, LEVELS + 1) / LEVELS
         fine = self.stopping(trial, vacuum=levels).vacuum
         return float(fine.min()) if len(fine) else self.brakes.vacuum
 
     def least_limiter(self, trial: Trial) -> float:
-        """The least constant force [N] that stops the occupant within the space.
+        """Return the least constant force [N] that stops the occupant within the space.
 
-        Where even stiff webbing does not, the limiter never limits: infinite.
+        Infinite if even stiff webbing does not.
         """
         from scipy.optimize import brentq
 
@@ -167,20 +171,20 @@ class SeatBelt(Machine):
             strap = limiter_of(force, self.belt.stiffness)
             return ride(trial.drive, trial.dt, trial.body, strap)
 
-        def over(force: float) -> float:
+        def excess(force: float) -> float:
             return float(thrown(force).way.max()) - self.limits.space
 
         webbing = float(thrown(math.inf).force.max())
-        return math.inf if over(webbing) > 0 else float(brentq(over, 0.0, webbing, rtol=1e-12))
+        return math.inf if excess(webbing) > 0 else float(brentq(excess, 0.0, webbing, rtol=1e-12))
 
     def search(self, trial: Trial) -> tuple[dict[str, Any], dict[str, Any]]:
-        """(what it takes, the belt with the least force); empty where nothing does.
+        """Return (required belt, belt with the least force); empty if none is enough.
 
-        A grid of chains, then every number near the best. Of the belts that stop the occupant in
-        the space without using up their travel, the fewest brakes that also keep chest and belt in
-        their limits; where none does, the fewest that stop (`meets_loads` False). Where none stops
-        behind the webbing there is (`as_built` False), behind the softest of STIFFER times it that
-        will do (`stiffness`). Belts in which the brakes may snap do not count.
+        A grid of chains is examined, then every number near the best. The best belt stops the
+        occupant in the space with travel left and has the fewest brakes that also keep the limits
+        of chest and belt. If none does, it has the fewest that stop (`meets_loads` False). If none
+        stops behind the present webbing (`as_built` False), it has the softest of STIFFER times
+        that webbing which is enough (`stiffness`). Belts whose brakes may snap do not count.
         """
         # a chain longer than the whole payout of the space is never used up
         end = self.brake.brake.sheets.usable_travel
@@ -193,15 +197,15 @@ class SeatBelt(Machine):
         if rows.empty:
             return {}, {}
         fewest = "burdens", "count", "belt_force"
-        best = first(rows[rows.webbing == rows.webbing.min()], *fewest)
-        at = int(np.searchsorted(parallel, best["parallel"]))
-        near = np.arange(parallel[max(at - 1, 0)], best["parallel"] + 1)
-        chain = {"webbing": best["webbing"], "series": best["series"], "parallel": near}
-        rows, least = self.stopping(trial, **chain), first(rows, "belt_force")
-        return first(rows[rows.sound], *fewest), least | {"belt_force_count": least["count"]}
+        best = best_row(rows[rows.webbing == rows.webbing.min()], *fewest)
+        place = int(np.searchsorted(parallel, best["parallel"]))
+        counts = np.arange(parallel[max(place - 1, 0)], best["parallel"] + 1)
+        chain = {"webbing": best["webbing"], "series": best["series"], "parallel": counts}
+        rows, least = self.stopping(trial, **chain), best_row(rows, "belt_force")
+        return best_row(rows[rows.sound], *fewest), least | {"belt_force_count": least["count"]}
 
-    def needed(self, best: dict[str, Any], least: dict[str, Any], force: float) -> str:
-        """What it would take, as a sentence."""
+    def describe_need(self, best: dict[str, Any], least: dict[str, Any], force: float) -> str:
+        """Describe the requirements as a sentence."""
         if not best:
             return (
                 f"No number of brakes up to {MOST_PARALLEL} side by side stops the occupant within "
@@ -222,7 +226,7 @@ class SeatBelt(Machine):
             )
         if not best["meets_loads"]:
             words += (
-                f". No number of these brakes keeps the loads too: the least force in the belt is "
+                f". No number of these brakes also keeps the loads: the least force in the belt is "
                 f"{show(least['belt_force'], 'N')}, with {least['count']} of them"
             )
         if force > self.limits.belt:
