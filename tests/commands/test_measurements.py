@@ -322,7 +322,7 @@ def test_bad_files_are_refused_in_one_sentence(run, tmp_path, command, text, wor
         ("sleeve", ["--from", "30%", "--to", "10%"], "is not below"),
         ("sleeve", ["--material", "ecoflex-30"], "did you mean"),
         ("sleeve", ["--brake", "choi2018-kapton"], "give both"),
-        ("sleeve", ["--columns", "strain:mm,stress:MPa"], "no unit of strain"),
+        ("sleeve", ["--columns", "strain:mm,stress:MPa"], "not a unit of strain"),
         ("leak", ["--volume", "3 mm"], "units of m^3"),
         ("leak", ["--volume", "0 mL"], "is not allowed"),
         ("leak", ["--temperature", "23"], "no temperature"),

@@ -134,7 +134,7 @@ def test_reasons_say_what_was_missing() -> None:
     u = np.linspace(0, FAR, 4000)
     wave = find_saw_teeth(u, 0.6 + 0.1 * np.sin(2 * np.pi * u / 3e-3))
     assert wave.teeth is None and "a vibration or a rough film" in wave.reason
-    assert "nothing stands out" in find_saw_teeth(u, np.full(4000, 0.6)).reason
+    assert "no swing exceeds the noise" in find_saw_teeth(u, np.full(4000, 0.6)).reason
     assert "too small to matter" in find_saw_teeth(*teeth(swing=0.008)).reason
     assert "only 5 samples" in find_saw_teeth(u[:5], u[:5]).reason
     few = find_saw_teeth(*teeth(spacing=0.04, swing=0.05))

@@ -209,7 +209,7 @@ def test_one_noisy_pull_says_what_its_errors_rest_on() -> None:
     assert (
         result.standard_errors["scale_factor"] == fit_pull(pull, FULL, KAPTON).scale_factor_se > 0
     )
-    assert "says nothing about repeatability" in result.errors_rest_on
+    assert "repeatability is unknown" in result.errors_rest_on
 
 
 def test_several_pulls_are_averaged_and_scatter_gives_the_error() -> None:
@@ -292,11 +292,11 @@ def test_few_pulls_tell_the_stiffness_all_tell_the_factor() -> None:
         4 * (factor.standard_error / scatter) ** 4, rel=1e-6
     )
     assert stiffness is not None and stiffness.degrees_of_freedom == 1
-    assert any("told by 2 of 5 pulls" in c.sentence for c in found.checks)
+    assert any("from 2 of 5 pulls" in c.sentence for c in found.checks)
     # one pull that tells k is enough for its value, and takes nothing from the factor's interval
     one = calibrate(pulls[:3], change(KAPTON, scale_factor=1.0))
     assert one.intervals["stiffness"] is None and one.intervals["scale_factor"] is not None
-    with pytest.raises(FitError, match="stiffness: no pull tells it.*lower speed"):
+    with pytest.raises(FitError, match="stiffness: no pull determines it.*lower speed"):
         calibrate(pulls[:2], KAPTON)
 
 

@@ -123,7 +123,7 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
     "NaN": (with_row(30, "0.3,NaN,95"), "'NaN' in column 'Extension' is not a finite number", 32),
     "NaN in the first row": (with_row(0, "0,0,NaN"), "is not a finite number", 2),
     "infinite": (with_row(30, "0.3,3.9,inf"), "'inf' in column 'Load' is not a finite number", 32),
-    "overflow": (with_row(30, "0.3,3.9,1e999"), "'1e999' in column 'Load' is no finite", 32),
+    "overflow": (with_row(30, "0.3,3.9,1e999"), "'1e999' in column 'Load' is not a finite", 32),
     "True": (with_row(30, "0.3,3.9,True"), "'True' in column 'Load' is not a finite number", 32),
     "an empty cell": (with_row(30, "0.3,,95"), "column 'Extension' is empty", 32),
     "a stray quote": (with_row(30, '0.3,3.9,9"5'), "a quote is not closed", 32),

@@ -104,7 +104,7 @@ def test_points_that_could_be_either_are_asked_for(tmp_path):
         ("time (s),pressure (kPa)\n1,1\n0,2\n2,3\n", None, "backwards"),
         ("time (s),pressure (kPa)\n1,1\n1,2\n1,3\n", None, "does not advance"),
         ("time (s),pressure (kPa)\n1,1\n2,x\n3,3\n", None, "'x'"),
-        ("time (s),pressure (kPa)\n1,1\n2,nan\n3,3\n", None, "no finite number"),
+        ("time (s),pressure (kPa)\n1,1\n2,nan\n3,3\n", None, "not a finite number"),
         ("0;1;2\n1;2;3\n2;3;4\n", "time:s,pressure:bar", "has 3 columns, --columns lists 2"),
         ("0;1\n1;2\n2;3\n", "time:s,skip", "hold no pressure"),
         ("words only here\n", "time:s,pressure:bar", "no row of numbers"),

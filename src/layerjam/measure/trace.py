@@ -213,7 +213,7 @@ def _check_stuck(trace: Trace) -> None:
     if _far_more(stuck, often, least) or _far_more(stuck_run, longest, least):
         raise FileError(
             trace.path,
-            f"the load cell was saturated: {stuck} of {rows} samples are exactly "
+            f"the load cell was saturated: {stuck} of {rows} samples are at exactly "
             f"{show(top, 'N', 6)} while the crosshead moves on",
         )
 
