@@ -125,7 +125,7 @@ def test_the_page_stands_whole_with_its_pictures(tmp_path: Path) -> None:
         and "<script" not in page
         and "http"
         not in re.sub(
-            r'xmlns[^"]*"[^"]*"', "", page.split("<footer")[0].split("Where every number")[0]
+            r'xmlns[^"]*"[^"]*"', "", page.split("<footer")[0].split("Sources of every number")[0]
         )
     )
     assert "Not feasible" in page and "gait.angle" in page

@@ -194,7 +194,7 @@ def fit_leak(
     distinct = all(fits[m].series.worse_by(best.series) > CLEAR for m in order[1:])
     if settled:
         warnings.append(
-            "the record reaches its end level, so the sensor's zero is law too: "
+            "the record reaches its end level, so the sensor's zero is fitted too: "
             f"{show(best.zero, 'Pa')} at the atmosphere"
         )
     return Leak(
