@@ -1133,10 +1133,10 @@ def reproduce(
     force: bool = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _Reproduction:
-    """Recompute the paper, every claim beside ours.
+    """Recompute the paper and compare every claim with our result.
 
-    Writes report.html, results.json and the figures. Raises FileError where the report exists and
-    `force` is not set, or the folder cannot be made.
+    Writes report.html, results.json and the figures. Raises FileError if the report exists and
+    `force` is not set, or the folder cannot be created.
     """
 
 def apply(
@@ -1149,10 +1149,10 @@ def apply(
 ) -> _MachineResult:
     """Check a machine of the paper's Fig. 13 against its limits.
 
-    Seat belt, neck guard, ankle clutch or rehabilitation: its loads, its limits and the honest
-    verdict. With `out` a page with pictures is written there (`page`). `feasible` says whether
-    every one of `limits` is met, `reason` names the one that decides, `conclusion` says it in a
-    sentence or two, with what would be needed; `brakes_needed` is None where no number of brakes
-    does. `results` holds the machine's own keys; `units` names the unit of each. Raises FileError
-    for a file that is none, QuantityError for values out of bounds.
+    It is a seat belt, neck guard, ankle clutch or rehabilitation orthosis with its loads and
+    limits. With `out` a page with pictures is written there (`page`). `feasible` is whether every
+    one of `limits` is met, `reason` the one that decides, and `conclusion` a summary with the
+    requirements. `brakes_needed` is None if no number of brakes is enough. `results` has the
+    machine's own keys; `units` the unit of each. Raises FileError for an invalid file,
+    QuantityError for values out of bounds.
     """

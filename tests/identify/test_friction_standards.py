@@ -116,7 +116,7 @@ def test_what_inertia_adds_is_bounded_by_the_closed_form(spring: float) -> None:
     told = inertia_of(trace.travel, trace.force, trace.time, found, NORMAL / GRAVITY, speed)
     assert told is not None
     assert told.stiffness == pytest.approx(spring, rel=0.05)
-    assert told.most == pytest.approx(most, rel=0.025)
+    assert told.bound == pytest.approx(most, rel=0.025)
     sticky = sled(0.3, 0.2, spring=spring, speed=speed, travel=0.05, rate=2000.0, noise=0.0)
     assert 0.3 * NORMAL <= sticky.force.max() <= 0.3 * NORMAL + most
 

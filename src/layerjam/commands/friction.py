@@ -143,12 +143,7 @@ def friction(
     of the stick–slip. With `brake` and `out` the result is written into a copy of the brake's file.
     If a check fails, nothing is written; `accept` accepts failed checks by name, {check: reason}.
     """
-    from layerjam.identify.friction.reduction import (
-        GRAVITY,
-        pool_repeats,
-        reduce_repeat,
-        with_friction,
-    )
+    from layerjam.identify.friction.reduction import GRAVITY, pool, reduce_repeat, with_friction
     from layerjam.identify.friction.standards import find_standard
 
     if (brake is None) != (out is None):
@@ -169,7 +164,7 @@ def friction(
     traces = [trace for trace, _, _ in used]
     odd = [w for trace in traces for w in trace.warnings]
     film = _film_range(traces, brake)
-    found = pool_repeats([r for _, r, _ in used], odd, normal, span, rule, accepted, film)
+    found = pool([r for _, r, _ in used], odd, normal, span, rule, accepted, film)
     verdict = judge(found.checks, accept, [f"film.{name}" for name in found.means], out)
     warnings = [*found.warnings, *_odd_loads(traces, normal, test.normal_force is None, rule)]
     warnings += _stick_slip_notices(found)

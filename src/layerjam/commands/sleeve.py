@@ -151,25 +151,19 @@ def sleeve(
     mean 100 % modulus is written into a copy of the brake, with `hyperelastic` the model too.
     """
     from layerjam.identify.rubber.checks import specimen_checks
-    from layerjam.identify.rubber.specimens import (
-        data_sheets,
-        material_of,
-        pool_specimens,
-        read_specimen,
-        row_of,
-    )
+    from layerjam.identify.rubber.specimens import data_sheets, material_of, pool, read, row_of
 
     sheets = data_sheets()
     _check(start, end, brake, out, material, sheets, hyperelastic)
-    asked: dict[str, Any] = {"area": area, "gauge_length": gauge_length, "most": fit_to}
-    one = bound(read_specimen, window=(start, end), options=options, **asked)
+    asked: dict[str, Any] = {"area": area, "gauge_length": gauge_length, "limit": fit_to}
+    one = bound(read, window=(start, end), options=options, **asked)
     specimens, refused = taken(several(files), lambda path: [("", bound(one, path))])
     done = {made[0].path: made for made in specimens}
     names = {p: material_of(s, material, sheets) for p, (s, *_) in done.items()}
     warnings: list[str] = [w for s, m, *_ in specimens for w in (*s.warnings, *m.warnings)]
     rows = {path: row_of(made, names[path], sheets) for path, made in done.items()}
     alike = len({n and n[0] for n in names.values()}) == 1
-    values = pool_specimens(specimens, list(rows.values()), fit_to) if alike else {}
+    values = pool(specimens, list(rows.values()), fit_to) if alike else {}
     warnings += [] if alike else [SEVERAL_MATERIALS]
     changed = _changes(values, done, brake, hyperelastic)
     verdict = judge(specimen_checks(rows, values, hyperelastic), accept, list(changed), out)

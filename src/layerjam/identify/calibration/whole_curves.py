@@ -52,9 +52,8 @@ def calibrate_curves(
 ) -> Calibration:
     """Calibrate by least squares over all `curves` at once.
 
-    `free` names further parameters: "pressure_exponent", "speed", "force_offset" (of each curve). A
-    fitted speed law replaces the brake's own; otherwise that is unchanged. Raises FitError if the
-    curves do not determine a parameter, or one does not follow the law.
+    `free` names further parameters: "pressure_exponent", "speed" (replaces the brake's speed law),
+    "force_offset". Raises FitError if the curves do not determine them or follow the law.
     """
     unknown = [name for name in free if name not in FREE]
     if unknown:

@@ -131,7 +131,6 @@ class FrictionResult:
 
 
 def _digest(path: str) -> str:
-    """Return the first digits of the file's SHA-256; empty if there is no file."""
     return f" (SHA-256 {sha256(path)[:16]})" if path and Path(path).is_file() else ""
 
 
@@ -197,7 +196,7 @@ def reduce_repeat(
         mass = normal_force / GRAVITY if standard.sled_mass is None else standard.sled_mass
         if speed is not None and breakaway.distinct:
             inertia = inertia_of(travel, force, time, breakaway, mass, speed)
-        warnings += _breakaway_warnings(breakaway, inertia, normal_force)
+        warnings += _at_breakaway(breakaway, inertia, normal_force)
     warnings += _standard_warnings(standard, speed, time, travel)
     return FrictionRepeat(
         static=static / normal_force,
@@ -250,16 +249,14 @@ def _window(
     return (start, end), []
 
 
-def _breakaway_warnings(
-    breakaway: Breakaway, inertia: Inertia | None, normal_force: float
-) -> list[str]:
-    """Return the warnings about static friction from the breakaway."""
-    if not breakaway.distinct:
+def _at_breakaway(found: Breakaway, inertia: Inertia | None, normal_force: float) -> list[str]:
+    """Return the warnings about static friction of a breakaway."""
+    if not found.distinct:
         return [
             "no first maximum stands out: static is where the rise bends into sliding, the same "
             "as the kinetic level"
         ]
-    if inertia is None or inertia.bound < 0.01 * breakaway.force:
+    if inertia is None or inertia.bound < 0.01 * found.force:
         return []
     return [
         f"the sled's inertia may lift the first maximum by up to {show(inertia.bound, 'N', 2)} "
@@ -308,10 +305,10 @@ def reduce_friction(
         )
     repeats = [reduce_repeat(t, normal_force, window, standard, accept_stick_slip) for t in traces]
     warnings = [w for t in traces for w in t.warnings]
-    return pool_repeats(repeats, warnings, normal_force, window, standard, accept_stick_slip)
+    return pool(repeats, warnings, normal_force, window, standard, accept_stick_slip)
 
 
-def pool_repeats(
+def pool(
     repeats: Sequence[FrictionRepeat],
     file_warnings: Sequence[str],
     normal_force: float,
@@ -325,11 +322,8 @@ def pool_repeats(
     `span` is the plausible range of the kinetic friction [-], None if the film is unknown.
     """
     values = {n: [getattr(r, n) for r in repeats] for n in ("static", "kinetic", "speed")}
-    warnings = [
-        *file_warnings,
-        *_group_warnings(repeats),
-        *(w for r in repeats for w in _peak_warning(r)),
-    ]
+    peaks = (w for r in repeats for w in _peak_warning(r))
+    warnings = [*file_warnings, *_group_warnings(repeats), *peaks]
     static = over_repeats(values["static"])
     kinetic = None if None in values["kinetic"] else over_repeats(values["kinetic"])
     means = {"static": static, "kinetic": kinetic}
@@ -392,7 +386,6 @@ def _group_warnings(repeats: Sequence[FrictionRepeat]) -> list[str]:
 
 
 def _mean_span(repeats: Sequence[FrictionRepeat]) -> tuple[float, float]:
-    """Return the travel of the kinetic mean [m], averaged if the repeats differ."""
     start, end = np.mean([*dict.fromkeys(r.window for r in repeats)], axis=0)
     return float(start), float(end)
 
@@ -435,10 +428,9 @@ def with_friction(
         )
     if file.brake.amplification_held is not None:
         changes["amplification_held"] = (1.0, blank)
-    record = _made_by(result, made_up := {r.path for r in result.repeats if r.synthetic})
-    return updated_text(
-        file, name, mark_synthetic(changes, bool(made_up)), record, accepted
-    ), warnings
+    record = _made_by(result, synthetic := {r.path for r in result.repeats if r.synthetic})
+    marked = mark_synthetic(changes, bool(synthetic))
+    return updated_text(file, name, marked, record, accepted), warnings
 
 
 def _made_by(result: FrictionResult, synthetic: Collection[str]) -> dict[str, Any]:

@@ -125,9 +125,8 @@ def reduce_crash(
 
     `time` [s] and `acceleration` [m/s²] have shape (N,). `cfc` is a class of SAE J211-1 or None.
     `before` is the length [s] of the quiet part at the beginning (detected if None), `limit` the
-    sensor's range [m/s²]. `hic` is the longest window [s] of the head injury criterion (0.015 or
-    0.036) or None. Raises FitError for uneven or few samples or no quiet part, QuantityError for a
-    low rate.
+    sensor's range [m/s²], `hic` the longest window [s] of the head injury criterion or None. Raises
+    FitError for uneven or few samples or no quiet part, QuantityError for a low rate.
     """
     rate, warnings = (sampling, []) if sampling is not None else sampling_rate(time)
     if sampling is not None:

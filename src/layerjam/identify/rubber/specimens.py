@@ -36,7 +36,7 @@ def data_sheets() -> dict[str, tuple[str, float]]:
     return out
 
 
-def read_specimen(
+def read(
     path: str | Path,
     *,
     area: float | None,
@@ -117,7 +117,7 @@ def _relative_difference(value: float | None, sheet: float | None) -> float | No
     return value / sheet - 1 if value is not None and sheet else None
 
 
-def pool_specimens(
+def pool(
     specimens: Sequence[Read], rows: Sequence[Mapping[str, Any]], limit: float | None
 ) -> dict[str, Any]:
     """Return means and SDs over specimens of one material, and models of all their curves."""
