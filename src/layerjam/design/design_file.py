@@ -88,7 +88,7 @@ def _plain(record: Any) -> Any:
         elif value is None or value != value:  # NaN stands for a strength that is not known
             made[f.name] = None
         else:
-            made[f.name] = float(value)
+            made[f.name] = value if isinstance(value, tuple) else float(value)
     return type(record)(**made)
 
 
