@@ -113,7 +113,7 @@ def test_stopped_by_the_keyboard(
         if share > 0.5:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr("layerjam.cli.output.Ticker.__call__", stop)
+    monkeypatch.setattr("layerjam.cli.generate.Ticker.__call__", stop)
     spec = tmp_path / "s.toml"
     spec.write_text(lab_example())
     assert entry.main(["lab", str(spec), "--out", str(tmp_path / "d")]) == 130

@@ -109,7 +109,7 @@ def installed(package: str) -> bool:
 
 def run_layerjam(words: list[str]) -> tuple[int, str]:
     """Exit code and everything a command prints but its progress, which a slow machine adds."""
-    from layerjam.cli import output as ticker
+    from layerjam.cli import generate as ticker
     from layerjam.cli.main import main
 
     said, patience = io.StringIO(), ticker.PATIENCE

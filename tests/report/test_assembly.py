@@ -18,7 +18,7 @@ from layerjam.fabricate.choices import choices
 from layerjam.fabricate.drawing import Drawing, drawing
 from layerjam.fabricate.lengths import lengths
 from layerjam.mechanics.limits import greatest_force
-from layerjam.report.assembly import assembly
+from layerjam.report.build_files import assembly
 
 KAPTON = load("choi2018-kapton")
 NAMES = ("exploded", "stacking", "mould", "assembled", "section", "layers", "film", "boards")

@@ -11,8 +11,8 @@ import pytest
 
 from layerjam.fabricate.nest import Piece, Wanted, nest_least
 from layerjam.fabricate.outline import Outline, sheet, spacer
-from layerjam.report import pattern as drawn
-from layerjam.report.pattern import FORMATS, paper_for, pattern
+from layerjam.report import build_files as drawn
+from layerjam.report.build_files import FORMATS, paper_for, pattern
 
 MM = 25.4 / 72
 LINE = 0.1

@@ -10,8 +10,8 @@ import time
 import numpy as np
 import pytest
 
+from layerjam.cli.generate import Ticker
 from layerjam.cli.main import main
-from layerjam.cli.output import Ticker
 from layerjam.commands import tensile
 from layerjam.device.load import load
 from layerjam.errors import ProcedureError, QuantityError
@@ -231,7 +231,7 @@ def test_the_command_takes_the_order_of_breaks():
 
 def test_progress_is_said_after_two_seconds_only(capsys, monkeypatch):
     clock = [0.0]
-    monkeypatch.setattr("layerjam.cli.output.time.monotonic", lambda: clock[0])
+    monkeypatch.setattr("layerjam.cli.generate.time.monotonic", lambda: clock[0])
     ticker = Ticker()
     for at, share in ((1.0, 0.1), (3.1, 0.3), (3.6, 0.4), (4.2, 0.5)):
         clock[0] = at
@@ -240,7 +240,7 @@ def test_progress_is_said_after_two_seconds_only(capsys, monkeypatch):
 
 
 def test_compiling_is_said_only_where_it_takes_its_time(capsys, monkeypatch):
-    monkeypatch.setattr("layerjam.cli.output.PATIENCE", 0.02)
+    monkeypatch.setattr("layerjam.cli.generate.PATIENCE", 0.02)
     with Ticker() as ticker:
         ticker("pull", 0.0)
         time.sleep(0.1)

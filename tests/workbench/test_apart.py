@@ -13,7 +13,7 @@ from layerjam.device.load import load
 from layerjam.workbench.answer import Answer, file_bytes
 from layerjam.workbench.bench_session import Look
 from layerjam.workbench.call import Call, DataFile, Subject, apart, as_python
-from layerjam.workbench.pages.bench_taken import Watched
+from layerjam.workbench.pages.bench import Watched
 
 KAPTON = "choi2018-kapton"
 SAID = {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "20 mm"}

@@ -20,8 +20,7 @@ from layerjam.studies.machines.apply import apply
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages import design_front as front
-from layerjam.workbench.pages.design import Design, limits_table
-from layerjam.workbench.pages.design_arrays import array_chart
+from layerjam.workbench.pages.design import Design, array_chart, limits_table
 from layerjam.workbench.pages.design_density import density_chart
 from layerjam.workbench.pages.design_need import STOPPED, Found, problem
 from layerjam.workbench.state import State, from_link, to_link

@@ -15,8 +15,7 @@ from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.drop import NO_ROPE, OWN, Drop
-from layerjam.workbench.pages.drop_animation import SLOW, series, slowness
-from layerjam.workbench.pages.drop_outcome import notes, table, verdict
+from layerjam.workbench.pages.drop_outcome import SLOW, notes, series, slowness, table, verdict
 from layerjam.workbench.state import State, from_link, to_link
 from layerjam.workbench.uploads import Upload
 from workbench.standing import standing

@@ -22,10 +22,9 @@ from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import POINTS, thin
 from layerjam.workbench.controls import Control, number
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.gate import LOCAL, Gate
 from layerjam.workbench.pages.all import TABS
 from layerjam.workbench.runner import Runner, Stopped
-from layerjam.workbench.server import check_free, is_loopback
+from layerjam.workbench.server import LOCAL, Gate, check_free, is_loopback
 from layerjam.workbench.state import LARGEST, State, from_link, to_link
 
 WORD = st.text(max_size=20)

@@ -15,8 +15,7 @@ from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, DataFile, Subject
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.drop import Drop
-from layerjam.workbench.pages.drop_animation import series
-from layerjam.workbench.pages.drop_outcome import stopped
+from layerjam.workbench.pages.drop_outcome import series, stopped
 from layerjam.workbench.pages.pull import STICK_SLIP, Pull, chart_of
 from layerjam.workbench.pages.pull_chart import saw
 from layerjam.workbench.pages.vacuum import Vacuum

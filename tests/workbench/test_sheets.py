@@ -17,7 +17,7 @@ from layerjam.simulate.procedure import simple_pull
 from layerjam.simulate.sheet_motion import motion_of
 from layerjam.simulate.stack import tensile_stack
 from layerjam.simulate.stack_layout import Housing, stack_of
-from layerjam.workbench.pages.pull_sheets import _point
+from layerjam.workbench.pages.pull import _point
 from layerjam.workbench.sheets_drawing import MOST, Seen, drawing, rounded, runs, said, scale_said
 
 KAPTON = "choi2018-kapton"

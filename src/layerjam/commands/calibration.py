@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from functools import partial as bound
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -10,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from layerjam.commands.declare import Help, Progress, command, options
 from layerjam.commands.files import FromFiles, pulls, understood, write_brake
 from layerjam.commands.left_out import LeftOut, excluded_lines, left_out_row
-from layerjam.commands.more_pulls import Within, more_lines, more_pulls
 from layerjam.commands.pull_by_pull import as_rows, one_of_all, pull_lines
 from layerjam.commands.quantities import (
     Accept,
@@ -35,6 +35,64 @@ if TYPE_CHECKING:
 
     from layerjam.identify.calibration.record import Calibration
     from layerjam.identify.pull.features import PullFeatures
+
+
+WITHIN = QuantitySpec("1", "half of a 95 % interval over its value", lo=1e-5, hi=1, example="1%")
+ALIKE = 1.001
+"""Where the widest interval after one more pull is at most this times the narrowest."""
+Within = Annotated[
+    float | None,
+    WITHIN,
+    Help("Say how many more pulls narrow each interval to plus or minus this."),
+]
+
+
+def more_pulls(found: Calibration, within: float | None) -> dict[str, Any] | None:
+    """{value: its half width now and after one more pull of each condition, and pulls needed}.
+
+    None where nothing was asked; a value is None where the pulls at hand give no interval. Widths
+    are over the value.
+    """
+    if within is None:
+        return None
+    made: dict[str, Any] = {}
+    for name, one in (found.further or {}).items():
+        made[name] = one and {
+            "within": within,
+            "half_width": float(one.half_width()),
+            "after_one": one.after_one(),
+            **asdict(one.needed(within)),
+        }
+    return made
+
+
+def more_lines(asked: Mapping[str, Any]) -> Iterator[str]:
+    """For each value: its interval now, and what it takes."""
+    if asked:
+        yield ""
+    for name, row in asked.items():
+        value = name.replace("_", " ")
+        if row is None:
+            yield f"{value}: the pulls at hand give no interval; repeat one of them first"
+            continue
+        yield f"{value} is known to ± {row['half_width']:.2%}; {_needed(row)}"
+
+
+def _needed(row: Mapping[str, Any]) -> str:
+    wanted, where, widths = f"± {row['within']:.2%}", row["condition"], row["after_one"]
+    if row["likely"] == 0:
+        return f"within {wanted} already"
+    if row["likely"] is None:
+        return f"no 1000 further pulls bring it to {wanted}"
+    alike = max(widths.values()) <= ALIKE * widths[where]
+    place = "any of these vacuums" if alike and len(widths) > 1 else where
+    after = f"one more pull at {place}: ± {widths[where]:.2%}"
+    sure = "more than 1000" if row["sure"] is None else f"{row['sure']}"
+    return (
+        f"{after}; for {wanted} {row['likely']} more at that scatter, {sure} to be sure of it in "
+        "four of five cases"
+    )
+
 
 DRAWS = QuantitySpec("1", "draws of a chain", lo=100, hi=100_000, whole=True)
 CHAINS = QuantitySpec("1", "chains", lo=1, hi=64, whole=True)

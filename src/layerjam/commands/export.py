@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -197,8 +197,16 @@ def friction_at_full_vacuum(file: BrakeFile, numbers: Parameters) -> float:
 
 def export_facts(kind: str, file: BrakeFile, numbers: Parameters, strict: bool) -> dict[str, Any]:
     """Return what is known of every export but its files: the fields of `Export`, and warnings."""
-    snaps = next(_snapping(file, numbers), None)
-    notices = [*file.warnings(), *([snaps] if snaps else [])]
+    notices, snaps = [*file.warnings()], None
+    least = friction_at_full_vacuum(file, numbers)
+    if numbers.stiffness <= least:
+        snaps = Notice(
+            f"the stiffness of {show(numbers.stiffness, 'N/m')} is not above the "
+            f"{show(least, 'N/m')} by which the friction falls at the site's full vacuum: the "
+            "brake would snap and its force jump",
+            "snaps",
+        )
+        notices.append(snaps)
     if numbers.exponent:
         notices.append(
             Notice(
@@ -212,17 +220,6 @@ def export_facts(kind: str, file: BrakeFile, numbers: Parameters, strict: bool) 
         "kind": kind,
         "feasible": not stops,
         "reason": str(snaps) if stops else None,
-        "holds": friction_at_full_vacuum(file, numbers) * numbers.overlap,
+        "holds": least * numbers.overlap,
         "warnings": notices,
     }
-
-
-def _snapping(file: BrakeFile, numbers: Parameters) -> Iterator[Notice]:
-    least = friction_at_full_vacuum(file, numbers)
-    if numbers.stiffness <= least:
-        yield Notice(
-            f"the stiffness of {show(numbers.stiffness, 'N/m')} is not above the "
-            f"{show(least, 'N/m')} by which the friction falls at the site's full vacuum: the "
-            "brake would snap and its force jump",
-            "snaps",
-        )

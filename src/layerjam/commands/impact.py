@@ -167,7 +167,8 @@ def drop(
     known: dict[str, Any] = {"mass": mass, "speed": arrives, "rope_stiffness": rope_stiffness}
     case = {**known, "gravity": 0.0 if horizontal else site.gravity}
     damping = rope_damping or 0.0
-    _check_rope(rope_damping, rope_stiffness)
+    if rope_damping is not None and rope_stiffness is None:
+        raise QuantityError("rope damping: there is no rope; give its stiffness too")
     _check(vacuum, travel, vacuum_history, log, no_brake, duration)
     _check_leak((vacuum_share, leak_time, held), vacuum_history, no_brake)
     brake = with_share(brake, vacuum_share)
@@ -211,12 +212,6 @@ def _not_tuned_for(damping: bool, leak: bool, made: Stop, travel: float) -> Stop
             )
             made = made.noting(Notice(said, f"tuned-without-{what}"))
     return made
-
-
-def _check_rope(damping: float | None, stiffness: float | None) -> None:
-    """That a rope that damps is one."""
-    if damping is not None and stiffness is None:
-        raise QuantityError("rope damping: there is no rope; give its stiffness too")
 
 
 def _check(

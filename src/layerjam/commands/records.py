@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -184,19 +184,16 @@ def records_add(
         database=database.where,
         warnings=[
             *(Notice(f"{path}: {text}", "record") for path, text in made.notes),
-            *_unlinked(made.unlinked),
+            *(
+                Notice(
+                    f"{path}: comes from {name} ({role}, {key[:16]}), which is not in the records; "
+                    "it is linked when that is added",
+                    "not-linked",
+                )
+                for path, role, name, key in made.unlinked
+            ),
         ],
     )
-
-
-def _unlinked(found: Iterable[tuple[str, str, str, str]]) -> Iterator[Notice]:
-    """What a file comes from and the records do not hold."""
-    for path, role, name, key in found:
-        yield Notice(
-            f"{path}: comes from {name} ({role}, {key[:16]}), which is not in the records; it is "
-            "linked when that is added",
-            "not-linked",
-        )
 
 
 @command(

@@ -133,7 +133,7 @@ class Call:
             text += f"pinned = {{\n{pins}}}\n"
         draws = [f'result.plot("{file}.svg", {more})']
         draws += [f'display(SVG("{file}.svg"))'] if display else []
-        if _may_lack(kind):
+        if any(f.name == "feasible" for f in kind.keys()):  # noqa: SIM118 (it may say "cannot")
             draws = ["if result.has_curve:", *(f"    {line}" for line in draws)]
         return text + "".join(f"{line}\n" for line in draws)
 
@@ -183,11 +183,6 @@ def python_parts(
         left = {label: pin for label, pin in left.items() if label not in beside}
         made.append(call._drawn(file, beside, display))
     return made
-
-
-def _may_lack(kind: type[results.Result]) -> bool:
-    """Whether a result of this kind may have no curve, where it says "cannot"."""
-    return any(f.name == "feasible" for f in kind.keys())  # noqa: SIM118
 
 
 def _head(calls: Sequence[Call]) -> str:

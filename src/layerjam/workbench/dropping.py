@@ -15,7 +15,7 @@ from layerjam.measure.sidecar import FOLDER
 from layerjam.records.toml import MAX_BYTES
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.kinds import toml_kind
-from layerjam.workbench.session import ENDING, KeptFile, from_session
+from layerjam.workbench.session import ENDING, from_session
 from layerjam.workbench.sorting import Sorting
 from layerjam.workbench.uploads import LARGEST, MOST, Refused, clean, is_sidecar
 from layerjam.workbench.widgets import button, dressed, hint, one_line
@@ -83,7 +83,7 @@ class Dropping:
         else:
             why = await self._measured(event.file)
         if why:
-            self._tell(why)
+            self.sorting.tell(why)
         self._look()
 
     async def _measured(self, file: FileUpload) -> str:
@@ -108,7 +108,10 @@ class Dropping:
                 return ""
             state, files = opened
             for one in files:
-                self._bring(one)
+                try:
+                    self.uploads.bring(one.name, one.data, one.sidecar)
+                except Refused as err:
+                    self.sorting.tell(str(err))
             self.desk.put_state(state)
         except LayerjamError as err:
             return one_line(err)
@@ -116,12 +119,6 @@ class Dropping:
         ui.notify(f"{name} was opened; undo takes it back", type="positive")
         self.go(state.page)
         return ""
-
-    def _bring(self, one: KeptFile) -> None:
-        try:
-            self.uploads.bring(one.name, one.data, one.sidecar)
-        except Refused as err:
-            self._tell(str(err))
 
     async def _toml(self, name: str, file: FileUpload) -> str:
         """Put a brake or a line on the desk, keep a sidecar; why not, where it is neither."""
@@ -195,14 +192,14 @@ class Dropping:
                     self.uploads.sidecars.get(one.shown, ""), text
                 )
             if not own:
-                self._tell(
+                self.sorting.tell(
                     f"{stem}.toml: says what holds of a test, but no file here is called "
                     f"{stem}; call it NAME.csv.toml after the file NAME.csv"
                 )
         self._facts.clear()
         taken, contradictions = attach(self.uploads)
         for sentence in contradictions:
-            self._tell(sentence)
+            self.sorting.tell(sentence)
         if self._came_list:
             self._came_list = False
             lacking = len(self.uploads.listed) - len(taken)
@@ -218,13 +215,13 @@ class Dropping:
                 try:
                     self.uploads.room(str(name), int(size))
                 except Refused as err:
-                    self._tell(str(err))
+                    self.sorting.tell(str(err))
             elif why == "max-files":
-                self._tell(f"{clean(str(name))}: not taken, more than {AT_ONCE} at once")
+                self.sorting.tell(f"{clean(str(name))}: not taken, more than {AT_ONCE} at once")
             else:
-                self._tell(f"{clean(str(name))}: not taken, it is being sent already")
+                self.sorting.tell(f"{clean(str(name))}: not taken, it is being sent already")
         if int(last[2]) > len(entries):
-            self._tell(f"{int(last[2]) - len(entries)} more were not taken")
+            self.sorting.tell(f"{int(last[2]) - len(entries)} more were not taken")
         self._look()
 
     def _failed(self, event: events.GenericEventArguments) -> None:
@@ -235,12 +232,9 @@ class Dropping:
             413: f"is too large: {LARGEST // 2**20} MB are the most",
         }.get(int(status), "could not be sent; drop it again")
         for name in names:
-            self._tell(f"{clean(str(name))}: {why}")
+            self.sorting.tell(f"{clean(str(name))}: {why}")
         self.zone.reset()
         self._look()
-
-    def _tell(self, sentence: str) -> None:
-        self.sorting.tell(sentence)
 
 
 class FilesHere:

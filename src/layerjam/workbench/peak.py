@@ -87,21 +87,18 @@ class PeakSetting:
 
     def ask(self, force: float, done: bool) -> None:
         """Let what is chosen follow a peak [N]; the latest wins, sheets once it is let go."""
-        if self._follows() == "sheets" and not done:
+        if word(self._desk, self._page, FOLLOWS) == "sheets" and not done:
             return
         self._asked = force
         if not self._seeking:
             self._seeking = True
             background_tasks.create(self._seek(), name="layerjam peak")
 
-    def _follows(self) -> str:
-        return word(self._desk, self._page, FOLLOWS)
-
     async def _seek(self) -> None:
         try:
             while self._asked is not None:
                 force, self._asked = self._asked, None
-                by_sheets = self._follows() == "sheets"
+                by_sheets = word(self._desk, self._page, FOLLOWS) == "sheets"
                 try:
                     found = await run.io_bound(self.found, force, by_sheets)
                     if found is None:  # the program is being ended

@@ -45,16 +45,11 @@ def call_of(pin: Pin) -> Call:
     strange = sorted(options.keys() - known)
     if strange:
         raise QuantityError(f"pin: '{strange[0][:40]}' is no option that is kept")
-    shelf = shelf_of(pin.command)
+    shelf = "line" if pin.command in LINES else "brake"
     file = read_any(shelf, pin.subject)
     named = pin.subject in SHELVES[shelf].names()
     subject = Subject(pin.subject) if named else Subject(f"{file.name}.toml", file)
     return Call(pin.command, (subject,), options)
-
-
-def shelf_of(command: str) -> str:
-    """What a command is called on: "brake" or "line"."""
-    return "line" if command in LINES else "brake"
 
 
 def labels(calls: Sequence[Call], shown: Call) -> list[str]:

@@ -55,7 +55,12 @@ def to_session(state: State, files: Sequence[KeptFile] = ()) -> str:
     whole: dict[str, Any] = {"kind": KIND, "version": VERSION, **asdict(state)}
     if files:
         whole["files"] = [
-            {"name": f.name, "sidecar": f.sidecar, "content": _packed(f.data)} for f in files
+            {
+                "name": f.name,
+                "sidecar": f.sidecar,
+                "content": base64.b64encode(zlib.compress(f.data)).decode(),
+            }
+            for f in files
         ]
     text = json.dumps(whole, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     size = max(len(text.encode()), sum(len(f.data) for f in files))
@@ -65,10 +70,6 @@ def to_session(state: State, files: Sequence[KeptFile] = ()) -> str:
             f"{LARGEST // 2**20} MB are opened again, so unpin one"
         )
     return text
-
-
-def _packed(data: bytes) -> str:
-    return base64.b64encode(zlib.compress(data)).decode()
 
 
 def from_session(data: bytes, name: str) -> Session:

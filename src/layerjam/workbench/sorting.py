@@ -128,8 +128,8 @@ class Sorting:
                 known = proposal(upload.key, upload.shown, laid.path)
                 known = _of_list(_in_users_words(known, upload), self.uploads.from_list)
                 self._known[upload.key, text] = known
-            if "role" in said:
-                known = _with_role(known, said["role"])
+            if said.get("role") in ROLES:
+                known = replace(known, role=Said(said["role"], "as you said before"))
             made.append(known)
         return made
 
@@ -193,13 +193,15 @@ class Sorting:
                 ui.label(on_page(why)).classes("text-sm" + (" no" if one.asks else " opacity-80"))
             with ui.row().classes("w-full items-start gap-3"):
                 self._choice(one, role)
+                asked = {NEEDED.get(role), one.asks, *self.said.get(one.key, {})}
                 for fact in FACTS:
-                    if fact == NEEDED.get(role) or (fact == "speed" and self._asks_speed(one)):
+                    if fact == NEEDED.get(role) or (fact == "speed" and fact in asked):
                         self._fact(one, fact)
                 toggle = partial(self._toggle, one.key)
                 how = "flat dense no-caps icon-right=table_chart"
                 button("Columns", toggle, "dropped-columns", how=how)
-            self._problem(one, role)
+            if problem := self._problems.get(one.key, ""):
+                dressed(ui.label(problem), "dropped-why", "text-negative text-sm", role="alert")
             if one.key in self._open_columns or one.asks:
                 self._columns(one)
 
@@ -228,11 +230,6 @@ class Sorting:
                 ui.label(f"stated nowhere: type it, in {UNITS[fact]}").classes(
                     f"text-xs no {SOURCE}"
                 )
-
-    def _problem(self, one: Proposal, role: str) -> None:
-        problem = self._problems.get(one.key, "")
-        if problem:
-            dressed(ui.label(problem), "dropped-why", "text-negative text-sm", role="alert")
 
     def _table(self, files: Sequence[Proposal]) -> None:
         """The files beyond those with fields of their own."""
@@ -333,9 +330,6 @@ class Sorting:
     def _role(self, one: Proposal) -> str:
         return self.said.get(one.key, {}).get("role", one.role.text)
 
-    def _asks_speed(self, one: Proposal) -> bool:
-        return one.asks == "speed" or "speed" in self.said.get(one.key, {})
-
     def _lacking(self, one: Proposal) -> str:
         """What keeps a file from being used as it stands here, in words; empty where nothing."""
         role, own = self._role(one), self.said.get(one.key, {})
@@ -374,7 +368,3 @@ def _of_list(one: Proposal, from_list: Mapping[str, frozenset[str]]) -> Proposal
     if {"vacuum", "normal_force"} & mine and role.source.startswith(SIDECAR):
         role = Said(role.text, LIST + role.source.removeprefix(SIDECAR))
     return replace(one, facts=facts, role=role)
-
-
-def _with_role(one: Proposal, role: str) -> Proposal:
-    return replace(one, role=Said(role, "as you said before")) if role in ROLES else one

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
+from operator import methodcaller
 from typing import Any, Protocol
 
 from nicegui import run, ui
@@ -74,7 +75,7 @@ def row(ident: str, chart: ui.echart, shown: Callable[[], Takeable | None]) -> u
         ui.label("Take away").classes("text-sm")
         for ending in ENDINGS:
             tip = f"The figure as {ending.upper()}"
-            act = partial(take, f".{ending}", partial(_figure, ending))
+            act = partial(take, f".{ending}", methodcaller("figure", ending))
             button(ending.upper(), act, f"{ident}-figure-{ending}", how=QUIET, tip=tip)
         tip = "Every curve of the chart as it is drawn"
         curves = partial(take, "-curves.csv", lambda _: curves_csv(chart.options), "text/csv")
@@ -82,13 +83,9 @@ def row(ident: str, chart: ui.echart, shown: Callable[[], Takeable | None]) -> u
         tip = "Lines that compute and draw it"
         button("Python", python, f"{ident}-python", how=QUIET, tip=tip)
         tip = "A Jupyter notebook that computes and draws it"
-        cells = partial(take, ".ipynb", lambda taken: taken.notebook(), NOTEBOOK)
+        cells = partial(take, ".ipynb", methodcaller("notebook"), NOTEBOOK)
         button("notebook", cells, f"{ident}-notebook", how=QUIET, tip=tip)
     return made
-
-
-def _figure(ending: str, taken: Takeable) -> bytes:
-    return taken.figure(ending)
 
 
 def curves_csv(options: Mapping[str, Any]) -> str:

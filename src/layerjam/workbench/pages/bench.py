@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import shutil
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
+from dataclasses import dataclass
+from dataclasses import field as record_field
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -36,8 +39,8 @@ from layerjam.workbench.bench_session import (
 from layerjam.workbench.charts import options
 from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, menu
 from layerjam.workbench.desk import Desk
+from layerjam.workbench.notebook import notebook_of
 from layerjam.workbench.page import Page
-from layerjam.workbench.pages.bench_taken import Watched
 from layerjam.workbench.pages.vacuum import safe_choice
 from layerjam.workbench.widgets import (
     QUIET,
@@ -51,6 +54,52 @@ from layerjam.workbench.widgets import (
     one_line,
     status,
 )
+
+
+@dataclass(frozen=True)
+class Watched:
+    """Looks at a bench, and whether its board is a virtual one."""
+
+    looks: Sequence[Look]
+    simulated: bool
+    name: str = "bench"
+    files: Mapping[str, str] = record_field(default_factory=dict)
+
+    @property
+    def columns(self) -> dict[str, list[float]]:
+        """{time [s] from the first look, vacuum [Pa], NaN where none was shown, target [Pa]}."""
+        start = self.looks[0].time
+        return {
+            "time": [round(look.time - start, 6) for look in self.looks],
+            "vacuum": [math.nan if k.vacuum is None else float(k.vacuum) for k in self.looks],
+            "target": [float(look.target) for look in self.looks],
+        }
+
+    def figure(self, ending: str) -> bytes:
+        """The bytes of the figure."""
+        from layerjam.report import control_figures, style
+
+        made = control_figures.watched(**self.columns, simulated=self.simulated)
+        with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
+            return style.save(made, Path(folder) / f"figure.{ending}").read_bytes()
+
+    def python(self) -> str:
+        """Lines that hold what was seen and draw it."""
+        saving = f'style.save(figure, Path("{self.name}.svg"), force=True)'
+        return f"from pathlib import Path\n{self._lines()}{saving}\n"
+
+    def notebook(self) -> str:
+        """A Jupyter notebook that holds what was seen and draws it."""
+        return notebook_of("What was seen of the bench", self._lines())
+
+    def _lines(self) -> str:
+        held = (f"{k} = [{', '.join(map(repr, v))}]\n" for k, v in self.columns.items())
+        return (
+            "from math import nan\n\nfrom layerjam.report import style\n"
+            "from layerjam.report.control_figures import watched\n\n"
+            f"{''.join(held)}figure = watched(time, vacuum, target, simulated={self.simulated})\n"
+        )
+
 
 DRAWN, WINDOW = 0.2, 60.0
 """Seconds between two drawings, and seconds that are shown."""

@@ -121,12 +121,10 @@ class Brake(Page):
         with ui.row().classes("w-full items-center gap-2"):
             self.other = select({}, "Compare with", "brake-beside", put, classes="w-64")
             text, look = "Keep as it is now, to compare", "flat dense no-caps"
-            button(text, self._keep, "brake-keep", "push_pin", how=look)
+            keep = lambda: self._put_beside(self.desk.state.brake)  # noqa: E731
+            button(text, keep, "brake-keep", "push_pin", how=look)
         self.desk.watch(lambda what: self._fill_beside() if what in ("brake", "undo") else None)
         self._fill_beside()
-
-    def _keep(self) -> None:
-        self._put_beside(self.desk.state.brake)
 
     def _fill_beside(self) -> None:
         text, kept = self.desk.state.beside, self.desk.beside

@@ -18,13 +18,15 @@ from layerjam.workbench.desk import Desk, read_any
 from layerjam.workbench.heroes import Heroes
 from layerjam.workbench.more import More
 from layerjam.workbench.page import Notes, Page
-from layerjam.workbench.pages.drop_animation import SLOW, Animation, series
 from layerjam.workbench.pages.drop_outcome import (
     GOOD,
     MODES,
+    SLOW,
     Advice,
+    Animation,
     heroes,
     notes,
+    series,
     stopped,
     table,
     verdict,

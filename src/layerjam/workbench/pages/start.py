@@ -21,7 +21,7 @@ from layerjam.workbench.charts import options, round_up
 from layerjam.workbench.controls import Control, by_key, vacuum_asked
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
-from layerjam.workbench.pages.drop_animation import Animation, series
+from layerjam.workbench.pages.drop_outcome import Animation, series
 from layerjam.workbench.pages.records import opener
 from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.scene import StackView, in_words, stack_of
@@ -76,7 +76,7 @@ class Start(Page):
             self._ways()
         with self.stage:
             self.animation = Animation()
-        self._show_stage()
+        self.stage.set_visibility(self.dropped)
 
     def _force(self) -> None:
         with ui.row().classes("items-baseline gap-3 no-wrap"):
@@ -122,11 +122,8 @@ class Start(Page):
 
     def _drop(self) -> None:
         self.dropped = self._play = True
-        self._show_stage()
-        self.refresh()
-
-    def _show_stage(self) -> None:
         self.stage.set_visibility(self.dropped)
+        self.refresh()
 
     def calls(self) -> Sequence[Call]:
         """The pull, and the drop once it was asked for."""
