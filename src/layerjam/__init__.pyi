@@ -41,7 +41,7 @@ from layerjam.commands.edit import edit as edit
 from layerjam.commands.edit import edit_line as edit_line
 from layerjam.commands.export import Exported as _Exported
 from layerjam.commands.export import ExportedFmu as _ExportedFmu
-from layerjam.commands.export_mujoco import ExportedMujoco as _ExportedMujoco
+from layerjam.commands.export import ExportedMujoco as _ExportedMujoco
 from layerjam.commands.follow import FollowedForce as _FollowedForce
 from layerjam.commands.follow import ScheduledSettings as _ScheduledSettings
 from layerjam.commands.follow import Swing as _Swing

@@ -30,7 +30,7 @@ from layerjam.commands.edit import edit as edit
 from layerjam.commands.edit import edit_line as edit_line
 from layerjam.commands.export import export_c as export_c
 from layerjam.commands.export import export_fmu as export_fmu
-from layerjam.commands.export_mujoco import export_mujoco as export_mujoco
+from layerjam.commands.export import export_mujoco as export_mujoco
 from layerjam.commands.follow import follow as follow
 from layerjam.commands.friction import friction as friction
 from layerjam.commands.impact import drop as drop

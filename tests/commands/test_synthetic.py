@@ -13,8 +13,7 @@ import pytest
 
 from layerjam.commands.calibration import calibrate
 from layerjam.commands.crash import crash
-from layerjam.commands.export import export_c, export_fmu
-from layerjam.commands.export_mujoco import export_mujoco
+from layerjam.commands.export import export_c, export_fmu, export_mujoco
 from layerjam.commands.friction import FrictionTest, friction
 from layerjam.commands.leak import leak
 from layerjam.commands.predict import force, show

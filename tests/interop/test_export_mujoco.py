@@ -13,7 +13,7 @@ from importlib.metadata import entry_points
 import pytest
 
 from layerjam.cli.main import main
-from layerjam.commands.export_mujoco import export_mujoco
+from layerjam.commands.export import export_mujoco
 from layerjam.errors import CompilerError, FileError, MissingExtraError, UnknownNameError
 from layerjam.kernel import compiler
 

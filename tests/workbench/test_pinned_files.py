@@ -17,9 +17,9 @@ from hypothesis import strategies as st
 from layerjam.errors import FileError, QuantityError
 from layerjam.workbench import desk as desks
 from layerjam.workbench import session
+from layerjam.workbench.answer import notebook
 from layerjam.workbench.charts import MARKS, marked
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.notebook import notebook
 from layerjam.workbench.pages import pull_files
 from layerjam.workbench.pages.pull import Pull, chart_of
 from layerjam.workbench.pages.pull_files import Reading

@@ -16,10 +16,9 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import LayerjamError
 from layerjam.report.chart import Curve, Pane
-from layerjam.workbench.answer import Answer, Pinned
+from layerjam.workbench.answer import Answer, Pinned, notebook
 from layerjam.workbench.call import Call, Subject, as_python
 from layerjam.workbench.charts import options
-from layerjam.workbench.notebook import notebook
 from layerjam.workbench.takeaway import curves_csv
 
 KAPTON = "choi2018-kapton"

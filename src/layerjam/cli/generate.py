@@ -10,6 +10,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Container, Sequence
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,7 +18,6 @@ import typer
 from typer.core import TyperCommand
 
 from layerjam.cli.engine import engine
-from layerjam.cli.typed import TYPED
 from layerjam.commands.declare import (
     PYTHON_ONLY,
     Command,
@@ -28,6 +28,9 @@ from layerjam.commands.declare import (
 )
 from layerjam.errors import FileError, QuantityError
 from layerjam.records.windows import refusal
+
+TYPED: ContextVar[tuple[str, ...]] = ContextVar("TYPED", default=())
+"""Set by `main`, also if a program calls it and `sys.argv` differs."""
 
 
 def say(result: Any, as_json: bool) -> int:

@@ -14,7 +14,7 @@ from typer.core import TyperGroup
 from typer.exceptions import Abort, Exit, TyperException
 
 from layerjam._version import __version__
-from layerjam.cli.typed import TYPED
+from layerjam.cli.generate import TYPED
 from layerjam.commands.declare import GROUPS
 from layerjam.commands.index import Entry, commands, family, find, load
 from layerjam.errors import LayerjamError, UnknownNameError

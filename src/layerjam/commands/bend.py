@@ -81,9 +81,9 @@ class Bend(Result):
 
     def draw(self) -> Figure:
         """Moment over the angle, and the pull over the angle of a joint."""
-        from layerjam.report import bend_figures
+        from layerjam.report import force_figures
 
-        return bend_figures.bend(*self.record)
+        return force_figures.bend(*self.record)
 
 
 @command(

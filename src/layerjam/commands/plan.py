@@ -160,9 +160,9 @@ class CollisionPlan(Judged):
 
     def draw(self) -> Figure:
         """The vacuum during the warning, the stops, and the chances."""
-        from layerjam.report import plan_figures
+        from layerjam.report import control_figures
 
-        return plan_figures.planned(self.record)
+        return control_figures.planned(self.record)
 
 
 LEAST_SIZES = {

@@ -23,7 +23,7 @@ from typing import Any
 
 from layerjam.mechanics.threads import cores
 from layerjam.report import style
-from layerjam.report.svg import drawn
+from layerjam.report.style import drawn
 
 FEW = 4
 """Figures that are drawn before another process has started."""

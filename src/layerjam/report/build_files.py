@@ -19,7 +19,7 @@ from layerjam.report import build_drawings as drawings
 from layerjam.report.assembly_steps import PATTERN
 from layerjam.report.build_pictures import labelled, shots
 from layerjam.report.build_scene import scene
-from layerjam.report.svg import drawn
+from layerjam.report.style import drawn
 from layerjam.report.typeset import typeset
 from layerjam.units import show
 

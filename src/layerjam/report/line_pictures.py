@@ -21,8 +21,7 @@ from layerjam.device.load import load
 from layerjam.fluid.file import load_line
 from layerjam.fluid.line import Leak, Line, Sensor, Valve
 from layerjam.report import style
-from layerjam.report.control_figures import frequency_response, profile
-from layerjam.report.plan_figures import planned
+from layerjam.report.control_figures import frequency_response, planned, profile
 from layerjam.report.style import BLUE, GREEN, GREY, INK, KPA, MM, ORANGE, RED
 from layerjam.simulate.coupled import coupled_drop
 

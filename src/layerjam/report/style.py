@@ -8,6 +8,7 @@ what they name are placed by the kit, in the colour of the thing, never by coord
 from __future__ import annotations
 
 import functools
+import io
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -312,3 +313,20 @@ def save(figure: Figure, path: Path, force: bool = False) -> Path:
     when = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
     with look():
         return write_whole(path, lambda p: figure.savefig(p, format=kind, metadata=when), force)
+
+
+def drawn(figure: Figure, words: bool = False) -> str:
+    """The figure as an SVG file's text; the same figure gives the same bytes.
+
+    With `words` what is written in it stays text, for a page that has a typeface of its own.
+    The figure is drawn once: `savefig` draws one with a layout twice, first for its layout alone.
+    """
+    buffer = io.StringIO()
+    with look(words):
+        from matplotlib import rcParams
+        from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+        figure.set_dpi(rcParams["savefig.dpi"])
+        canvas: Any = FigureCanvasSVG(figure)
+        canvas.print_svg(buffer, metadata={"Date": None})
+    return buffer.getvalue()

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
+from html import escape
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -162,3 +163,31 @@ def shipped(name: str) -> str:
 def one_line(error: object) -> str:
     """An error as one line, in the page's words."""
     return sentence_of(error)
+
+
+Hero = tuple[str, str, str]
+"""A key, what it is, and its value with its unit."""
+
+
+class Heroes:
+    """Large numbers that change with every move; each is found by its page and key."""
+
+    def __init__(self, page: str) -> None:
+        self._page = page
+        self._table = dressed(live.Table(), f"{page}-heroes", "w-full")
+
+    def fill(self, numbers: Sequence[Hero]) -> None:
+        """Show them in their order."""
+        self._table.set_content(headline_html(self._page, numbers))
+
+
+def headline_html(page: str, numbers: Sequence[Hero]) -> str:
+    """HTML of large numbers; the unit stands smaller behind its number."""
+    cells = []
+    for key, name, text in numbers:
+        value, _, unit = text.partition(" ")
+        small = f" <small>{escape(unit)}</small>" if unit else ""
+        ident = escape(f"{page}-{key}")
+        said = f'<dd data-testid="{ident}">{escape(value)}{small}</dd>'
+        cells.append(f"<div><dt>{escape(name)}</dt>{said}</div>")
+    return f'<dl class="heroes">{"".join(cells)}</dl>'

@@ -62,7 +62,7 @@ class MachineResult(Result):
 
     def pictures(self, progress: Progress) -> list[tuple[str, str]]:
         """Return (SVG text, caption) of each drawing of the machine's page, in order."""
-        from layerjam.report.svg import drawn
+        from layerjam.report.style import drawn
         from layerjam.studies.machines.page import pictures
 
         drawings = []

@@ -27,6 +27,7 @@ from layerjam.rig.execute import RunResult
 from layerjam.rig.export import export
 from layerjam.units import show
 from layerjam.workbench import live, takeaway
+from layerjam.workbench.answer import notebook_of
 from layerjam.workbench.bench_session import (
     LEASE,
     Look,
@@ -39,7 +40,6 @@ from layerjam.workbench.bench_session import (
 from layerjam.workbench.charts import options
 from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, menu
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.notebook import notebook_of
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.vacuum import safe_choice
 from layerjam.workbench.widgets import (

@@ -15,7 +15,6 @@ from layerjam.workbench.answer import Answer, answered
 from layerjam.workbench.call import Call, Options
 from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, menu, vacuum_asked
 from layerjam.workbench.desk import Desk, read_any
-from layerjam.workbench.heroes import Heroes
 from layerjam.workbench.more import More
 from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages.drop_outcome import (
@@ -33,7 +32,7 @@ from layerjam.workbench.pages.drop_outcome import (
 )
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.runner import waiting_line
-from layerjam.workbench.widgets import columns, dressed, status
+from layerjam.workbench.widgets import Heroes, columns, dressed, status
 
 ARRIVES = Choice(
     "arrives",

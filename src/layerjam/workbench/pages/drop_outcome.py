@@ -22,8 +22,7 @@ from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import result_fields
 from layerjam.workbench.charts import options
 from layerjam.workbench.desk import Desk, with_sheets
-from layerjam.workbench.heroes import Hero
-from layerjam.workbench.widgets import button, shipped
+from layerjam.workbench.widgets import Hero, button, shipped
 
 if TYPE_CHECKING:
     from layerjam.simulate.crash import Crash

@@ -17,7 +17,7 @@ from layerjam.commands.declare import Progress
 from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError
 from layerjam.report.page import svg_of, themed
-from layerjam.report.svg import drawn
+from layerjam.report.style import drawn
 from layerjam.workbench.call import Call, DataFile, Options, Subject, parameters
 from layerjam.workbench.pages.laboratory_files import Row
 from layerjam.workbench.uploads import in_users_toml

@@ -18,7 +18,6 @@ from layerjam.workbench.answer import Answer, file_bytes
 from layerjam.workbench.call import Call
 from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, vacuum_asked
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.heroes import Hero, Heroes
 from layerjam.workbench.more import More
 from layerjam.workbench.outcomes import of_pull, of_slide
 from layerjam.workbench.page import Box, Figures, Notes, Page
@@ -38,7 +37,17 @@ from layerjam.workbench.peak import PeakSetting
 from layerjam.workbench.pins import BAND
 from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.sheets_drawing import Seen, drawing, key, said, scale_said
-from layerjam.workbench.widgets import button, columns, dressed, fold, heading, hint, status
+from layerjam.workbench.widgets import (
+    Hero,
+    Heroes,
+    button,
+    columns,
+    dressed,
+    fold,
+    heading,
+    hint,
+    status,
+)
 
 STEPS = 400
 """Steps of the slider along the pull."""

@@ -28,12 +28,11 @@ from layerjam.workbench.controls import (
     vacuum_asked,
 )
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.heroes import Hero, Heroes
 from layerjam.workbench.more import More
 from layerjam.workbench.page import Figures, Notes, Page
 from layerjam.workbench.pages.records import Editor, Kind
 from layerjam.workbench.panel import Panel
-from layerjam.workbench.widgets import columns, dressed, fold, heading, hint, status
+from layerjam.workbench.widgets import Hero, Heroes, columns, dressed, fold, heading, hint, status
 
 LINE = Kind(
     "line",
