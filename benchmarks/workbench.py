@@ -71,7 +71,7 @@ def pull_ready(page: Any) -> None:
 def files_ready(page: Any) -> None:
     """Two measured pulls lie over it."""
     from layerjam.commands.tensile import tensile
-    from layerjam.workbench.takeaway import file_bytes
+    from layerjam.workbench.answer import file_bytes
 
     pull_ready(page)
     with tempfile.TemporaryDirectory() as folder:

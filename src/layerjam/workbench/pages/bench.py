@@ -234,15 +234,13 @@ class Bench(Page):
             button("Run and record", self._run, "bench-run", "fiber_manual_record")
             button("Stop", self._stop, "bench-stop")
 
-    def _virtual(self) -> bool:
-        return self.session is not None and self.session.bench.plant is not None
-
     def _see(self) -> None:
         there = self.session is not None
         self.link.set_enabled(not there)
         self.unlink.set_enabled(there)
         self.address.set_enabled(not there)
-        self.breaking.set_visibility(self._virtual())
+        virtual = self.session is not None and self.session.bench.plant is not None
+        self.breaking.set_visibility(virtual)
         begun = there or self.taken is not None
         self.steps.set_visibility(not begun)
         self.watched.set_visibility(begun)

@@ -57,7 +57,9 @@ def series(
     time, travel = record.time[keep], record.travel[keep]
     if len(time) < 2 or not time[-1] > 0 or not travel.max() > 0:
         return None
-    moments = np.unique(np.append(np.linspace(0, time[-1], SAMPLES), time[record_top(record)]))
+    top = int(np.argmax(record.force[record.time >= 0]))
+    moments = np.unique(np.append(np.linspace(0, time[-1], SAMPLES), time[top]))
+    crashed = isinstance(record, DropRecord) and record.outcome is Outcome.BOTTOMED_OUT
 
     def sampled(values: Any, factor: float) -> list[float]:
         column = np.interp(moments, time, np.asarray(values)[keep]) * factor
@@ -78,18 +80,8 @@ def series(
         "brake": brake,
         "horizontal": (record.gravity if isinstance(record, DropRecord) else record.along) == 0,
         "slow": slowness(float(time[-1])) if slow is None else slow,
-        "crash": float(time[-1] * 1e3) if record_crashes(record) else None,
+        "crash": float(time[-1] * 1e3) if crashed else None,
     }
-
-
-def record_top(record: DropRecord | BareDrop) -> int:
-    """Position of the greatest force among the samples from time zero on."""
-    return int(np.argmax(record.force[record.time >= 0]))
-
-
-def record_crashes(record: DropRecord | BareDrop) -> bool:
-    """Whether the mass still moved when the travel was used up."""
-    return isinstance(record, DropRecord) and record.outcome is Outcome.BOTTOMED_OUT
 
 
 class Animation:

@@ -272,15 +272,10 @@ def verdict(result: Any) -> str:
     after = "" if result.said_after is None else f", {show(result.said_after, 's', 3)} later"
     state = f"{result.safe_state}: {SAFE_STATES[result.safe_state]}"
     return (
-        f"{what}The fault {named_fault(result.outcome)} was detected at "
+        f"{what}The fault “{result.outcome.replace('_', ' ').lower()}” was detected at "
         f"{show(result.fault_time, 's')}{after}; from then "
         f"on {state}, and {held}."
     )
-
-
-def named_fault(outcome: str) -> str:
-    """The detector's word for a fault as a sentence has it."""
-    return f"“{outcome.replace('_', ' ').lower()}”"
 
 
 def heroes(rise: Any) -> list[Hero]:
