@@ -418,31 +418,6 @@ def test_settings_survive_a_reset_and_a_torn_write() -> None:
     assert rig.say("OUTP:SAFE?;VENT:REST?") == "NONE;NONE"
 
 
-def test_the_ring_against_a_list() -> None:
-    """Fetched and acknowledged at random against a plain list: nothing missing, nothing double."""
-    rig, draw = Rig(), random.Random(5)
-    rig.hal.steps = 1
-    kept: list[int] = []
-    for _ in range(150):
-        rig.run(draw.choice([0.01, 0.1, 0.5, 1.0]) if draw.random() < 0.9 else 12.0)
-        said = rig.port.execute(b"FETC:STR? %d" % draw.randrange(1, 201), 1)
-        begin = 2 + int(said[1:2])
-        data, size = said[begin:], rig.code.ring.SIZE
-        assert int(said[2:begin]) == len(data)
-        rows = [struct.unpack_from("<IIffHhBBBB", data, at) for at in range(0, len(data), size)]
-        seqs = [row[0] for row in rows]
-        assert seqs == list(range(seqs[0], seqs[0] + len(seqs)))
-        if draw.random() < 0.8:
-            rig.say(f"STR:ACK {seqs[-1]}", 1)
-            kept += seqs
-    assert len(kept) == len(set(kept)) and kept == sorted(kept)
-    missing = kept[-1] - kept[0] + 1 - len(kept)
-    assert missing == int(rig.say("STR:LOST?")) > 0
-    assert int(rig.say("STAT:QUES:COND?")) & 2048
-    rig.say(f"STR:ACK {kept[-1]}", 1)
-    assert rig.error(1) in (127, -222) and rig.error(1) in (-222, 0)
-
-
 def test_records_hold_what_happened() -> None:
     rig = Rig()
     rig.on(50e3)
