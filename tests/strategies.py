@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
+import copy
 import itertools
 from typing import Any
 
@@ -110,15 +110,22 @@ def points(seed: int, brakes: Brake) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
+def unchecked(record: Any, **values: Any) -> Any:
+    """The record with other values, beyond the bounds of a file too, as for a limit of a law."""
+    other = copy.copy(record)
+    other.__dict__.update(values)
+    return other
+
+
 def change(brake: Brake, **values: Any) -> Brake:
     """The brake with other values: ``change(brake, film__kinetic=0.1)``."""
     for path, value in values.items():
         head, _, key = path.partition("__")
         if key:
-            inner = dataclasses.replace(getattr(brake, head), **{key: value})
-            brake = dataclasses.replace(brake, **{head: inner})
+            inner = unchecked(getattr(brake, head), **{key: value})
+            brake = unchecked(brake, **{head: inner})
         else:
-            brake = dataclasses.replace(brake, **{head: value})
+            brake = unchecked(brake, **{head: value})
     return brake
 
 
@@ -131,19 +138,19 @@ def stretched(brake: Brake, length: float) -> Brake:
     }
     sheets["usable_travel"] = brake.sheets.usable_travel * length
     stiffness, test = brake.stiffness_measured, brake.test_pressure
-    return dataclasses.replace(
+    return unchecked(
         brake,
-        sheets=dataclasses.replace(brake.sheets, **sheets),
-        film=dataclasses.replace(brake.film, modulus=brake.film.modulus * per_area),
-        enclosure=dataclasses.replace(
+        sheets=unchecked(brake.sheets, **sheets),
+        film=unchecked(brake.film, modulus=brake.film.modulus * per_area),
+        enclosure=unchecked(
             brake.enclosure,
             wall=brake.enclosure.wall * length,
             modulus=brake.enclosure.modulus * per_area,
         ),
-        mount=dataclasses.replace(brake.mount, screw_hole=brake.mount.screw_hole * length),
+        mount=unchecked(brake.mount, screw_hole=brake.mount.screw_hole * length),
         stiffness_measured=None if stiffness is None else stiffness * per_length,
         test_pressure=None if test is None else test * per_area,
-        site=dataclasses.replace(brake.site, atmosphere=brake.site.atmosphere * per_area),
+        site=unchecked(brake.site, atmosphere=brake.site.atmosphere * per_area),
     )
 
 

@@ -96,6 +96,12 @@ class UnknownNameError(LayerjamError, KeyError):
         return self.message
 
 
+class ArgumentError(LayerjamError, TypeError):
+    """An argument of a function that is missing, or that the function does not have."""
+
+    key = "argument"
+
+
 class PrecisionError(LayerjamError):
     """A law was called while JAX works in single precision."""
 

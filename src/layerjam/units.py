@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import math
 import re
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
 from decimal import ROUND_CEILING, Context, Decimal
@@ -17,6 +18,7 @@ from fractions import Fraction
 from numbers import Real
 from typing import Any, TypeVar, dataclass_transform
 
+from layerjam.conversion import shown_units, unit_factor, without_unit
 from layerjam.errors import QuantityError
 
 T = TypeVar("T")
@@ -24,36 +26,7 @@ T = TypeVar("T")
 _NUMBER = r"[+-]?(?:[0-9]{1,40}(?:\.[0-9]{0,40})?|\.[0-9]{1,40})(?:[eE][+-]?[0-9]{1,3})?"
 _QUANTITY = re.compile(rf"({_NUMBER})\s*([^\d\s+.-].{{0,40}})?", re.DOTALL)
 _LONGEST = 120
-_UNIT = re.compile(r"[A-Za-zµ°%\"'/*^·²³⁻¹\s()0-9-]{1,40}")
 
-FACTORS = {
-    "m": {"mm": "1e-3", "m": "1", "µm": "1e-6", "nm": "1e-9", "cm": "1e-2"},
-    "Pa": {"kPa": "1e3", "Pa": "1", "MPa": "1e6", "GPa": "1e9", "mbar": "1e2", "bar": "1e5"},
-    "N": {"N": "1", "mN": "1e-3", "kN": "1e3"},
-    "N/m": {"kN/m": "1e3", "N/m": "1", "GN/m": "1e9", "MN/m": "1e6", "N/mm": "1e3"},
-    "N/kg": {"kN/kg": "1e3", "N/kg": "1"},
-    "kg": {"g": "1e-3", "kg": "1", "mg": "1e-6"},
-    "m/s": {"mm/s": "1e-3", "m/s": "1", "cm/s": "1e-2", "mm/min": "1.6666666666667e-5"},
-    "s": {"s": "1", "ms": "1e-3", "µs": "1e-6", "min": "60", "h": "3600"},
-    "J": {"J": "1", "mJ": "1e-3", "kJ": "1e3"},
-    "V": {"V": "1", "mV": "1e-3"},
-    "m^2": {"cm^2": "1e-4", "m^2": "1", "mm^2": "1e-6"},
-    "m^3": {"mL": "1e-6", "L": "1e-3", "m^3": "1"},
-    "m^3/s": {
-        "mL/s": "1e-6",
-        "L/s": "1e-3",
-        "µL/s": "1e-9",
-        "L/min": "1.6666666666667e-5",
-        "mL/min": "1.6666666666667e-8",
-    },
-    "m^3/Pa": {"mL/kPa": "1e-9", "µL/kPa": "1e-12"},
-    "m^3/(s Pa)": {"L/(s bar)": "1e-8", "mL/(s bar)": "1e-11"},
-}
-"""{SI unit: {unit: factor}}, as pint gives them (a test compares); pint itself takes 0.5 s to load.
-
-Values are shown in these units except _TYPED; the usual unit comes first.
-"""
-_TYPED = {"cm", "mbar", "bar", "N/mm", "cm/s", "mm/min", "h", "kJ", "L/min", "mL/min"}
 # Units to suggest if a unit is missing and the first two do not fit.
 _HINTS = {
     "m": ("mm", "cm"),
@@ -64,68 +37,14 @@ _HINTS = {
 }
 
 
-@functools.cache
-def _registry() -> Any:
-    import pint
-
-    try:
-        return pint.UnitRegistry(cache_folder=":auto:")
-    except Exception:  # no writable cache, or one that another process is just writing: slower
-        return pint.UnitRegistry()
-
-
-@functools.lru_cache(maxsize=512)
-def unit_factor(unit: str, si: str) -> Fraction | None:
-    """Return the factor from `unit` to the SI unit `si`, or None for another dimension or unit.
-
-    The factor is the decimal that pint prints, so "mm" is exactly 1/1000.
-    """
-    if unit == si:
-        return Fraction(1)
-    factor = FACTORS.get(si, {}).get(unit)
-    return Fraction(factor) if factor is not None else factor_by_pint(unit, si)
-
-
-def factor_by_pint(unit: str, si: str) -> Fraction | None:
-    """Return the factor from pint, which knows far more units and takes half a second to load."""
-    text = unit.strip().replace("−", "-").replace("μ", "µ").replace('"', "inch")
-    if not text or not _UNIT.fullmatch(text) or re.search(r"\d{2}|\*\*|\^\s*\(", text):
-        return None
-    text = re.sub(r"\b(k?)gf\b", r"\1gram_force", text).replace("kgram", "kilogram")
-    if si == "1":
-        return {"%": Fraction(1, 100), "percent": Fraction(1, 100)}.get(text)
-    if re.fullmatch(r"[A-Za-zµ°]+ [A-Za-zµ°]+", text):
-        text = text.replace(" ", "*")
-    try:
-        registry = _registry()
-        factor = registry.Quantity(1, registry.parse_units(text)).to(_pint_name(si)).magnitude
-    except Exception:  # pint raises a dozen kinds (and any parser error) for unknown text
-        return None
-    if not isinstance(factor, int | float) or not math.isfinite(factor) or factor <= 0:
-        return None
-    if registry.Quantity(0, registry.parse_units(text)).to(_pint_name(si)).magnitude != 0:
-        return None  # a scale with another zero, such as °C, has no factor
-    # pint multiplies floats: 14 digits undo its rounding (g/cm^3 comes as 999.9999999999999)
-    return Fraction(f"{factor:.14g}") if isinstance(factor, float) else Fraction(factor)
-
-
-def _pint_name(si: str) -> str:
-    return si.replace("(kg K)", "(kg*K)").replace("N s/m", "N*s/m").replace("(s Pa)", "(s*Pa)")
-
-
-def _friendly(si: str) -> tuple[str, ...]:
-    """Return the units in which a value is shown, the usual one first."""
-    return tuple(unit for unit in FACTORS.get(si, (si,)) if unit not in _TYPED)
-
-
 def usual_unit(si: str) -> str:
     """Return the unit in which a quantity is usually read and typed, such as kPa for Pa."""
-    return "" if si == "1" else _friendly(si)[0]
+    return "" if si == "1" else shown_units(si)[0]
 
 
 def examples(si: str, number: str = "") -> str:
     """Return suitable units for the SI unit `si`, as a phrase for an error message."""
-    units = _HINTS.get(si) or _friendly(si)[:2]
+    units = _HINTS.get(si) or shown_units(si)[:2]
     return " or ".join(f"'{number} {u}'".replace("' ", "'") for u in units)
 
 
@@ -174,6 +93,12 @@ def _finite(value: float, text: object, name: str) -> float:
     return value
 
 
+def is_traced(value: object) -> bool:
+    """Return whether JAX traces a value, so that nothing can be known of it."""
+    jax = sys.modules.get("jax")
+    return jax is not None and isinstance(value, jax.core.Tracer)
+
+
 def _short(value: object) -> str:
     try:
         text = value.replace("\n", " ") if isinstance(value, str) else repr(value)
@@ -201,7 +126,7 @@ def show(value: float | None, si: str, digits: int = 4, like: float | None = Non
         return str(value)
     if si == "1":
         return f"{value:.0f}" if value == int(value) and abs(value) < 1e7 else f"{value:.{digits}g}"
-    units = _friendly(si)
+    units = shown_units(si)
     size = abs(value if like is None else like)
     best = min(units, key=lambda unit: _awkwardness(size / float(unit_factor(unit, si) or 1)))
     number = value / float(unit_factor(best, si) or 1)
@@ -234,7 +159,7 @@ def exact_text(value: float, si: str) -> str:
     """Return the shortest text that `parse` reads as `value`, in a usual unit if as short."""
     if si == "1":
         return repr(value)
-    usual = (*_friendly(si), *("mm/min" for _ in range(si == "m/s")))
+    usual = (*shown_units(si), *("mm/min" for _ in range(si == "m/s")))
     units = dict.fromkeys((show(value, si).split(" ", 1)[1], *usual, si))
     texts = [text for unit in units if (text := _exact_in(value, unit, si))]
     # prefer a friendly unit, even if the text is a few characters longer
@@ -305,14 +230,18 @@ class QuantitySpec:
         value = self.check(parse(text, self.unit, name), name)
         return int(value) if self.whole else value
 
-    def si(self, value: str | float, name: str) -> Any:
-        """Return the SI value of text with a unit, or of a number in SI, within the bounds."""
+    def si(self, value: Any, name: str) -> Any:
+        """Return the SI value of text or an object with a unit, or of a number in SI, checked."""
+        value = without_unit(value, self.unit, name)
+        if is_traced(value):
+            return value
+        value = value.item() if getattr(value, "shape", None) == () else value
         if isinstance(value, str) or (self.whole and isinstance(value, int)):
             return self.read(value, name)
         if isinstance(value, bool) or not isinstance(value, Real):
             raise QuantityError.of(name, f"{_short(value)} is not a number or a text with a unit")
         number = self.check(float(value), name)
-        return int(value) if self.whole else number
+        return int(number) if self.whole else number
 
     def to_toml(self, value: Any) -> object:
         """Return the value for a TOML file: text with a unit, or a pure number."""
@@ -389,10 +318,42 @@ RECORDS: list[type] = []
     kw_only_default=True, frozen_default=True, field_specifiers=(quantity, flag, like, field)
 )
 def record(cls: type[T]) -> type[T]:
-    """Return a frozen, keyword-only dataclass of quantities (SI floats) and nested records."""
+    """Return a frozen, keyword-only dataclass of quantities (SI floats) and nested records.
+
+    Its constructor reads text and quantity objects, and raises QuantityError for a number that a
+    file could not hold. Arrays, and what JAX traces, are taken as they are.
+    """
+    cls.__post_init__ = _take_quantities  # type: ignore[attr-defined]
     dataclass_type = dataclass(frozen=True, kw_only=True)(cls)
     RECORDS.append(dataclass_type)
     return dataclass_type
+
+
+def _take_quantities(rec: Any) -> None:
+    """Check the fields of a new record; text and quantity objects become SI numbers."""
+    for name, spec, kind, optional in _fields_to_check(rec.__class__):
+        value = getattr(rec, name)
+        if value is None and optional:
+            continue
+        if spec is None:
+            if not isinstance(value, kind):
+                raise QuantityError.of(name, f"{_short(value)} is not {kind.__name__}")
+        elif isinstance(value, Real):
+            spec.check(value, name)  # type: ignore[arg-type]
+        elif hasattr(value := without_unit(value, spec.unit, name), "dtype"):
+            object.__setattr__(rec, name, value)
+        else:
+            object.__setattr__(rec, name, spec.si(value, name))
+
+
+@functools.cache
+def _fields_to_check(cls: type) -> list[tuple[str, QuantitySpec | None, type, bool]]:
+    """Return (name, specification or None, class of a nested record, may be None) of each field."""
+    return [
+        (f.name, f.metadata.get("quantity"), f.metadata.get("record", object), f.default is None)
+        for f in fields(cls)  # type: ignore[arg-type]
+        if "quantity" in f.metadata or "record" in f.metadata
+    ]
 
 
 def spec_of(cls: type, name: str) -> QuantitySpec:
@@ -441,7 +402,7 @@ def check(rec: Any, prefix: str = "") -> None:
     """Raise QuantityError for the first field of a record that lies outside its bounds."""
     for f in fields(rec):
         value = getattr(rec, f.name)
-        if value is None:
+        if value is None or is_traced(value):
             continue
         spec = f.metadata.get("quantity") or f.metadata.get("value")
         if spec is not None:

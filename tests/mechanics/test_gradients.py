@@ -136,8 +136,8 @@ def test_gradients_at_zero_slip_are_finite_and_as_documented(vacuum):
 
 
 KAPTON_FLOAT = jax.tree.map(float, KAPTON)
-COUNT = next(i for i, leaf in enumerate(jax.tree.leaves(KAPTON)) if isinstance(leaf, int))
-"""The leaf of a brake that is no float."""
+PATHS = [jax.tree_util.keystr(path) for path, _ in jax.tree_util.tree_leaves_with_path(KAPTON)]
+COUNT = PATHS.index(".sheets.count")
 
 
 CORNERS = [(x, p) for x in (0.0, 0.02, 0.068, 0.08) for p in (0.0, 94.5e3)]

@@ -12,17 +12,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from layerjam.conversion import FACTORS, factor_by_pint, unit_factor
 from layerjam.errors import LayerjamError, QuantityError
-from layerjam.units import (
-    FACTORS,
-    exact_text,
-    examples,
-    factor_by_pint,
-    parse,
-    quantities,
-    show,
-    unit_factor,
-)
+from layerjam.units import exact_text, examples, parse, quantities, show
 
 SI = ["m", "Pa", "N", "N/m", "kg", "kg/m^3", "m/s", "s", "J", "J/(kg K)", "N s/m", "m/s^2", "V"]
 

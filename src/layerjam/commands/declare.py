@@ -13,6 +13,7 @@ JSON Schema (`commands/schema.py`).
 from __future__ import annotations
 
 import contextlib
+import difflib
 import functools
 import inspect
 import sys
@@ -20,12 +21,16 @@ import types
 import typing
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin
 
 from layerjam.commands.results import Result
-from layerjam.errors import Notice, QuantityError, UnknownNameError
+from layerjam.conversion import without_unit
+from layerjam.errors import ArgumentError, Notice, QuantityError, UnknownNameError
 from layerjam.records.changes import record_files
 from layerjam.units import QuantitySpec, show
+
+if TYPE_CHECKING:
+    from layerjam.commands.labels import Grid
 
 P = ParamSpec("P")
 R = TypeVar("R", bound=Result)
@@ -188,16 +193,13 @@ class Parameter:
     def _quantity(self, spec: QuantitySpec, value: Any, notices: list[Notice]) -> Any:
         if isinstance(value, str):
             return spec.read(value, self.label)
+        value = without_unit(value, spec.unit, self.label)
         if self.array and not isinstance(value, int | float):
-            import numpy as np
-
-            values = np.asarray(value, dtype=float)
-            for edge in (values.min(), values.max()) if values.size else ():
-                spec.check(float(edge), self.label)
+            values = self._elements(spec, value)
             if values.shape:
                 return values
             value = values.item()
-        number = spec.si(value.item() if getattr(value, "shape", None) == () else value, self.label)
+        number = spec.si(value, self.label)
         if 0 < number < spec.unlikely_below:
             notices.append(
                 Notice(
@@ -207,6 +209,22 @@ class Parameter:
                 )
             )
         return number
+
+    def _elements(self, spec: QuantitySpec, value: Any) -> Any:
+        """Return an array of SI numbers, checked; a DataArray stays one."""
+        import numpy as np
+
+        if hasattr(value, "dims"):
+            values = value.astype(float)
+        elif getattr(value, "dtype", None) is None or np.asarray(value).dtype.kind in "OUS":
+            each = np.asarray(value, dtype=object)
+            numbers = [spec.si(one, self.label) for one in each.ravel()]
+            values = np.array(numbers, dtype=float).reshape(each.shape)
+        else:
+            values = np.asarray(value, dtype=float)
+        for edge in (values.min(), values.max()) if values.size else ():
+            spec.check(float(edge), self.label)
+        return values
 
 
 def union(kind: Any) -> Iterator[Any]:
@@ -376,7 +394,7 @@ class Command:
         for p in self.parameters:
             if p.several:
                 args = (*args, *rest.pop(p.name, ()))
-        given = dict(self.signature.bind(*args, **rest).arguments)
+        given = self._bind(args, rest)
         for name, cls in self.records.items():
             own = given.get(name)
             mine = {k: v for k, v in loose.items() if flat[k] == name}
@@ -395,13 +413,48 @@ class Command:
                 made[p.name] = p.read(given.get(p.name, p.default), given, notices)
         return made
 
+    def _bind(self, args: Sequence[Any], named: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the arguments by name; raises ArgumentError for unknown and missing ones."""
+        known = self.signature.parameters
+        names = [*known, *(p.name for p in self.parameters if p.record)]
+        for name in named:
+            if name not in known:
+                near = difflib.get_close_matches(name, names, n=2, cutoff=0.5)
+                hint = (
+                    f"did you mean {' or '.join(near)}?" if near else f"it has {', '.join(names)}"
+                )
+                raise ArgumentError(f"{self.python_name}() has no parameter '{name}'; {hint}")
+        try:
+            return dict(self.signature.bind(*args, **named).arguments)
+        except TypeError as error:
+            needed = {p.name: p for p in self.parameters if p.required}
+            open_ones = list(needed)[len(args) :]
+            missing = [needed[name] for name in open_ones if name not in named]
+            each = "; ".join(f"{p.name} ({p.sentence.rstrip('.')})" for p in missing)
+            words = f"needs {each}" if missing else str(error)
+            raise ArgumentError(f"{self.python_name}() {words}") from None
+
+    def _align(self, values: dict[str, Any]) -> Grid | None:
+        """Return the grid of the array arguments; labelled ones are replaced by plain arrays."""
+        arrays = {p.name: p.spec.unit for p in self.parameters if p.array and p.spec is not None}
+        numbers = {name: values[name] for name in arrays if values.get(name) is not None}
+        if all(isinstance(one, int | float) for one in numbers.values()):
+            return None  # without loading NumPy
+        from layerjam.commands.labels import align
+
+        grid = align(numbers, arrays)
+        if grid is not None and grid.labelled:
+            values |= grid.inputs
+        return grid
+
     def __call__(self, *args: Any, **named: Any) -> Result:
         """Check, compute in double precision, and add what there is to say of the input."""
         notices: list[Notice] = []
         with precision() if self.computes else contextlib.nullcontext():
             made = self.arguments(args, named, notices)
+            grid = self._align(made)
             bound = inspect.BoundArguments(self.signature, made)  # type: ignore[arg-type]
-            result = self.function(*bound.args, **bound.kwargs).noting(*notices)
+            result = self.function(*bound.args, **bound.kwargs).noting(*notices).over(grid)
         return result.judged_by(record_files(bound.arguments.values()))
 
 

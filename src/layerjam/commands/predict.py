@@ -205,9 +205,11 @@ class BrakeForce(Result):
     force: float = number("N", "force of the brake, both together")
 
     def draw(self) -> Figure:
-        """Force over slip, with this slip marked."""
+        """Force over slip, with this slip marked; of arrays over their first dimension."""
         from layerjam.report import figures
 
+        if self.grid is not None:
+            return self.draw_panes(self.grid.panes("force", self.force, "N"))
         file, *case = self.record
         return figures.force_over_slip(file, *_single(case))
 
@@ -295,15 +297,17 @@ class VacuumForForce(Result):
 
     record: tuple[BrakeFile, float | Array, float | Array, float | Array]
     vacuum: float | None = number("Pa", "vacuum that gives the force; null where there is none")
-    feasible: bool = fact("whether there is such a vacuum")
-    reason: str | None = fact("why there is none")
+    feasible: bool = fact("whether there is such a vacuum, of each element")
+    reason: str | None = fact("why there is none, of the first element without one")
     least_force: float = number("N", "force of the enclosure alone at that slip")
     greatest_force: float = number("N", "force at the site's full vacuum at that slip")
 
     def draw(self) -> Figure:
-        """Force over vacuum at the slip, with the force marked."""
+        """Force over vacuum at the slip, with the force marked; of arrays the vacuum over it."""
         from layerjam.report import figures
 
+        if self.grid is not None:
+            return self.draw_panes(self.grid.panes("vacuum", self.vacuum, "Pa"))
         file, *case = self.record
         return figures.force_over_vacuum(file, *_single(case))
 
@@ -324,8 +328,9 @@ def vacuum(
     """Vacuum that makes the sliding brake resist with a force at a slip.
 
     `feasible` is False, with a `reason`, for a force below the enclosure's own or above that at
-    the site's full vacuum. Arrays of slip and force broadcast; NaN stands where there is no vacuum.
-    Without a `sliding_speed` the force is that at the speed at which friction was measured.
+    the site's full vacuum. Arrays of slip and force broadcast; the vacuum is NaN for elements
+    without one. Without a `sliding_speed` the force is that at the speed at which friction was
+    measured.
     """
     import numpy as np
 
@@ -336,12 +341,12 @@ def vacuum(
     brake = _sliding(brake, sliding_speed)
     pressure = _numbers(vacuum_for_force(force, slip, brake.brake))
     low, high = (_numbers(edge) for edge in force_limits(slip, brake.brake))
-    feasible = bool(np.isfinite(pressure).all())
-    single = np.ndim(pressure) == 0
+    feasible = np.isfinite(pressure)
+    none = np.ndim(pressure) == 0 and not feasible
     return VacuumForForce(
-        vacuum=pressure if feasible or not single else None,
-        feasible=feasible,
-        reason=None if feasible else _why_not(brake.brake, slip, force, pressure, low, high),
+        vacuum=None if none else pressure,
+        feasible=feasible if np.ndim(pressure) else bool(feasible),
+        reason=None if feasible.all() else _why_not(brake.brake, slip, force, pressure, low, high),
         least_force=low,
         greatest_force=high,
         warnings=[*brake.warnings(), *notices],

@@ -2,25 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
-from layerjam.commands.declare import Help, options
+from layerjam.commands.declare import Help, Input, options
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, VACUUM
 from layerjam.units import spec_of
 
+if TYPE_CHECKING:
+    from pandas import DataFrame
+else:
+    DataFrame = object  # help is shown without loading pandas
+
 Measured = str | Path | Trace
 """A file of a test machine, or a trace that was read (and perhaps cut) in Python."""
 SPECIMEN = spec_of(ReadingOptions, "specimen")
 NORMAL_FORCE = replace(spec_of(Facts, "normal_force"), example="2.45N")
 
+
+def several(files: Sequence[Measured | DataFrame] | Measured | DataFrame) -> list[Measured]:
+    """Return the files as a list; one path, trace or data frame alone makes a list of one."""
+    return _measured(files, {})
+
+
+def _measured(files: Any, given: Mapping[str, Any]) -> list[Measured]:
+    """Return paths and traces; data frames are read as `given` options say."""
+    each = [files] if isinstance(files, str | Path | Trace) or is_frame(files) else list(files)
+    if not any(map(is_frame, each)):
+        return each
+    from layerjam.measure.readers.frame import trace_of_frame
+
+    options = next((one for one in given.values() if isinstance(one, ReadingOptions)), None)
+    return [
+        trace_of_frame(one, options or ReadingOptions(), number) if is_frame(one) else one
+        for number, one in enumerate(each, 1)
+    ]
+
+
+def is_frame(value: object) -> bool:
+    """Return whether a value is a pandas DataFrame, without loading pandas."""
+    return type(value).__module__.partition(".")[0] == "pandas" and hasattr(value, "columns")
+
+
 Files = Annotated[
-    Sequence[Measured] | Measured, Help("Exports of a test machine.", metavar="FILE...")
+    Sequence[Measured | DataFrame] | Measured | DataFrame,
+    Input("Exports of a test machine.", metavar="FILE...", convert=_measured),
 ]
 FileVacuum = Annotated[
     float | None, VACUUM, Help("Vacuum of files whose sidecar does not state it.")
@@ -94,8 +125,3 @@ class FileOptions(TableOptions):
         CROSSHEAD_SPEED,
         Help("Speed of the crosshead, where nothing else states it."),
     ] = None
-
-
-def several(files: Sequence[Measured] | Measured) -> list[Measured]:
-    """The files as a list; one path or trace alone makes a list of one."""
-    return [files] if isinstance(files, str | Path | Trace) else list(files)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import shutil
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from layerjam.commands.labels import Grid
     from layerjam.records.changes import RecordFile
     from layerjam.report.chart import Curve, Pane
 
@@ -63,6 +65,8 @@ class Result:
     failed_checks: Sequence[Mapping[str, str]] = ()
     accepted: Sequence[Mapping[str, Any]] = ()
     refitted: Sequence[str] = ()
+    grid: Grid | None = None
+    """The array arguments that it was computed from; None if all were single numbers."""
 
     @classmethod
     def of(cls, *known: object, **given: Any) -> Self:
@@ -113,7 +117,8 @@ class Result:
         """Exit code: 4 if a check failed, 1 if the answer is "cannot", 3 if files were refused."""
         if self.failed_checks:
             return FAILED
-        if getattr(self, "feasible", None) is False:
+        feasible = getattr(self, "feasible", None)
+        if feasible is False or (hasattr(feasible, "all") and not feasible.all()):
             return 1
         return 3 if getattr(self, "refused", None) else 0
 
@@ -181,24 +186,27 @@ class Result:
         self,
         path: str | Path | None = None,
         *,
+        ax: Any = None,
         force: bool = False,
         beside: Mapping[str, Result] | None = None,
     ) -> Figure:
         """The figure; written to `path` (.svg, .png or .pdf) if one is given.
 
+        It is drawn into `ax`, Matplotlib axes or a list or array of as many as the figure has.
         `beside` maps labels to other results of the command, drawn as quiet curves under its own;
         a `tensile` takes those of `pull` too, drawn as points.
         Raises FileError where the file exists and `force` is not set, and LayerjamError for results
         that have no such curve.
         """
         from layerjam.report import chart
-        from layerjam.report.style import save
+        from layerjam.report.style import drawing_into, save
 
         quiet = {label: other.quiet_curves() for label, other in (beside or {}).items()}
         for label, curves in quiet.items():
             if not curves or not self.takes_beside(type((beside or {})[label])):
                 raise LayerjamError(f"{label}: no curve that can be drawn beside this one")
-        figure = self.draw_panes(chart.beside(self.panes(), quiet)) if quiet else self.draw()
+        with contextlib.nullcontext() if ax is None else drawing_into(ax):
+            figure = self.draw_panes(chart.beside(self.panes(), quiet)) if quiet else self.draw()
         if path is not None:
             save(figure, Path(path), force)
         return figure
@@ -208,23 +216,33 @@ class Result:
         if hasattr(self.record, "to_frame"):
             made: pandas.DataFrame = self.record.to_frame()
             return made
-        import numpy as np
         import pandas
 
-        columns = {f.name: getattr(self, f.name) for f in self.keys() if f.metadata["quantity"]}
-        plain = {k: v for k, v in columns.items() if not isinstance(v, Mapping | list | tuple)}
-        arrays = np.broadcast_arrays(
-            *(np.asarray(np.nan if v is None else v) for v in plain.values())
-        )
-        frame = pandas.DataFrame(dict(zip(plain, (a.ravel() for a in arrays), strict=True)))
-        frame.attrs["units"] = self.units
+        numbers = self._numbers()
+        if self.grid is not None:
+            frame, units = self.grid.to_frame(numbers), {**self.grid.units, **self.units}
+        else:
+            frame, units = pandas.DataFrame([numbers]), self.units
+        frame.attrs["units"] = units
         return frame
+
+    def _numbers(self) -> dict[str, Any]:
+        """Return the quantities of the result and, of an array result, its flags."""
+        return {
+            f.name: value
+            for f in self.keys()
+            if (value := getattr(self, f.name)) is None
+            or not isinstance(value, Mapping | list | tuple | str)
+            if f.metadata["quantity"] or hasattr(value, "dtype")
+        }
 
     def to_xarray(self) -> xarray.Dataset:
         """The record with its units as a Dataset, or the numbers of the result."""
         if hasattr(self.record, "to_xarray"):
             made: xarray.Dataset = self.record.to_xarray()
             return made
+        if self.grid is not None:
+            return self.grid.to_xarray(self._numbers(), self.units)
         with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
             import xarray
         data = xarray.Dataset.from_dataframe(self.to_frame())
@@ -278,6 +296,13 @@ class Result:
         """The same with more warnings."""
         return replace(self, warnings=[*self.warnings, *notices]) if notices else self
 
+    def over(self, grid: Grid | None) -> Self:
+        """Return the result with the grid of its array arguments, labelled if they are."""
+        if grid is None:
+            return self
+        labels = grid.label(self._numbers(), self.units) if grid.labelled else {}
+        return replace(self, grid=grid, **labels)
+
     def judged_by(self, files: Iterable[RecordFile[Any]]) -> Self:
         """Return the result with the verdicts of the files that it was computed from."""
         verdicts: list[str | None] = []
@@ -300,6 +325,8 @@ class Result:
             value, shown = getattr(self, f.name), f.metadata["shown"]
             if value is None or not f.metadata["listed"]:
                 continue
+            if self.grid is not None and getattr(value, "shape", ()):
+                continue  # a column of the table
             spec = f.metadata["quantity"]
             text = shown(value) if shown else in_words(value, spec.unit if spec else "")
             low, high = self.interval(f.name) if f.metadata["interval"] else (None, None)
@@ -318,6 +345,8 @@ class Result:
         out: list[str] = []
         for name, text in rows:
             out += wrapped(text, f"{name:<{wide}}  ", width)
+        if self.grid is not None:
+            out += [*([""] if rows else []), *self.grid.lines(self._numbers(), self.units)]
         for line in (*self.lines(), *self.check_lines()):
             out += wrapped(line, "", width) if line else [""]
         refused: Mapping[str, str] = getattr(self, "refused", None) or {}
@@ -337,9 +366,11 @@ class Result:
             out += wrapped(warning, "note: ", width)
         return "\n".join(printable(line) for line in out)
 
-    # a record that a result inherits compares by its fields
-    __eq__ = object.__eq__
-    __hash__ = object.__hash__
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and self.json() == other.json()  # type: ignore[attr-defined]
+
+    def __hash__(self) -> int:
+        return hash((type(self), self.json()))
 
     def __str__(self) -> str:
         return self.table(min(shutil.get_terminal_size((80, 24)).columns, 100))

@@ -11,7 +11,7 @@ import functools
 import math
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -61,15 +61,15 @@ COLUMNS = tuple(Runs.__dataclass_fields__)
 class ClosedLoop(Runs):
     """One closed loop: the numbers of `Runs`, and arrays of shape (N,) at the samples."""
 
-    time: Array
-    vacuum: Array
+    time: Array = field(repr=False)
+    vacuum: Array = field(repr=False)
     """True [Pa]."""
-    measured: Array
+    measured: Array = field(repr=False)
     """The sensor's reading [Pa]; NaN where it gave none."""
-    target: Array
-    pump: Array
-    vent: Array
-    fault: Array
+    target: Array = field(repr=False)
+    pump: Array = field(repr=False)
+    vent: Array = field(repr=False)
+    fault: Array = field(repr=False)
     """Code at each sample."""
     outcome: str
     """HEALTHY or the name of the fault."""

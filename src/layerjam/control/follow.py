@@ -11,7 +11,7 @@ pump and vent can.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -41,9 +41,9 @@ class Following:
     """One run at the regulator's samples; arrays of shape (N,), SI units."""
 
     loop: ClosedLoop
-    wanted: Array
-    force: Array
-    slip: Array
+    wanted: Array = field(repr=False)
+    force: Array = field(repr=False)
+    slip: Array = field(repr=False)
     possible: Mask
     """Whether the brake can give the force at this slip, and pump or vent change as fast."""
     reasons: tuple[str, ...]
@@ -179,10 +179,10 @@ def follow(
 class Bode:
     """Force over wanted force, shape (F,) each."""
 
-    frequency: Array
+    frequency: Array = field(repr=False)
     """[Hz]"""
-    magnitude: Array
-    phase: Array
+    magnitude: Array = field(repr=False)
+    phase: Array = field(repr=False)
     """[degrees], below zero where the force lags."""
 
     @property

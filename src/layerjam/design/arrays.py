@@ -7,7 +7,7 @@ side. One brake is one chain of one stage of one member.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -166,15 +166,15 @@ class Pulled:
     sequence: (elongation [m], index among `members`, "runs" (past its peak) or "ends").
     """
 
-    elongation: np.ndarray
+    elongation: np.ndarray = field(repr=False)
     """[m], shape (N,)"""
-    force: np.ndarray
+    force: np.ndarray = field(repr=False)
     """[N], shape (N,)"""
-    work: np.ndarray
+    work: np.ndarray = field(repr=False)
     """External work so far [J], shape (N,), summed over members: slip work and F^2/2k."""
-    slips: np.ndarray
+    slips: np.ndarray = field(repr=False)
     """[m], shape (N, M)"""
-    forces: np.ndarray
+    forces: np.ndarray = field(repr=False)
     """[N], shape (N, M)"""
     order: tuple[tuple[float, int, str], ...]
     outcome: Outcome

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -189,8 +189,8 @@ class Response:
     """A line in time: `time` [s], shape (N,), and `states` (N, 9 and more) as `rates` has them."""
 
     line: Line
-    time: Array
-    states: Array
+    time: Array = field(repr=False)
+    states: Array = field(repr=False)
 
     @property
     def vacuum(self) -> Array:

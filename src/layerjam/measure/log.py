@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
+from layerjam.conversion import unit_factor
 from layerjam.errors import FileError, Notice
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.columns import (
@@ -36,7 +37,7 @@ from layerjam.measure.readers.words import plain
 from layerjam.measure.sidecar import read_facts
 from layerjam.measure.synthetic import SYNTHETIC, says_synthetic
 from layerjam.measure.trace import Array
-from layerjam.units import show, unit_factor
+from layerjam.units import show
 
 _HEAD_LINES = 200
 _TWO_POINTS = re.compile(rb"(?<![\w.,])[+-]?\d{1,3}(?:\.\d{3}){1,4}\.\d{1,9}(?![\d.,])")
@@ -64,7 +65,7 @@ class Log:
     """
 
     path: str
-    columns: Mapping[str, Array]
+    columns: Mapping[str, Array] = field(repr=False)
     taken: Mapping[str, Column]
     head: Mapping[str, tuple[str, ...]]
     understood: tuple[str, ...]

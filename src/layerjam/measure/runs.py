@@ -9,7 +9,7 @@ import json
 import math
 import sqlite3
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -70,11 +70,11 @@ class Run:
 
     path: str
     meta: Mapping[str, str]
-    columns: Mapping[str, Array]
+    columns: Mapping[str, Array] = field(repr=False)
     boots: tuple[int, ...]
     """Starts of the board, in order."""
     events: Sequence[tuple[int, int | None, str, str]]
-    clock: Array
+    clock: Array = field(repr=False)
     gaps: int
     shots: tuple[Shot, ...] = ()
     """Accelerometer records of drops."""

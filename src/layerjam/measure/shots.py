@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +43,7 @@ class Shot:
     `number` and `boot` are those of a run file; `size` is N if nothing is missing.
     """
 
-    counts: Array
+    counts: Array = field(repr=False)
     size: int
     rate: float
     zero: float

@@ -29,9 +29,9 @@ class Trace:
     those of the sidecar.
     """
 
-    force: Array
-    elongation: Array
-    time: Array | None
+    force: Array = field(repr=False)
+    elongation: Array = field(repr=False)
+    time: Array | None = field(repr=False)
     path: str
     format: str
     understood: tuple[str, ...] = ()

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import functools
 import inspect
+import operator
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import Any, TypeVar
@@ -15,7 +17,7 @@ import numpy as np
 
 from layerjam.device.file import BrakeFile
 from layerjam.errors import PrecisionError
-from layerjam.units import RECORDS
+from layerjam.units import RECORDS, FlagSpec
 
 F = TypeVar("F", bound=Callable[..., Any])
 _registered: set[type] = set()
@@ -25,9 +27,37 @@ def register_records() -> None:
     """Make every record class a JAX pytree, so that brakes can be traced, batched and stacked."""
     for cls in RECORDS:
         if cls not in _registered:
-            names = list(cls.__dataclass_fields__)  # type: ignore[attr-defined]
-            jax.tree_util.register_dataclass(cls, data_fields=names, meta_fields=[])
+            _register(cls)
             _registered.add(cls)
+
+
+def _register(cls: type) -> None:
+    """Register one record class; JAX puts arrays and marks into it, which no constructor checks."""
+    names = list(cls.__dataclass_fields__)  # type: ignore[attr-defined]
+    keys = [jax.tree_util.GetAttrKey(name) for name in names]
+    specs = [f.metadata.get("quantity") for f in dataclasses.fields(cls)]
+    read = operator.attrgetter(*names) if len(names) > 1 else _reader_of_one(names[0])
+    no_floats = any(isinstance(spec, FlagSpec) or getattr(spec, "whole", False) for spec in specs)
+
+    def flat(rec: Any) -> tuple[Any, None]:
+        values = read(rec)
+        if no_floats:  # JAX differentiates with respect to floats alone
+            values = tuple(float(v) if isinstance(v, int) else v for v in values)
+        return values, None
+
+    def filled(_: None, leaves: Any) -> Any:
+        rec: Any = object.__new__(cls)
+        rec.__dict__.update(zip(names, leaves, strict=True))
+        return rec
+
+    def with_keys(rec: Any) -> tuple[Any, None]:
+        return tuple(zip(keys, flat(rec)[0], strict=True)), None
+
+    jax.tree_util.register_pytree_with_keys(cls, with_keys, filled, flat)
+
+
+def _reader_of_one(name: str) -> Callable[[Any], tuple[Any, ...]]:
+    return lambda rec: (getattr(rec, name),)
 
 
 def double_precision() -> AbstractContextManager[None]:

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache
+from html import escape
 from types import MappingProxyType
 from typing import Any, ClassVar, Generic, Self, TypeVar
 
@@ -18,7 +19,7 @@ from layerjam.records.source import KINDS, Source
 from layerjam.records.toml import quoted
 from layerjam.records.values import Entry, entries
 from layerjam.records.writer import commented_lines, literal, update_text
-from layerjam.units import build, get, quantities
+from layerjam.units import build, get, quantities, show
 from layerjam.verdict import Acceptance
 
 R = TypeVar("R")
@@ -144,6 +145,26 @@ class RecordFile(ABC, Generic[R]):
     def known_values(self) -> dict[str, Any]:
         """{dotted path: value in SI} of all known values."""
         return values_of(self.record)
+
+    def rows(self) -> Iterator[tuple[str, str, str]]:
+        """Yield (dotted path, value in a readable unit, kind of its source) of each number."""
+        for path, value in values_of(self.record).items():
+            unit = getattr(self.fields[path].spec, "unit", None)
+            kind = self.sources[path].kind if path in self.sources else ""
+            yield path, str(value) if unit is None else show(value, unit), kind
+
+    def __str__(self) -> str:
+        rows = list(self.rows())
+        wide, wider = (max(len(row[column]) for row in rows) for column in (0, 1))
+        lines = (f"  {path:<{wide}}  {text:<{wider}}  {kind}".rstrip() for path, text, kind in rows)
+        return "\n".join([f"{self.holds} {self.title or self.name}", *lines])
+
+    def _repr_html_(self) -> str:
+        body = "".join(
+            f"<tr><th>{path}</th><td>{escape(text)}</td><td>{kind}</td></tr>"
+            for path, text, kind in self.rows()
+        )
+        return f"<table><caption>{escape(self.title or self.name)}</caption>{body}</table>"
 
     @property
     def sha256(self) -> str:

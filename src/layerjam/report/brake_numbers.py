@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from layerjam.conversion import unit_factor
 from layerjam.report.page import NONE, Table
-from layerjam.units import get, show, unit_factor
+from layerjam.units import get, show
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from layerjam.conversion import unit_factor
 from layerjam.report import style
 from layerjam.report.style import BLUE, FAINT, GREEN, GREY, ORANGE, RED
-from layerjam.units import show, unit_factor
+from layerjam.units import show
 
 save = style.save
 

@@ -11,13 +11,14 @@ import functools
 import io
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec
 
 import numpy as np
 
 from layerjam.device.load import write_whole
-from layerjam.errors import MissingExtraError
+from layerjam.errors import LayerjamError, MissingExtraError
 
 if TYPE_CHECKING:
     from matplotlib import axes as _axes
@@ -106,12 +107,42 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 def canvas(
     columns: int = 1, rows: int = 1, width: float = 6.4, height: float = 3.9, **grid: Any
 ) -> tuple[Figure, list[Axes]]:
-    """A figure and its axes as a flat list; no global state, so that threads may draw."""
+    """A figure and its axes as a flat list; no global state, so that threads may draw.
+
+    Inside `drawing_into` they are the axes given there.
+    """
     from matplotlib.figure import Figure
 
+    if (own := _own_axes.get()) is not None:
+        if len(own) != rows * columns:
+            raise LayerjamError(
+                f"ax: {len(own)} given, but this figure has {rows * columns} axes; give "
+                f"{rows * columns}, such as plt.subplots({rows}, {columns})[1]"
+            )
+        return own[0].figure.get_figure(root=True), own  # type: ignore[return-value]
     figure = Figure(figsize=(width, height), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, **grid)
     return figure, list(axes.ravel())
+
+
+_own_axes: ContextVar[list[Axes] | None] = ContextVar("own_axes", default=None)
+
+
+@contextmanager
+def drawing_into(axes: Any) -> Iterator[None]:
+    """Draw figures into a user's axes, one of them or a list or array of them."""
+    flat = (
+        list(axes.flat)
+        if hasattr(axes, "flat")
+        else [*axes]
+        if isinstance(axes, list | tuple)
+        else [axes]
+    )
+    token = _own_axes.set(flat)
+    try:
+        yield
+    finally:
+        _own_axes.reset(token)
 
 
 def panel(axes: Axes, headline: str = "", detail: str = "", **axis: Any) -> None:
@@ -150,9 +181,10 @@ def labels_right(axes: Axes, x: float, items: Sequence[tuple[float, str, str]]) 
     """(y, text, colour) labels at the right end of curves, moved apart where they would touch."""
     low, high = axes.get_ylim()
     spec, figure = axes.get_subplotspec(), axes.get_figure(root=True)
-    if spec is None or figure is None or not items:
+    if figure is None or not items:
         return
-    points = spec.get_position(figure).height * figure.get_figheight() * 72
+    place = axes.get_position() if spec is None else spec.get_position(figure)
+    points = place.height * figure.get_figheight() * 72
     gap = (high - low) * 1.25 * WORDS / points
     known = sorted(item for item in items if np.isfinite(item[0]))
     heights: list[float] = []

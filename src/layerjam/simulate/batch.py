@@ -6,7 +6,7 @@ import functools
 import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -56,7 +56,7 @@ class Swept:
 
     name: str
     dimension: str | None
-    values: Array
+    values: Array = field(repr=False)
     stride: int = 1
 
     def at(self, cases: Array) -> Array:

@@ -7,7 +7,7 @@ rope alone stretches on, from what it bears and from the speed that the mass has
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -24,13 +24,13 @@ SAMPLES = 400
 class Crash:
     """The mass from the end of the travel to its standstill; arrays of shape (N,), SI."""
 
-    time: Array
+    time: Array = field(repr=False)
     """From the taut rope [s]."""
-    travel: Array
+    travel: Array = field(repr=False)
     """Displacement of the mass from the taut rope [m]."""
-    speed: Array
+    speed: Array = field(repr=False)
     """Of the mass [m/s]."""
-    force: Array
+    force: Array = field(repr=False)
     """Of the rope on the mass [N]."""
 
     @property

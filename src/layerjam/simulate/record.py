@@ -40,7 +40,7 @@ class Outcome(StrEnum):
 
 def column(unit: str, text: str) -> Any:
     """A field that holds one array, shape (N,)."""
-    return field(metadata={"quantity": QuantitySpec(unit, text)})
+    return field(repr=False, metadata={"quantity": QuantitySpec(unit, text)})
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,7 +6,7 @@ Stribeck law and falls with slip as the overlap is used up; the enclosure pulls 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -60,12 +60,12 @@ ENDS = {
 class Events:
     """The slips of a run, arrays of shape (events,), SI units."""
 
-    break_time: Array
-    stick_time: Array
-    force_at_break: Array
-    force_high: Array
-    force_low: Array
-    slip: Array
+    break_time: Array = field(repr=False)
+    stick_time: Array = field(repr=False)
+    force_at_break: Array = field(repr=False)
+    force_high: Array = field(repr=False)
+    force_low: Array = field(repr=False)
+    slip: Array = field(repr=False)
 
     def __len__(self) -> int:
         return len(self.slip)

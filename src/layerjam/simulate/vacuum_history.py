@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -26,8 +26,8 @@ class History:
     negative.
     """
 
-    time: Array
-    vacuum: Array
+    time: Array = field(repr=False)
+    vacuum: Array = field(repr=False)
 
     def __post_init__(self) -> None:
         for name in ("time", "vacuum"):

@@ -8,8 +8,9 @@ from typing import Any
 
 from nicegui import ui
 
+from layerjam.conversion import unit_factor
 from layerjam.errors import QuantityError
-from layerjam.units import QuantitySpec, exact_text, unit_factor, usual_unit
+from layerjam.units import QuantitySpec, exact_text, usual_unit
 from layerjam.workbench.call import parameters
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Bar

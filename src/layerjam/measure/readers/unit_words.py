@@ -11,8 +11,8 @@ import unicodedata
 from fractions import Fraction
 from functools import lru_cache
 
+from layerjam.conversion import unit_factor
 from layerjam.measure.readers.words import VOCABULARY
-from layerjam.units import unit_factor
 
 ROLES = {"time": "s", "elongation": "m", "force": "N"}
 

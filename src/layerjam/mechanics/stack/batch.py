@@ -6,7 +6,7 @@ the threads change its answer.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numba
@@ -42,15 +42,15 @@ class Peaks:
     NaN where a mount was too soft to follow, or static friction broke and healed without end.
     """
 
-    peak: Array
+    peak: Array = field(repr=False)
     """Greatest force of each pull [N]."""
-    elongation: Array
+    elongation: Array = field(repr=False)
     """Where that was [m]."""
-    slip: Array
+    slip: Array = field(repr=False)
     """Mean slip of the interfaces there [m]."""
-    stiffness: Array
+    stiffness: Array = field(repr=False)
     """Secant between a fifth and four fifths of that force [N/m], as a calibration takes it."""
-    onset: Array
+    onset: Array = field(repr=False)
     """Force at which the first interface lets go [N]."""
 
 

@@ -1,0 +1,222 @@
+"""Array arguments of a command: how they broadcast, and the labels that its result keeps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from layerjam.conversion import unit_factor
+from layerjam.errors import MissingExtraError, QuantityError
+from layerjam.units import show, usual_unit
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+    from layerjam.report.chart import Pane
+
+ROWS = 12
+"""Most rows of an array result that are printed."""
+MOST_CURVES = 24
+"""Most curves of an array result that one figure shows."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The array arguments of one call, and the dimensions of what is computed from them.
+
+    `inputs` are SI arrays that broadcast to `shape`, `units` their SI units. `coordinates` maps a
+    name to the dimensions and values of a coordinate. If the arguments were `labelled`, so are the
+    arrays of the result.
+    """
+
+    inputs: Mapping[str, np.ndarray]
+    units: Mapping[str, str]
+    dimensions: tuple[str, ...]
+    shape: tuple[int, ...]
+    coordinates: Mapping[str, tuple[tuple[str, ...], Any]]
+    labelled: bool = False
+
+    def label(self, values: Mapping[str, Any], units: Mapping[str, str]) -> dict[str, Any]:
+        """Return those of some values that have the shape of the grid, as labelled arrays."""
+        import xarray
+
+        return {
+            name: xarray.DataArray(
+                value,
+                dims=self.dimensions,
+                coords=dict(self.coordinates),
+                name=name,
+                attrs={"units": units[name]} if name in units else {},
+            )
+            for name, value in values.items()
+            if np.ndim(value) and np.shape(value) == self.shape
+        }
+
+    def to_frame(self, values: Mapping[str, Any]) -> pandas.DataFrame:
+        """Return one row for each element: inputs first, then the numbers that were computed."""
+        import pandas
+
+        columns = {
+            name: np.broadcast_to(np.asarray(np.nan if one is None else one), self.shape).ravel()
+            for name, one in {**self.inputs, **values}.items()
+        }
+        return pandas.DataFrame(columns)
+
+    def to_xarray(self, values: Mapping[str, Any], units: Mapping[str, str]) -> xarray.Dataset:
+        """Return the numbers over the dimensions of the inputs; single numbers stay single."""
+        with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
+            import xarray
+        plain = {name: value for name, value in values.items() if np.ndim(value) == 0}
+        data = xarray.Dataset({**plain, **self.label(values, units)}, coords=self.coordinates)
+        for name in (*plain, *self.inputs):
+            if name in data:
+                data[name].attrs["units"] = {**self.units, **units}[name]
+        return data
+
+    def lines(self, values: Mapping[str, Any], units: Mapping[str, str]) -> Iterator[str]:
+        """Yield a table of inputs and numbers in their usual units, shortened in the middle."""
+        units = {**self.units, **units}
+        frame = self.to_frame({name: v for name, v in values.items() if np.ndim(v)})
+        columns: list[list[str]] = []
+        for name in frame:
+            unit = usual_unit(units.get(str(name), "1"))
+            factor = usual_factor(units.get(str(name), "1"))
+            cells = [
+                str(v) if isinstance(v, bool | np.bool_) else "–" if v != v else f"{v / factor:.4g}"
+                for v in frame[name].tolist()
+            ]
+            columns.append(
+                [f"{str(name).replace('_', ' ')} [{unit}]" if unit else str(name), *cells]
+            )
+        rows = list(zip(*columns, strict=True))
+        if len(rows) > ROWS + 1:
+            rows = [*rows[: ROWS - 1], ("…",) * len(columns), *rows[-2:]]
+        wide = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        for row in rows:
+            yield "  ".join(f"{cell:>{width}}" for cell, width in zip(row, wide, strict=True))
+
+    def panes(self, name: str, value: Any, unit: str) -> list[Pane]:
+        """Return a number over the first dimension, one curve for each case of the others."""
+        from layerjam.report.chart import Curve, Pane
+        from layerjam.report.style import CYCLE
+
+        cases = np.reshape(np.asarray(value, float), (self.shape[0], -1))
+        if cases.shape[1] > MOST_CURVES:
+            raise QuantityError.of(
+                name,
+                f"{cases.shape[1]} curves are too many for one figure, at most {MOST_CURVES} are "
+                "drawn; choose some of them",
+            )
+        inputs = {
+            n: np.reshape(np.broadcast_to(one, self.shape), cases.shape)
+            / usual_factor(self.units[n])
+            for n, one in self.inputs.items()
+        }
+        across = next((n for n in inputs if self.dimensions[0] in self._varies(n)), "")
+        curves = []
+        for place in range(cases.shape[1]):
+            held = {n: self.inputs_at(n, place) for n in inputs if n != across}
+            label = ", ".join(show(v, self.units[n]) for n, v in held.items())
+            y = cases[:, place] / usual_factor(unit)
+            curves.append(Curve(inputs[across][:, place], y, CYCLE[place % len(CYCLE)], label))
+        x = f"{across.replace('_', ' ')} [{usual_unit(self.units[across])}]"
+        return [Pane(curves, x, f"{name.replace('_', ' ')} [{usual_unit(unit)}]", (None, None))]
+
+    def inputs_at(self, name: str, place: int) -> float:
+        """Return the value of an input in the first row of a case, in SI."""
+        whole = np.broadcast_to(self.inputs[name], self.shape)
+        return float(np.reshape(whole, (self.shape[0], -1))[0, place])
+
+    def _varies(self, name: str) -> set[str]:
+        """Return the dimensions along which an input has more than one value."""
+        own = self.inputs[name]
+        sizes = (1,) * (len(self.shape) - own.ndim) + own.shape
+        return {d for d, size in zip(self.dimensions, sizes, strict=True) if size > 1}
+
+
+def usual_factor(si: str) -> float:
+    """Return the factor from the usual unit of a quantity to SI; 1 for a pure number."""
+    unit = usual_unit(si)
+    return float(unit_factor(unit, si) or 1) if unit else 1.0
+
+
+def align(values: Mapping[str, Any], units: Mapping[str, str]) -> Grid | None:
+    """Return the grid that arguments span, None if all of them are single numbers.
+
+    Labelled arrays broadcast by the names of their dimensions, others by NumPy's rules. Raises
+    QuantityError for arrays that do not fit each other, or of which only some are labelled.
+    """
+    arrays = {name: value for name, value in values.items() if np.ndim(value)}
+    labelled = {name: value for name, value in arrays.items() if hasattr(value, "dims")}
+    if not arrays:
+        return None
+    if labelled:
+        bare = [name for name in arrays if name not in labelled]
+        if bare:
+            raise QuantityError.of(
+                bare[0],
+                f"has no named dimensions, but {next(iter(labelled))} has; label both, such as "
+                f"xarray.DataArray({bare[0]}, dims='{bare[0]}')",
+            )
+        return _labelled(labelled, values, units)
+    try:
+        shape = np.broadcast_shapes(*(np.shape(value) for value in values.values()))
+    except ValueError:
+        shapes = " and ".join(f"{n} {np.shape(v)}" for n, v in arrays.items())
+        raise QuantityError.of(
+            next(iter(arrays)),
+            f"shapes do not broadcast: {shapes}; give equal lengths, or name the dimensions with "
+            "xarray.DataArray(..., dims=...) for every combination",
+        ) from None
+    inputs = {name: np.asarray(value, float) for name, value in values.items()}
+    dimensions: list[str] = []
+    coordinates: dict[str, tuple[tuple[str, ...], Any]] = {}
+    for axis, size in enumerate(shape):
+        varying = []
+        for name, value in inputs.items():
+            sizes = (1,) * (len(shape) - value.ndim) + value.shape
+            if sizes[axis] > 1 or (size == 1 and value.ndim):
+                varying.append((name, sum(s > 1 for s in sizes)))
+        alone = len(varying) == 1 and varying[0][1] <= 1
+        name = varying[0][0] if alone and varying[0][0] not in dimensions else f"case_{axis}"
+        dimensions.append(name)
+        if name in inputs:
+            coordinates[name] = ((name,), inputs[name].ravel())
+    for name, value in inputs.items():
+        if name not in coordinates:
+            whole = np.broadcast_to(value, shape) if value.ndim else value
+            coordinates[name] = (tuple(dimensions) if value.ndim else (), whole)
+    return Grid(inputs, dict(units), tuple(dimensions), shape, coordinates)
+
+
+def _labelled(
+    labelled: Mapping[str, Any], values: Mapping[str, Any], units: Mapping[str, str]
+) -> Grid:
+    """Return the grid of labelled arrays."""
+    import xarray
+
+    try:
+        aligned = xarray.align(*labelled.values(), join="exact", copy=False)
+    except ValueError as error:
+        raise QuantityError.of(
+            next(iter(labelled)), f"coordinates of the arrays differ: {error}"
+        ) from None
+    whole = dict(zip(labelled, xarray.broadcast(*aligned), strict=True))
+    first = next(iter(whole.values()))
+    coordinates = {
+        str(name): (tuple(map(str, one.dims)), one.values) for name, one in first.coords.items()
+    }
+    for name, own in labelled.items():
+        if name in own.dims and name not in coordinates:
+            coordinates[name] = ((name,), own.values)
+        elif name not in coordinates and name not in first.dims:
+            coordinates[name] = (tuple(map(str, own.dims)), own.values)
+    inputs = {
+        name: np.asarray(whole[name].values if name in whole else value, float)
+        for name, value in values.items()
+    }
+    return Grid(inputs, dict(units), tuple(map(str, first.dims)), first.shape, coordinates, True)

@@ -1,0 +1,43 @@
+"""A data frame as a measurement: its columns are read like those of a file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from layerjam.errors import FileError
+from layerjam.measure.options import ReadingOptions
+from layerjam.measure.readers.content import Source
+from layerjam.measure.readers.specimens import specimens
+from layerjam.measure.sidecar import Facts
+from layerjam.measure.trace import Trace
+from layerjam.records.values import entries
+
+
+def trace_of_frame(frame: Any, options: ReadingOptions, number: int = 1) -> Trace:
+    """Return the trace in a DataFrame; `number` counts those of one call.
+
+    Columns are recognised by name and unit as in a file ("Force [N]"); `frame.attrs["units"]` may
+    give {column: unit}, and other attributes state the conditions under the names of a sidecar
+    (`frame.attrs["vacuum"] = "67 kPa"`). A named index is a column too. Raises FileError as for a
+    file, QuantityError for a condition out of bounds.
+    """
+    path = f"<DataFrame>/{number}"
+    units = frame.attrs.get("units", {})
+    table = frame.reset_index() if frame.index.name is not None else frame
+    names = [f"{name} [{units[name]}]" if name in units else str(name) for name in table.columns]
+    text = table.to_csv(index=False, header=names)
+    if frame.empty:
+        raise FileError(path, "is empty")
+    known = specimens(Source(path, text.encode(), "utf-8", decimal="."), options)
+    if len(known) > 1:
+        raise FileError(path, f"holds {len(known)} specimens; give a DataFrame for each of them")
+    trace = known[0].read(options)
+    stated = {
+        name: entry.spec.si(frame.attrs[name], name)
+        if hasattr(entry.spec, "si")
+        else entry.spec.read(frame.attrs[name], name)
+        for name, entry in entries(Facts)
+        if name in frame.attrs
+    }
+    return replace(trace, facts=replace(trace.facts, **stated))
