@@ -21,6 +21,7 @@ from layerjam.mechanics.stiffness import stiffness_before_slip
 from layerjam.records.changes import names
 from layerjam.records.shipped import shipped
 from layerjam.units import quantities, quantity, record
+from strategies import unchecked
 
 KAPTON = load("choi2018-kapton")
 PAPER = load_line("choi2018")
@@ -89,7 +90,10 @@ def test_what_no_file_could_say_is_refused(change, quantity, words):
 
 def test_a_record_changed_behind_the_back_is_refused_where_it_is_wrapped():
     """13 m instead of 13 mm once gave 149,483 N without a word."""
-    wrong = replace(KAPTON.brake, sheets=replace(KAPTON.brake.sheets, width=13.0))
+    with pytest.raises(QuantityError, match=r"^width: 13 m is not allowed"):
+        replace(KAPTON.brake.sheets, width=13.0)
+    # what no constructor sees, such as a step of an optimiser over JAX's leaves
+    wrong = unchecked(KAPTON.brake, sheets=unchecked(KAPTON.brake.sheets, width=13.0))
     for wrap in (brake_of, BrakeFile.of, lambda b: brake_of(replace(KAPTON, brake=b))):
         with pytest.raises(LayerjamError, match=r"sheets\.width: 13 m is not allowed"):
             wrap(wrong)

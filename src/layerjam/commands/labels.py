@@ -124,7 +124,9 @@ class Grid:
             y = cases[:, place] / usual_factor(unit)
             curves.append(Curve(inputs[across][:, place], y, CYCLE[place % len(CYCLE)], label))
         x = f"{across.replace('_', ' ')} [{usual_unit(self.units[across])}]"
-        return [Pane(curves, x, f"{name.replace('_', ' ')} [{usual_unit(unit)}]", (None, None))]
+        y = f"{name.replace('_', ' ')} [{usual_unit(unit)}]"
+        ends = float(np.min(inputs[across])), float(np.max(inputs[across]))
+        return [Pane(curves, x, y, ends, (None, None))]
 
     def inputs_at(self, name: str, place: int) -> float:
         """Return the value of an input in the first row of a case, in SI."""

@@ -385,7 +385,11 @@ class Result:
             for name, text in self.rows()
         )
         notes = "".join(f"<p>note: {escape(w)}</p>" for w in dict.fromkeys(map(str, self.warnings)))
-        return f"<table>{rows}</table>{notes}"
+        table = ""
+        if self.grid is not None:
+            lines = self.grid.lines(self._numbers(), self.units)
+            table = f"<pre>{escape(chr(10).join(lines))}</pre>"
+        return f"<table>{rows}</table>{table}{notes}"
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.device.file import BrakeFile
-from layerjam.errors import PrecisionError
+from layerjam.errors import PrecisionError, QuantityError
 from layerjam.units import RECORDS, FlagSpec
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -130,6 +130,11 @@ def _as_argument(given: Any) -> Any:
         isinstance(given, np.ndarray) and given.dtype.kind in "fiu"
     ):
         return np.asarray(given, dtype=np.float64)  # JAX would compile a program to convert it
+    if hasattr(given, "units") or hasattr(given, "unit"):
+        raise QuantityError(
+            f"laws take numbers in SI, not '{str(given)[:60]}'; convert it first, such as with "
+            ".to('Pa').magnitude, or call the function of a command, which converts it"
+        )
     return jnp.asarray(given, dtype=jnp.float64)
 
 
