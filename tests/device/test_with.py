@@ -179,7 +179,7 @@ def test_spacers_are_true_false_or_unstated_however_they_are_said():
     with pytest.raises(FileError, match="mount.spacers: must be true or false"):
         BrakeFile.read(KAPTON.text.replace("[mount]", '[mount]\nspacers = "true"'), "x")
     with pytest.raises(QuantityError, match="2.0 is not allowed; write true or false"):
-        brake_of(replace(KAPTON.brake, mount=replace(KAPTON.brake.mount, spacers=2.0)))
+        replace(KAPTON.brake.mount, spacers=2.0)
 
 
 @record

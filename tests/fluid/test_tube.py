@@ -25,6 +25,7 @@ from layerjam.fluid.network import (
 )
 from layerjam.fluid.timing import air_rise_time
 from layerjam.fluid.tube import area, filling_lag, in_cells, reynolds, sound_speed, wave_delay
+from strategies import unchecked
 
 PAPER = load_line("choi2018").line
 A = 101325.0
@@ -45,10 +46,13 @@ def test_the_speed_of_sound():
 def test_a_tube_too_short_for_the_integrator_is_refused_in_one_sentence():
     """No warning of the integrator's beside the error: pytest makes one an error of its own."""
     with pytest.raises(QuantityError, match="at least 1 mm"):
-        validate(with_tube(0, length=1e-12))
+        with_tube(0, length=1e-12)
+    thin = unchecked(Tube(length=1e-3, bore=2.5e-3), length=1e-12)
+    with pytest.raises(QuantityError, match="at least 1 mm"):
+        validate(replace(PAPER, tube=thin))
     stiff = replace(
         PAPER, chamber=replace(PAPER.chamber, volume_per_slip=4e-5), polytropic=1.2,
-        tube=Tube(length=1e-12, bore=2.5e-3),
+        tube=thin,
     )  # fmt: skip
     with pytest.raises(QuantityError, match="cannot be integrated"):
         respond(stiff, 1.2)

@@ -25,6 +25,7 @@ from layerjam.identify.repeats import over_repeats
 from layerjam.identify.shape import with_shape
 from layerjam.mechanics.pull import peak, scale_factor_of_peak
 from layerjam.records.source import Source
+from strategies import unchecked
 
 BRAKE = load("choi2018-kapton").brake
 
@@ -35,7 +36,7 @@ def peaks(*vacuums: float) -> list[Peak]:
 
 def test_without_an_enclosure_every_sensitivity_is_one() -> None:
     """a = F/(mu (n-1) W P L2): plus one in the force, minus one in all else."""
-    bare = replace(BRAKE, enclosure=replace(BRAKE.enclosure, modulus=1e-9))
+    bare = replace(BRAKE, enclosure=unchecked(BRAKE.enclosure, modulus=1e-9))
     at = [Peak(170.0, 94.5e3)]
     known = scatter_line((0.01, 4), 1.0, ""), enclosure_line(at, bare)
     found = budget(at, bare, known, {}, {})

@@ -222,7 +222,8 @@ class Result:
         if self.grid is not None:
             frame, units = self.grid.to_frame(numbers), {**self.grid.units, **self.units}
         else:
-            frame, units = pandas.DataFrame([numbers]), self.units
+            known = {k: float("nan") if v is None else v for k, v in numbers.items()}
+            frame, units = pandas.DataFrame([known]), self.units
         frame.attrs["units"] = units
         return frame
 
