@@ -17,8 +17,17 @@ from layerjam._version import __version__
 from layerjam.cli.generate import TYPED
 from layerjam.commands.declare import GROUPS
 from layerjam.commands.index import Entry, commands, family, find, load
+from layerjam.conversion import FACTORS
 from layerjam.errors import LayerjamError, UnknownNameError
 from layerjam.records.windows import is_windows
+
+MOST_USED = (
+    *("new", "show", "force", "vacuum", "tensile", "drop", "tune"),
+    *("friction", "pull", "calibrate", "validate", "report"),
+    *("design", "build", "workbench"),
+)
+"""Commands of the short list."""
+HELP_OF_ALL = ("help", "all")
 
 
 class Commands(TyperGroup):
@@ -71,7 +80,9 @@ class Commands(TyperGroup):
         """Write the groups with their commands, and examples under each."""
         self.format_usage(ctx, formatter)
         self.format_help_text(ctx, formatter)
-        entries = [commands()[name] for name in self._names()]
+        every = self.first or TYPED.get() == HELP_OF_ALL
+        names = self._names() if every else MOST_USED
+        entries = [commands()[name] for name in self._names() if name in names]
         wide = max(len(entry.name) for entry in entries) + 2
         for group, title in GROUPS.items():
             members = [entry for entry in entries if entry.group == group]
@@ -79,10 +90,10 @@ class Commands(TyperGroup):
                 with formatter.section(title):
                     _list(formatter, members, wide)
         words = f"layerjam {self.first}".rstrip()
+        more = len(self._names()) - len(entries)
+        others = f" layerjam help all lists the other {more} commands." if more else ""
         formatter.write_paragraph()
-        formatter.write_text(
-            f"{words} --help prints this list, {words} COMMAND --help all of one command."
-        )
+        formatter.write_text(f"{words} COMMAND --help explains a command.{others}")
 
 
 def _list(formatter: Any, members: Sequence[Entry], wide: int) -> None:
@@ -129,7 +140,6 @@ app = typer.Typer(
     name="layerjam",
     cls=Commands,
     help="Soft layer-jamming brakes: predict, test, calibrate, drive, design and build them.",
-    no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -160,9 +170,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = tuple(_expand(sys.argv[1:]) if arguments is None else arguments)
     before = TYPED.set(words)
     try:
-        return _answer(words)
+        return _answer(_as_option(words))
     finally:
         TYPED.reset(before)
+
+
+def _as_option(words: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the words with `--help` for none at all and for `help [COMMAND]`."""
+    if not words or words == HELP_OF_ALL:
+        return ("--help",)
+    return (*words[1:], "--help") if words[0] == "help" else words
 
 
 def _expand(words: Sequence[str]) -> list[str]:
@@ -190,9 +207,8 @@ def _answer(words: Sequence[str]) -> int:
     except KeyboardInterrupt:
         return _say("stopped; nothing was written", 130)
     except TyperException as error:
-        # a bare `layerjam` prints its help, which is not an error message
         message = " ".join(error.format_message().split())
-        return _say(message or "say what to do: layerjam --help", 2)
+        return _say(_with_split_quantity(message, words), 2)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
@@ -204,6 +220,16 @@ def _answer(words: Sequence[str]) -> int:
         return _say(f"the answer could not be printed: {error.strerror or error}", 2)
     except (MemoryError, RecursionError):
         return _say("the input is too large for this machine's memory", 2)
+
+
+def _with_split_quantity(message: str, words: Sequence[str]) -> str:
+    """Return the message of a word too many, with the remedy if it is the unit of a number."""
+    for option, number, unit in zip(words, words[1:], words[2:], strict=False):
+        typed = option.startswith("-") and number.replace(".", "", 1).isdigit()
+        if typed and any(unit in units for units in FACTORS.values()):
+            joined = f'{option} {number}{unit} or {option} "{number} {unit}"'
+            return f"{option} {number} {unit}: write number and unit as one word: {joined}"
+    return message
 
 
 def _say(sentence: str, code: int) -> int:

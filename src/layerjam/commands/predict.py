@@ -63,8 +63,8 @@ class NewBrake(Result):
 
 
 @command(
-    "build",
-    place=10,
+    "predict",
+    place=5,
     examples=("layerjam new my-brake --from choi2018-kapton --out my-brake.toml",),
     computes=False,
 )

@@ -142,7 +142,15 @@ def record_file(
     return replace(file, **held)
 
 
+EXPORTS = (".csv", ".txt", ".tra", ".tsv", ".dat", ".xls", ".xlsx", ".ods")
+"""Endings of measurements."""
+
+
 def _brake(value: AnyBrake, given: Mapping[str, Any]) -> BrakeFile:
+    if isinstance(value, str | Path) and Path(value).suffix.lower() in EXPORTS:
+        raise QuantityError.of(
+            "brake", f"{value} is a measurement; the brake comes first, then the files"
+        )
     return brake_file(value, given.get("atmosphere"))
 
 

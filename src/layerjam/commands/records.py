@@ -150,7 +150,7 @@ def _database(db: str | None) -> Any:
 
 
 @command(
-    "bench",
+    "share",
     place=80,
     under="records",
     examples=("layerjam records add my-brake.toml pull-1.csv --db lab.db",),
@@ -197,7 +197,7 @@ def records_add(
 
 
 @command(
-    "bench",
+    "share",
     place=81,
     under="records",
     examples=("layerjam records list --db lab.db",),
@@ -223,7 +223,7 @@ def _none_yet(database: Any, found: Sequence[Any]) -> list[Notice]:
 
 
 @command(
-    "bench",
+    "share",
     place=82,
     under="records",
     examples=("layerjam records show pull-2.csv --db lab.db",),
@@ -242,7 +242,7 @@ def records_show(ident: RecordId, *, db: RecordsDatabase = None) -> RecordShown:
 
 
 @command(
-    "bench",
+    "share",
     place=83,
     under="records",
     examples=("layerjam records verify --db lab.db",),
@@ -268,7 +268,7 @@ def records_verify(
 
 
 @command(
-    "bench",
+    "share",
     place=84,
     under="records",
     examples=('layerjam records withdraw pull-2.csv --why "the grip slipped" --db lab.db',),

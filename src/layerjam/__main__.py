@@ -1,0 +1,6 @@
+"""`python -m layerjam`."""
+
+from layerjam.cli.start import run
+
+if __name__ == "__main__":
+    run()

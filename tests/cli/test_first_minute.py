@@ -1,0 +1,57 @@
+"""The first minute on the command line: help where it is looked for, errors with what to type."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from layerjam.cli.main import MOST_USED, main
+from layerjam.commands.index import commands
+
+
+@pytest.mark.parametrize("words", [[], ["help"], ["--help"]])
+def test_the_short_list_is_help_and_no_error(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words) == 0
+    out, err = capsys.readouterr()
+    assert err == "" and max(map(len, out.splitlines())) <= 80
+    listed = [
+        line.split()[0] for line in out.splitlines() if line.startswith("  ") and line[2] > " "
+    ]
+    assert next(word for word in listed if word in MOST_USED) == "new"
+    assert set(MOST_USED) <= set(listed) and len(MOST_USED) == 15
+    assert "layerjam help all lists the other" in out and "bench soak" not in out
+
+
+def test_the_whole_list_and_one_command(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["help", "all"]) == 0
+    out = capsys.readouterr().out
+    assert all(f"  {name} " in out for name in commands())
+    assert out.index("Report and share:") < out.index("  records add")
+    assert main(["help", "force"]) == 0
+    assert "--slip" in capsys.readouterr().out
+    assert main(["help", "bench"]) == 0
+    assert "bench run" in capsys.readouterr().out
+    assert main(["help", "forse"]) == 2
+    assert "did you mean force" in capsys.readouterr().err
+
+
+def test_python_runs_the_package_as_a_module() -> None:
+    ended = subprocess.run(
+        [sys.executable, "-m", "layerjam", "--version"], capture_output=True, text=True, check=False
+    )
+    assert ended.returncode == 0 and ended.stdout.startswith("layerjam ")
+
+
+def test_a_unit_that_is_typed_as_a_word_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["force", "choi2018-kapton", "--slip", "20mm", "--vacuum", "50", "kPa"]) == 2
+    err = capsys.readouterr().err
+    assert 'write number and unit as one word: --vacuum 50kPa or --vacuum "50 kPa"' in err
+
+
+def test_brake_and_file_in_the_wrong_order(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["calibrate", "pull.csv", "choi2018-kapton"]) == 2
+    assert "pull.csv is a measurement; the brake comes first" in capsys.readouterr().err
