@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -211,7 +211,7 @@ class BrakeForce(Result):
         if self.grid is not None:
             return self.draw_panes(self.grid.panes("force", self.force, "N"))
         file, *case = self.record
-        return figures.force_over_slip(file, *_single(case))
+        return figures.force_over_slip(file, *map(float, case))
 
 
 @command(
@@ -271,15 +271,6 @@ def _within_fitted(enclosure: Any, vacuum: Any, device: Any) -> None:
     )
 
 
-def _single(case: Sequence[float | Array]) -> list[float]:
-    """Return the numbers of one case; raise QuantityError for arrays."""
-    import numpy as np
-
-    if any(np.ndim(number) for number in case):
-        raise QuantityError("figure: it shows one case; give single numbers, not arrays")
-    return [float(number) for number in case]
-
-
 def _numbers(value: Any) -> Any:
     """A float, or a NumPy array."""
     import numpy as np
@@ -309,7 +300,7 @@ class VacuumForForce(Result):
         if self.grid is not None:
             return self.draw_panes(self.grid.panes("vacuum", self.vacuum, "Pa"))
         file, *case = self.record
-        return figures.force_over_vacuum(file, *_single(case))
+        return figures.force_over_vacuum(file, *map(float, case))
 
 
 @command(
