@@ -39,12 +39,12 @@ class ReadingOptions:
 
     `negative` lists those of "force" and "elongation" that the machine counts with the other sign.
     `columns` assigns the columns, in order (``time:ms,skip,force:N``) or by name
-    (``force:N=Load,time=Zeit``); an entry of `column` does so for one name, and in Python it may
-    be a mapping, {"force:N": "Load"}. `decimal` is "." or ",". `specimen` is the number of one of several in a file, from 1. `sheet` is the name of a
-    workbook's sheet. `names` is the pattern of the files' names, such as
-    "pull_{vacuum}_{speed:mm/s}_*". `speed` [m/s] is the crosshead's if nothing else states it;
-    without elongation in the file, that is speed times time. `reading` is the reference of a
-    pressure, one of `REFERENCES`.
+    (``force:N=Load,time=Zeit``); an entry of `column` does so for one name, and in Python it may be
+    a mapping, {"force:N": "Load"}. `decimal` is "." or ",". `specimen` is the number of one of
+    several in a file, from 1. `sheet` is the name of a workbook's sheet. `names` is the pattern of
+    the files' names, such as "pull_{vacuum}_{speed:mm/s}_*". `speed` [m/s] is the crosshead's if
+    nothing else states it; without elongation in the file, that is speed times time. `reading` is
+    the reference of a pressure, one of `REFERENCES`.
     """
 
     negative: Sequence[str] = value(ListSpec(each=TextSpec(choices=tuple(ROLES)), single=True), ())
