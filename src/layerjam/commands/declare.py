@@ -13,7 +13,6 @@ JSON Schema (`commands/schema.py`).
 from __future__ import annotations
 
 import contextlib
-import difflib
 import functools
 import inspect
 import sys
@@ -23,9 +22,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin
 
+from layerjam.commands.arguments import bind
 from layerjam.commands.results import Result
 from layerjam.conversion import without_unit
-from layerjam.errors import ArgumentError, Notice, QuantityError, UnknownNameError
+from layerjam.errors import Notice, QuantityError, UnknownNameError
 from layerjam.records.changes import record_files
 from layerjam.units import QuantitySpec, show
 
@@ -195,7 +195,9 @@ class Parameter:
             return spec.read(value, self.label)
         value = without_unit(value, spec.unit, self.label)
         if self.array and not isinstance(value, int | float):
-            values = self._elements(spec, value)
+            from layerjam.commands.labels import elements
+
+            values = elements(value, spec, self.label)
             if values.shape:
                 return values
             value = values.item()
@@ -209,22 +211,6 @@ class Parameter:
                 )
             )
         return number
-
-    def _elements(self, spec: QuantitySpec, value: Any) -> Any:
-        """Return an array of SI numbers, checked; a DataArray stays one."""
-        import numpy as np
-
-        if hasattr(value, "dims"):
-            values = value.astype(float)
-        elif getattr(value, "dtype", None) is None or np.asarray(value).dtype.kind in "OUS":
-            each = np.asarray(value, dtype=object)
-            numbers = [spec.si(one, self.label) for one in each.ravel()]
-            values = np.array(numbers, dtype=float).reshape(each.shape)
-        else:
-            values = np.asarray(value, dtype=float)
-        for edge in (values.min(), values.max()) if values.size else ():
-            spec.check(float(edge), self.label)
-        return values
 
 
 def union(kind: Any) -> Iterator[Any]:
@@ -394,7 +380,8 @@ class Command:
         for p in self.parameters:
             if p.several:
                 args = (*args, *rest.pop(p.name, ()))
-        given = self._bind(args, rest)
+        needed = {p.name: p.sentence for p in self.parameters if p.required}
+        given = bind(self.python_name, self.signature, flat, needed, args, rest)
         for name, cls in self.records.items():
             own = given.get(name)
             mine = {k: v for k, v in loose.items() if flat[k] == name}
@@ -412,27 +399,6 @@ class Command:
             if not p.record and (p.name in given or p.default is not None):
                 made[p.name] = p.read(given.get(p.name, p.default), given, notices)
         return made
-
-    def _bind(self, args: Sequence[Any], named: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the arguments by name; raises ArgumentError for unknown and missing ones."""
-        known = self.signature.parameters
-        names = [*known, *(p.name for p in self.parameters if p.record)]
-        for name in named:
-            if name not in known:
-                near = difflib.get_close_matches(name, names, n=2, cutoff=0.5)
-                hint = (
-                    f"did you mean {' or '.join(near)}?" if near else f"it has {', '.join(names)}"
-                )
-                raise ArgumentError(f"{self.python_name}() has no parameter '{name}'; {hint}")
-        try:
-            return dict(self.signature.bind(*args, **named).arguments)
-        except TypeError as error:
-            needed = {p.name: p for p in self.parameters if p.required}
-            open_ones = list(needed)[len(args) :]
-            missing = [needed[name] for name in open_ones if name not in named]
-            each = "; ".join(f"{p.name} ({p.sentence.rstrip('.')})" for p in missing)
-            words = f"needs {each}" if missing else str(error)
-            raise ArgumentError(f"{self.python_name}() {words}") from None
 
     def _align(self, values: dict[str, Any]) -> Grid | None:
         """Return the grid of the array arguments; labelled ones are replaced by plain arrays."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from layerjam.conversion import unit_factor
 from layerjam.errors import MissingExtraError, QuantityError
-from layerjam.units import show, usual_unit
+from layerjam.units import QuantitySpec, show, usual_unit
 
 if TYPE_CHECKING:
     import pandas
@@ -144,6 +144,24 @@ def usual_factor(si: str) -> float:
     """Return the factor from the usual unit of a quantity to SI; 1 for a pure number."""
     unit = usual_unit(si)
     return float(unit_factor(unit, si) or 1) if unit else 1.0
+
+
+def elements(value: Any, spec: QuantitySpec, name: str) -> Any:
+    """Return an array of SI numbers within the bounds of `spec`; a DataArray stays one.
+
+    Elements may be text or quantity objects. Raises QuantityError.
+    """
+    if hasattr(value, "dims"):
+        values = value.astype(float)
+    elif getattr(value, "dtype", None) is None or np.asarray(value).dtype.kind in "OUS":
+        each = np.asarray(value, dtype=object)
+        numbers = [spec.si(one, name) for one in each.ravel()]
+        values = np.array(numbers, dtype=float).reshape(each.shape)
+    else:
+        values = np.asarray(value, dtype=float)
+    for edge in (values.min(), values.max()) if values.size else ():
+        spec.check(float(edge), name)
+    return values
 
 
 def align(values: Mapping[str, Any], units: Mapping[str, str]) -> Grid | None:
