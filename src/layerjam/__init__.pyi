@@ -8,7 +8,7 @@ from collections.abc import Collection as _Collection
 from collections.abc import Mapping as _Mapping
 from collections.abc import Sequence as _Sequence
 from pathlib import Path as _Path
-from typing import Literal
+from typing import Any, Literal
 
 from numpy.typing import ArrayLike as _ArrayLike
 
@@ -118,7 +118,6 @@ from layerjam.measure.options import ReadingOptions as ReadingOptions
 from layerjam.measure.readers.read import read_trace as read_trace
 from layerjam.measure.readers.read import read_traces as read_traces
 from layerjam.measure.trace import Trace as Trace
-from layerjam.measure.trace import Trace as _Trace
 from layerjam.mechanics.stick_slip.curve import Stribeck as Stribeck
 from layerjam.records.source import Source as Source
 from layerjam.simulate.accelerometer import Accelerometer as Accelerometer
@@ -154,7 +153,7 @@ def demo(
     """
 
 def ageing(
-    files: _Sequence[str | _Path | _Trace] | str | _Path | _Trace,
+    files: Any,
     *,
     test: _FrictionTest = ...,
     hold: float | str | None = ...,
@@ -406,7 +405,7 @@ def build(
 
 def calibrate(
     brake: str | _Path | _BrakeFile | _Brake,
-    files: _Sequence[str | _Path | _Trace] | str | _Path | _Trace,
+    files: Any,
     *,
     depth: Literal["exact", "curves", "bayesian"] = ...,
     free: _Sequence[str] = ...,
@@ -561,7 +560,7 @@ def follow(
     """
 
 def friction(
-    files: _Sequence[str | _Path | _Trace] | str | _Path | _Trace,
+    files: Any,
     *,
     test: _FrictionTest = ...,
     brake: str | _Path | _BrakeFile | _Brake | None = ...,
@@ -737,8 +736,9 @@ def vacuum(
     """Vacuum that makes the sliding brake resist with a force at a slip.
 
     `feasible` is False, with a `reason`, for a force below the enclosure's own or above that at
-    the site's full vacuum. Arrays of slip and force broadcast; NaN stands where there is no vacuum.
-    Without a `sliding_speed` the force is that at the speed at which friction was measured.
+    the site's full vacuum. Arrays of slip and force broadcast; the vacuum is NaN for elements
+    without one. Without a `sliding_speed` the force is that at the speed at which friction was
+    measured.
     """
 
 def publish(
@@ -790,7 +790,7 @@ def recompute(
     """
 
 def pull(
-    files: _Sequence[str | _Path | _Trace] | str | _Path | _Trace,
+    files: Any,
     *,
     tare: bool = ...,
     options: _FileOptions = ...,
@@ -1110,7 +1110,7 @@ def rise(
 
 def validate(
     brake: str | _Path | _BrakeFile | _Brake,
-    files: _Sequence[str | _Path | _Trace] | str | _Path | _Trace,
+    files: Any,
     *,
     vacuum: float | str | None = ...,
     atmosphere: float | str | None = ...,

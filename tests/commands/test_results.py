@@ -83,5 +83,7 @@ def test_a_number_stands_in_the_table_with_its_interval():
 
 def test_a_result_compares_and_prints_as_a_result():
     again = PumpAnswer.of(Pump(flow=2e-6, flow_low=1e-6, kind="piston", holds=4e4))
-    assert again != PUMPS and len({PUMPS, again}) == 2
+    assert again == PUMPS and len({PUMPS, again}) == 1
+    other = PumpAnswer.of(Pump(flow=2e-6, flow_low=1e-6, kind="piston", holds=4.1e4))
+    assert other != PUMPS and PUMPS != 1
     assert repr(PUMPS) == PUMPS.table(100)

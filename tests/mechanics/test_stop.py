@@ -24,7 +24,7 @@ from layerjam.mechanics.stop.exact import (
     time_at_slip,
 )
 from layerjam.mechanics.stop.tune import tuned_vacuum, vacuum_eq10
-from strategies import KAPTON, PTFE, random_brakes
+from strategies import KAPTON, PTFE, random_brakes, unchecked
 
 G = 9.80665
 ROPE = 16.8e3
@@ -107,7 +107,7 @@ def test_what_is_no_case_is_neither_a_number_nor_an_outcome():
     result = stop(bad, 2.5, 94.5e3, SPRING, G, KAPTON)
     assert np.asarray(result.outcome).tolist() == [NOT_A_CASE] * 3 + [STOPPED]
     assert np.isnan(result.slip[:3]).all()
-    film = dataclasses.replace(KAPTON.film, kinetic=np.nan)
+    film = unchecked(KAPTON.film, kinetic=np.nan)
     lost = stop(1.0, 2.5, 94.5e3, SPRING, G, dataclasses.replace(KAPTON, film=film))
     assert int(lost.outcome) == NOT_A_CASE
     assert all(np.isnan(float(v)) for v in lost[:-1])

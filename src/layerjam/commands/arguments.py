@@ -1,11 +1,13 @@
-"""Arguments of a call by name, and the errors for those that are missing or unknown."""
+"""Arguments of a call by name, their errors, and the members of an annotation."""
 
 from __future__ import annotations
 
 import difflib
 import inspect
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+import types
+import typing
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, get_args, get_origin
 
 from layerjam.errors import ArgumentError
 
@@ -37,3 +39,18 @@ def bind(
         each = "; ".join(f"{name} ({needed[name].rstrip('.')})" for name in missing)
         words = f"needs {each}" if missing else str(error)
         raise ArgumentError(f"{function}() {words}") from None
+
+
+def union(kind: Any) -> Iterator[Any]:
+    """The members of an annotation: those of a union, or itself."""
+    if get_origin(kind) in (typing.Union, types.UnionType):
+        for inner in get_args(kind):
+            yield from union(inner)
+    else:
+        yield kind
+
+
+def typed(python_name: str, under: str = "") -> str:
+    """Return the name on the command line of a function, after the word `under`: "export c"."""
+    rest = python_name.removeprefix(f"{under.replace('-', '_')}_") if under else python_name
+    return f"{under} {rest.replace('_', '-')}".lstrip()

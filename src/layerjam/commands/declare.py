@@ -16,13 +16,12 @@ import contextlib
 import functools
 import inspect
 import sys
-import types
 import typing
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin
 
-from layerjam.commands.arguments import bind
+from layerjam.commands.arguments import bind, typed, union
 from layerjam.commands.results import Result
 from layerjam.conversion import without_unit
 from layerjam.errors import Notice, QuantityError, UnknownNameError
@@ -213,15 +212,6 @@ class Parameter:
         return number
 
 
-def union(kind: Any) -> Iterator[Any]:
-    """The members of an annotation: those of a union, or itself."""
-    if get_origin(kind) in (typing.Union, types.UnionType):
-        for inner in get_args(kind):
-            yield from union(inner)
-    else:
-        yield kind
-
-
 def parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
     """The declaration behind one annotation."""
     spec: QuantitySpec | None = None
@@ -284,12 +274,6 @@ PYTHON_ONLY = object()
 
 ARRAY = object()
 """Beside a specification: arrays are taken too, and broadcast."""
-
-
-def typed(python_name: str, under: str = "") -> str:
-    """The name on the command line of a function, whose first word is `under`: "export c"."""
-    rest = python_name.removeprefix(f"{under.replace('-', '_')}_") if under else python_name
-    return f"{under} {rest.replace('_', '-')}".lstrip()
 
 
 class Command:
@@ -400,25 +384,21 @@ class Command:
                 made[p.name] = p.read(given.get(p.name, p.default), given, notices)
         return made
 
-    def _align(self, values: dict[str, Any]) -> Grid | None:
-        """Return the grid of the array arguments; labelled ones are replaced by plain arrays."""
-        arrays = {p.name: p.spec.unit for p in self.parameters if p.array and p.spec is not None}
-        numbers = {name: values[name] for name in arrays if values.get(name) is not None}
-        if all(isinstance(one, int | float) for one in numbers.values()):
+    def _grid(self, values: dict[str, Any]) -> Grid | None:
+        """Return the grid of the array arguments, None if all are single numbers."""
+        units = {p.name: p.spec.unit for p in self.parameters if p.array and p.spec is not None}
+        if all(isinstance(values.get(name, 0), int | float) for name in units):
             return None  # without loading NumPy
         from layerjam.commands.labels import align
 
-        grid = align(numbers, arrays)
-        if grid is not None and grid.labelled:
-            values |= grid.inputs
-        return grid
+        return align(values, units)
 
     def __call__(self, *args: Any, **named: Any) -> Result:
         """Check, compute in double precision, and add what there is to say of the input."""
         notices: list[Notice] = []
         with precision() if self.computes else contextlib.nullcontext():
             made = self.arguments(args, named, notices)
-            grid = self._align(made)
+            grid = self._grid(made)
             bound = inspect.BoundArguments(self.signature, made)  # type: ignore[arg-type]
             result = self.function(*bound.args, **bound.kwargs).noting(*notices).over(grid)
         return result.judged_by(record_files(bound.arguments.values()))

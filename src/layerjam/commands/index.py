@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from layerjam.commands.declare import GROUPS, REGISTRY, Command, typed
+from layerjam.commands.arguments import typed
+from layerjam.commands.declare import GROUPS, REGISTRY, Command
 from layerjam.errors import UnknownNameError
 
 HOME = Path(__file__).parent.parent

@@ -124,9 +124,9 @@ class Grid:
             y = cases[:, place] / usual_factor(unit)
             curves.append(Curve(inputs[across][:, place], y, CYCLE[place % len(CYCLE)], label))
         x = f"{across.replace('_', ' ')} [{usual_unit(self.units[across])}]"
-        y = f"{name.replace('_', ' ')} [{usual_unit(unit)}]"
+        height = f"{name.replace('_', ' ')} [{usual_unit(unit)}]"
         ends = float(np.min(inputs[across])), float(np.max(inputs[across]))
-        return [Pane(curves, x, y, ends, (None, None))]
+        return [Pane(curves, x, height, ends, (None, None))]
 
     def inputs_at(self, name: str, place: int) -> float:
         """Return the value of an input in the first row of a case, in SI."""
@@ -164,12 +164,14 @@ def elements(value: Any, spec: QuantitySpec, name: str) -> Any:
     return values
 
 
-def align(values: Mapping[str, Any], units: Mapping[str, str]) -> Grid | None:
-    """Return the grid that arguments span, None if all of them are single numbers.
+def align(arguments: dict[str, Any], units: Mapping[str, str]) -> Grid | None:
+    """Return the grid that those arguments span that have units, None if all are single numbers.
 
+    Labelled arrays among the arguments are replaced by plain ones of the grid's shape.
     Labelled arrays broadcast by the names of their dimensions, others by NumPy's rules. Raises
     QuantityError for arrays that do not fit each other, or of which only some are labelled.
     """
+    values = {n: arguments[n] for n in units if arguments.get(n) is not None}
     arrays = {name: value for name, value in values.items() if np.ndim(value)}
     labelled = {name: value for name, value in arrays.items() if hasattr(value, "dims")}
     if not arrays:
@@ -182,7 +184,9 @@ def align(values: Mapping[str, Any], units: Mapping[str, str]) -> Grid | None:
                 f"has no named dimensions, but {next(iter(labelled))} has; label both, such as "
                 f"xarray.DataArray({bare[0]}, dims='{bare[0]}')",
             )
-        return _labelled(labelled, values, units)
+        grid = _labelled(labelled, values, units)
+        arguments |= grid.inputs
+        return grid
     try:
         shape = np.broadcast_shapes(*(np.shape(value) for value in values.values()))
     except ValueError:

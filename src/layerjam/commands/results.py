@@ -118,7 +118,7 @@ class Result:
         if self.failed_checks:
             return FAILED
         feasible = getattr(self, "feasible", None)
-        if feasible is False or (hasattr(feasible, "all") and not feasible.all()):
+        if feasible is False or False in getattr(feasible, "flat", ()):
             return 1
         return 3 if getattr(self, "refused", None) else 0
 
@@ -326,7 +326,7 @@ class Result:
             value, shown = getattr(self, f.name), f.metadata["shown"]
             if value is None or not f.metadata["listed"]:
                 continue
-            if self.grid is not None and getattr(value, "shape", ()):
+            if self.grid is not None and getattr(value, "shape", None):
                 continue  # a column of the table
             spec = f.metadata["quantity"]
             text = shown(value) if shown else in_words(value, spec.unit if spec else "")

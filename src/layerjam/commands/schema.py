@@ -9,7 +9,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import Field, fields, is_dataclass
 from typing import Annotated, Any, Literal, get_args, get_origin
 
-from layerjam.commands.declare import Command, Help, command, union
+from layerjam.commands.arguments import union
+from layerjam.commands.declare import Command, Help, command
 from layerjam.commands.index import commands, load
 from layerjam.commands.results import Result, fact, key_of, result
 
