@@ -181,7 +181,9 @@ def test_a_block_behind_a_tube_is_named(plant: str, steps: float) -> None:
 def test_every_room_stated(plant: str, kind: str, sensor: Any, tolerances: Tolerances) -> None:
     loop = regulator(plant=PLANTS[plant], kind=kind, sensor=sensor, tolerances=tolerances)
     for steps in (1.0, 1.3, 1.6, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0, 16.0, 25.0, 40.0):
-        each_fault(loop, at_room(loop, steps), (1.0, 0.3, 0.01))
+        at = at_room(loop, steps)
+        if at > 0:  # wide steps leave no room for forty of them
+            each_fault(loop, at, (1.0, 0.3, 0.01))
 
 
 @pytest.mark.slow
