@@ -8,7 +8,7 @@ from collections.abc import Collection as _Collection
 from collections.abc import Mapping as _Mapping
 from collections.abc import Sequence as _Sequence
 from pathlib import Path as _Path
-from typing import Any, Literal
+from typing import Literal
 
 from numpy.typing import ArrayLike as _ArrayLike
 
@@ -65,6 +65,7 @@ from layerjam.commands.publish import Recomputed as _Recomputed
 from layerjam.commands.pull import Pulls as _Pulls
 from layerjam.commands.pump_down import PumpFound as _PumpFound
 from layerjam.commands.reading import FileOptions as _FileOptions
+from layerjam.commands.reading import Frame as _Frame
 from layerjam.commands.reading import LogOptions as _LogOptions
 from layerjam.commands.reading import TableOptions as _TableOptions
 from layerjam.commands.records import RecordsAdded as _RecordsAdded
@@ -118,6 +119,7 @@ from layerjam.measure.options import ReadingOptions as ReadingOptions
 from layerjam.measure.readers.read import read_trace as read_trace
 from layerjam.measure.readers.read import read_traces as read_traces
 from layerjam.measure.trace import Trace as Trace
+from layerjam.measure.trace import Trace as _Trace
 from layerjam.mechanics.stick_slip.curve import Stribeck as Stribeck
 from layerjam.records.source import Source as Source
 from layerjam.simulate.accelerometer import Accelerometer as Accelerometer
@@ -153,7 +155,7 @@ def demo(
     """
 
 def ageing(
-    files: Any,
+    files: _Sequence[str | _Path | _Trace | _Frame] | str | _Path | _Trace | _Frame,
     *,
     test: _FrictionTest = ...,
     hold: float | str | None = ...,
@@ -405,7 +407,7 @@ def build(
 
 def calibrate(
     brake: str | _Path | _BrakeFile | _Brake,
-    files: Any,
+    files: _Sequence[str | _Path | _Trace | _Frame] | str | _Path | _Trace | _Frame,
     *,
     depth: Literal["exact", "curves", "bayesian"] = ...,
     free: _Sequence[str] = ...,
@@ -560,7 +562,7 @@ def follow(
     """
 
 def friction(
-    files: Any,
+    files: _Sequence[str | _Path | _Trace | _Frame] | str | _Path | _Trace | _Frame,
     *,
     test: _FrictionTest = ...,
     brake: str | _Path | _BrakeFile | _Brake | None = ...,
@@ -790,7 +792,7 @@ def recompute(
     """
 
 def pull(
-    files: Any,
+    files: _Sequence[str | _Path | _Trace | _Frame] | str | _Path | _Trace | _Frame,
     *,
     tare: bool = ...,
     options: _FileOptions = ...,
@@ -1110,7 +1112,7 @@ def rise(
 
 def validate(
     brake: str | _Path | _BrakeFile | _Brake,
-    files: Any,
+    files: _Sequence[str | _Path | _Trace | _Frame] | str | _Path | _Trace | _Frame,
     *,
     vacuum: float | str | None = ...,
     atmosphere: float | str | None = ...,

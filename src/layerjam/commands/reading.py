@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any, Protocol, runtime_checkable
 
 from layerjam.commands.declare import Help, Input, options
 from layerjam.measure.options import ReadingOptions
@@ -14,43 +14,46 @@ from layerjam.measure.trace import Trace
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, VACUUM
 from layerjam.units import spec_of
 
-if TYPE_CHECKING:
-    from pandas import DataFrame
-else:
-    DataFrame = object  # help is shown without loading pandas
+
+@runtime_checkable
+class Frame(Protocol):
+    """A pandas DataFrame."""
+
+    columns: Any
+    index: Any
+    attrs: Any
+
 
 Measured = str | Path | Trace
 """A file of a test machine, or a trace that was read (and perhaps cut) in Python."""
 SPECIMEN = spec_of(ReadingOptions, "specimen")
 NORMAL_FORCE = replace(spec_of(Facts, "normal_force"), example="2.45N")
+AnyFiles = Sequence[Measured | Frame] | Measured | Frame
 
 
-def several(files: Sequence[Measured | DataFrame] | Measured | DataFrame) -> list[Measured]:
+def several(files: AnyFiles) -> list[Measured]:
     """Return the files as a list; one path, trace or data frame alone makes a list of one."""
     return _measured(files, {})
 
 
-def _measured(files: Any, given: Mapping[str, Any]) -> list[Measured]:
+def _measured(files: AnyFiles, given: Mapping[str, Any]) -> list[Measured]:
     """Return paths and traces; data frames are read as `given` options say."""
-    each = [files] if isinstance(files, str | Path | Trace) or is_frame(files) else list(files)
-    if not any(map(is_frame, each)):
-        return each
-    from layerjam.measure.readers.frame import trace_of_frame
-
     options = next((one for one in given.values() if isinstance(one, ReadingOptions)), None)
+    each = [files] if isinstance(files, str | Path | Trace | Frame) else list(files)
     return [
-        trace_of_frame(one, options or ReadingOptions(), number) if is_frame(one) else one
+        _trace(one, options or ReadingOptions(), number) if isinstance(one, Frame) else one
         for number, one in enumerate(each, 1)
     ]
 
 
-def is_frame(value: object) -> bool:
-    """Return whether a value is a pandas DataFrame, without loading pandas."""
-    return type(value).__module__.partition(".")[0] == "pandas" and hasattr(value, "columns")
+def _trace(frame: Frame, options: ReadingOptions, number: int) -> Trace:
+    from layerjam.measure.readers.frame import trace_of_frame
+
+    return trace_of_frame(frame, options, number)
 
 
 Files = Annotated[
-    Sequence[Measured | DataFrame] | Measured | DataFrame,
+    Sequence[Measured],
     Input("Exports of a test machine.", metavar="FILE...", convert=_measured),
 ]
 FileVacuum = Annotated[
