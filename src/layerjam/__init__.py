@@ -32,7 +32,7 @@ _FORMER = {
     "layerjam.lab.campaign": "campaign",
     "layerjam.mechanics.enclosure": "sleeve_stretch:enclosure_stretch",
     "layerjam.mechanics.stick_slip.laws": "stiffness_without_judder:stiffness_without_stick_slip",
-    "layerjam.simulate.accelerometer": "Reading seen",
+    "layerjam.simulate.accelerometer": "Reading seen:measure_acceleration",
     "layerjam.simulate.drop_in_time": "drop_in_time",
     "layerjam.simulate.stack": "tensile_stack",
     "layerjam.simulate.stack_layout": "stack_of",

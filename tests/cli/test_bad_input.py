@@ -75,7 +75,7 @@ def pull(**changed: str | None) -> list[str]:
         (pull(travel="1 km"), ("travel", "at most")),
         (pull(vacuum="110 kPa"), ("vacuum", "atmosphere")),
         (pull(model="magic"), ("unknown model 'magic'", "stack")),
-        (["tensile", KAPTON, "--procedure", "do something"], ("'do something' is no step",)),
+        (["tensile", KAPTON, "--procedure", "do something"], ("'do something' is not a step",)),
         (["tensile", KAPTON, "--procedure", ""], ("no step",)),
         (["tensile", KAPTON, "--procedure", "evacuate to 110 kPa"], ("atmosphere",)),
         (["tensile", KAPTON, "--procedure", "pull at 1 mm/s until 2 mm; pull at 1 mm/s until 1 mm"],

@@ -11,7 +11,7 @@ from layerjam.commands.impact import drop
 from layerjam.commands.sensor import channel_class, heating, reading
 from layerjam.device.load import load
 from layerjam.errors import LayerjamError
-from layerjam.simulate.accelerometer import ADXL193, Accelerometer, seen
+from layerjam.simulate.accelerometer import ADXL193, Accelerometer, measure_acceleration
 
 G = 9.80665
 KAPTON = load("choi2018-kapton")
@@ -26,7 +26,7 @@ def record():
 
 def test_every_value_has_its_unit_and_agrees_with_the_reading(record):
     answer = reading(record, accelerometer="adxl193", filter="CFC180")
-    direct = seen(record, ADXL193, 180)
+    direct = measure_acceleration(record, ADXL193, 180)
     assert answer.measured_peak == direct.peak and answer.record.peak == direct.peak
     assert answer.measured_peak_g == direct.peak / G
     assert answer.peak_loss == direct.loss > 0
@@ -37,7 +37,9 @@ def test_every_value_has_its_unit_and_agrees_with_the_reading(record):
 
 def test_a_low_pass_and_a_rate_of_ones_own(record):
     given = reading(record, low_pass="60 Hz", sampling="20 kHz")
-    own = seen(record, Accelerometer(bandwidth=60.0, kind="butterworth", sampling=20e3))
+    own = measure_acceleration(
+        record, Accelerometer(bandwidth=60.0, kind="butterworth", sampling=20e3)
+    )
     assert given.measured_peak == own.peak
     assert reading(record, accelerometer="adxl193", low_pass=60.0).record.sensor.kind == "bessel"
     assert reading(record, accelerometer=Accelerometer(range=50.0)).saturated

@@ -30,11 +30,11 @@ END = float(brake_force(TRAVEL, P, KAPTON))
 """Force as the travel is used up."""
 
 
-def at(made: arrays.Pulled, u: float | np.ndarray) -> np.ndarray:
+def at(made: arrays.ArrayLoading, u: float | np.ndarray) -> np.ndarray:
     return np.interp(u, made.elongation, made.force)
 
 
-def outside_work(made: arrays.Pulled) -> float:
+def outside_work(made: arrays.ArrayLoading) -> float:
     return float(np.trapezoid(made.force, made.elongation))
 
 
@@ -265,7 +265,7 @@ def test_a_lever_turns_force_into_torque() -> None:
         (lambda: totals(single(KAPTON, P), chamber=0.0), "chamber"),
         (
             lambda: in_series(single(KAPTON, P), in_parallel(single(KAPTON, P), single(PTFE, P))),
-            "side by side cannot stand in series",
+            "parallel chains cannot be in series",
         ),
     ],
 )

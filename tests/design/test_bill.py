@@ -12,7 +12,7 @@ import pytest
 import layerjam as lj
 from layerjam.commands.build import _verdict
 from layerjam.commands.design import brake_of
-from layerjam.design.blocks import encoded, fingerprint
+from layerjam.design.blocks import encode_block, fingerprint
 from layerjam.design.merit import DRAWN_MERITS
 from layerjam.design.search import Search
 from layerjam.design.specification import read_spec
@@ -162,11 +162,11 @@ def test_what_cannot_be_drawn_has_no_bill_and_is_not_chosen() -> None:
 def test_blocks_on_disk_hold_what_was_asked() -> None:
     asked, held = spec("drawn_mass <= 40 g"), spec("mass <= 40 g", objectives=("minimise mass",))
     search = Search(lj.design(asked).record.spec)
-    assert search.spec.drawn == ("film_area", "drawn_mass")
-    from layerjam.design.blocks import decoded
+    assert search.spec.drawn_merits == ("film_area", "drawn_mass")
+    from layerjam.design.blocks import decode_block
 
     mark = fingerprint(search.spec, search.size)
-    back = decoded(search, encoded(search, 0, search.block(0), mark), mark, 0)
+    back = decode_block(search, encode_block(search, 0, search.block(0), mark), mark, 0)
     assert back is not None and np.isfinite(back.asked).any()
     for at, number in enumerate(back.numbers.tolist()):
         design = search.design(number)
@@ -177,7 +177,7 @@ def test_blocks_on_disk_hold_what_was_asked() -> None:
     assert fingerprint(replace(search.spec, evaluation=moved), search.size) != mark
     # who asks for none of it sweeps as before, whatever the workshop
     plain = lj.design(held).record.spec
-    assert fingerprint(plain, 1) == fingerprint(held, 1) and plain.drawn == ()
+    assert fingerprint(plain, 1) == fingerprint(held, 1) and plain.drawn_merits == ()
 
 
 def test_without_what_draws_it_is_refused() -> None:

@@ -64,7 +64,7 @@ def test_the_front_is_what_all_pairs_give(small):
     """Every design of the grid against every other, from merits computed one by one."""
     search = small.record.search
     count = search.spec.grid.size
-    values = search.kernel.at(np.arange(count))
+    values = search.kernel.all_merits(np.arange(count))
     rows = {n: values[i] for n, i in search.row.items()}
     fits = (rows["holding_force"] >= 150) & (rows["length"] <= 0.110)
     assert small.feasible_designs == fits.sum()
@@ -154,7 +154,7 @@ def test_slopes_are_those_of_small_steps(small):
         up, down = smooth.start.copy(), smooth.start.copy()
         up[i] *= 1 + step
         down[i] *= 1 - step
-        high, low = smooth.at(up), smooth.at(down)
+        high, low = smooth.log_merits(up), smooth.log_merits(down)
         for merit in ("mass", "energy_capacity", "stress_margin", "stiffness", "rise_time"):
             due = (high[merit] - low[merit]) / (2 * step * smooth.start[i])
             assert slopes[merit][i] * smooth.start[i] == pytest.approx(
@@ -204,7 +204,7 @@ def test_constraints_that_exclude_each_other_are_named_together():
     assert answer.feasible is False and answer.examined == 0
     # by trying all: the least mass that holds, or the greatest hold within the mass
     search = Search(asked)
-    values = search.kernel.at(np.arange(asked.grid.size))
+    values = search.kernel.all_merits(np.arange(asked.grid.size))
     mass, hold = values[search.row["mass"]], values[search.row["holding_force"]]
     due = {
         "mass <= 21 g": mass[hold >= 400].min(),

@@ -17,7 +17,7 @@ import pytest
 from layerjam.commands.design import design
 from layerjam.commands.sweep import sweep
 from layerjam.design import blocks
-from layerjam.design.blocks import Store, decoded, encoded, fingerprint
+from layerjam.design.blocks import Store, decode_block, encode_block, fingerprint
 from layerjam.design.search import Search
 from layerjam.design.specification import read_spec
 from layerjam.errors import FileError, MissingExtraError
@@ -88,15 +88,15 @@ def test_the_front_can_be_read_as_a_table(whole):
 def test_a_block_is_the_same_bytes_each_time_and_read_back_whole():
     search = Search(read(), BLOCK)
     mark = fingerprint(search.spec, BLOCK)
-    first, second = (encoded(search, 3, search.block(3), mark) for _ in range(2))
+    first, second = (encode_block(search, 3, search.block(3), mark) for _ in range(2))
     assert first == second
-    back, found = decoded(search, first, mark, 3), search.block(3)
+    back, found = decode_block(search, first, mark, 3), search.block(3)
     assert back is not None
     np.testing.assert_equal(vars(back), vars(found))
     np.testing.assert_equal(search.summary(back), search.summary(found))
-    assert decoded(search, first, mark, 4) is None
-    assert decoded(search, first, "another", 3) is None
-    assert decoded(search, first[:-10], mark, 3) is None
+    assert decode_block(search, first, mark, 4) is None
+    assert decode_block(search, first, "another", 3) is None
+    assert decode_block(search, first[:-10], mark, 3) is None
 
 
 def test_a_block_without_a_find_is_kept_too(tmp_path):
@@ -166,7 +166,7 @@ def test_nothing_is_replaced_or_made_beside_what_others_wrote(tmp_path, theirs):
 
 def test_two_at_once_are_kept_apart(tmp_path):
     search = Search(read(), BLOCK)
-    with Store(tmp_path / "s", search), pytest.raises(FileError, match="at work"):
+    with Store(tmp_path / "s", search), pytest.raises(FileError, match="is running"):
         sweep(read(), out=tmp_path / "s", block=BLOCK)
 
 

@@ -144,7 +144,7 @@ CANNOT = {
     "high stack": ({"count": 240}, {}, "longest that is drawn is 60 mm"),
     "narrow": ({"width": "8 mm"}, {}, "nut of M3"),
     "printer": ({}, {"print_bed": "145x145x160mm"}, "too large for the printer by 6 mm in z"),
-    "thin sleeve": ({"wall": "0.2 mm"}, {}, "not filled by guess"),
+    "thin sleeve": ({"wall": "0.2 mm"}, {}, "too thin to fill without it"),
 }
 
 

@@ -50,7 +50,7 @@ def test_the_hole_sits_where_the_screw_goes() -> None:
 
 def test_a_frame_says_the_unit_and_is_not_cut() -> None:
     frame = Frame(length=95, width=23, words="film-1: 1 × sheet")
-    document = opened(dxf([SHEET.moved(5, 11.5)], frame))
+    document = opened(dxf([SHEET.translate(5, 11.5)], frame))
     info = document.modelspace().query('*[layer=="INFO"]')
     (edge,) = info.query("LWPOLYLINE")
     box = shapely.Polygon(edge.get_points("xy")).bounds

@@ -184,8 +184,8 @@ def plant(patch: pytest.MonkeyPatch, name: str) -> None:
         listed = film.film_parts
         patch.setattr(film, "film_parts", lambda *a: fewer(listed(*a)))
     elif name == "half the kerf":
-        grown = outline.Outline.grown
-        patch.setattr(outline.Outline, "grown", lambda self, kerf: grown(self, kerf / 2))
+        grown = outline.Outline.add_kerf
+        patch.setattr(outline.Outline, "add_kerf", lambda self, kerf: grown(self, kerf / 2))
     elif name == "DXF in metres":
         written = film.dxf
         metres = lambda *a, **k: re.sub(  # noqa: E731
@@ -202,11 +202,11 @@ def plant(patch: pytest.MonkeyPatch, name: str) -> None:
         turned = lambda s: replace(meshed(s), triangles=meshed(s).triangles[:, ::-1])  # noqa: E731
         patch.setattr(folder, "mesh", turned)
     elif name == "screws of one cap":
-        bought = bom._bought
+        bought = bom._purchases
         half = lambda m: [  # noqa: E731
             replace(row, quantity="1") if row.item == "screw" else row for row in bought(m)
         ]
-        patch.setattr(bom, "_bought", half)
+        patch.setattr(bom, "_purchases", half)
 
 
 def fewer(wanted: list[Any]) -> list[Any]:

@@ -108,7 +108,9 @@ def test_command_over_brake_over_workshop(tmp_path) -> None:
     made = choices(file, place, {"gap": 6e-3, "cutter": None})
     assert (made.build.kerf, made.build.gap, made.build.margin) == (0.2e-3, 6e-3, 8e-3)
     assert (
-        "kerf" not in made.assumed and "margin" not in made.assumed and "tip_radius" in made.assumed
+        "kerf" not in made.default_keys
+        and "margin" not in made.default_keys
+        and "tip_radius" in made.default_keys
     )
     place.write_text('name = "empty"\n')
     with pytest.raises(FileError, match=r"no table \[build\]"):

@@ -7,12 +7,12 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from layerjam.fabricate.nest import Piece, Wanted, nest, nest_least, too_large
+from layerjam.fabricate.nest import CutPart, Piece, nest, nest_least, too_large
 from layerjam.fabricate.outline import Outline, sheet, spacer
 
 
 @st.composite
-def wanted(draw: st.DrawFn) -> list[Wanted]:
+def wanted(draw: st.DrawFn) -> list[CutPart]:
     width, count = draw(st.floats(8, 100)), draw(st.integers(2, 60))
     kerf = draw(st.sampled_from((0.0, 0.2)))
     lengths = [draw(st.floats(30, 300)), draw(st.floats(30, 300))]
@@ -20,13 +20,13 @@ def wanted(draw: st.DrawFn) -> list[Wanted]:
     parts = []
     for side, (long, clamped) in enumerate(zip(lengths, clamps, strict=True)):
         shape = sheet(long, width, clamped=clamped, hole=2.5, tip_radius=1)
-        parts.append(Wanted(f"sheet-{side}", shape.grown(kerf), (count + 1 - side) // 2))
+        parts.append(CutPart(f"sheet-{side}", shape.add_kerf(kerf), (count + 1 - side) // 2))
         filler = spacer(clamped, width, hole=2.5)
-        parts.append(Wanted(f"spacer-{side}", filler.grown(kerf), (count + side) // 2))
+        parts.append(CutPart(f"spacer-{side}", filler.add_kerf(kerf), (count + side) // 2))
     return parts
 
 
-def _judge(pieces: list[Piece], parts: list[Wanted], margin: float, gap: float) -> None:
+def _judge(pieces: list[Piece], parts: list[CutPart], margin: float, gap: float) -> None:
     for part in parts:
         laid = sum(dict(piece.counts).get(part.name, 0) for piece in pieces)
         assert laid == part.count
@@ -43,7 +43,7 @@ def _judge(pieces: list[Piece], parts: list[Wanted], margin: float, gap: float) 
 
 
 @given(wanted(), st.floats(1, 10), st.floats(1, 8))
-def test_on_a_given_stock(parts: list[Wanted], margin: float, gap: float) -> None:
+def test_on_a_given_stock(parts: list[CutPart], margin: float, gap: float) -> None:
     pieces = nest(parts, stock=(610, 400), margin=margin, gap=gap)
     _judge(pieces, parts, margin, gap)
     assert {(piece.length, piece.width) for piece in pieces} == {(610, 400)}
@@ -53,7 +53,7 @@ def test_on_a_given_stock(parts: list[Wanted], margin: float, gap: float) -> Non
 
 @settings(max_examples=25)
 @given(wanted(), st.floats(1, 10), st.floats(1, 8))
-def test_on_the_least_rectangle(parts: list[Wanted], margin: float, gap: float) -> None:
+def test_on_the_least_rectangle(parts: list[CutPart], margin: float, gap: float) -> None:
     pieces = nest_least(parts, margin=margin, gap=gap, most=(1169, 797))
     _judge(pieces, parts, margin, gap)
     for piece in pieces:
@@ -75,8 +75,8 @@ def test_on_the_least_rectangle(parts: list[Wanted], margin: float, gap: float) 
 
 def test_the_paper_s_brake_fits_a_sheet_of_office_paper() -> None:
     parts = [
-        Wanted("sheet", sheet(85, 13, clamped=6, hole=3), 11),
-        Wanted("spacer", spacer(6, 13, hole=3), 11),
+        CutPart("sheet", sheet(85, 13, clamped=6, hole=3), 11),
+        CutPart("spacer", spacer(6, 13, hole=3), 11),
     ]
     (piece,) = nest_least(parts, margin=5, gap=3, most=(1169, 797))
     assert piece.length < 210 and piece.width < 297
@@ -86,7 +86,7 @@ def test_the_paper_s_brake_fits_a_sheet_of_office_paper() -> None:
 
 
 def test_a_part_that_no_stock_holds_is_named() -> None:
-    part = Wanted("sheet", sheet(85, 13, clamped=6, hole=3), 2)
+    part = CutPart("sheet", sheet(85, 13, clamped=6, hole=3), 2)
     assert too_large([part], (95, 23), 5) is None
     assert too_large([part], (90, 23), 5) == ("sheet", "length", 5)
     assert too_large([part], (95, 20), 5) == ("sheet", "width", 3)
@@ -99,5 +99,5 @@ def test_a_part_that_no_stock_holds_is_named() -> None:
 
 def test_many_sheets_take_a_moment() -> None:
     part: Outline = sheet(300, 100, clamped=10, hole=3)
-    pieces = nest([Wanted("sheet", part, 3000)], stock=(640, 450), margin=5, gap=3)
+    pieces = nest([CutPart("sheet", part, 3000)], stock=(640, 450), margin=5, gap=3)
     assert len(pieces) == 375

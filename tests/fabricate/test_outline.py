@@ -56,13 +56,13 @@ def test_the_kerf_is_an_exact_offset(part: Outline, kerf: float) -> None:
     # an independent offset of the polygon, whose round corners have many corners
     exact = shapely.Polygon(part.points(1e-4))
     offset = exact.buffer(kerf / 2, quad_segs=100)
-    grown = shapely.Polygon(part.grown(kerf).points(1e-4))
+    grown = shapely.Polygon(part.add_kerf(kerf).points(1e-4))
     assert grown.hausdorff_distance(offset) < 4e-4
-    assert [h.diameter for h in part.grown(kerf).holes] == pytest.approx(
+    assert [h.diameter for h in part.add_kerf(kerf).holes] == pytest.approx(
         [h.diameter - kerf for h in part.holes], rel=1e-14
     )
     middles = [(h.x, h.y) for h in part.holes]
-    assert [(h.x, h.y) for h in part.grown(kerf).holes] == middles
+    assert [(h.x, h.y) for h in part.add_kerf(kerf).holes] == middles
     # what a burn of half the kerf on either side leaves is the part itself
     left = grown.buffer(-kerf / 2, quad_segs=100)
     assert left.hausdorff_distance(exact) < 4e-4
@@ -70,7 +70,7 @@ def test_the_kerf_is_an_exact_offset(part: Outline, kerf: float) -> None:
 
 def test_no_kerf_changes_nothing() -> None:
     part = sheet(85, 13, clamped=6, hole=3)
-    assert part.grown(0.0) is part
+    assert part.add_kerf(0.0) is part
 
 
 def test_holes_stand_in_a_row_across_the_clamp() -> None:
@@ -89,7 +89,7 @@ def test_where_two_arcs_meet_no_line_has_no_length() -> None:
 
 def test_a_part_moves_as_a_whole() -> None:
     comb = coupon(3.0, 3.0)[1]
-    moved = comb.moved(5, -2)
+    moved = comb.translate(5, -2)
     assert moved.box() == pytest.approx(
         [a + b for a, b in zip(comb.box(), (5, -2) * 2, strict=True)]
     )

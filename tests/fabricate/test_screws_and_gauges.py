@@ -53,7 +53,7 @@ def test_threads_are_those_of_the_standards(thread) -> None:
     own = (thread.pitch, thread.head, thread.head_height, thread.nut, thread.nut_height)
     own += (thread.close, thread.clearance)
     assert own == STANDARDS[thread.name][:-1]
-    assert thread.stressed == pytest.approx(STANDARDS[thread.name][-1], rel=2.5e-3)
+    assert thread.stress_area == pytest.approx(STANDARDS[thread.name][-1], rel=2.5e-3)
     assert thread.size < thread.close < thread.clearance < thread.key + thread.size
     assert {thread.shortest, thread.longest} <= {*LENGTHS}
 

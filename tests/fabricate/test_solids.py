@@ -68,7 +68,7 @@ def test_the_crossing_of_two_bores_is_taken_once() -> None:
     x = axis + rng.random(400_000) * 2.2
     both = (y**2 + z**2 <= 1) & ((x - axis) ** 2 + z**2 <= 2.1**2)
     box = 2.2 * 1.1 * 2.2
-    assert part.shared == pytest.approx(box * both.mean(), rel=0.01)
+    assert part.shared_volume == pytest.approx(box * both.mean(), rel=0.01)
 
 
 @pytest.mark.parametrize("name", sorted(THROUGH))

@@ -37,7 +37,7 @@ def test_lengths_are_in_mm(part: Outline) -> None:
 
 
 def test_the_picture_is_upright_and_holds_all() -> None:
-    part = sheet(85, 20, clamped=6, hole=3, screws=2).moved(5, 30)
+    part = sheet(85, 20, clamped=6, hole=3, screws=2).translate(5, 30)
     part = Outline(**{**vars(part), "holes": part.holes[:1]})
     (hole,) = re.findall(rb'<circle cx="([^"]+)" cy="([^"]+)" r="([^"]+)"', svg([part]))
     x, y, radius = map(float, hole)
@@ -48,7 +48,7 @@ def test_the_picture_is_upright_and_holds_all() -> None:
 def test_a_frame_is_grey_and_only_lines_to_cut_are_red_or_blue() -> None:
     parts = coupon(3.0, 3.0)
     left, low, right, high = around(parts)
-    moved = [part.moved(5 - left, 5 - low) for part in parts]
+    moved = [part.translate(5 - left, 5 - low) for part in parts]
     frame = Frame(length=right - left + 10, width=high - low + 10, words="cut <first> & keep")
     text = svg(moved, frame).decode()
     assert "cut &lt;first&gt; &amp; keep" in text and "100 mm" in text

@@ -9,7 +9,7 @@ import pypdfium2
 import pypdfium2.raw as pdfium
 import pytest
 
-from layerjam.fabricate.nest import Piece, Wanted, nest_least
+from layerjam.fabricate.nest import CutPart, Piece, nest_least
 from layerjam.fabricate.outline import Outline, sheet, spacer
 from layerjam.report import build_files as drawn
 from layerjam.report.build_files import FORMATS, paper_for, pattern
@@ -30,8 +30,8 @@ def _pages(data: bytes) -> Iterator[list[pypdfium2.PdfPage]]:
 
 def _pieces(count: int, kerf: float, length: float = 85, width: float = 13) -> list[Piece]:
     parts = [
-        Wanted("sheet", sheet(length, width, clamped=6, hole=3).grown(kerf), count),
-        Wanted("spacer", spacer(6, width, hole=3).grown(kerf), count),
+        CutPart("sheet", sheet(length, width, clamped=6, hole=3).add_kerf(kerf), count),
+        CutPart("spacer", spacer(6, width, hole=3).add_kerf(kerf), count),
     ]
     return nest_least(parts, margin=5, gap=3, most=(1169, 777))
 
@@ -93,7 +93,9 @@ def test_holes_lie_in_their_parts() -> None:
 def test_corners_are_round_and_the_page_is_as_light_as_drawn() -> None:
     """Black on the rendered page lies on the outline and nowhere else: radius 6 corners."""
     part = Outline(length=60, width=40, start=6, end=6)
-    piece = Piece(name="film-1", length=70, width=50, parts=[part.moved(5, 25)], counts=[("p", 1)])
+    piece = Piece(
+        name="film-1", length=70, width=50, parts=[part.translate(5, 25)], counts=[("p", 1)]
+    )
     data = pattern([piece])
     assert data is not None
     with _pages(data) as (page,):

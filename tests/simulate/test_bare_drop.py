@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from layerjam.simulate.rope_alone import damped_rope_only, felt
+from layerjam.simulate.rope_alone import damped_rope_only, simulate_bare_drop
 
 MASSES, SPEEDS, SPRINGS = st.floats(0.05, 20), st.floats(0.1, 10), st.floats(1e2, 1e6)
 
 
 @given(MASSES, SPEEDS, SPRINGS, st.sampled_from([0.0, 9.81]))
 def test_an_undamped_rope_pulls_by_its_stretch(mass, speed, spring, gravity):
-    made = felt(mass, speed, spring, 0.0, gravity, 9.81)
+    made = simulate_bare_drop(mass, speed, spring, 0.0, gravity, 9.81)
     top = damped_rope_only(mass, speed, spring, 0.0, gravity)[0]
     assert made.force == pytest.approx(spring * made.travel, abs=1e-6 * top)
     assert made.deceleration == pytest.approx(made.force / mass - gravity)
@@ -27,7 +27,7 @@ def test_an_undamped_rope_pulls_by_its_stretch(mass, speed, spring, gravity):
 @given(MASSES, SPEEDS, SPRINGS, st.floats(0.05, 3), st.sampled_from([0.0, 9.81]))
 def test_a_damped_rope_pulls_by_stretch_and_speed(mass, speed, spring, ratio, gravity):
     damping = 2 * ratio * np.sqrt(spring * mass)
-    made = felt(mass, speed, spring, damping, gravity, 9.81)
+    made = simulate_bare_drop(mass, speed, spring, damping, gravity, 9.81)
     keep = made.time >= 0
     time, travel, force = made.time[keep], made.travel[keep], made.force[keep]
     gap = np.diff(time)

@@ -149,7 +149,7 @@ def test_what_is_no_drop_is_refused(change, words):
         ([0, np.inf], [1, 2], "time of sample 2"),
         ([0], [1], "two or more"),
         ([0, 1], [1, 2, 3], "same length"),
-        ([0, 1], ["a", "b"], "no row of numbers"),
+        ([0, 1], ["a", "b"], "not a row of numbers"),
     ],
 )
 def test_a_history_checks_itself(time, vacuum, words):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from layerjam.simulate.rope_alone import damped_rope_only, felt, standstill
+from layerjam.simulate.rope_alone import damped_rope_only, simulate_bare_drop, standstill
 
 G, ROPE = 9.80665, 16.8e3
 CRITICAL = 2 * np.sqrt(ROPE)
@@ -58,7 +58,7 @@ def test_regimes_join_and_no_damping_is_the_spring():
 
 @pytest.mark.parametrize("damping", [0.0, 30.0, CRITICAL, 5000.0])
 def test_what_is_felt_has_the_peak_and_ends_slack_or_at_the_weight(damping):
-    bare = felt(1.0, 2.5, ROPE, damping, G, G)
+    bare = simulate_bare_drop(1.0, 2.5, ROPE, damping, G, G)
     force, _, _ = damped_rope_only(1.0, 2.5, ROPE, damping, G)
     assert bare.acceleration.max() == pytest.approx(force, rel=1e-5)
     assert bare.acceleration[0] == 0.0

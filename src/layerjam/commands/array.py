@@ -13,7 +13,7 @@ from layerjam.simulate.quantities import ELONGATION, VACUUM
 from layerjam.units import QuantitySpec
 
 if TYPE_CHECKING:
-    from layerjam.design.arrays import Pulled
+    from layerjam.design.arrays import ArrayLoading
     from layerjam.report.chart import Pane
 
 PARALLEL = QuantitySpec("1", "chains of brakes side by side", lo=1, hi=100, whole=True)
@@ -24,9 +24,9 @@ MOST = 1000
 
 @result
 class ArrayPull(Result):
-    """Totals of an array of equal brakes and the outcome of one slow pull; `record` is a Pulled."""
+    """Totals of an array and the outcome of one slow pull; `record` is an ArrayLoading."""
 
-    record: Pulled
+    record: ArrayLoading
     brake: str = fact("name of the brake")
     parallel: int = number("1", "chains side by side")
     series: int = number("1", "brakes one behind the other in a chain")

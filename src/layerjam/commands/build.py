@@ -235,7 +235,7 @@ def _verdict(
                     "accept", f"{check.code}: the brake cannot be drawn, {check.text}"
                 )
     else:
-        verdict = judge((check.judged() for check in made.checks), accept, file=LIST)
+        verdict = judge((check.to_judged_check() for check in made.checks), accept, file=LIST)
         made = made.stating((*file.accepted, *verdict.decisions))
         failed = {check.name for check in verdict.failed}
         stops = [c for c in made.checks if c.level == "failed" and c.code in failed]
@@ -289,7 +289,7 @@ def _drawn(file: BrakeFile, chosen: Choices, parallel: int, series: int) -> Draw
     from layerjam.fabricate.drawing import drawing
     from layerjam.mechanics.limits import greatest_force
 
-    with chosen.located():
+    with chosen.locate_errors():
         return drawing(file, chosen, float(greatest_force(file.brake)), parallel, series)
 
 
@@ -328,7 +328,7 @@ def _facts(made: Drawing) -> dict[str, Any]:
         "mass": many * sum(row.mass for row in made.masses),
         "fittings_mass": many * sum(row.mass for row in made.masses if row.fitting),
         "mass_parts": [
-            {"name": r.name, "count": many * r.count, "each": r.each, "basis": r.basis}
+            {"name": r.name, "count": many * r.count, "each": r.unit_mass, "basis": r.basis}
             for r in made.masses
         ],
         "mass_missing": list(UNWEIGHED),

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from layerjam.design.bounds import Exclusion
-    from layerjam.design.refine import Refined
+    from layerjam.design.refine import RefinedDesign
     from layerjam.design.requirements import DesignSpecification
     from layerjam.design.search import Search, SweepResult
     from layerjam.device.file import BrakeFile
@@ -39,7 +39,7 @@ class Designed:
 
     spec: DesignSpecification
     search: Search
-    refined: Refined | None = None
+    refined: RefinedDesign | None = None
 
 
 @result
@@ -110,13 +110,13 @@ class DesignResult(Judged):
         yield from self._margins()
 
     def _choice(self) -> Iterator[str]:
-        from layerjam.design.verdict import named
+        from layerjam.design.verdict import describe_design
 
         spec, units = self.record.spec, self.units
         told = [o.name for o in spec.objectives]
         told += [c.name for c in spec.constraints if c.name not in told]
         chosen, refined = self.chosen or {}, self.refined or {}
-        yield from ("", f"chosen: {named(chosen)}")
+        yield from ("", f"chosen: {describe_design(chosen)}")
         for name in told:
             text = show(chosen[name], units[name])
             if name in refined:
@@ -124,9 +124,10 @@ class DesignResult(Judged):
             yield f"  {name}: {text}"
         if refined:
             moved = ", ".join(f"{n} {show(refined[n], units[n])}" for n in spec.grid.ranges)
-            yield f"between the steps: {named(refined)} ({moved})"
+            yield f"between the steps: {describe_design(refined)} ({moved})"
         if self.runner_up:
-            yield from ("", f"runner-up: {named(self.runner_up)}", f"  {self.runner_up_lost}")
+            second = describe_design(self.runner_up)
+            yield from ("", f"runner-up: {second}", f"  {self.runner_up_lost}")
 
     def _margins(self) -> Iterator[str]:
         if self.robustness:
@@ -199,7 +200,7 @@ def brake_of(made: DesignResult, number: int | None = None) -> BrakeFile:
     """
     from layerjam.design.checks import design_checks
     from layerjam.design.design_file import design_file, plain_name
-    from layerjam.design.refine import changed
+    from layerjam.design.refine import replace_values
 
     found: Designed = made.record
     spec, grid, refined = found.spec, found.spec.grid, found.refined
@@ -212,7 +213,7 @@ def brake_of(made: DesignResult, number: int | None = None) -> BrakeFile:
         if number >= grid.size:
             raise QuantityError(f"number: {number} is none of the {grid.size} designs, from 0 on")
         refined, more, row = None, {}, found.search.design(int(number))
-    point = changed(grid.point(int(number)), more)
+    point = replace_values(grid.point(int(number)), more)
     name = f"{plain_name(spec.name)}-{number}{'-refined' if refined is not None else ''}"
     accepted = [Acceptance.of_row(one) for one in made.accepted]
     with precision():
@@ -255,7 +256,7 @@ def best(
     from layerjam.design.robust import robustness
     from layerjam.design.verdict import binding, forbidden, why_lost, why_none
 
-    told = search.told(found)
+    told = search.find_highlights(found)
     if not told.best:
         return infeasible(make, search, why_none(search, found, told), found)
     spec = search.spec

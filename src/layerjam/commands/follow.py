@@ -124,7 +124,7 @@ def follow(
     """
     from layerjam.control.follow import bode
     from layerjam.control.follow import follow as run
-    from layerjam.simulate.speed import in_a_pull
+    from layerjam.simulate.speed import pull_notices
 
     made, notices = regulator_of(line, HELD_AT * line.line.site.atmosphere, settings)
     if str(profile) in PROFILES:
@@ -160,7 +160,7 @@ def follow(
         feasible=bool(done.possible.all()),
         greatest_vacuum=float(done.loop.vacuum.max()),
         bode=None if swept is None else _rows(swept),
-        warnings=[*brake.warnings(), *notices, *in_a_pull(brake, float(paces.max()))],
+        warnings=[*brake.warnings(), *notices, *pull_notices(brake, float(paces.max()))],
         record=(done, swept),
     )
 

@@ -350,7 +350,7 @@ def _peaks(force: float, mass: float, along: float, g: float) -> dict[str, Any]:
 
 
 def _without_brake(case: dict[str, Any], damping: float, g: float) -> Stop:
-    from layerjam.simulate.rope_alone import damped_rope_only, felt
+    from layerjam.simulate.rope_alone import damped_rope_only, simulate_bare_drop
 
     mass, speed, rope, along = (case[k] for k in ("mass", "speed", "rope_stiffness", "gravity"))
     if rope is None:
@@ -375,7 +375,7 @@ def _without_brake(case: dict[str, Any], damping: float, g: float) -> Stop:
         outcome=str(Outcome.STOPPED) if stands else None,
         speed=speed,
         reason=reason,
-        record=felt(mass, speed, rope, damping, along, g),
+        record=simulate_bare_drop(mass, speed, rope, damping, along, g),
     )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from layerjam.commands.lines import ONLY_COMPLIANCE
 from layerjam.errors import Notice
-from layerjam.simulate.speed import in_a_stop
+from layerjam.simulate.speed import stop_notices
 from layerjam.units import show
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ def plan_notices(made: Plan, build: Build | None) -> Iterator[Notice]:
 
     case, standby = made.case, made.standby
     line, tank = standby.line, standby.line.reservoir
-    yield from in_a_stop(made.brake)
+    yield from stop_notices(made.brake)
     if case.mass_sd or case.speed_sd:
         yield Notice(
             "mass and speed: log-normal, independent; chances and expected peak by exact stops at "

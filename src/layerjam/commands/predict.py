@@ -235,7 +235,7 @@ def force(
     """
     from layerjam.mechanics.enclosure import enclosure_force
     from layerjam.mechanics.friction import sheet_friction, sheet_friction_at
-    from layerjam.simulate.speed import of_force
+    from layerjam.simulate.speed import force_notices
 
     vacuum_within(vacuum, brake.brake)
     notices = slip_within(slip, brake.brake)
@@ -250,7 +250,7 @@ def force(
         sheet_friction=sheets,
         enclosure_force=enclosure,
         force=sheets + enclosure,
-        warnings=[*brake.warnings(), *notices, *of_force(brake, sliding_speed)],
+        warnings=[*brake.warnings(), *notices, *force_notices(brake, sliding_speed)],
         record=(brake, vacuum, slip),
     )
 
@@ -326,9 +326,9 @@ def vacuum(
     import numpy as np
 
     from layerjam.mechanics.pull import force_limits, vacuum_for_force
-    from layerjam.simulate.speed import of_force
+    from layerjam.simulate.speed import force_notices
 
-    notices = [*slip_within(slip, brake.brake), *of_force(brake, sliding_speed)]
+    notices = [*slip_within(slip, brake.brake), *force_notices(brake, sliding_speed)]
     brake = _sliding(brake, sliding_speed)
     pressure = _numbers(vacuum_for_force(force, slip, brake.brake))
     low, high = (_numbers(edge) for edge in force_limits(slip, brake.brake))

@@ -18,8 +18,8 @@ from layerjam.simulate.accelerometer import (
     CLASSES,
     Accelerometer,
     Signal,
-    named,
-    seen,
+    find_accelerometer,
+    measure_acceleration,
     specific_force,
 )
 from layerjam.simulate.accelerometer import Reading as Seen
@@ -147,7 +147,7 @@ def sensor_of(
 
     A low-pass of its own makes the sensor's 2-pole Butterworth one unless it has one already.
     """
-    sensor = named(accelerometer) if isinstance(accelerometer, str) else accelerometer
+    sensor = find_accelerometer(accelerometer) if isinstance(accelerometer, str) else accelerometer
     if low_pass is not None:
         kind = "butterworth" if sensor.bandwidth is None else sensor.kind
         sensor = replace(sensor, bandwidth=low_pass, kind=kind)
@@ -175,7 +175,7 @@ def reading(
     asked = {"filter_class" if k == "filter" else k: v for k, v in asked.items()}
     how = parse_options(Sensing, asked) if sensing is None else sensing
     sensor = sensor_of(how.accelerometer, how.low_pass, how.sampling)
-    made = seen(signal, sensor, channel_class(how.filter_class))
+    made = measure_acceleration(signal, sensor, channel_class(how.filter_class))
     if gravity is None:
         gravity = signal.brake.brake.site.gravity if isinstance(signal, DropRecord) else 9.80665
     return Reading.of(
@@ -198,7 +198,7 @@ def _checks(made: Seen, signal: Signal, sensor: Accelerometer) -> Iterator[Check
     if sensor.range is not None:
         fits = "the sensor's range contains the peak"
         limit = show(sensor.range, "m/s^2")
-        sentence = f"the peak is beyond the sensor's range of {limit}, which stands in its place"
+        sentence = f"the peak is beyond the sensor's range of {limit}, which replaces it"
         yield check(
             "saturation", not made.saturated, sentence if made.saturated else fits, level="failed"
         )

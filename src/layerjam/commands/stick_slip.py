@@ -232,7 +232,7 @@ def _limits(at: Slide, bounds: Bounds, ratio: float) -> dict[str, float]:
 
 def _assumptions(record: StickSlipRecord, assumed: bool) -> list[Notice]:
     """What the numbers rest on; `assumed` is the mass where none was given."""
-    from layerjam.simulate.speed import in_a_slide
+    from layerjam.simulate.speed import slide_notices
 
     out, count = [], len(record.events)
     if record.outcome is Outcome.STEADY_SLIDING and count:
@@ -265,4 +265,5 @@ def _assumptions(record: StickSlipRecord, assumed: bool) -> list[Notice]:
     else:
         lost = "the Stribeck speed is an input: none is measured for the catalogue's films"
     fastest = float(record.speed_of_mass.max())
-    return [*out, Notice(lost, "stribeck-speed"), *in_a_slide(record.brake, record.speed, fastest)]
+    notices = slide_notices(record.brake, record.speed, fastest)
+    return [*out, Notice(lost, "stribeck-speed"), *notices]

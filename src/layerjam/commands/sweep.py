@@ -111,7 +111,7 @@ def _made(
     search: Search, todo: list[int], store: Store, scheduler: str | None
 ) -> Iterator[tuple[int, bytes]]:
     """(index, content) of the blocks, computed here or on the cluster."""
-    from layerjam.design.blocks import encoded
+    from layerjam.design.blocks import encode_block
     from layerjam.mechanics.threads import Workers
 
     if scheduler is not None:
@@ -121,4 +121,4 @@ def _made(
         return
     with Workers() as pool:
         for index in todo:
-            yield index, encoded(search, index, search.block(index, pool), store.mark)
+            yield index, encode_block(search, index, search.block(index, pool), store.mark)

@@ -81,8 +81,8 @@ def tune(
     from layerjam.mechanics.stop.exact import stop
     from layerjam.mechanics.stop.tune import vacuum_eq10
     from layerjam.simulate.drop import spring_of
-    from layerjam.simulate.speed import follows_speed, in_a_stop
-    from layerjam.simulate.tuned import Case, speeds, tuned
+    from layerjam.simulate.speed import follows_speed, stop_notices
+    from layerjam.simulate.tuned import Case, speeds, tuning_vacuum
 
     device, g = brake.brake, brake.brake.site.gravity
     arrives = arrival(speed, height, horizontal, g)
@@ -100,7 +100,7 @@ def tune(
         gravity=0.0 if horizontal else g,
         rope=rope_stiffness,
     )
-    pressure, reach = tuned(case), speeds(case)
+    pressure, reach = tuning_vacuum(case), speeds(case)
     eq10 = float(vacuum_eq10(mass, arrives, travel, device))
     at = pressure or device.site.atmosphere
     top = float(peak(at, usable, device).force)
@@ -117,7 +117,7 @@ def tune(
         vacuum_eq10=eq10 if math.isfinite(eq10) else None,
         feasible=pressure is not None,
         floor_g=arrives**2 / (2 * g * distance) + (0.0 if horizontal else 1.0) if g else None,
-        warnings=[*brake.warnings(), *in_a_stop(brake)],
+        warnings=[*brake.warnings(), *stop_notices(brake)],
         **more,
     )
 
@@ -191,11 +191,12 @@ def _inside(case: Case, low: float, high: float) -> tuple[str, str]:
 
     Rounded inwards, with as many digits as it takes.
     """
-    from layerjam.simulate.tuned import tuned
+    from layerjam.simulate.tuned import tuning_vacuum
 
     for digits in range(4, 17):
         ends = [_rounded(low, digits, ROUND_CEILING), _rounded(high, digits, ROUND_FLOOR)]
-        if ends[0] <= ends[1] and all(tuned(case.but(speed=v)) is not None for v in ends):
+        cases = [case.with_changes(speed=v) for v in ends]
+        if ends[0] <= ends[1] and all(tuning_vacuum(c) is not None for c in cases):
             return show(ends[0], "m/s", digits), show(ends[1], "m/s", digits)
     return exact_text(low, "m/s"), exact_text(high, "m/s")
 

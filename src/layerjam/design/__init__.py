@@ -1,1 +1,1 @@
-"""What to build: arrays of brakes, and what could be bought instead."""
+"""Design of brakes and arrays, and comparison with published devices."""

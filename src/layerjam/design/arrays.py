@@ -1,7 +1,7 @@
-"""Several brakes as one: in parallel, in series, both; what the whole weighs, holds and takes up.
+"""Several brakes in parallel, in series or both: mass, force and travel of the whole array.
 
-An array is chains side by side; a chain is stages one behind the other; a stage is members side by
-side. One brake is one chain of one stage of one member.
+An array has chains in parallel. A chain has stages in series. A stage has members in parallel. One
+brake is one chain of one stage of one member.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from layerjam.units import QuantitySpec, show
 SLACK = QuantitySpec("m", "slack before a member carries", hi=10)
 LEVER = QuantitySpec("m", "lever arm or pulley radius", open_lo=True, hi=10)
 VOLUME = QuantitySpec("m^3", "gas volume of one brake and its fittings", lo=1e-9, hi=1)
-MOST = 10_000
+MAX_MEMBERS = 10_000
 _BLOCK = 4096
 
 
@@ -31,8 +31,8 @@ _BLOCK = 4096
 class Member:
     """One brake of an array, at a constant vacuum.
 
-    `slack` [m] is how far the stage may lengthen before this brake carries. With `stop` a strap
-    takes the load at the usable travel; without one the sheets come apart at the overlap.
+    The stage lengthens by `slack` [m] before this brake carries force. With `stop` a strap takes
+    the load at the usable travel; otherwise the sheets come apart at the overlap.
     """
 
     brake: Brake
@@ -43,7 +43,7 @@ class Member:
 
     @property
     def travel(self) -> float:
-        """Slip it may take up [m]: the usable travel where a strap ends it, else the overlap."""
+        """Slip available [m]: the usable travel if a strap ends it, else the overlap."""
         sheets = self.brake.sheets
         return sheets.usable_travel if self.stop else sheets.overlap
 
@@ -54,10 +54,10 @@ Chain = tuple[Stage, ...]
 
 @dataclass(frozen=True, kw_only=True)
 class Array:
-    """Chains side by side, each of stages one behind the other, each of members side by side.
+    """Chains in parallel, each of stages in series, each of members in parallel.
 
     Raises QuantityError for an empty part, more than 10,000 members, a vacuum above the site's
-    atmosphere, a slack out of bounds or a brake that contradicts itself.
+    atmosphere, a slack out of bounds or a brake with contradictory values.
     """
 
     chains: tuple[Chain, ...]
@@ -66,13 +66,13 @@ class Array:
         if not self.chains or not all(c and all(c) for c in self.chains):
             raise QuantityError("array: a chain or stage is empty; each holds at least one member")
         members = self.members
-        if len(members) > MOST:
-            raise QuantityError(f"array: {len(members)} members; at most {MOST} are allowed")
+        if len(members) > MAX_MEMBERS:
+            raise QuantityError(f"array: {len(members)} members; at most {MAX_MEMBERS} are allowed")
         for index, member in enumerate(members, 1):
             validate(member.brake)
             SLACK.check(member.slack, f"member {index}.slack")
-            most = member.brake.site.atmosphere
-            QuantitySpec("Pa", "vacuum up to the atmosphere", hi=most).check(
+            atmosphere = member.brake.site.atmosphere
+            QuantitySpec("Pa", "vacuum up to the atmosphere", hi=atmosphere).check(
                 member.vacuum, f"member {index}.vacuum"
             )
 
@@ -83,59 +83,58 @@ class Array:
 
 
 def single(brake: Brake, vacuum: float, **how: float | bool) -> Array:
-    """An array of one brake at a vacuum [Pa]; `how`: slack and stop of Member."""
+    """Return an array of one brake at a vacuum [Pa]; `how`: slack and stop of Member."""
     return Array(chains=(((Member(brake=brake, vacuum=vacuum, **how),),),))  # type: ignore[arg-type]
 
 
 def grid(member: Member, *, series: int, parallel: int) -> Array:
-    """`parallel` equal chains side by side, each of `series` equal brakes."""
+    """Return `parallel` equal chains in parallel, each of `series` equal brakes."""
     for count, name in ((series, "series"), (parallel, "parallel")):
-        QuantitySpec("1", "brakes", lo=1, hi=MOST, whole=True).check(count, name)
+        QuantitySpec("1", "brakes", lo=1, hi=MAX_MEMBERS, whole=True).check(count, name)
     return Array(chains=(((member,),) * series,) * parallel)
 
 
 def in_series(*parts: Array) -> Array:
-    """Arrays of one chain each, one behind the other, first named first."""
+    """Return arrays of one chain each connected in series, in the order given."""
     if any(len(part.chains) != 1 for part in parts):
         raise QuantityError(
-            "array: several chains side by side cannot stand in series with others; a stage of "
-            "members side by side can"
+            "array: several parallel chains cannot be in series with others; a stage of parallel "
+            "members can"
         )
     return Array(chains=(tuple(stage for part in parts for stage in part.chains[0]),))
 
 
 def in_parallel(*parts: Array) -> Array:
-    """Arrays side by side: one elongation, forces that add.
+    """Return arrays connected in parallel: one elongation, forces that add.
 
-    Single-stage chains keep their own chain; brakes that are to share one stage of a longer chain
-    belong in one stage of Array.
+    Single-stage chains stay separate chains. Brakes that share one stage of a longer chain belong
+    in one stage of Array.
     """
     return Array(chains=tuple(chain for part in parts for chain in part.chains))
 
 
 class Totals(NamedTuple):
-    """What the whole weighs and can do."""
+    """Mass, travel, energy and stiffness of a whole array."""
 
     mass: float
     """[kg]"""
     travel: float
-    """Elongation by slip alone until the first chain is at its end [m]."""
+    """Elongation by slip alone until the first chain reaches its end [m]."""
     energy: float
-    """Work of slipping every brake over its travel at its vacuum [J]; it needs every stage to run
-    to its end, which members of unequal travel side by side do not."""
+    """Work of slipping every brake over its own travel at its vacuum [J]."""
     stiffness: float
-    """Before any slip, all slack taken up [N/m]."""
+    """Stiffness before any slip, all slack taken up [N/m]."""
     volume: float | None
-    """Gas volume the line has to empty [m^3]; None where none was given."""
+    """Gas volume the line has to empty [m^3], or None if no chamber was given."""
     brakes: int
 
 
 def totals(array: Array, chamber: float | None = None) -> Totals:
-    """Mass, travel, energy, stiffness and line volume of an array.
+    """Return mass, travel, energy, stiffness and line volume of an array.
 
     `chamber` is the gas volume [m^3] of one brake with its fittings (`chamber.volume` of its line);
-    every brake has one, and they add. A stage ends where its first member does: its travel is the
-    least of slack and travel together.
+    every brake has one, and they add. A stage ends with its first member: its travel is the least
+    sum of slack and travel.
     """
     if chamber is not None:
         VOLUME.check(chamber, "chamber")
@@ -157,12 +156,12 @@ def totals(array: Array, chamber: float | None = None) -> Totals:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pulled:
-    """An array pulled once, slowly, from rest; N samples, M members in the order of `members`.
+class ArrayLoading:
+    """One slow pull of an array from rest; N samples, M members in the order of `members`.
 
     `outcome` is BOTTOMED_OUT (every stage of a chain is on its stop), SEPARATED (the first brake
-    without a stop came apart), FINISHED (the elongation asked for was reached) or SNAPS (a slipping
-    brake softens faster than the rest relaxes; the record ends there). `order` names what moved, in
+    without a stop came apart), FINISHED (the requested elongation was reached) or SNAPS (a slipping
+    brake softens faster than the others relax; the record ends there). `order` lists the events in
     sequence: (elongation [m], index among `members`, "runs" (past its peak) or "ends").
     """
 
@@ -181,19 +180,19 @@ class Pulled:
     warnings: tuple[str, ...] = ()
 
     def torque(self, lever: float) -> tuple[np.ndarray, np.ndarray]:
-        """(angle [rad], torque [N m]) where the array pulls tangentially at a lever arm [m]."""
+        """Return (angle [rad], torque [N m]) if the array pulls tangentially at a lever arm [m]."""
         LEVER.check(lever, "lever")
         return self.elongation / lever, self.force * lever
 
 
-def pull(array: Array, until: float | None = None) -> Pulled:
+def pull(array: Array, until: float | None = None) -> ArrayLoading:
     """Pull an array slowly from rest, to an elongation [m] or to its end.
 
-    Within a stage members share one elongation: by stiffness before slip, each by its own law
-    after. Within a chain they share one force. The stage whose next peak is lowest slips; of equal
-    ones the first named. A brake falls once it slides, so the others then relax with their slip
-    kept, and the next slips only when the first is on its stop. First loading only: what relaxes
-    does so elastically, and below zero force nothing is carried.
+    Members of a stage share one elongation, and each force follows the member's own law. Stages of
+    a chain share one force. The stage whose next peak is lowest slips; if peaks are equal, the
+    first listed. A brake's force falls once it slides: the others then relax without further slip,
+    and the next one slips only when the first is on its stop. This is first loading only: members
+    relax elastically and carry no force below zero.
 
     Raises QuantityError for a brake that snaps on its own stiffness.
     """
@@ -209,14 +208,14 @@ def pull(array: Array, until: float | None = None) -> Pulled:
     end = min(ends) if until is None else min(*ends, until)
     grid = np.unique(np.concatenate([p.elongation for p in paths]))
     grid = np.append(grid[grid < end], end)
-    parts = [_at(path, grid) for path in paths]
+    parts = [_interpolate(path, grid) for path in paths]
     slips, forces = (np.hstack([p[i] for p in parts]) for i in (1, 2))
     force = np.sum([p[0] for p in parts], axis=0)
     if until is not None and end >= until:
         outcome = Outcome.FINISHED
     else:
         outcome = paths[int(np.argmin(ends))].outcome
-    return Pulled(
+    return ArrayLoading(
         elongation=grid,
         force=force,
         work=_work(array.members, slips, forces),
@@ -224,21 +223,21 @@ def pull(array: Array, until: float | None = None) -> Pulled:
         forces=forces,
         order=_order(array.members, grid, slips, backbones),
         outcome=outcome,
-        warnings=_said(array.members, outcome, end),
+        warnings=_notices(array.members, outcome, end),
     )
 
 
 def _backbones(members: Sequence[Member]) -> list[Backbone]:
-    """The force over elongation of each member; equal members are computed once."""
-    made: dict[Member, Backbone] = {}
+    """Return the backbone of each member; equal members are computed once."""
+    backbones: dict[Member, Backbone] = {}
     for index, m in enumerate(members, 1):
         plain = replace(m, slack=0.0, name="")
-        if plain not in made:
-            made[plain] = backbone(m.brake, m.vacuum, m.travel, m.stop, f"member {index}")
-    return [made[replace(m, slack=0.0, name="")].after(m.slack) for m in members]
+        if plain not in backbones:
+            backbones[plain] = backbone(m.brake, m.vacuum, m.travel, m.stop, f"member {index}")
+    return [backbones[replace(m, slack=0.0, name="")].shifted_by(m.slack) for m in members]
 
 
-def _at(path: Path, grid: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _interpolate(path: Path, grid: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     force = np.interp(grid, path.elongation, path.force)
     columns = [
         np.column_stack([np.interp(grid, path.elongation, column) for column in table.T])
@@ -251,9 +250,9 @@ def _work(members: Sequence[Member], slips: np.ndarray, forces: np.ndarray) -> n
     count = len(slips)
     total = np.zeros(count)
     # whole blocks, so that few shapes are compiled
-    padded = np.pad(np.maximum(slips, 0.0), ((0, -count % _BLOCK), (0, 0)))
+    blocks = np.pad(np.maximum(slips, 0.0), ((0, -count % _BLOCK), (0, 0)))
     for column, m in enumerate(members):
-        total += np.asarray(slip_work(padded[:, column], m.vacuum, m.brake))[:count]
+        total += np.asarray(slip_work(blocks[:, column], m.vacuum, m.brake))[:count]
         total += forces[:, column] ** 2 / (2 * float(working_stiffness(m.brake)))
     return total
 
@@ -261,18 +260,18 @@ def _work(members: Sequence[Member], slips: np.ndarray, forces: np.ndarray) -> n
 def _order(
     members: Sequence[Member], grid: np.ndarray, slips: np.ndarray, backbones: Sequence[Backbone]
 ) -> tuple[tuple[float, int, str], ...]:
-    """When each member passed its peak (it then runs alone) and reached its end."""
+    """Return when each member passed its peak (it then runs alone) and reached its end."""
     events = []
     for i, m in enumerate(members):
-        running = slips[:, i] > backbones[i].peak_slip * (1 + 1e-9) + 1e-12
-        ended = slips[:, i] >= m.travel * (1 - 1e-9)
-        for what, where in (("runs", running), ("ends", ended)):
-            if where.any():
-                events.append((float(grid[np.argmax(where)]), i, what))
+        is_running = slips[:, i] > backbones[i].peak_slip * (1 + 1e-9) + 1e-12
+        is_ended = slips[:, i] >= m.travel * (1 - 1e-9)
+        for event, samples in (("runs", is_running), ("ends", is_ended)):
+            if samples.any():
+                events.append((float(grid[np.argmax(samples)]), i, event))
     return tuple(sorted(events, key=lambda e: e[0]))
 
 
-def _said(members: Sequence[Member], outcome: Outcome, end: float) -> tuple[str, ...]:
+def _notices(members: Sequence[Member], outcome: Outcome, end: float) -> tuple[str, ...]:
     if outcome is Outcome.SEPARATED:
         return (f"sheets came apart at {show(end, 'm')} of elongation; the record ends there",)
     if outcome is Outcome.SNAPS:

@@ -1,7 +1,7 @@
-"""The bill of a design: film, plastic and mass of the drawn parts, and the margin of `build`.
+"""Bill of a design: film, plastic and mass of the drawn parts, and the margin of `build`.
 
-How a brake is drawn stands on a higher floor (`fabricate`); it is handed over as a function of
-brakes whose sheets are arrays. Its lengths go in steps (screws, nuts), so it is neither traced nor
+Drawing a brake belongs to a higher layer (`fabricate`), which passes a function of brakes whose
+sheets are arrays. Its lengths come in steps (screws, nuts), so it is neither traced nor
 interpolated.
 """
 
@@ -34,25 +34,25 @@ FILM = ("density", "kinetic", "strength")
 
 
 class Bill(NamedTuple):
-    """Dimensions of many brakes as arrays; NaN where the parts of one do not fit together."""
+    """Dimensions of many brakes as arrays; NaN if the parts of one do not fit together."""
 
     film_area: Any
     """Sheets and spacers [m²]."""
     printed: Any
-    """Printed parts that stay in it [m³]."""
+    """Printed parts that stay in the brake [m³]."""
     tools: Any
     """Mould and core, which serve any number of brakes [m³]."""
     mass: Any
-    """As drawn, of what has a mass before it is weighed [kg]."""
+    """Mass as drawn, of parts of known mass [kg]."""
     margin: Any
     """Least margin of all checks of `build`: below 1 it refuses or fails."""
 
 
 class Draw(Protocol):
-    """Draws brakes."""
+    """Function that draws brakes."""
 
     def __call__(self, brake: Brake, force: Any) -> Bill:
-        """Return the bills of brakes of arrays at their greatest forces [N]."""
+        """Return the bills of brakes given as arrays, at their greatest forces [N]."""
 
     def reason(self, brake: Brake, force: float) -> str | None:
         """Return why one brake cannot be built, or None."""
@@ -60,37 +60,36 @@ class Draw(Protocol):
 
 @jax.jit
 def _columns(point: Point, base: Brake) -> Any:
-    """Return a row for each number of SHEETS and FILM, then five more, of a row of designs.
+    """Return a row for each number of SHEETS and FILM of some designs, then four more.
 
-    These are the wall, the greatest force of one brake at the site's full vacuum, the brakes of the
-    design, and whether the design is a brake at all.
+    These are the wall, the greatest force of one brake at the site's full vacuum, the number of
+    brakes in the design, and whether the design can be built.
     """
-    made = brake_of(point, base)
-    rows = [getattr(made.sheets, name) for name in SHEETS]
-    rows += [getattr(made.film, name) for name in FILM]
-    rows += [made.enclosure.wall, greatest_force(made), point.series * point.parallel]
-    return jnp.stack(jnp.broadcast_arrays(*rows, can_be_built(point, made)))
+    brake = brake_of(point, base)
+    rows = [getattr(brake.sheets, name) for name in SHEETS]
+    rows += [getattr(brake.film, name) for name in FILM]
+    rows += [brake.enclosure.wall, greatest_force(brake), point.series * point.parallel]
+    return jnp.stack(jnp.broadcast_arrays(*rows, can_be_built(point, brake)))
 
 
 def bills(point: Point, base: Brake, draw: Draw) -> dict[str, npt.NDArray[np.float64]]:
-    """DRAWN_MERITS of a row of designs; NaN where none can be drawn.
+    """Return DRAWN_MERITS of a row of designs; NaN if a design cannot be drawn.
 
-    `series` times `parallel` brakes, cast in one mould.
+    A design has `series` times `parallel` brakes, cast in one mould.
     """
     table = np.asarray(_columns(point, base))
-    fine = table[-1] > 0
-    *sheets, density, kinetic, strength, wall, force, brakes = table[:-1, fine]
-    some = replace(
+    valid = table[-1] > 0
+    *sheets, density, kinetic, strength, wall, force, brakes = table[:-1, valid]
+    designs = replace(
         base,
         sheets=replace(base.sheets, **dict(zip(SHEETS, sheets, strict=True))),
         film=replace(base.film, density=density, kinetic=kinetic, strength=strength),
         enclosure=replace(base.enclosure, wall=wall),
         weighed_mass=None,
     )
-    found = np.full((len(DRAWN_MERITS), table.shape[1]), np.nan)
-    if fine.any():
-        one = draw(some, force)
-        found[:, fine] = (
-            one.film_area * brakes, one.printed * brakes + one.tools, one.mass * brakes, one.margin
-        )  # fmt: skip
-    return dict(zip(DRAWN_MERITS, found, strict=True))
+    merits = np.full((len(DRAWN_MERITS), table.shape[1]), np.nan)
+    if valid.any():
+        bill = draw(designs, force)
+        volume = bill.printed * brakes + bill.tools
+        merits[:, valid] = bill.film_area * brakes, volume, bill.mass * brakes, bill.margin
+    return dict(zip(DRAWN_MERITS, merits, strict=True))

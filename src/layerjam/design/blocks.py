@@ -1,8 +1,8 @@
-"""A sweep on disk: one Parquet file a block, each whole or not there, and the manifest last.
+"""Sweep on disk: one Parquet file per block, each complete or absent, and the manifest last.
 
-A block's file holds the designs it keeps (its front, and what the verdict speaks of) with all their
-variables and merits; what the whole block came to stands in its metadata. The same block always
-gives the same bytes, wherever it was computed, so that doing one twice changes nothing.
+A block's file holds the designs it keeps (its front, and those the verdict mentions) with all their
+variables and merits; its metadata holds the totals of the whole block. The same block always gives
+the same bytes on any machine, so computing one twice changes nothing.
 """
 
 from __future__ import annotations
@@ -30,48 +30,48 @@ from layerjam.units import QuantitySpec
 MANIFEST, FRONT, NOTE = "manifest.json", "front.parquet", "sweep.json"
 LOCK, FOLDER = ".lock", "blocks"
 COUNTED = ("examined", "built", "feasible", "failed", "low", "high")
-"""What a block's metadata says of all its designs; the rest is in its table."""
+"""Totals of all designs of a block, in its metadata; the table holds the other fields."""
 
 
 def parquet() -> Any:
-    """pyarrow's Parquet; raises MissingExtraError without it."""
+    """Return pyarrow's Parquet module; raises MissingExtraError if it is not installed."""
     with MissingExtraError.raise_if_missing("a sweep on disk (pyarrow)", "sweep"):
         import pyarrow.parquet  # type: ignore[import-untyped]
     return pyarrow.parquet
 
 
 def fingerprint(spec: DesignSpecification, block: int) -> str:
-    """SHA-256 of all that decides what a sweep finds: designs, requirements, inputs, version."""
+    """Return the SHA-256 of all that decides the result: designs, requirements, inputs, version."""
     grid: Grid = spec.grid
     parts: list[Any] = [__version__, block, CHUNK, grid.names, grid.thickness.tolist()]
     parts += [[np.asarray(row).tolist() for row in grid.stock]]
     parts += [[(n, v.tolist()) for n, v in grid.axes.items()]]
-    asked = spec.evaluation
-    parts += [repr(asked.base), repr(asked.stick_slip), repr(asked.stop)]
-    parts += [None if asked.line is None else asked.line.tolist()]
+    evaluation = spec.evaluation
+    parts += [repr(evaluation.base), repr(evaluation.stick_slip), repr(evaluation.stop)]
+    parts += [None if evaluation.line is None else evaluation.line.tolist()]
     parts += [[repr(c) for c in spec.constraints], [repr(o) for o in spec.objectives]]
-    parts += [repr(asked.draw)] if spec.drawn else []
+    parts += [repr(evaluation.draw)] if spec.drawn_merits else []
     return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 
-def encoded(search: Search, index: int, found: SweepResult, mark: str) -> bytes:
-    """The Parquet file of a block, the same bytes for the same block."""
-    counted = {name: np.asarray(getattr(found, name)).tolist() for name in COUNTED}
-    on_front = np.isin(np.arange(len(found.numbers)), search.told(found).front)
-    note = {"block": index, "fingerprint": mark, "found": counted}
-    return table_bytes(search, found.numbers, on_front, note)
+def encode_block(search: Search, index: int, result: SweepResult, mark: str) -> bytes:
+    """Return the Parquet file of a block, the same bytes for the same block."""
+    totals = {name: np.asarray(getattr(result, name)).tolist() for name in COUNTED}
+    on_front = np.isin(np.arange(len(result.numbers)), search.find_highlights(result).front)
+    note = {"block": index, "fingerprint": mark, "found": totals}
+    return table_bytes(search, result.numbers, on_front, note)
 
 
 def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any]) -> bytes:
-    """Designs with all variables and merits as a Parquet file, `note` in its metadata."""
+    """Return designs with all variables and merits as a Parquet file, `note` in its metadata."""
     pq = parquet()
     import pyarrow as pa  # type: ignore[import-untyped]
 
     grid, names = search.spec.grid, search.spec.merits
     values = np.empty((len(names), 0))
     if len(numbers):
-        values = np.concatenate([search.kernel.at(numbers), search.drawn(numbers)])
-    # the travel of all brakes in series is a merit; that of one is the variable
+        values = np.concatenate([search.kernel.all_merits(numbers), search.drawn_merits(numbers)])
+    # the travel of all brakes in series is a merit; that of one brake is the variable
     rows = {("travel_of_one" if n in names else n): v for n, v in grid.columns(numbers).items()}
     rows |= dict(zip(names, values, strict=True))
     columns: dict[str, Any] = {
@@ -80,10 +80,10 @@ def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any
         "film": pa.array(np.array(grid.names, object)[grid.digits(numbers)[0]], pa.string()),
         **{n: pa.array(np.asarray(row, float), pa.float64()) for n, row in rows.items()},
     }
-    known: dict[str, QuantitySpec] = {**VARIABLES, **MERITS}
+    specs: dict[str, QuantitySpec] = {**VARIABLES, **MERITS}
     schema = pa.schema(
         [
-            pa.field(n, c.type, metadata={"unit": known[n].unit} if n in known else None)
+            pa.field(n, c.type, metadata={"unit": specs[n].unit} if n in specs else None)
             for n, c in columns.items()
         ],
         metadata={"layerjam": json.dumps(note, sort_keys=True)},
@@ -93,24 +93,24 @@ def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any
     return sink.getvalue()
 
 
-def decoded(search: Search, data: bytes | Path, mark: str, index: int) -> SweepResult | None:
-    """What a block came to, read back; None where the file is no such block."""
+def decode_block(search: Search, data: bytes | Path, mark: str, index: int) -> SweepResult | None:
+    """Return the result of a block read from its file, or None if the file is not this block."""
     pq = parquet()
     try:
         table = pq.read_table(io.BytesIO(data) if isinstance(data, bytes) else data)
         note = json.loads(table.schema.metadata[b"layerjam"])
         if note["fingerprint"] != mark or note["block"] != index:
             return None
-        counted: dict[str, Any] = note["found"]
-        counted |= {n: np.array(v) for n, v in counted.items() if isinstance(v, list)}
-        asked = np.array([table[name].to_numpy() for name in search.wanted])
-        return SweepResult(numbers=table["number"].to_numpy(), asked=asked, **counted)
+        totals: dict[str, Any] = note["found"]
+        totals |= {n: np.array(v) for n, v in totals.items() if isinstance(v, list)}
+        quantities = np.array([table[name].to_numpy() for name in search.wanted])
+        return SweepResult(numbers=table["number"].to_numpy(), asked=quantities, **totals)
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
 
 class Store:
-    """The folder of one sweep; use as a context, which keeps a second process out."""
+    """Folder of one sweep; use it as a context manager, which locks out a second process."""
 
     def __init__(self, folder: str | Path, search: Search) -> None:
         self.folder, self.search, self.spec = Path(folder), search, search.spec
@@ -119,14 +119,14 @@ class Store:
 
     def __enter__(self) -> Store:
         parquet()
-        self._foreign()
+        self._reject_foreign()
         try:
             (self.folder / FOLDER).mkdir(parents=True, exist_ok=True)
             self.handle = handle = os.open(self.folder / LOCK, os.O_RDWR | os.O_CREAT)
         except OSError as err:
             raise FileError(self.folder, f"cannot be written: {err.strerror or err}") from None
         try:
-            self._locked(handle)
+            self._lock(handle)
             self._claim()
         except BaseException:
             self.__exit__()
@@ -138,99 +138,99 @@ class Store:
             os.close(self.handle)
             self.handle = None
 
-    def _locked(self, handle: int) -> None:
-        """The lock ends with the process, however that ends."""
+    def _lock(self, handle: int) -> None:
+        """Lock the folder; the lock ends with the process, however that ends."""
         try:
             import fcntl
-        except ImportError:  # pragma: no cover  (elsewhere than on POSIX nobody is kept out)
+        except ImportError:  # pragma: no cover  (only POSIX locks the folder)
             return
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
-            raise FileError(self.folder, "another sweep is at work in this folder") from None
+            raise FileError(self.folder, "another sweep is running in this folder") from None
 
-    def _foreign(self) -> None:
+    def _reject_foreign(self) -> None:
         """Refuse a folder whose files would be replaced, before anything is written there."""
         if (self.folder / NOTE).exists():
             return
         try:
-            theirs = any((self.folder / name).exists() for name in (MANIFEST, FRONT))
-            theirs = theirs or any((self.folder / FOLDER).glob("*"))
+            has_files = any((self.folder / name).exists() for name in (MANIFEST, FRONT))
+            has_files = has_files or any((self.folder / FOLDER).glob("*"))
         except OSError as err:
             raise FileError(self.folder, f"cannot be read: {err.strerror or err}") from None
-        if theirs:
+        if has_files:
             raise FileError(self.folder, "holds files of something else; give an empty folder")
 
     def _claim(self) -> None:
-        """Make the folder this sweep's; clear away what a killed one left half written."""
+        """Claim the folder for this sweep and remove incomplete files of a killed one."""
         note = self.folder / NOTE
         if note.exists():
             with contextlib.suppress(OSError, ValueError, KeyError):
                 if json.loads(note.read_text(encoding="utf-8"))["fingerprint"] == self.mark:
-                    for rest in (*self.folder.glob(".*-*"), *(self.folder / FOLDER).glob(".*-*")):
-                        rest.unlink()
+                    for path in (*self.folder.glob(".*-*"), *(self.folder / FOLDER).glob(".*-*")):
+                        path.unlink()
                     return
             raise FileError(
                 self.folder,
                 "holds a sweep of another specification or version; give an empty folder",
             )
-        said = {
+        header = {
             "name": self.spec.name,
             "fingerprint": self.mark,
             "designs": self.spec.grid.size,
             "block": self.search.size,
             "specification": self.spec.text,
         }
-        put(note, (json.dumps(said, indent=1) + "\n").encode())
+        put(note, (json.dumps(header, indent=1) + "\n").encode())
 
     def path(self, index: int) -> Path:
-        """Where block `index` lies."""
+        """Return the path of block `index`."""
         return self.folder / FOLDER / f"block-{index:07d}.parquet"
 
     def read(self, index: int) -> SweepResult | None:
-        """A block that was done before, None where it is missing or not whole."""
+        """Return an earlier block, or None if it is missing or incomplete."""
         path = self.path(index)
-        return decoded(self.search, path, self.mark, index) if path.is_file() else None
+        return decode_block(self.search, path, self.mark, index) if path.is_file() else None
 
     def missing(self, total: int) -> list[int]:
-        """Numbers of the blocks still to do."""
+        """Return the numbers of the blocks still to compute."""
         return [i for i in range(total) if self.read(i) is None]
 
     def put(self, index: int, data: bytes) -> None:
-        """Write a block, whole or not at all."""
+        """Write a block, complete or not at all."""
         put(self.path(index), data)
 
     def blocks(self, total: int) -> Iterator[SweepResult]:
-        """All blocks in their order; raises FileError where one is missing."""
+        """Yield all blocks in order; raises FileError if one is missing."""
         for index in range(total):
-            found = self.read(index)
-            if found is None:
+            result = self.read(index)
+            if result is None:
                 raise FileError(self.path(index), "is missing or not whole; sweep again")
-            yield found
+            yield result
 
     def finish(self, total: int) -> SweepResult:
-        """Sum of all blocks, the front of all designs, and the manifest, which comes last."""
+        """Write the front of all designs, then the manifest; return the sum of all blocks."""
         search = self.search
         rows: list[dict[str, Any]] = []
 
         def parts() -> Iterator[SweepResult]:
-            for index, found in enumerate(self.blocks(total)):
+            for index, result in enumerate(self.blocks(total)):
                 path = self.path(index)
                 rows.append(
                     {
                         "file": f"{FOLDER}/{path.name}",
-                        "rows": len(found.numbers),
-                        "designs": found.examined,
-                        "feasible": found.feasible,
+                        "rows": len(result.numbers),
+                        "designs": result.examined,
+                        "feasible": result.feasible,
                         "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
                     }
                 )
-                yield found
+                yield result
 
-        found = search.sum(parts())
-        front = found.numbers[search.told(found).front]
-        whole = table_bytes(search, front, np.ones(len(front), bool), {"fingerprint": self.mark})
-        put(self.folder / FRONT, whole)
+        result = search.sum(parts())
+        front = result.numbers[search.find_highlights(result).front]
+        table = table_bytes(search, front, np.ones(len(front), bool), {"fingerprint": self.mark})
+        put(self.folder / FRONT, table)
         manifest = {
             "name": self.spec.name,
             "fingerprint": self.mark,
@@ -239,22 +239,22 @@ class Store:
             "block": search.size,
             "front": FRONT,
             "front_rows": len(front),
-            "front_sha256": hashlib.sha256(whole).hexdigest(),
+            "front_sha256": hashlib.sha256(table).hexdigest(),
             "constraints": [str(c) for c in self.spec.constraints],
             "objectives": [str(o) for o in self.spec.objectives],
-            "found": search.summary(found),
+            "found": search.summary(result),
             "blocks": rows,
         }
         put(self.folder / MANIFEST, (json.dumps(manifest, indent=1) + "\n").encode())
-        return found
+        return result
 
     def bytes(self) -> int:
-        """What the sweep takes on disk."""
+        """Return the size of the sweep on disk."""
         return sum(p.stat().st_size for p in self.folder.rglob("*") if p.is_file())
 
 
 def put(path: Path, data: bytes) -> None:
-    """A file that appears whole or not at all, and stays after a loss of power."""
+    """Write a file that appears complete or not at all and survives a loss of power."""
 
     def write(temporary: Path) -> None:
         with temporary.open("wb") as handle:

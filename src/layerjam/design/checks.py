@@ -1,4 +1,4 @@
-"""Checks of a chosen design: sheets that hold, and what the scatter of the friction does to it."""
+"""Checks of a chosen design: strength of the sheets, and the effect of scatter in friction."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from layerjam.units import show
 from layerjam.verdict import Check, check
 
 LIKELY = 0.5
-"""Chance to meet all constraints, with the scatter in friction, below which a design needs a look.
+"""Probability of meeting all constraints, with scatter in friction, below which a check notes it.
 """
 
 

@@ -1,4 +1,4 @@
-"""Force over mass of brakes, beside devices that others make (paper III-F, Fig. 12)."""
+"""Force per mass of brakes, next to published devices (paper III-F, Fig. 12)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from layerjam.units import show
 
 KIND = "layer-jamming brake"
 PAPER_VACUUM = 94.5e3
-"""The paper's tests [Pa], and so its 17.5 N a sheet."""
+"""Vacuum of the paper's tests [Pa], for which it gives 17.5 N per sheet."""
 LOWER = (PAPER_VACUUM, 50e3, 20e3)
 STACKED = (2, 5, 10)
 OF_SOME = {
@@ -24,15 +24,16 @@ OF_SOME = {
     "lever": None,
     "calibrated": None,
 }
-"""What a row holds that is known of our brakes only, or of rotary devices only."""
+"""Fields known only of brakes computed here, or only of rotary devices."""
 
 
 def comparison(
     brakes: Sequence[BrakeFile], vacuums: Sequence[float]
 ) -> tuple[list[dict[str, Any]], dict[str, Any], list[SheetLine], PublishedDevices]:
-    """(rows, what a sheet of the first adds, lines of sheet counts, the catalogue of others).
+    """Return (rows, effect of one more sheet, lines of sheet counts, published devices).
 
-    `vacuums` [Pa] of the brakes, one each; the first is also shown at lower ones and stacked.
+    `vacuums` [Pa], one for each brake. The first brake also has rows at lower vacuums and in
+    parallel.
     """
     others = published_devices()
     first, full = brakes[0], vacuums[0]
@@ -50,25 +51,25 @@ def comparison(
 def _row(
     name: str, kind: str, mass: float, force: float, source: str, note: str, **more: Any
 ) -> dict[str, Any]:
-    """A device: mass [kg], force [N], and what is known of some of them only."""
-    known = {"name": name, "kind": kind, "mass": mass, "max_force": force}
-    known |= {"force_density": force / mass, "source": source, "note": note, "computed": False}
-    return {**known, **OF_SOME, **more}
+    """Return the row of a device: mass [kg], force [N], and fields known of some devices only."""
+    row = {"name": name, "kind": kind, "mass": mass, "max_force": force}
+    row |= {"force_density": force / mass, "source": source, "note": note, "computed": False}
+    return {**row, **OF_SOME, **more}
 
 
 def _ours(file: BrakeFile, vacuum: float, *, brakes: int = 1) -> dict[str, Any]:
     brake = file.brake
-    stacked = f", {brakes} side by side" if brakes > 1 else ""
-    weighed = "a balance" if brake.weighed_mass is not None else "sheets, enclosure and fittings"
+    arrangement = f", {brakes} side by side" if brakes > 1 else ""
+    mass_basis = "a balance" if brake.weighed_mass is not None else "sheets, enclosure and fittings"
     factor = file.sources.get("scale_factor")
-    said = f"; scale factor {brake.scale_factor:g}, {factor.sentence()}" if factor else ""
+    factor_note = f"; scale factor {brake.scale_factor:g}, {factor.sentence()}" if factor else ""
     return _row(
-        f"{file.name}{stacked}, {show(vacuum, 'Pa', 4)}",
+        f"{file.name}{arrangement}, {show(vacuum, 'Pa', 4)}",
         KIND,
         brakes * mass(brake),
         brakes * peak_force(brake, vacuum),
-        f"computed: peak of a pull; mass from {weighed}{said}",
-        _guessed(file),
+        f"computed: peak of a pull; mass from {mass_basis}{factor_note}",
+        _friction_note(file),
         computed=True,
         vacuum=vacuum,
         sheets=brake.sheets.count,
@@ -77,8 +78,7 @@ def _ours(file: BrakeFile, vacuum: float, *, brakes: int = 1) -> dict[str, Any]:
     )
 
 
-def _guessed(file: BrakeFile) -> str:
-    """Said where the friction behind the force was not measured for this brake."""
+def _friction_note(file: BrakeFile) -> str:
     source = file.sources.get("film.kinetic")
     if source is None or source.kind not in ("handbook", "assumed", "unstated"):
         return ""
@@ -87,7 +87,7 @@ def _guessed(file: BrakeFile) -> str:
 
 
 def _sheet(file: BrakeFile, paper: PublishedDevice) -> dict[str, Any]:
-    """What one more sheet adds at the vacuum of the paper's tests, beside what the paper prints."""
+    """Return the effect of one more sheet at the paper's vacuum, and the paper's values."""
     vacuum = min(PAPER_VACUUM, file.brake.site.atmosphere)
     force, weight = one_more_sheet(file.brake, vacuum)
     return {

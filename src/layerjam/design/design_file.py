@@ -1,4 +1,4 @@
-"""A design as a brake's file: what was chosen, what is the given brake's, and what is unsure."""
+"""File of a designed brake: the chosen values, those of the base brake, and unknown ones."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from layerjam.units import get, quantities
 from layerjam.verdict import Acceptance, remaining
 
 CARRIED = (*OF_A_FIT, "stiffness_measured", "fittings_mass")
-"""Numbers of one built brake, which another one need not share."""
+"""Numbers of one built brake, which another brake need not share."""
 
 
 def design_file(
@@ -29,38 +29,38 @@ def design_file(
     name: str,
     accepted: Sequence[Acceptance] = (),
 ) -> BrakeFile:
-    """One brake of a design, read back from its own text; `values` are the design in words.
+    """Return one brake of a design, read back from its own text.
 
-    `accepted` are the failed checks of the design that somebody accepted; those of the given brake
-    stay as far as its numbers do.
+    `values` are the design in words. `accepted` are the failed checks of the design that somebody
+    accepted. Acceptances of the base brake stay if its numbers stay.
     """
-    base, made = spec.brake, design_brake(spec, point)
+    base, brake = spec.brake, design_brake(spec, point)
     film = str(values["film"])
     film_sources = _film_sources(film, base)
     sources = {}
     for path, _, _ in quantities(Brake):
-        now, before = get(made, path), get(base.brake, path)
-        if now is None:
+        new, old = get(brake, path), get(base.brake, path)
+        if new is None:
             continue
         if path in CARRIED:
-            sources[path] = _carried(path, film_sources if path in OF_A_FIT else base.sources, base)
+            sources[path] = _inherit(path, film_sources if path in OF_A_FIT else base.sources, base)
         elif path.startswith("film."):
             sources[path] = film_sources.get(path, Source(text=f"film of {film}"))
-        elif now == before:
+        elif new == old:
             sources[path] = base.sources.get(path, Source())
         else:
             sources[path] = Source(kind="inferred", text=f"chosen by the design {spec.name}")
-    making, said = _making(film, base)
-    replaced = {path for path, source in sources.items() if source != base.sources.get(path)}
-    earlier = remaining(base.accepted, replaced - {*CARRIED})
-    kept = [one for one in earlier if one not in accepted]
+    making, making_sources = _making(film, base)
+    changes = {path for path, source in sources.items() if source != base.sources.get(path)}
+    earlier = remaining(base.accepted, changes - {*CARRIED})
+    retained = [entry for entry in earlier if entry not in accepted]
     file = BrakeFile(
         name=name,
-        brake=made,
+        brake=brake,
         making=making,
-        sources=sources | said,
+        sources=sources | making_sources,
         text="",
-        accepted=(*kept, *accepted),
+        accepted=(*retained, *accepted),
         title=f"{spec.name}, designed from {base.name}",
     )
     return BrakeFile.read(file.render(name), name)
@@ -68,62 +68,62 @@ def design_file(
 
 def design_brake(spec: DesignSpecification, point: Point) -> Brake:
     """Return one brake of a design as a record of plain numbers."""
-    made = _plain(brake_of(point, spec.brake.brake))
-    sheets = replace(made.sheets, count=int(made.sheets.count))
-    return replace(made, sheets=sheets, rope=spec.brake.brake.rope)
+    brake = _plain(brake_of(point, spec.brake.brake))
+    sheets = replace(brake.sheets, count=int(brake.sheets.count))
+    return replace(brake, sheets=sheets, rope=spec.brake.brake.rope)
 
 
 def plain_name(text: str) -> str:
-    """A name that a brake's file may bear, from any words."""
-    kept = re.sub(r"[^\w.+-]+", "-", text, flags=re.ASCII).strip("-.+")
-    return kept[:60] or "design"
+    """Return a valid name for a brake file, derived from any text."""
+    name = re.sub(r"[^\w.+-]+", "-", text, flags=re.ASCII).strip("-.+")
+    return name[:60] or "design"
 
 
 def _plain(record: Any) -> Any:
-    made = {}
+    values = {}
     for f in fields(record):
         value = getattr(record, f.name)
         if is_dataclass(value):
-            made[f.name] = _plain(value)
-        elif value is None or value != value:  # NaN stands for a strength that is not known
-            made[f.name] = None
+            values[f.name] = _plain(value)
+        elif value is None or value != value:  # NaN is an unknown strength
+            values[f.name] = None
         else:
-            made[f.name] = value if isinstance(value, tuple) else float(value)
-    return type(record)(**made)
+            values[f.name] = value if isinstance(value, tuple) else float(value)
+    return type(record)(**values)
 
 
 def _film_sources(film: str, base: BrakeFile) -> Mapping[str, Source]:
     if film in catalogue():
         return load(film).sources
     if film in materials()["films"]:
-        said = Source(kind="handbook", text=f"catalogue film {film}")
-        return {f"film.{n}": said for n in Stock._fields if n not in OF_A_FIT}
+        source = Source(kind="handbook", text=f"catalogue film {film}")
+        return {f"film.{n}": source for n in Stock._fields if n not in OF_A_FIT}
     return base.sources if film == base.name else {}
 
 
 def _making(film: str, base: BrakeFile) -> tuple[Making, dict[str, Source]]:
-    """What the base's file says of building and casting, and what is known of cutting the film."""
-    known = dict(entries(Making))
-    said = {path: source for path, source in base.sources.items() if path in known}
+    """Return the base file's values for building and casting, with the film's for cutting."""
+    paths = dict(entries(Making))
+    origins = {path: source for path, source in base.sources.items() if path in paths}
     if film == base.name:
-        return base.making, said
-    said = {path: source for path, source in said.items() if not path.startswith("film.")}
+        return base.making, origins
+    origins = {path: source for path, source in origins.items() if not path.startswith("film.")}
     if film in catalogue():
-        other = load(film)
-        cutting, sources = other.making.film, other.sources
+        film_file = load(film)
+        cutting, sources = film_file.making.film, film_file.sources
     elif film in materials()["films"]:
         cutting, sources = film_cutting(film)
     else:
         cutting, sources = FilmCutting(), {}
-    said |= {p: s for p, s in sources.items() if p in known and p.startswith("film.")}
-    return replace(base.making, film=cutting), said
+    origins |= {p: s for p, s in sources.items() if p in paths and p.startswith("film.")}
+    return replace(base.making, film=cutting), origins
 
 
-def _carried(path: str, sources: Mapping[str, Source], base: BrakeFile) -> Source:
+def _inherit(path: str, sources: Mapping[str, Source], base: BrakeFile) -> Source:
     old = sources.get(path)
-    said = f" ({old.sentence()})" if old else ""
+    origin = f" ({old.sentence()})" if old else ""
     if path == "stiffness_measured":
-        words = f"the sheets' own on the mount of {base.name}{said}"
+        words = f"the sheets' own on the mount of {base.name}{origin}"
     else:
-        words = f"as that of {base.name}{said}"
+        words = f"as that of {base.name}{origin}"
     return Source(kind="assumed", text=words, conflict=old.conflict if old else "")

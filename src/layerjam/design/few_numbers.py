@@ -1,4 +1,4 @@
-"""What is asked of a brake in a few numbers, as a request for `design`: what to vary around it."""
+"""Design requests from a few numbers: a force to hold or a mass to stop."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ HOLD: Mapping[str, QuantitySpec] = MappingProxyType(
         "stress_margin": replace(MERITS["stress_margin"], hi=100),
     }
 )
-"""What a brake that holds is asked for; a stress_margin of 0 asks for none."""
+"""Quantities asked of a brake that holds; a stress_margin of 0 sets no limit."""
 STOP: Mapping[str, QuantitySpec] = MappingProxyType(
     {name: spec for name, spec, _ in quantities(StopRequirement)}
     | {"stress_margin": HOLD["stress_margin"]}
 )
-"""What a brake that stops a mass is asked for."""
+"""Quantities asked of a brake that stops a mass."""
 STEPS = 20
 VACUUMS = (0.6, 0.8, 0.93)
-"""Parts of the site's atmosphere; the paper's pump reached 94.5 kPa of 101.3."""
+"""Fractions of the site's atmosphere; the paper's pump reached 94.5 kPa of 101.3."""
 Number = str | float
 
 
@@ -57,32 +57,32 @@ def hold(
     length: Number,
     stress_margin: float = 2.0,
 ) -> DesignRequest:
-    """The request for a light brake which holds `force`.
+    """Return the request for a light brake that holds `force`.
 
-    `called` is how the request names the brake to begin from. Raises QuantityError for numbers out
-    of bounds, a length that the brake's free and clamped parts alone take up, or a margin on stress
-    where the film's strength is not known.
+    `called` is the name of the base brake in the request. Raises QuantityError for numbers out of
+    bounds, a length that the brake's free and clamped parts alone use up, or a stress margin if the
+    film's strength is not known.
     """
-    got = _read(
+    values = _read(
         HOLD, force=force, mass=mass, width=width, length=length, stress_margin=stress_margin
     )
-    asked = exact_text(got["force"], "N")
-    limits = [Constraint(name, True, got[name]) for name in ("mass", "width", "length")]
+    force_text = exact_text(values["force"], "N")
+    limits = [Constraint(name, True, values[name]) for name in ("mass", "width", "length")]
     return DesignRequest(
-        name=plain_name(f"hold-{asked}".replace(" ", "")),
-        title=f"Hold {asked} with little mass",
+        name=plain_name(f"hold-{force_text}".replace(" ", "")),
+        title=f"Hold {force_text} with little mass",
         brake=called,
         constraints=(
-            Constraint("holding_force", False, got["force"]),
+            Constraint("holding_force", False, values["force"]),
             *limits,
-            *_margin(brake, got["stress_margin"]),
+            *_margin(brake, values["stress_margin"]),
         ),
         objectives=(Objective("mass", True, 2.0), Objective("energy_capacity", False)),
         film=_films(called),
         vary={
             "count": Range(3, 61, 2),
-            "width": _range(got["width"] / 4, got["width"]),
-            "overlap": _overlaps(brake, got["length"]),
+            "width": _range(values["width"] / 4, values["width"]),
+            "overlap": _overlaps(brake, values["length"]),
             "vacuum": _vacuums(brake),
             "parallel": (1, 2, 3, 4),
         },
@@ -99,25 +99,25 @@ def stop(
     force: Number,
     stress_margin: float = 1.5,
 ) -> DesignRequest:
-    """The request for brakes which stop a mass within a travel and below a force.
+    """Return the request for brakes that stop a mass within a travel and below a force.
 
-    The mass moves level. Raises QuantityError as `hold` does.
+    The mass moves horizontally. Raises QuantityError as `hold` does.
     """
-    got = _read(
+    values = _read(
         STOP, mass=mass, speed=speed, travel=travel, force=force, stress_margin=stress_margin
     )
-    margin = got.pop("stress_margin")
-    asked = {name: exact_text(value, STOP[name].unit) for name, value in got.items()}
+    margin = values.pop("stress_margin")
+    texts = {name: exact_text(value, STOP[name].unit) for name, value in values.items()}
     sheets = brake.brake.sheets
-    longest = max(2 * sheets.overlap, 1.2 * got["travel"] / 2)
+    longest = max(2 * sheets.overlap, 1.2 * values["travel"] / 2)
     return DesignRequest(
         name="stop",
-        title=f"Stop {asked['mass']} from {asked['speed']} within {asked['travel']} of slip and "
-        f"below {asked['force']}",
+        title=f"Stop {texts['mass']} from {texts['speed']} within {texts['travel']} of slip and "
+        f"below {texts['force']}",
         brake=called,
         constraints=_margin(brake, margin),
         objectives=(Objective("mass", True, 2.0), Objective("stop_peak", True)),
-        stop=StopRequirement(**got, horizontal=True),
+        stop=StopRequirement(**values, horizontal=True),
         film=_films(called),
         vary={
             "count": Range(5, 37, 4),
@@ -134,10 +134,9 @@ def _read(specs: Mapping[str, QuantitySpec], **given: Number) -> dict[str, float
     return {name: specs[name].si(value, name) for name, value in given.items()}
 
 
-def _films(called: str) -> tuple[FilmChoice, ...]:
-    """The thicknesses a film is sold in, where an example knows them; else the brake's own."""
-    known = read_request(reader_of(examples()["stop"], "stop")).film
-    return tuple(choice for choice in known if choice.use == called)
+def _films(brake_name: str) -> tuple[FilmChoice, ...]:
+    choices = read_request(reader_of(examples()["stop"], "stop")).film
+    return tuple(choice for choice in choices if choice.use == brake_name)
 
 
 def _margin(brake: BrakeFile, margin: float) -> tuple[Constraint, ...]:
@@ -153,22 +152,21 @@ def _margin(brake: BrakeFile, margin: float) -> tuple[Constraint, ...]:
 
 
 def _gap(brake: BrakeFile) -> float:
-    """Overlap that must remain, as on the given brake [m]."""
+    """Return the overlap that must remain, as on the base brake [m]."""
     return brake.brake.sheets.overlap - brake.brake.sheets.usable_travel
 
 
 def _overlaps(brake: BrakeFile, length: float) -> Axis:
-    """Overlaps that fit a length [m]."""
     sheets = brake.brake.sheets
-    taken = sheets.free_left + sheets.free_right + 2 * brake.brake.mount.clamped_length
-    most, gap = length - taken, _gap(brake)
-    if most <= gap:
+    used = sheets.free_left + sheets.free_right + 2 * brake.brake.mount.clamped_length
+    longest, gap = length - used, _gap(brake)
+    if longest <= gap:
         raise QuantityError.of(
             "length",
             f"{show(length, 'm')} leaves no room; free and clamped parts of {brake.name} take "
-            f"{show(taken, 'm')}, and {show(gap, 'm')} of overlap must remain",
+            f"{show(used, 'm')}, and {show(gap, 'm')} of overlap must remain",
         )
-    return _range(most / 4 if most / 4 > gap else (most + gap) / 2, most)
+    return _range(longest / 4 if longest / 4 > gap else (longest + gap) / 2, longest)
 
 
 def _vacuums(brake: BrakeFile) -> Axis:
@@ -177,7 +175,7 @@ def _vacuums(brake: BrakeFile) -> Axis:
 
 
 def _range(low: float, high: float, steps: int = STEPS) -> Range:
-    """From about `low` to `high` in round steps that end on `high`."""
+    """Return a range from about `low` to `high` in round steps that end on `high`."""
     raw = (high - low) / steps
     power = 10.0 ** math.floor(math.log10(raw))
     step = next(f * power for f in (1, 2, 5, 10) if f * power >= raw * (1 - 1e-9))

@@ -1,8 +1,8 @@
-"""Figures of merit of brakes as they could be built: one pure batch function over designs.
+"""Figures of merit of brakes that could be built: one pure batch function over designs.
 
-A design is a `Point`: sheets, film, lengths, enclosure, vacuum, and how many equal brakes stand in
-series and in parallel. Everything else comes from a given brake. All forces are the laws of
-`mechanics`; here they are only called and shared out among equal brakes.
+A design is a `Point`: sheets, film, lengths, enclosure, vacuum, and how many equal brakes are in
+series and in parallel. A base brake supplies everything else. The laws of `mechanics` give all
+forces, which are shared equally among equal brakes.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ VARIABLES: Mapping[str, QuantitySpec] = MappingProxyType(
         "parallel": replace(_TIMES, text="equal brakes in parallel"),
     }
 )
-"""What may be varied, with unit, meaning and bounds; the film is chosen beside it."""
+"""Variables of a design, with unit, meaning and bounds; the film is chosen separately."""
 
 MERITS: Mapping[str, QuantitySpec] = MappingProxyType(
     {
@@ -80,20 +80,20 @@ MERITS: Mapping[str, QuantitySpec] = MappingProxyType(
         ),
     }
 )
-"""Every figure of merit with its unit and meaning; those that need more than a brake come last."""
+"""Every figure of merit with its unit and meaning; those that need more than a brake are last."""
 LINE_MERITS = ("rise_time", "gas_work")
 STOP_MERITS = ("stop_slip", "stop_peak")
 DRAWN_MERITS = ("film_area", "print_volume", "drawn_mass", "buildable")
 LATE_MERITS = (*STOP_MERITS, *DRAWN_MERITS)
-"""Merits that are computed only for designs that may yet be chosen."""
+"""Merits computed only for designs that may still be chosen."""
 
 
 OF_A_FIT = ("scale_factor", "amplification_held")
-"""Of a stock, what no film has before a brake was made of it."""
+"""Fields of a stock that are unknown until a brake of this film is calibrated."""
 
 
 class Stock(NamedTuple):
-    """The film: what the friction test of this pair of surfaces and the data sheet say."""
+    """Film, with values from the friction test of this pair of surfaces and the data sheet."""
 
     modulus: Any
     density: Any
@@ -101,14 +101,14 @@ class Stock(NamedTuple):
     kinetic: Any
     friction_on_silicone: Any
     strength: Any
-    """NaN where none is known."""
+    """NaN if unknown."""
     scale_factor: Any
     amplification_held: Any
-    """What of the sheets' fan the scale factor holds already; NaN for nothing."""
+    """Part of the sheets' fan that the scale factor already contains; NaN for nothing."""
 
 
 class Point(NamedTuple):
-    """One design, or arrays of many; SI. `usable_travel` None: all but the base's rest."""
+    """One design, or arrays of many; SI. If `usable_travel` is None, the base overlap remains."""
 
     stock: Stock
     count: Any
@@ -128,7 +128,7 @@ class Point(NamedTuple):
 
 @record
 class StickSlipPull:
-    """`[judder]`: what pulls, for the stiffness over the least without stick–slip."""
+    """`[judder]`: the pull for which the least stiffness without stick–slip is calculated."""
 
     speed: float = like(CROSSHEAD_SPEED, "speed of the pull")
     mass: float = like(MASS, "mass pulled")
@@ -136,17 +136,17 @@ class StickSlipPull:
 
 
 def stock_of(film: Film, scale_factor: Any = 1.0, amplification_held: Any = None) -> Stock:
-    """A film as a design has it, with a calibration factor and what that holds."""
-    known = {name: getattr(film, name) for name in Stock._fields if name not in OF_A_FIT}
+    """Return a film as a stock, with a calibration factor and the fan amplification in it."""
+    values = {name: getattr(film, name) for name in Stock._fields if name not in OF_A_FIT}
     strength = math.nan if film.strength is None else film.strength
-    held = math.nan if amplification_held is None else amplification_held
+    fan = math.nan if amplification_held is None else amplification_held
     return Stock(
-        **{**known, "strength": strength}, scale_factor=scale_factor, amplification_held=held
+        **{**values, "strength": strength}, scale_factor=scale_factor, amplification_held=fan
     )
 
 
 def point_of(brake: Brake, vacuum: Any = None) -> Point:
-    """The design that is this brake itself, at the site's full vacuum unless another is given."""
+    """Return the design that equals a brake, at the site's full vacuum by default."""
     sheets = brake.sheets
     fittings = brake.fittings_mass
     if brake.weighed_mass is not None:
@@ -165,36 +165,37 @@ def point_of(brake: Brake, vacuum: Any = None) -> Point:
 
 
 def brake_of(point: Point, base: Brake) -> Brake:
-    """One brake of a design, as a record of arrays; what the design does not say is the base's.
+    """Return one brake of a design, as a record of arrays, with missing values from the base.
 
-    An offset x0 turns overlap into free length on both sides. The stiffness is the sheets' own in
-    series with the base's mount, where one was measured.
+    An offset x0 turns overlap into free length on both sides. The stiffness is that of the sheets
+    in series with the base's mount, if that was measured.
     """
-    at, start = point, base.sheets
-    clamped = base.mount.clamped_length
-    spare = start.length - start.overlap - jnp.maximum(start.free_left, start.free_right) - clamped
-    travel = at.usable_travel
+    start = base.sheets
+    ends = base.mount.clamped_length
+    spare = start.length - start.overlap - jnp.maximum(start.free_left, start.free_right) - ends
+    free = jnp.maximum(point.free_left, point.free_right)
+    travel = point.usable_travel
     if travel is None:
-        travel = at.overlap - (start.overlap - start.usable_travel)
+        travel = point.overlap - (start.overlap - start.usable_travel)
     sheets = Sheets(
-        count=at.count,
-        width=at.width,
-        thickness=at.thickness,
-        length=at.overlap + jnp.maximum(at.free_left, at.free_right) + clamped + spare,
-        overlap=at.overlap - at.offset,
-        free_left=at.free_left + at.offset,
-        free_right=at.free_right + at.offset,
-        usable_travel=travel - at.offset,
+        count=point.count,
+        width=point.width,
+        thickness=point.thickness,
+        length=point.overlap + free + ends + spare,
+        overlap=point.overlap - point.offset,
+        free_left=point.free_left + point.offset,
+        free_right=point.free_right + point.offset,
+        usable_travel=travel - point.offset,
     )
-    film = {name: value for name, value in at.stock._asdict().items() if name not in OF_A_FIT}
-    made = Brake(
+    film = {name: value for name, value in point.stock._asdict().items() if name not in OF_A_FIT}
+    brake = Brake(
         sheets=sheets,
         film=Film(**film),
-        enclosure=replace(base.enclosure, wall=at.wall),
+        enclosure=replace(base.enclosure, wall=point.wall),
         mount=base.mount,
-        fittings_mass=at.fittings_mass,
-        scale_factor=at.stock.scale_factor,
-        amplification_held=at.stock.amplification_held,
+        fittings_mass=point.fittings_mass,
+        scale_factor=point.stock.scale_factor,
+        amplification_held=point.stock.amplification_held,
         pressure_exponent=base.pressure_exponent,
         test_pressure=base.test_pressure,
         speed_law=base.speed_law,
@@ -203,83 +204,83 @@ def brake_of(point: Point, base: Brake) -> Brake:
         effects=base.effects,
     )
     if base.stiffness_measured is None:
-        return made
+        return brake
     mount_compliance = 1 / base.stiffness_measured - 1 / stiffness.stiffness_before_slip(base)
-    own = stiffness.stiffness_before_slip(made)
-    return replace(made, stiffness_measured=1 / (1 / own + mount_compliance))
+    sheet_stiffness = stiffness.stiffness_before_slip(brake)
+    return replace(brake, stiffness_measured=1 / (1 / sheet_stiffness + mount_compliance))
 
 
 def can_be_built(point: Point, brake: Brake) -> Any:
-    """True where the design is a brake: travel within the overlap, holes within the width, ..."""
+    """Return whether a design is a brake: travel within the overlap, holes within the width, ..."""
     sheets = brake.sheets
-    fine = (sheets.usable_travel > 0) & (sheets.usable_travel <= sheets.overlap * (1 + 1e-12))
+    valid = (sheets.usable_travel > 0) & (sheets.usable_travel <= sheets.overlap * (1 + 1e-12))
     holes = brake.mount.screws_across(point.width) * brake.mount.screw_hole
-    fine = fine & (point.width > holes) & (point.count >= 2)
-    fine = fine & (point.vacuum > 0) & (point.vacuum <= brake.site.atmosphere) & is_flat(brake)
-    return fine & (brake.stiffness_measured > 0 if brake.stiffness_measured is not None else True)
+    valid = valid & (point.width > holes) & (point.count >= 2)
+    valid = valid & (point.vacuum > 0) & (point.vacuum <= brake.site.atmosphere) & is_flat(brake)
+    return valid & (brake.stiffness_measured > 0 if brake.stiffness_measured is not None else True)
 
 
-def merits(point: Point, base: Brake, pulled: StickSlipPull | None = None) -> dict[str, Any]:
-    """Every figure of merit that follows from the brake alone; arrays of the broadcast shape.
+def merits(point: Point, base: Brake, puller: StickSlipPull | None = None) -> dict[str, Any]:
+    """Return every figure of merit that follows from the brake alone, of the broadcast shape.
 
-    For `series` times `parallel` equal brakes with an ideally even share. All NaN where the design
-    cannot be built; `judder_margin` only with `pulled`.
+    For `series` times `parallel` equal brakes that share the load equally. All NaN if the design
+    cannot be built; `judder_margin` only with a stick–slip `puller`.
     """
-    made = brake_of(point, base)
-    sheets, vacuum = made.sheets, point.vacuum
+    brake = brake_of(point, base)
+    sheets, vacuum = brake.sheets, point.vacuum
     row, rows = point.series, point.parallel
     number = row * rows
-    fine = can_be_built(point, made)
-    top = pull.peak(vacuum, sheets.usable_travel, made).force
-    weight = mass(made) * number
-    work = energy.slip_work(sheets.usable_travel, vacuum, made) * number
-    clamp = limits.clamp_stress(top, made)
-    height = sheets.count * sheets.thickness + 2 * made.enclosure.wall
-    length = sheets.free_left + sheets.overlap + sheets.free_right + 2 * made.mount.clamped_length
-    held = friction.holding_force(vacuum, made)
-    own = stiffness.working_stiffness(made)
+    valid = can_be_built(point, brake)
+    top = pull.peak(vacuum, sheets.usable_travel, brake).force
+    weight = mass(brake) * number
+    work = energy.slip_work(sheets.usable_travel, vacuum, brake) * number
+    clamp = limits.clamp_stress(top, brake)
+    height = sheets.count * sheets.thickness + 2 * brake.enclosure.wall
+    length = sheets.free_left + sheets.overlap + sheets.free_right + 2 * brake.mount.clamped_length
+    holding = friction.holding_force(vacuum, brake)
+    brake_stiffness = stiffness.working_stiffness(brake)
     out = {
-        "holding_force": held * rows,
+        "holding_force": holding * rows,
         "max_force": top * rows,
         "usable_travel": sheets.usable_travel * row,
         "energy_capacity": work,
         "mass": weight,
-        "volume": (point.width + 2 * made.enclosure.wall) * height * length * number,
+        "volume": (point.width + 2 * brake.enclosure.wall) * height * length * number,
         "length": length * row,
         "height": height,
         "force_density": top * rows / weight,
         "energy_density": work / weight,
-        "stiffness": own * rows / row,
-        "sheet_stress": limits.sheet_stress(top, made),
+        "stiffness": brake_stiffness * rows / row,
+        "sheet_stress": limits.sheet_stress(top, brake),
         "clamp_stress": clamp,
         "stress_margin": point.stock.strength / clamp,
-        "buckling_force": limits.buckling_force(0.0, made),
-        "self_closing_vacuum": limits.self_closing_vacuum(sheets.usable_travel, made),
+        "buckling_force": limits.buckling_force(0.0, brake),
+        "self_closing_vacuum": limits.self_closing_vacuum(sheets.usable_travel, brake),
     }
-    if pulled is not None:
-        kinetic = friction.sheet_friction(0.0, vacuum, made)
+    if puller is not None:
+        kinetic = friction.sheet_friction(0.0, vacuum, brake)
         least = stickslip.stiffness_without_stick_slip(
-            pulled.speed, held * rows, kinetic * rows, pulled.mass, pulled.damping_ratio
+            puller.speed, holding * rows, kinetic * rows, puller.mass, puller.damping_ratio
         )
-        out["judder_margin"] = own * rows / row / least
-    return {name: within(fine, value) for name, value in out.items()}
+        out["judder_margin"] = brake_stiffness * rows / row / least
+    return {name: within(valid, value) for name, value in out.items()}
 
 
 def line_merits(vacuum: float, line: Line, brakes: float) -> tuple[float, float]:
-    """`rise_time` [s] and `gas_work` [J] with one chamber of the line's for every brake.
+    """Return `rise_time` [s] and `gas_work` [J] with one chamber of the line for every brake.
 
-    Rise time NaN where the line never reaches the vacuum. Closed forms: a rigid chamber at one
-    temperature without a tube that matters; both grow in proportion to the chamber.
+    Rise time is NaN if the line never reaches the vacuum. Closed forms: a rigid chamber at one
+    temperature without a significant tube; both are proportional to the chamber.
     """
     chamber = replace(
         line.chamber, volume=line.chamber.volume * brakes, shrink=line.chamber.shrink * brakes
     )
-    many = replace(line, chamber=chamber)
-    time = rise_time(vacuum, many)
-    work = jam_work(vacuum, many) if vacuum <= line.site.atmosphere else math.nan
+    whole_line = replace(line, chamber=chamber)
+    time = rise_time(vacuum, whole_line)
+    work = jam_work(vacuum, whole_line) if vacuum <= line.site.atmosphere else math.nan
     return math.nan if time is None else time, work
 
 
 def line_table(vacuums: np.ndarray[Any, Any], line: Line) -> np.ndarray[Any, Any]:
-    """`line_merits` of one brake, shape (2, vacuums [Pa]); n brakes have n times as much."""
+    """Return `line_merits` of one brake, shape (2, vacuums [Pa]); proportional to the brakes."""
     return np.array([line_merits(float(v), line, 1.0) for v in vacuums]).T

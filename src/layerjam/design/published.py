@@ -1,4 +1,4 @@
-"""Brakes, dampers and clutches that others make: mass and force, each with its source's words."""
+"""Published brakes, dampers and clutches: mass and force, each quoted from its source."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ FIELDS: Mapping[str, Entry] = MappingProxyType(
         "lever": Entry(QuantitySpec("m", "lever arm of the torque", open_lo=True, hi=100)),
     }
 )
-_DUE = dict.fromkeys(("name", "class", "words"), Entry(TextSpec(blank=False)))
+_REQUIRED = dict.fromkeys(("name", "class", "words"), Entry(TextSpec(blank=False)))
 _SHEET, _NONE = "paper-sheet", "looked_for"
 
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedDevice:
-    """A device: `kind` is its class, `words` are the source's own, `note` is ours."""
+    """Published device: `kind` is its class, `words` is a quotation, `note` is by layerjam."""
 
     name: str
     kind: str
     mass: float
     """[kg]"""
     force: float
-    """[N]; of a rotary device its torque over the lever arm"""
+    """[N]; for a rotary device its torque over the lever arm"""
     torque: float | None
     """[N m]; None for a linear device"""
     lever: float | None
@@ -52,57 +52,57 @@ class PublishedDevice:
         return self.force / self.mass
 
     def source(self) -> str:
-        """Where mass and force were read, what contradicts them, and the words."""
-        said = dict.fromkeys(s.text for s in self.sources.values())
-        said |= dict.fromkeys(
+        """Return the sources of mass and force, their conflicts, and the quotation."""
+        notes = dict.fromkeys(s.text for s in self.sources.values())
+        notes |= dict.fromkeys(
             f"conflict: {s.conflict}" for s in self.sources.values() if s.conflict
         )
-        return f"{'; '.join(said)}: '{self.words}'"
+        return f"{'; '.join(notes)}: '{self.words}'"
 
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedDevices:
-    """All of the catalogue: devices, what a sheet adds by the paper, classes without a device."""
+    """The catalogue: devices, the effect of one more sheet by the paper, empty classes."""
 
     devices: tuple[PublishedDevice, ...]
     sheet: PublishedDevice
     looked_for: Mapping[str, str]
-    """Class to what was looked at, for classes where no device had both numbers in a source."""
+    """Class to search history, for classes without a device that states both numbers."""
 
 
 @cache
 def published_devices() -> PublishedDevices:
-    """The catalogue that comes with the package."""
+    """Return the catalogue that comes with the package."""
     place = files("layerjam.design") / "catalogue" / "published_devices.toml"
     return read_published(place.read_text(encoding="utf-8"), "published_devices.toml")
 
 
 def read_published(text: str, path: object) -> PublishedDevices:
-    """Devices from TOML text.
+    """Return devices from TOML text.
 
-    Raises FileError where a device lacks its name, class, words, mass, the source of a number, or
-    a force (or a torque with its lever), or where a class is both found and looked for in vain.
+    Raises FileError if a device lacks its name, class, words, mass, the source of a number, or a
+    force (or a torque with its lever), or if a class has a device and is also listed as not found.
     """
     tables = parse_toml(text, path)
-    looked = tables.pop(_NONE, {})
-    made = {key: _device(key, table, text, path) for key, table in tables.items()}
-    if _SHEET not in made:
+    searches = tables.pop(_NONE, {})
+    devices = {key: _device(key, table, text, path) for key, table in tables.items()}
+    if _SHEET not in devices:
         raise FileError(path, f"[{_SHEET}] is missing")
-    sheet = made.pop(_SHEET)
-    both = {r.kind for r in made.values()} & set(looked)
+    sheet = devices.pop(_SHEET)
+    both = {r.kind for r in devices.values()} & set(searches)
     if both:
         raise FileError(path, f"{', '.join(sorted(both))}: found, and yet under [{_NONE}]")
     return PublishedDevices(
-        devices=tuple(made.values()), sheet=sheet, looked_for=MappingProxyType(looked)
+        devices=tuple(devices.values()), sheet=sheet, looked_for=MappingProxyType(searches)
     )
 
 
 def _device(key: str, table: Any, text: str, path: object) -> PublishedDevice:
     if not isinstance(table, dict):
         raise FileError(path, f"{key} must be a table, [{key}]")
-    reader = Reader(text, path, FIELDS, {**DESCRIBING, **_DUE})
+    reader = Reader(text, path, FIELDS, {**DESCRIBING, **_REQUIRED})
     reader.take(table)
-    for name in _DUE:
+    for name in _REQUIRED:
         if name not in reader.words:
             raise FileError(path, f"[{key}] has no {name}")
     values, sources, words = reader.values, reader.sources, reader.words

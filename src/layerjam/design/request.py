@@ -1,4 +1,4 @@
-"""What is asked of a design, as its TOML file says it: read, written, or put together in code."""
+"""Design request, as in its TOML file: read, written, or built in code."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ class Range(NamedTuple):
     step: float
 
     def values(self) -> Array:
-        """All of them; the last step may end below `last`."""
+        """Return all values; the last step may end below `last`."""
         steps = math.floor((self.last - self.first) / self.step * (1 + 1e-12) + 1e-9)
-        # twelve digits undo the rounding of sums of steps, so that 13 mm is 13 mm
+        # twelve digits undo the rounding of sums of steps, so that 13 mm stays 13 mm
         return np.array([float(f"{v:.12g}") for v in self.first + self.step * np.arange(steps + 1)])
 
 
@@ -55,29 +55,29 @@ _RANGE = ("from", "to", "step")
 
 @dataclass(frozen=True)
 class AxisSpec(AsItIs):
-    """How a file says the values of a variable: one, a list, or { from, to, step }."""
+    """Form of the values of a variable in a file: one, a list, or { from, to, step }."""
 
-    each: QuantitySpec
+    item: QuantitySpec
 
     @property
     def text(self) -> str:
-        """The variable's meaning."""
-        return self.each.text
+        """Meaning of the variable."""
+        return self.item.text
 
     def limits(self) -> str:
-        """What is allowed of each value."""
-        return self.each.limits()
+        """Return the limits of each value."""
+        return self.item.limits()
 
     def read(self, text: object, name: str) -> Axis:
-        """The values in SI; raises QuantityError where there is none, too many, or one twice."""
+        """Return the values in SI; raises QuantityError for no, too many or repeated values."""
         if not isinstance(text, dict):
-            values = ListSpec(each=self.each, distinct=True, single=True).read(text, name)
+            values = ListSpec(each=self.item, distinct=True, single=True).read(text, name)
             if not 0 < len(values) <= MOST_VALUES:
                 raise QuantityError.of(name, f"a list holds 1 to {MOST_VALUES} values")
             return values
         if set(text) != set(_RANGE):
             raise QuantityError.of(name, "a range holds from, to and step; nothing else")
-        spec, unit = self.each, self.each.unit
+        spec, unit = self.item, self.item.unit
         step = QuantitySpec(unit, "step", open_lo=True, whole=spec.whole).read(text["step"], name)
         first, last = (spec.read(text[word], name) for word in _RANGE[:2])
         if last < first:
@@ -89,8 +89,8 @@ class AxisSpec(AsItIs):
         return Range(first, last, step)
 
     def to_toml(self, value: Any) -> object:
-        """What a file holds of them."""
-        texts = [self.each.to_toml(v) for v in value]
+        """Return the values as TOML stores them."""
+        texts = [self.item.to_toml(v) for v in value]
         if isinstance(value, Range):
             return dict(zip(_RANGE, texts, strict=True))
         return texts if len(texts) > 1 else texts[0]
@@ -101,7 +101,7 @@ _SD = "standard deviation of the {} friction, relative"
 
 @dataclass(frozen=True, kw_only=True)
 class ScatterRequest:
-    """[scatter]: of the friction; None where the brake's own sources say it."""
+    """[scatter] of the friction; None leaves it to the brake's own sources."""
 
     static: float | None = quantity("1", _SD.format("static"), hi=1, default=None)
     kinetic: float | None = quantity("1", _SD.format("kinetic"), hi=1, default=None)
@@ -113,7 +113,7 @@ class ScatterRequest:
 
 @dataclass(frozen=True, kw_only=True)
 class FilmChoice:
-    """[[film]]: a brake's film, or one of the catalogue, with the thicknesses it is sold in."""
+    """[[film]]: a film of a brake or of the catalogue, with the thicknesses in which it is sold."""
 
     use: str = value(TextSpec(text="a brake or a film of the catalogue"))
     thickness: tuple[float, ...] | None = value(
@@ -124,9 +124,9 @@ class FilmChoice:
 
 @dataclass(frozen=True, kw_only=True)
 class DesignRequest:
-    """A specification's file as a record: what may be varied, what must hold, what is wanted.
+    """Specification file as a record: variables, constraints and objectives.
 
-    Brake, line and films are named, not read. `vary` maps variables to their values.
+    Brake, line and films are names, not yet read. `vary` maps variables to their values.
     """
 
     name: str = value(_TEXT, "")
@@ -148,9 +148,9 @@ class DesignRequest:
     vary: Mapping[str, Axis] = field(default_factory=dict)
 
     def text(self) -> str:
-        """The TOML text; `read_request` turns it back into the same request."""
-        known = {**values_of(self), "weights": tuple(o.weight for o in self.objectives)}
-        lines = plain(_FIELDS, known)
+        """Return the TOML text; `read_request` turns it back into the same request."""
+        values = {**values_of(self), "weights": tuple(o.weight for o in self.objectives)}
+        lines = plain(_FIELDS, values)
         for choice in self.film:
             lines += ["", "[[film]]", *plain(_FILM, values_of(choice))]
         lines += plain(_VARY, {f"vary.{name}": axis for name, axis in self.vary.items()})
@@ -158,9 +158,9 @@ class DesignRequest:
 
 
 _WEIGHT = QuantitySpec("1", "weight of an objective", open_lo=True, hi=1e6)
-_OWN = dict(entries(DesignRequest))
-_TABLES = {path: entry for path, entry in _OWN.items() if "." in path}
-_FIELDS = {p: e for p, e in _OWN.items() if "." not in p} | {
+_ENTRIES = dict(entries(DesignRequest))
+_TABLES = {path: entry for path, entry in _ENTRIES.items() if "." in path}
+_FIELDS = {p: e for p, e in _ENTRIES.items() if "." not in p} | {
     "weights": Entry(ListSpec(each=_WEIGHT)),
     **_TABLES,
 }
@@ -169,34 +169,34 @@ _VARY = {f"vary.{name}": Entry(AxisSpec(spec), table=True) for name, spec in VAR
 
 
 def reader_of(text: str, path: object) -> Reader:
-    """The reader of a specification's text."""
+    """Return the reader of a specification text."""
     return Reader(text, path, {**_FIELDS, **_VARY}, words={})
 
 
 def read_request(reader: Reader) -> DesignRequest:
-    """The request in a specification's text; raises FileError with file and line."""
+    """Return the request in a specification text; raises FileError with file and line."""
     tables = parse_toml(reader.text, reader.path)
     film = reader.rows("film", tables.pop("film", []), FilmChoice)
     reader.take(tables)
     reader.require()
-    made = reader.record(DesignRequest)
-    weights = reader.values.get("weights", (1.0,) * len(made.objectives))
+    request = reader.record(DesignRequest)
+    weights = reader.values.get("weights", (1.0,) * len(request.objectives))
     with reader.locate_errors():
         return replace(
-            made,
-            name=made.name or Path(str(reader.path)).stem,
-            objectives=_weighted(made.objectives, weights),
+            request,
+            name=request.name or Path(str(reader.path)).stem,
+            objectives=_weigh(request.objectives, weights),
             film=film,
             vary={p.removeprefix("vary."): reader.values[p] for p in _VARY if p in reader.values},
         )
 
 
-def _weighted(objectives: Sequence[Objective], weights: Sequence[float]) -> tuple[Objective, ...]:
+def _weigh(objectives: Sequence[Objective], weights: Sequence[float]) -> tuple[Objective, ...]:
     if not objectives:
         raise QuantityError.of("objectives", "none is given; such as ['minimise mass']")
     if len(weights) != len(objectives):
         raise QuantityError.of("weights", f"must be a list of {len(objectives)} numbers")
     if len({o.name for o in objectives}) < len(objectives):
-        raise QuantityError.of("objectives", "a quantity stands twice")
+        raise QuantityError.of("objectives", "a quantity is listed twice")
     pairs = zip(objectives, weights, strict=True)
     return tuple(replace(o, weight=float(w)) for o, w in pairs)

@@ -1,4 +1,4 @@
-"""What a design must and should do: constraints, objectives, and the scatter it must stand."""
+"""Requirements of a design: constraints, objectives, and the scatter in friction."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from layerjam.records.values import AsItIs
 from layerjam.units import QuantitySpec, exact_text, parse, show
 
 NAMEABLE: Mapping[str, QuantitySpec] = MappingProxyType({**MERITS, **VARIABLES})
-"""What a constraint may name."""
+"""Quantities that a constraint may name."""
 
 
 @dataclass(frozen=True)
@@ -36,21 +36,21 @@ class Constraint:
         return NAMEABLE[self.name].unit
 
     def __str__(self) -> str:
-        return self.name if self == BUILDABLE else self.saying(show(self.limit, self.unit))
+        return self.name if self == BUILDABLE else self.with_limit(show(self.limit, self.unit))
 
-    def saying(self, limit: str) -> str:
-        """The constraint as a sentence, its limit in the words given."""
+    def with_limit(self, limit: str) -> str:
+        """Return the constraint as text, with a limit as written in the argument."""
         return f"{self.name} {'<=' if self.most else '>='} {limit}"
 
     def holds(self, value: Any) -> Any:
-        """Where it holds; NaN never does. A rounding of 1e-12 is let pass."""
+        """Return whether a value meets it, up to rounding of 1e-12; NaN never does."""
         slack = 1e-12 * abs(self.limit)
         return value <= self.limit + slack if self.most else value >= self.limit - slack
 
     def short(self, value: float) -> float:
-        """How far a value misses it, over the limit; 0 where it holds."""
-        over = value - self.limit if self.most else self.limit - value
-        return max(over, 0.0) / abs(self.limit) if self.limit else math.inf
+        """Return the relative shortfall of a value, 0 if it meets the limit."""
+        excess = value - self.limit if self.most else self.limit - value
+        return max(excess, 0.0) / abs(self.limit) if self.limit else math.inf
 
 
 BUILDABLE = Constraint("buildable", False, 1.0)
@@ -61,7 +61,7 @@ DEFAULTS = ("buildable", "drawn_mass")
 
 @dataclass(frozen=True)
 class Objective:
-    """`name` as small or as large as can be; `weight` times ln(name) counts in the choice."""
+    """Minimum or maximum of `name`; `weight` times ln(name) counts in the choice."""
 
     name: str
     least: bool
@@ -72,79 +72,79 @@ class Objective:
 
     @property
     def sign(self) -> float:
-        """1 for the least, -1 for the most."""
+        """1 to minimise, -1 to maximise."""
         return 1.0 if self.least else -1.0
 
 
 @dataclass(frozen=True)
 class ConstraintSpec(AsItIs):
-    """How a file says a constraint: 'mass <= 30 g'."""
+    """Form of a constraint in a file: 'mass <= 30 g'."""
 
-    text: str = "what must hold, such as 'mass <= 30 g'"
+    text: str = "constraint, such as 'mass <= 30 g'"
 
     def limits(self) -> str:
-        """The form."""
+        """Return examples of the form."""
         return "'mass <= 30 g' or 'holding_force >= 300 N'"
 
     def read(self, text: object, name: str) -> Constraint:
-        """The constraint; errors are about its own text."""
+        """Return the constraint; errors name its own text."""
         pattern = r"\s*(\w+)\s*(<=|>=)\s*(.+?)\s*"
-        wanted, sense, limit = _words(pattern, text, name, "constraint", self.limits())
-        unit = _known("constraint", wanted, text).unit
+        quantity, sense, limit = _words(pattern, text, name, "constraint", self.limits())
+        unit = _spec_of("constraint", quantity, text).unit
         try:
-            return Constraint(wanted, sense == "<=", parse(limit, unit, wanted))
+            return Constraint(quantity, sense == "<=", parse(limit, unit, quantity))
         except QuantityError as err:
             err.quantity = str(text)
             raise
 
     def to_toml(self, value: Constraint) -> object:
-        """The text that `read` turns back into it."""
+        """Return text that `read` turns back into the constraint."""
         limit = repr(value.limit) if value.unit == "1" else exact_text(value.limit, value.unit)
-        return value.saying(limit)
+        return value.with_limit(limit)
 
 
 @dataclass(frozen=True)
 class ObjectiveSpec(AsItIs):
-    """How a file says an objective: 'minimise mass'."""
+    """Form of an objective in a file: 'minimise mass'."""
 
-    text: str = "what is wanted, such as 'minimise mass'"
+    text: str = "objective, such as 'minimise mass'"
 
     def limits(self) -> str:
-        """The form."""
+        """Return examples of the form."""
         return "'minimise mass' or 'maximise force_density'"
 
     def read(self, text: object, name: str) -> Objective:
-        """The objective, of weight 1; errors are about its own text."""
+        """Return the objective, of weight 1; errors name its own text."""
         pattern = r"\s*(minimi[sz]e|maximi[sz]e)\s+(\w+)\s*"
-        sense, wanted = _words(pattern, text, name, "objective", self.limits())
-        _known("objective", wanted, text)
-        return Objective(wanted, sense.startswith("min"))
+        sense, quantity = _words(pattern, text, name, "objective", self.limits())
+        _spec_of("objective", quantity, text)
+        return Objective(quantity, sense.startswith("min"))
 
     def to_toml(self, value: Objective) -> object:
-        """The text; the weight stands in a list of its own."""
+        """Return the text; weights have a list of their own."""
         return str(value)
 
 
-def _words(pattern: str, text: object, name: str, what: str, form: str) -> tuple[str, ...]:
-    """The parts of a sentence; raises QuantityError for one of another form."""
+def _words(pattern: str, text: object, name: str, kind: str, form: str) -> tuple[str, ...]:
+    """Return the parts of a sentence; raises QuantityError if it has another form."""
     if not isinstance(text, str):
         raise QuantityError.of(name, "must be a list of texts in quotes")
     match = re.fullmatch(pattern, text)
     if not match:
-        raise QuantityError(f"{what} '{text[:60]}' is not of the form {form}", quantity=text)
+        raise QuantityError(f"{kind} '{text[:60]}' is not of the form {form}", quantity=text)
     return match.groups()
 
 
-def _known(what: str, wanted: str, said: object) -> QuantitySpec:
-    known = NAMEABLE if what == "constraint" else MERITS
-    if wanted not in known:
-        raise UnknownNameError(what, wanted, known, quantity=str(said))
-    return known[wanted]
+def _spec_of(kind: str, quantity: str, text: object) -> QuantitySpec:
+    specs = NAMEABLE if kind == "constraint" else MERITS
+    if quantity not in specs:
+        raise UnknownNameError(kind, quantity, specs, quantity=str(text))
+    return specs[quantity]
 
 
 @dataclass(frozen=True)
 class Scatter:
-    """Relative SD of static and kinetic friction, independent of each other; where from."""
+    """Relative SD of static and kinetic friction, independent of each other, and its source."""
 
     static: float
     kinetic: float
@@ -155,7 +155,7 @@ class Scatter:
 
 @dataclass(frozen=True)
 class DesignSpecification:
-    """A specification with its files, read and checked: the designs and how they are judged."""
+    """Specification with its files read and checked: designs, constraints and objectives."""
 
     name: str
     brake: BrakeFile
@@ -168,10 +168,10 @@ class DesignSpecification:
     text: str = field(repr=False)
     notes: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
-    """Those of DEFAULTS that do not apply."""
+    """Names of DEFAULTS that do not apply."""
 
     def drawn_by(self, draw: Draw) -> DesignSpecification:
-        """Return the specification with what draws its brakes, and the constraints it allows.
+        """Return the specification with a function that draws brakes, and the rules it allows.
 
         Each design must be `BUILDABLE`, and a limit on the mass applies to the mass as drawn.
         """
@@ -189,12 +189,12 @@ class DesignSpecification:
         )
 
     @property
-    def drawn(self) -> tuple[str, ...]:
+    def drawn_merits(self) -> tuple[str, ...]:
         """Merits of the drawn brake that a constraint or an objective names."""
-        named = {c.name for c in self.constraints} | {o.name for o in self.objectives}
-        return tuple(name for name in DRAWN_MERITS if name in named)
+        names = {c.name for c in self.constraints} | {o.name for o in self.objectives}
+        return tuple(name for name in DRAWN_MERITS if name in names)
 
     @property
     def merits(self) -> tuple[str, ...]:
-        """Every merit that is computed of designs, in the order of their rows."""
-        return (*self.evaluation.all_names, *self.drawn)
+        """Every merit computed of designs, in the order of their rows."""
+        return (*self.evaluation.all_names, *self.drawn_merits)

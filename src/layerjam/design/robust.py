@@ -1,4 +1,4 @@
-"""What the scatter of the friction does to a design: how likely each constraint holds."""
+"""Effect of scatter in friction on a design: the probability that each constraint holds."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ import numpy as np
 from layerjam.control.plan_spread import log_normal
 from layerjam.design.merit import Point
 from layerjam.design.requirements import DesignSpecification
-from layerjam.design.stopping import judged
+from layerjam.design.stopping import all_merits
 
 
 class Chance(NamedTuple):
-    """How likely a constraint holds."""
+    """Probability that a constraint holds."""
 
     probability: float
     error: float
     """Standard error; never below one sample's weight."""
     low: float
-    """5 % quantile of the quantity, SI; NaN where more of the samples have none."""
+    """5 % quantile of the quantity, SI; NaN if more than 5 % of the samples have none."""
     high: float
     """95 % quantile."""
 
 
 def robustness(spec: DesignSpecification, point: Point) -> dict[str, Chance]:
-    """{constraint: Chance} and "all" for a design, friction log-normal around what is stated.
+    """Return {constraint: Chance} and "all" for a design with log-normal friction.
 
-    Static and kinetic friction vary independently of each other; samples come from a counter-based
-    generator (Philox), so that a seed gives the same numbers anywhere.
+    Static and kinetic friction vary independently around their stated values. Samples come from a
+    counter-based generator (Philox), so a seed gives the same numbers on any machine.
     """
     scatter = spec.scatter
     if scatter is None:
@@ -37,24 +37,24 @@ def robustness(spec: DesignSpecification, point: Point) -> dict[str, Chance]:
     rng = np.random.Generator(np.random.Philox(scatter.seed))
     shares = np.clip(rng.random((2, scatter.samples)), 2.0**-54, 1 - 2.0**-53)
     film = point.stock
-    drawn = film._replace(
+    film_samples = film._replace(
         static=log_normal(shares[0], float(film.static), scatter.static * float(film.static)),
         kinetic=log_normal(shares[1], float(film.kinetic), scatter.kinetic * float(film.kinetic)),
     )
-    at, asked = point._replace(stock=drawn), spec.evaluation
-    out = judged(at, asked.base, asked.stick_slip, asked.stop, spec.grid.most_in_row)
-    every = np.ones(scatter.samples, bool)
-    found: dict[str, Chance] = {}
+    point, given = point._replace(stock=film_samples), spec.evaluation
+    out = all_merits(point, given.base, given.stick_slip, given.stop, spec.grid.most_in_row)
+    all_hold = np.ones(scatter.samples, bool)
+    chances: dict[str, Chance] = {}
     for c in spec.constraints:
         if c.name not in out:
             continue
         value = np.broadcast_to(np.asarray(out[c.name]), (scatter.samples,))
         holds = np.asarray(c.holds(value))
-        every &= holds
-        found[str(c)] = Chance(*_share(holds), *_range(value))
-    if found:
-        found["all"] = Chance(*_share(every), math.nan, math.nan)
-    return found
+        all_hold &= holds
+        chances[str(c)] = Chance(*_share(holds), *_range(value))
+    if chances:
+        chances["all"] = Chance(*_share(all_hold), math.nan, math.nan)
+    return chances
 
 
 def _share(holds: Any) -> tuple[float, float]:
@@ -63,7 +63,7 @@ def _share(holds: Any) -> tuple[float, float]:
 
 
 def _range(value: Any) -> tuple[float, float]:
-    # a design that does not stop has no finite slip: it counts as beyond every limit
-    whole = np.sort(np.where(np.isnan(value), np.inf, value))
-    low, high = (float(whole[int(part * len(whole))]) for part in (0.05, 0.95))
+    # without a stop the slip is not finite: it counts as beyond every limit
+    ordered = np.sort(np.where(np.isnan(value), np.inf, value))
+    low, high = (float(ordered[int(part * len(ordered))]) for part in (0.05, 0.95))
     return (low if math.isfinite(low) else math.nan, high if math.isfinite(high) else math.nan)

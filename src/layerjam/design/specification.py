@@ -1,4 +1,4 @@
-"""From what is asked of a design to its specification: the files it names, and all its designs."""
+"""From a design request to its specification: the files it names, and all its designs."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ F = TypeVar("F", bound=BrakeFile | LineFile)
 
 
 def examples() -> dict[str, str]:
-    """{name: TOML text} of the specifications that come with the program."""
+    """Return {name: TOML text} of the specifications that come with the program."""
     return shipped("layerjam.design", "examples")
 
 
 def load_spec(spec: str | Path) -> DesignSpecification:
-    """A specification by the name of an example or the path of its file.
+    """Return a specification by the name of an example or the path of its file.
 
     Raises FileError, or UnknownNameError with the nearest names.
     """
@@ -54,32 +54,32 @@ def load_spec(spec: str | Path) -> DesignSpecification:
 def read_spec(
     text: str, path: object, beside: Mapping[str, BrakeFile | LineFile] | None = None
 ) -> DesignSpecification:
-    """A specification from TOML text; raises FileError with file and line.
+    """Return a specification from TOML text; raises FileError with file and line.
 
-    With `beside` no file is opened: what the text names is one of these, or in the catalogue.
+    With `beside` no file is opened: names refer to these records or to the catalogue.
     """
     reader = reader_of(text, path)
     request = read_request(reader)
     with reader.locate_errors():
-        return specification(request, Named(Path(str(path)).parent, beside), text)
+        return specification(request, FileFinder(Path(str(path)).parent, beside), text)
 
 
 @dataclass(frozen=True)
-class Named:
-    """Finds brakes and lines by catalogue name, or by a path from a folder.
+class FileFinder:
+    """Finder of brakes and lines by catalogue name, or by a path from a folder.
 
-    With `beside` no file is opened: a name is one of these, or in the catalogue.
+    With `beside` no file is opened: names refer to these records or to the catalogue.
     """
 
     folder: Path = Path()
     beside: Mapping[str, BrakeFile | LineFile] | None = None
 
     def brake(self, name: str, quantity: str = "brake") -> BrakeFile:
-        """The brake of this name; UnknownNameError about `quantity` where there is none."""
+        """Return the brake of this name; UnknownNameError names `quantity`."""
         return self._find(name, quantity, load, catalogue(), BrakeFile)
 
     def line(self, name: str) -> LineFile:
-        """The vacuum line of this name."""
+        """Return the vacuum line of this name."""
         return self._find(name, "line", load_line, lines(), LineFile)
 
     def _find(
@@ -87,39 +87,39 @@ class Named:
         name: str,
         quantity: str,
         reader: Callable[[str | Path], F],
-        known: Sequence[str],
+        names: Sequence[str],
         kind: type[F],
     ) -> F:
         beside = self.beside
         if beside is not None:
-            given = beside.get(name)
-            if isinstance(given, kind):
-                return given
-            if name not in known:
-                what = "line" if quantity == "line" else "brake"
-                raise UnknownNameError(what, name, [*beside, *known], quantity=name)
+            record = beside.get(name)
+            if isinstance(record, kind):
+                return record
+            if name not in names:
+                word = "line" if quantity == "line" else "brake"
+                raise UnknownNameError(word, name, [*beside, *names], quantity=name)
             return reader(name)
-        near = self.folder / name
+        path = self.folder / name
         try:
-            return reader(near if name.endswith(".toml") and near.is_file() else name)
+            return reader(path if name.endswith(".toml") and path.is_file() else name)
         except UnknownNameError as err:
             err.quantity = quantity
             raise
 
 
 def specification(
-    request: DesignRequest, named: Named | None = None, text: str | None = None
+    request: DesignRequest, finder: FileFinder | None = None, text: str | None = None
 ) -> DesignSpecification:
-    """The specification of a request, every file it names read.
+    """Return the specification of a request, with every file it names read.
 
     Raises QuantityError or UnknownNameError about a part of the request, FileError for a file.
     """
-    named = named or Named()
-    file, line = named.brake(request.brake), None
+    finder = finder or FileFinder()
+    file, line = finder.brake(request.brake), None
     notes: list[str] = []
     if request.line is not None:
-        line = named.line(request.line)
-        notes += _roughly(line)
+        line = finder.line(request.line)
+        notes += _closed_form_notice(line)
     if request.atmosphere is not None:
         file = replace(file, brake=file.brake.with_(atmosphere=request.atmosphere))
         if line is not None:
@@ -129,7 +129,7 @@ def specification(
         raise QuantityError(
             f"atmosphere: not the same in {line.name} and {file.name}", quantity="line"
         )
-    films = _films(request, named, file, notes)
+    films = _films(request, finder, file, notes)
     grid = _grid(request, file, films)
     evaluation = Evaluation(
         base=file.brake,
@@ -144,7 +144,7 @@ def specification(
         line=line,
         grid=grid,
         evaluation=evaluation,
-        constraints=request.constraints + _of_stop(request.stop),
+        constraints=request.constraints + _stop_constraints(request.stop),
         objectives=request.objectives,
         scatter=_scatter(request, file),
         text=request.text() if text is None else text,
@@ -153,11 +153,10 @@ def specification(
     )
 
 
-def _roughly(file: LineFile) -> list[str]:
-    """What the closed forms leave out of a line."""
+def _closed_form_notice(file: LineFile) -> list[str]:
     line = file.line
-    rough = line.tube is not None or line.leak.orifice or line.polytropic != 1
-    if not rough and not line.chamber.shrink:
+    is_approximate = line.tube is not None or line.leak.orifice or line.polytropic != 1
+    if not is_approximate and not line.chamber.shrink:
         return []
     return [
         f"rise_time on {file.name} by the closed form of a rigid chamber at one temperature: its "
@@ -165,42 +164,42 @@ def _roughly(file: LineFile) -> list[str]:
     ]
 
 
-def _of_stop(stop: StopRequirement | None) -> tuple[Constraint, ...]:
+def _stop_constraints(stop: StopRequirement | None) -> tuple[Constraint, ...]:
     if stop is None:
         return ()
     slip = () if stop.travel is None else (Constraint("stop_slip", True, stop.travel),)
     peak = () if stop.force is None else (Constraint("stop_peak", True, stop.force),)
-    # a stop without limits must still be one
+    # a stop without limits must still come to rest
     return (*slip, *peak) or (Constraint("stop_slip", True, 1e9),)
 
 
 def _scatter(request: DesignRequest, file: BrakeFile) -> Scatter | None:
-    """The scatter asked for, else what the sources of the brake's friction state."""
-    given = {} if request.scatter is None else vars(request.scatter).copy()
-    stated = {n: file.sources[p].sd for n in _FRICTION if (p := f"film.{n}") in file.sources}
-    own = {n: sd for n in _FRICTION if (sd := given.pop(n, None)) is not None}
-    sd = {n: v for n, v in {**stated, **own}.items() if v is not None}
+    """Return the requested scatter, else that of the brake's own friction sources."""
+    fields = {} if request.scatter is None else vars(request.scatter).copy()
+    from_sources = {n: file.sources[p].sd for n in _FRICTION if (p := f"film.{n}") in file.sources}
+    sds = {n: sd for n in _FRICTION if (sd := fields.pop(n, None)) is not None}
+    sd = {n: v for n, v in {**from_sources, **sds}.items() if v is not None}
     if not sd:
         return None
-    source = "the specification" if own else f"the spread that {file.name} states for its friction"
-    return Scatter(sd.get("static", 0.0), sd.get("kinetic", 0.0), source, **given)
+    source = "the specification" if sds else f"the spread that {file.name} states for its friction"
+    return Scatter(sd.get("static", 0.0), sd.get("kinetic", 0.0), source, **fields)
 
 
 _FRICTION = ("static", "kinetic")
 
 
-def _check_known(wanted: Iterable[Constraint | Objective], evaluation: Evaluation) -> None:
-    """Raise QuantityError for a merit that needs more than the request says."""
-    due = {**dict.fromkeys(LINE_MERITS, "a line"), **dict.fromkeys(STOP_MERITS, "a [stop]")}
-    due["judder_margin"] = "a [judder]"
-    for one in wanted:
-        if one.name in due and one.name not in evaluation.all_names:
-            kind = "constraint" if isinstance(one, Constraint) else "objective"
-            reason = f"{kind} '{one}' needs {due[one.name]} in the specification"
-            raise QuantityError(reason, quantity=one.name)
+def _check_known(requirements: Iterable[Constraint | Objective], evaluation: Evaluation) -> None:
+    """Raise QuantityError for a merit that needs input missing from the request."""
+    inputs = {**dict.fromkeys(LINE_MERITS, "a line"), **dict.fromkeys(STOP_MERITS, "a [stop]")}
+    inputs["judder_margin"] = "a [judder]"
+    for requirement in requirements:
+        if requirement.name in inputs and requirement.name not in evaluation.all_names:
+            kind = "constraint" if isinstance(requirement, Constraint) else "objective"
+            reason = f"{kind} '{requirement}' needs {inputs[requirement.name]} in the specification"
+            raise QuantityError(reason, quantity=requirement.name)
 
 
-# ---- what is varied
+# ---- variables
 
 
 def _grid(request: DesignRequest, file: BrakeFile, films: _Films) -> Grid:
@@ -220,33 +219,33 @@ def _grid(request: DesignRequest, file: BrakeFile, films: _Films) -> Grid:
     grid = Grid(stock, names, thickness, axes, ranges)
     if grid.size > MOST_DESIGNS:
         raise QuantityError(
-            f"{grid.size:.3g} designs are too many; {MOST_DESIGNS:.0e} go", quantity="vary"
+            f"{grid.size:.3g} designs; at most {MOST_DESIGNS:.0e} are allowed", quantity="vary"
         )
-    high, most = float(axes["vacuum"].max()), file.brake.site.atmosphere
-    if high > most * (1 + 1e-12):
+    high, atmosphere = float(axes["vacuum"].max()), file.brake.site.atmosphere
+    if high > atmosphere * (1 + 1e-12):
         raise QuantityError.of(
             "vary.vacuum",
-            f"{show(high, 'Pa', 6)} is more than the atmosphere, {show(most, 'Pa', 6)}",
+            f"{show(high, 'Pa', 6)} is more than the atmosphere, {show(atmosphere, 'Pa', 6)}",
         )
     return grid
 
 
 _Films = tuple[Stock, tuple[str, ...], Array]
-"""Rows of the grid's first axis: film, its name, a thickness it is sold in."""
+"""Rows of the grid's first axis: film, its name, a thickness in which it is sold."""
 
 
-def _films(request: DesignRequest, named: Named, file: BrakeFile, notes: list[str]) -> _Films:
-    """Films, each with the thicknesses it is sold in; without any the brake's own."""
-    varied = request.vary.get("thickness")
-    usual = (file.brake.sheets.thickness,) if varied is None else varied
-    usual = tuple(usual.values()) if isinstance(usual, Range) else usual
-    made = [
-        (choice.use, _film(choice.use, named, file, notes), choice.thickness or usual)
+def _films(request: DesignRequest, finder: FileFinder, file: BrakeFile, notes: list[str]) -> _Films:
+    """Return films with the thicknesses in which they are sold, by default the brake's own."""
+    axis = request.vary.get("thickness")
+    default = (file.brake.sheets.thickness,) if axis is None else axis
+    default = tuple(default.values()) if isinstance(default, Range) else default
+    films = [
+        (choice.use, _film(choice.use, finder, file, notes), choice.thickness or default)
         for choice in request.film
-    ] or [(file.name, _stock(file), usual)]
-    rows = [(name, stock, thickness) for name, stock, each in made for thickness in each]
-    if len({name for name, _, _ in made}) < len(made):
-        raise QuantityError.of("film", "a film stands twice")
+    ] or [(file.name, _stock(file), default)]
+    rows = [(name, stock, thickness) for name, stock, values in films for thickness in values]
+    if len({name for name, _, _ in films}) < len(films):
+        raise QuantityError.of("film", "a film is listed twice")
     columns = zip(*(stock for _, stock, _ in rows), strict=True)
     stock = Stock(*(np.array(column, float) for column in columns))
     thickness = np.array([thickness for *_, thickness in rows], float)
@@ -258,19 +257,19 @@ def _stock(file: BrakeFile) -> Stock:
     return stock_of(brake.film, brake.scale_factor, brake.amplification_held)
 
 
-def _film(use: str, named: Named, file: BrakeFile, notes: list[str]) -> Stock:
-    """Film by brake (its friction and scale factor) or by name in the catalogue (a = 1)."""
+def _film(use: str, finder: FileFinder, file: BrakeFile, notes: list[str]) -> Stock:
+    """Return a film of a brake (its friction and scale factor) or of the catalogue (a = 1)."""
     films = materials()["films"]
     if use in catalogue() or use.endswith(".toml"):
-        known = named.brake(use, use)
-        other = known.brake
-        if other.pressure_exponent != file.brake.pressure_exponent:
+        source = finder.brake(use, use)
+        brake = source.brake
+        if brake.pressure_exponent != file.brake.pressure_exponent:
             raise QuantityError(
                 f"{use} has another pressure_exponent than {file.name}; films are compared under "
                 "one law",
                 quantity=use,
             )
-        return _stock(known)
+        return _stock(source)
     if use not in films:
         raise UnknownNameError("film", use, [*films, *catalogue()], quantity=use)
     keys = {**dict(entries(Film)), **dict(entries(FilmCutting))}

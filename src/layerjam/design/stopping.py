@@ -1,4 +1,4 @@
-"""The stop a design is wanted for: exact for brakes side by side, rigid ones one after another."""
+"""Stop requirement of a design: exact for parallel brakes, rigid brakes if in series."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS, STOP_TRAVEL
 from layerjam.units import FlagSpec, like, quantity, record
 
 RIGID = 1e12
-"""Stiffness [N/m] of a brake in a row: what its spring stores is left out."""
+"""Stiffness [N/m] of a brake in series; the energy in its spring is neglected."""
 
 
 @record
 class StopRequirement:
-    """[stop]: a mass to be stopped; `travel` is slip, as in `drop`, None where nothing is asked."""
+    """[stop]: a mass to be stopped; `travel` is slip, as in `drop`, None for no limit."""
 
     mass: float = like(MASS, "mass to stop")
     speed: float = like(ARRIVAL_SPEED, "speed of the mass")
@@ -32,52 +32,52 @@ class StopRequirement:
     horizontal: bool = value(FlagSpec(text="whether the mass moves level"), False)
 
 
-def gravity(wanted: StopRequirement, base: Brake) -> Any:
-    """Gravity along the pull [m/s^2]."""
-    return jnp.where(wanted.horizontal, 0.0, base.site.gravity)
+def gravity(need: StopRequirement, base: Brake) -> Any:
+    """Return gravity along the pull [m/s^2]."""
+    return jnp.where(need.horizontal, 0.0, base.site.gravity)
 
 
-def stops(point: Point, base: Brake, wanted: StopRequirement, most_in_row: int) -> dict[str, Any]:
-    """`stop_slip` [m] and `stop_peak` [N] at each design's vacuum; NaN where it does not stop.
+def stops(point: Point, base: Brake, need: StopRequirement, most_in_row: int) -> dict[str, Any]:
+    """Return `stop_slip` [m] and `stop_peak` [N] at each design's vacuum; NaN without a stop.
 
     Equal brakes in parallel share mass and force. In series they slip one after another, each to
-    the end of its travel: there they count as rigid. `most_in_row` is the greatest `series`.
+    the end of its travel, and count as rigid. `most_in_row` is the greatest `series`.
     """
-    made = brake_of(point, base)
-    fine = can_be_built(point, made)
-    share = wanted.mass / point.parallel
-    zero = jnp.zeros_like(share + made.sheets.usable_travel + point.series)
-    spring = jnp.where(point.series > 1, RIGID, working_stiffness(made)) + zero
-    fall = gravity(wanted, base)
-    speed, slip, peak = wanted.speed + zero, zero, zero
-    going, stands = zero == 0, zero > 0
+    brake = brake_of(point, base)
+    valid = can_be_built(point, brake)
+    share = need.mass / point.parallel
+    zero = jnp.zeros_like(share + brake.sheets.usable_travel + point.series)
+    spring = jnp.where(point.series > 1, RIGID, working_stiffness(brake)) + zero
+    fall = gravity(need, base)
+    speed, slip, peak = need.speed + zero, zero, zero
+    is_moving, is_stopped = zero == 0, zero > 0
     for turn in range(most_in_row):
-        now = stop(share + zero, speed, point.vacuum + zero, spring, fall + zero, made)
-        slip = slip + jnp.where(going, now.slip, 0.0)
-        peak = jnp.maximum(peak, jnp.where(going, now.peak_force, 0.0))
-        ends = now.outcome == BOTTOMED_OUT
-        stands = stands | (going & ~ends & (now.outcome != SNAPS))
-        going = going & ends & (turn + 1 < point.series)
-        speed = jnp.where(going, now.end_speed, 0.0)
+        result = stop(share + zero, speed, point.vacuum + zero, spring, fall + zero, brake)
+        slip = slip + jnp.where(is_moving, result.slip, 0.0)
+        peak = jnp.maximum(peak, jnp.where(is_moving, result.peak_force, 0.0))
+        at_end = result.outcome == BOTTOMED_OUT
+        is_stopped = is_stopped | (is_moving & ~at_end & (result.outcome != SNAPS))
+        is_moving = is_moving & at_end & (turn + 1 < point.series)
+        speed = jnp.where(is_moving, result.end_speed, 0.0)
     return {
-        "stop_slip": within(fine & stands, slip),
-        "stop_peak": within(fine & stands, peak * point.parallel),
+        "stop_slip": within(valid & is_stopped, slip),
+        "stop_peak": within(valid & is_stopped, peak * point.parallel),
     }
 
 
-def judged(
+def all_merits(
     point: Point,
     base: Brake,
-    pulled: StickSlipPull | None,
-    wanted: StopRequirement | None,
+    stick_slip: StickSlipPull | None,
+    need: StopRequirement | None,
     most_in_row: int,
 ) -> dict[str, Any]:
-    """Every figure of merit of designs, those of the stop where one is `wanted`."""
-    stopped = {} if wanted is None else stops(point, base, wanted, most_in_row)
-    return merits(point, base, pulled) | stopped
+    """Return every figure of merit of designs, with those of a stop if required."""
+    stop_merits = {} if need is None else stops(point, base, need, most_in_row)
+    return merits(point, base, stick_slip) | stop_merits
 
 
 @law
 def least_peak(mass: Any, speed: Any, travel: Any, gravity: Any) -> Any:
-    """Force [N] that no stop within a travel [m] can stay below: M (v^2/2z + g)."""
+    """Return the least possible peak force [N] of a stop within a travel [m]: M (v^2/2z + g)."""
     return mass * (speed**2 / (2 * travel) + gravity)

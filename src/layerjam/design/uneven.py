@@ -1,4 +1,4 @@
-"""Calibrated brakes beside brakes that are not: what that does to a comparison. Loads no JAX."""
+"""Notice of a comparison between calibrated and uncalibrated brakes. Loads no JAX."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice
 
 WITH_FACTOR = ("max_force", "holding_force", "force_density", "energy_capacity", "peak_vacuum")
-"""Numbers of a brake that its scale factor moves."""
+"""Numbers of a brake that depend on its scale factor."""
 
 
 def uneven(files: Sequence[BrakeFile]) -> list[Notice]:
-    """Said where brakes are compared of which some are calibrated and some are not."""
-    with_pulls, without = (
+    """Return a notice if some of the compared brakes are calibrated and some are not."""
+    with_pulls, uncalibrated = (
         list(dict.fromkeys(f.name for f in files if f.calibrated is is_so))
         for is_so in (True, False)
     )
-    if not (with_pulls and without):
+    if not (with_pulls and uncalibrated):
         return []
-    one = len(without) == 1
+    is_single = len(uncalibrated) == 1
     return [
         Notice(
             f"{', '.join(with_pulls)} {'is' if len(with_pulls) == 1 else 'are'} calibrated, "
-            f"{', '.join(without)} {'is' if one else 'are'} not: the forces of "
-            f"{'that brake' if one else 'those brakes'} rest on a scale factor that no pull has "
-            "shown (the paper's two are 0.875 and 1.24), so a difference of some 20 % says nothing",
+            f"{', '.join(uncalibrated)} {'is' if is_single else 'are'} not: the forces of "
+            f"{'that brake' if is_single else 'those brakes'} rest on a scale factor that no pull "
+            "gave (the paper's two are 0.875 and 1.24), so differences of some 20 % mean nothing",
             "calibrated-with-uncalibrated",
         )
     ]

@@ -1,4 +1,4 @@
-"""What a search says: which design, why the next one lost, what forbids better ones."""
+"""Verdict of a search: the chosen design, why the next one lost, and what excludes better ones."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.design.bounds import UNBUILDABLE, Exclusion, by
+from layerjam.design.bounds import UNBUILDABLE, Exclusion, describe_shortfall
 from layerjam.design.design_file import design_brake
 from layerjam.design.merit import STOP_MERITS
 from layerjam.design.requirements import (
@@ -18,16 +18,16 @@ from layerjam.design.requirements import (
     DesignSpecification,
     Objective,
 )
-from layerjam.design.search import Search, SweepResult, Told
+from layerjam.design.search import Highlights, Search, SweepResult
 from layerjam.mechanics.limits import greatest_force
 from layerjam.units import show
 
-SHOWN = 5e-5
-"""Least part that two digits behind the point of a percentage show."""
+LEAST_SHARE = 5e-5
+"""Least share visible in a percentage with two decimals."""
 
 
-def named(design: Mapping[str, Any]) -> str:
-    """A design in a few words: film, thickness, sheets, how many brakes."""
+def describe_design(design: Mapping[str, Any]) -> str:
+    """Return a design in a few words: film, thickness, sheets and number of brakes."""
     words = [
         f"{design['count']:.0f} sheets",
         f"{show(design['thickness'], 'm')} of {design['film']}",
@@ -43,7 +43,7 @@ def named(design: Mapping[str, Any]) -> str:
 def why_lost(
     winner: Mapping[str, Any], loser: Mapping[str, Any], objectives: Sequence[Objective]
 ) -> str:
-    """Which objectives the runner-up loses and wins by, and what that makes together."""
+    """Return the objectives by which the runner-up loses and wins, and the weighted result."""
     worse: list[str] = []
     better: list[str] = []
     total = 0.0
@@ -56,39 +56,39 @@ def why_lost(
         text = f"{o.name} {much} ({show(loser[o.name], NAMEABLE[o.name].unit)})"
         (worse if step > 0 else better).append(text)
     if not worse and not better:
-        return "it ties in every objective; of equals the first of the list is chosen"
-    lost = " and ".join(worse) or "nothing"
+        return "it ties in every objective; the first of equal designs is chosen"
+    losses = " and ".join(worse) or "nothing"
     if len(objectives) == 1:
-        return f"it loses by {lost}"
-    won = f"; against that {' and '.join(better)}" if better else ""
-    return f"it loses by {lost}{won}; weighted, {percent(math.expm1(total), sign='')} behind"
+        return f"it loses by {losses}"
+    gain = f"; against that {' and '.join(better)}" if better else ""
+    return f"it loses by {losses}{gain}; weighted, {percent(math.expm1(total), sign='')} behind"
 
 
 def percent(part: float, sign: str = "+") -> str:
-    """A part in percent; one that two digits behind the point would not show in words."""
-    return f"{part:{sign}.2%}" if abs(part) >= SHOWN else "by less than 0.01 %"
+    """Return a share in percent, in words if two decimals would not show it."""
+    return f"{part:{sign}.2%}" if abs(part) >= LEAST_SHARE else "by less than 0.01 %"
 
 
-def forbidden(search: Search, found: SweepResult, told: Told) -> list[dict[str, Any]]:
-    """Designs that would have won but for one constraint, and by how much they break it."""
-    out = []
-    score = told.scores[told.best[0]]
-    for i, at in sorted(told.alone.items(), key=lambda item: (told.scores[item[1]], item[1])):
-        if told.scores[at] >= score:
+def forbidden(search: Search, result: SweepResult, picks: Highlights) -> list[dict[str, Any]]:
+    """Return designs that would have won but for one constraint, and their excess."""
+    rows = []
+    score = picks.scores[picks.best[0]]
+    for i, k in sorted(picks.obstacle.items(), key=lambda item: (picks.scores[item[1]], item[1])):
+        if picks.scores[k] >= score:
             continue
         constraint = search.spec.constraints[i]
-        design = search.design(found.numbers[at])
+        design = search.design(result.numbers[k])
         value = float(design[constraint.name])
-        gain = -math.expm1(told.scores[at] - score)
-        said = refusal(search, constraint, found.numbers[at])
-        said = said or f"{constraint.name} {show(value, constraint.unit)}"
+        gain = -math.expm1(picks.scores[k] - score)
+        excess = refusal(search, constraint, result.numbers[k])
+        excess = excess or f"{constraint.name} {show(value, constraint.unit)}"
         reason = (
-            f"{constraint} keeps out {named(design)}: {said}; weighted, it would be "
+            f"{constraint} keeps out {describe_design(design)}: {excess}; weighted, it would be "
             f"{percent(gain, sign='')} better"
         )
         row = {"constraint": str(constraint), "design": design, "value": value}
-        out.append({**row, "short": constraint.short(value), "gain": gain, "reason": reason})
-    return out
+        rows.append({**row, "short": constraint.short(value), "gain": gain, "reason": reason})
+    return rows
 
 
 def refusal(search: Search, c: Constraint, number: int) -> str:
@@ -101,7 +101,7 @@ def refusal(search: Search, c: Constraint, number: int) -> str:
 
 
 def binding(design: Mapping[str, Any], spec: DesignSpecification) -> list[str]:
-    """Constraints met with less than 2 % to spare."""
+    """Return constraints met with less than 2 % to spare."""
     out = []
     for c in spec.constraints:
         room = abs(design[c.name] - c.limit) / abs(c.limit) if c.limit else math.inf
@@ -110,34 +110,34 @@ def binding(design: Mapping[str, Any], spec: DesignSpecification) -> list[str]:
     return out
 
 
-def why_none(search: Search, found: SweepResult, told: Told) -> Exclusion:
-    """Why a sweep found no design: the constraint that fails, and its best value."""
+def why_none(search: Search, result: SweepResult, picks: Highlights) -> Exclusion:
+    """Return why a sweep found no design: the constraint that fails, and its best value."""
     constraints = search.spec.constraints
-    if not found.built:
+    if not result.built:
         return Exclusion(None, UNBUILDABLE)
-    if found.feasible:
-        wanted = " and ".join(o.name for o in search.spec.objectives)
-        reason = f"of {found.feasible} designs that meet the constraints none has a {wanted}"
-        if search.spec.drawn:
+    if result.feasible:
+        objectives = " and ".join(o.name for o in search.spec.objectives)
+        reason = f"none of {result.feasible} designs that meet the constraints has a {objectives}"
+        if search.spec.drawn_merits:
             reason += ": their parts would not fit together as `build` draws them"
         return Exclusion(None, reason)
-    reached = {i: float(found.asked[i, at]) for i, at in told.reach.items()}
-    if reached:
-        _, i, value = min((constraints[i].short(value), i, value) for i, value in reached.items())
+    values = {i: float(result.asked[i, place]) for i, place in picks.reach.items()}
+    if values:
+        _, i, value = min((constraints[i].short(value), i, value) for i, value in values.items())
         c = constraints[i]
-        nearest = refusal(search, c, found.numbers[told.reach[i]])
+        nearest = refusal(search, c, result.numbers[picks.reach[i]])
         reason = f"{c} is not met on this grid while the others hold"
-        reason += f"; of the nearest design {nearest}" if nearest else by(c, value)
+        reason += f"; of the nearest design {nearest}" if nearest else describe_shortfall(c, value)
         return Exclusion(str(c), reason, value)
-    worst = int(np.argmax(found.failed))
+    worst = int(np.argmax(result.failed))
     c = constraints[worst]
-    if c.name in STOP_MERITS and found.failed[worst] == found.built:
+    if c.name in STOP_MERITS and result.failed[worst] == result.built:
         others = any(o.name not in STOP_MERITS for o in constraints)
-        rest = "meets the other constraints and " if others else ""
-        reason = f"of {found.built} designs none {rest}stops the mass within its usable travel"
+        extra = "meets the other constraints and " if others else ""
+        reason = f"none of {result.built} designs {extra}stops the mass within its usable travel"
         return Exclusion(str(c), f"{c}: {reason}")
     reason = (
         f"no design meets all but one of the constraints; {c} alone shuts out "
-        f"{found.failed[worst]} of {found.built}"
+        f"{result.failed[worst]} of {result.built}"
     )
     return Exclusion(str(c), reason)

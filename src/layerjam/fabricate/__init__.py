@@ -1,1 +1,1 @@
-"""What to make: film patterns, printed parts, a mould, a parts list, and whether it can be made."""
+"""Manufacture: film patterns, printed parts, a mould, a parts list, and checks of a build."""

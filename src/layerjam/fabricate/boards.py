@@ -1,4 +1,4 @@
-"""Flat parts beside the sheets [mm]: the jig, an array's yokes and links, the coupons."""
+"""Flat parts other than sheets [mm]: the jig, an array's yokes and links, the coupons."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _SLED = 25.0
 
 
 def rim(bore: float) -> float:
-    """Distance from a hole's centre to the board's edge [mm]."""
+    """Return the distance from a hole's centre to the board's edge [mm]."""
     return max(RIM, bore / 2 + 5)
 
 
 def jig(pin_to_pin: float, bore: float) -> Outline:
-    """A board with two holes for the pins at the distance that the brake has at rest."""
+    """Return a board with two holes for the pins, at their distance at rest."""
     edge = rim(bore) + 5
     return Outline(
         length=pin_to_pin + 2 * edge,
@@ -34,9 +34,9 @@ def jig(pin_to_pin: float, bore: float) -> Outline:
 
 
 def yoke(brakes: int, pitch: float, bore: float) -> Outline:
-    """A plate across `brakes` side by side; the load hangs on the eye in its middle.
+    """Return a plate across `brakes` in parallel; the load hangs on the eye in its middle.
 
-    The eye lies beside the row of the pins: with an odd number there is a pin in the middle.
+    The eye is not in the row of the pins, as an odd number of brakes has a pin in the middle.
     """
     edge = rim(bore)
     row = [Circle(edge + i * pitch, -EYE / 2, bore) for i in range(brakes)]
@@ -51,7 +51,7 @@ def yoke(brakes: int, pitch: float, bore: float) -> Outline:
 
 
 def link(head: float, gap: float, bore: float) -> Outline:
-    """A plate between two brakes in a row; `head` is the length of a cap's head."""
+    """Return a plate between two brakes in series; `head` is the length of a cap's head."""
     edge = rim(bore)
     return Outline(
         length=head + gap + 2 * edge,
@@ -63,10 +63,10 @@ def link(head: float, gap: float, bore: float) -> Outline:
 
 
 def coupon(hole: float, gap: float) -> list[Outline]:
-    """What is cut first from the same film, along its direction and without any kerf.
+    """Return test pieces to cut first from the same film, along its direction and without kerf.
 
-    A comb of ten slats in a frame tells the kerf: pushed together they leave eleven kerfs. The
-    square with a hole tells it a second time. A strip and three patches go to `layerjam friction`.
+    A comb of ten slats in a frame measures the kerf: pushed together they leave eleven kerfs. The
+    square with a hole measures it again. A strip and three patches are for `layerjam friction`.
     """
     comb = Outline(
         length=SLATS * SLAT,
@@ -78,5 +78,6 @@ def coupon(hole: float, gap: float) -> list[Outline]:
     patch = Outline(length=_SLED + 20, width=_SLED, start=1.0, end=1.0)
     above = 20.0 + gap + 12.5
     top = above + 12.5 + gap + patch.width / 2
-    row = [patch.moved(i * (patch.length + gap), top) for i in range(3)]
-    return [strip, comb.moved(0.0, above), square.moved(SLATS * SLAT + gap + 1, above), *row]
+    row = [patch.translate(i * (patch.length + gap), top) for i in range(3)]
+    comb, square = comb.translate(0.0, above), square.translate(SLATS * SLAT + gap + 1, above)
+    return [strip, comb, square, *row]

@@ -1,4 +1,4 @@
-"""The parts list: what to have on the table, without prices and without suppliers."""
+"""Parts list: everything to have on the table, without prices or suppliers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from layerjam.units import show
 
 @dataclass(frozen=True)
 class Item:
-    """One row: what it is, how many or how much, its file, and what it rests on."""
+    """One row: part, description, quantity, file and basis."""
 
     item: str
     what: str
@@ -29,111 +29,111 @@ class Item:
     """drawn, standard or choose."""
 
 
-def items(made: Drawing, there: Collection[str] | None = None) -> list[Item]:
-    """All rows, for all brakes of the build; `there` are the files that are made, else all."""
-    rows = [*_film(made), *_printed(made), *_cast(made), *_bought(made), *_boards(made)]
-    return [row if there is None or row.file in there else replace(row, file="") for row in rows]
+def items(plan: Drawing, files: Collection[str] | None = None) -> list[Item]:
+    """Return the rows for all brakes of a build; `files` are those written, by default all."""
+    rows = [*_film(plan), *_prints(plan), *_castings(plan), *_purchases(plan), *_boards(plan)]
+    return [row if files is None or row.file in files else replace(row, file="") for row in rows]
 
 
-def bom_csv(made: Drawing, there: Collection[str] | None = None) -> str:
-    """The parts list as CSV, with a row of headings."""
-    rows = (astuple(row) for row in items(made, there))
+def bom_csv(plan: Drawing, files: Collection[str] | None = None) -> str:
+    """Return the parts list as CSV, with a row of headings."""
+    rows = (astuple(row) for row in items(plan, files))
     return rows_text([[f.name for f in fields(Item)], *rows])
 
 
-def _film(made: Drawing) -> list[Item]:
-    thickness = show(made.file.brake.sheets.thickness, "m")
-    product = made.file.making.film.product
-    bought = f"film {thickness} thick" + (f", {product}" if product else "")
+def _film(plan: Drawing) -> list[Item]:
+    thickness = show(plan.file.brake.sheets.thickness, "m")
+    product = plan.file.making.film.product
+    material = f"film {thickness} thick" + (f", {product}" if product else "")
     rows = [
         Item(
             part.name,
-            bought,
+            material,
             str(part.count),
             "pieces",
             f"cut/{part.name}.dxf",
             "drawn",
         )
-        for part in made.film.parts
+        for part in plan.film.parts
     ]
-    for piece in made.film.pieces:
+    for piece in plan.film.pieces:
         size = f"{piece.length:.4g} mm × {piece.width:.4g} mm, the film runs along the first"
         rows.append(Item(piece.name, size, "1", "pieces", f"cut/{piece.name}.dxf", "drawn"))
     return rows
 
 
-def _printed(made: Drawing) -> list[Item]:
+def _prints(plan: Drawing) -> list[Item]:
     rows = []
-    for part in made.parts:
+    for part in plan.parts:
         if not part.printed:
             continue
-        count = part.count * (made.brakes if part.stays else 1)
-        what = "printed, without leaks (SLA, or sealed)" if part.stays else "printed, a tool"
-        rows.append(Item(part.name, what, str(count), "pieces", f"print/{part.name}.stl", "drawn"))
+        count = part.count * (plan.brakes if part.stays else 1)
+        kind = "printed, without leaks (SLA, or sealed)" if part.stays else "printed, a tool"
+        rows.append(Item(part.name, kind, str(count), "pieces", f"print/{part.name}.stl", "drawn"))
     return rows
 
 
-def _cast(made: Drawing) -> list[Item]:
-    wall = show(made.file.brake.enclosure.wall, "m")
-    size = f"cast, {made.lengths.sleeve:.4g} mm long after trimming, wall {wall}"
-    rows = [Item("enclosure", size, str(made.brakes), "pieces", "cad/sleeve.step", "drawn")]
-    halves = made.silicone_parts
+def _castings(plan: Drawing) -> list[Item]:
+    wall = show(plan.file.brake.enclosure.wall, "m")
+    size = f"cast, {plan.lengths.sleeve:.4g} mm long after trimming, wall {wall}"
+    rows = [Item("enclosure", size, str(plan.brakes), "pieces", "cad/sleeve.step", "drawn")]
+    halves = plan.silicone_parts
     words = ("A", "B") if halves else ("",)
-    product = made.file.making.enclosure.product
-    for word, mass in zip(words, halves or [made.silicone_mass], strict=True):
+    product = plan.file.making.enclosure.product
+    for word, mass in zip(words, halves or [plan.silicone_mass], strict=True):
         name = f"silicone {word}".strip()
-        what = f"{product}, " if product else ""
-        what += "to mix, waste included"
-        rows.append(Item(name, what, f"{mass * 1e3:.1f}", "g", "", "drawn"))
+        text = f"{product}, " if product else ""
+        text += "to mix, waste included"
+        rows.append(Item(name, text, f"{mass * 1e3:.1f}", "g", "", "drawn"))
     return rows
 
 
-def _bought(made: Drawing) -> list[Item]:
-    found, build = made.lengths, made.build
-    each = made.brakes
-    head = show(found.head_height * 1e-3, "m")
-    size = f"dowel {mm(build.pin):g} mm, longer than the head's {head} by what holds it"
-    tied = show(tied_girth(made) * 1e-3, "m", 2)
+def _purchases(plan: Drawing) -> list[Item]:
+    lengths, build = plan.lengths, plan.build
+    number = plan.brakes
+    head = show(lengths.head_height * 1e-3, "m")
+    size = f"dowel {mm(build.pin):g} mm, longer than the head's {head} by its fastener"
+    tie = show(tied_girth(plan) * 1e-3, "m", 2)
     port = "thread M5" if build.port == M5 else f"tube {mm(float(build.port)):g} mm, glued in"
     rows = [
-        ("screw", f"{screw_name(found)}, ISO 4762", 2 * found.screws * each, "standard"),
-        ("nut", f"{found.thread.name}, ISO 4032", 2 * found.screws * each, "standard"),
-        ("dowel pin", size, 2 * each, "standard"),
-        ("cable tie", f"{mm(build.tie_width):g} mm wide, to go around {tied}", 2 * each, "choose"),
-        ("tube fitting", f"{port}; one end may take a sensor or a plug", 2 * each, "choose"),
-        ("tube", "to pump or valve, for the fitting", each, "choose"),
-        ("mould bolt", bolt(made), 2 * (found.mould.bolts - 1), "standard"),
-        ("mould nut", mould_nut(made), 2 * (found.mould.bolts - 1), "standard"),
+        ("screw", f"{screw_name(lengths)}, ISO 4762", 2 * lengths.screws * number, "standard"),
+        ("nut", f"{lengths.thread.name}, ISO 4032", 2 * lengths.screws * number, "standard"),
+        ("dowel pin", size, 2 * number, "standard"),
+        ("cable tie", f"{mm(build.tie_width):g} mm wide, to go around {tie}", 2 * number, "choose"),
+        ("tube fitting", f"{port}; one end may take a sensor or a plug", 2 * number, "choose"),
+        ("tube", "to pump or valve, for the fitting", number, "choose"),
+        ("mould bolt", bolt(plan), 2 * (lengths.mould.bolts - 1), "standard"),
+        ("mould nut", mould_nut(plan), 2 * (lengths.mould.bolts - 1), "standard"),
     ]
-    return [Item(item, what, str(count), "pieces", "", basis) for item, what, count, basis in rows]
+    return [Item(item, text, str(n), "pieces", "", basis) for item, text, n, basis in rows]
 
 
-def tied_girth(made: Drawing) -> float:
-    """Length of a cable tie around enclosure and groove [mm]."""
-    found, out = made.lengths, made.lengths.wall - mm(made.build.tie_depth)
-    return ellipse_girth(found.neck_a + out, found.neck_b + out)
+def tied_girth(plan: Drawing) -> float:
+    """Return the length of a cable tie around enclosure and groove [mm]."""
+    lengths, out = plan.lengths, plan.lengths.wall - mm(plan.build.tie_depth)
+    return ellipse_girth(lengths.neck_a + out, lengths.neck_b + out)
 
 
-def mould_thread(made: Drawing) -> Thread | None:
-    """The largest thread that goes through the mould's holes; None below M2."""
-    hole = mm(made.build.mould_bolt)
+def mould_thread(plan: Drawing) -> Thread | None:
+    """Return the largest thread that fits the mould's holes, or None below M2."""
+    hole = mm(plan.build.mould_bolt)
     return max(
         (t for t in THREADS if t.clearance <= hole + 1e-9), key=lambda t: t.size, default=None
     )
 
 
-def mould_nut(made: Drawing) -> str:
-    """The nut of the mould's bolts as a shop calls it."""
-    thread = mould_thread(made)
+def mould_nut(plan: Drawing) -> str:
+    """Return the trade name of the nut of the mould's bolts."""
+    thread = mould_thread(plan)
     return "for the mould's bolts" if thread is None else f"{thread.name}, ISO 4032"
 
 
-def bolt(made: Drawing) -> str:
-    """The mould's bolt as a shop calls it, as long as both halves and its nut."""
-    thread = mould_thread(made)
+def bolt(plan: Drawing) -> str:
+    """Return the trade name of the mould's bolt, as long as both halves and its nut."""
+    thread = mould_thread(plan)
     if thread is None:
-        return f"for a hole of {mm(made.build.mould_bolt):g} mm"
-    least = 2 * made.lengths.mould.half + thread.nut_height
+        return f"for a hole of {mm(plan.build.mould_bolt):g} mm"
+    least = 2 * plan.lengths.mould.half + thread.nut_height
     length = sold_length(least, thread)
     size = f"{thread.name} × {length:g}"
     if np.isnan(length):
@@ -141,13 +141,13 @@ def bolt(made: Drawing) -> str:
     return f"{size}, ISO 4762"
 
 
-def _boards(made: Drawing) -> list[Item]:
+def _boards(plan: Drawing) -> list[Item]:
     rows = [("jig", "board that holds the pins at rest distance", 1)]
-    if made.parallel > 1:
+    if plan.parallel > 1:
         rows.append(("yoke", "plate of your material, above and below the heads", 4))
-    if made.series > 1:
-        rows.append(("link", "plate of your material", 2 * (made.series - 1) * made.parallel))
+    if plan.series > 1:
+        rows.append(("link", "plate of your material", 2 * (plan.series - 1) * plan.parallel))
     return [
-        Item(item, what, str(count), "pieces", f"cut/{item}.dxf", "drawn")
-        for item, what, count in rows
+        Item(item, text, str(count), "pieces", f"cut/{item}.dxf", "drawn")
+        for item, text, count in rows
     ]

@@ -1,6 +1,6 @@
 """The cap and its clamp plate (section 2.3 of the specification) [mm].
 
-x = 0 at the cap's face, the sheets towards +x; z = 0 in the middle of the stack, the plate above.
+x = 0 at the face of the cap, sheets towards +x; z = 0 in the middle of the stack, plate above.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ from layerjam.fabricate.solid import Box, Ellipse, Prism, Solid, add, cut, solid
 
 
 def screw_places(lengths: Lengths, side: Side) -> list[float]:
-    """y of every screw, as the sheets have their holes."""
+    """Return y of every screw, as in the holes of the sheets."""
     row = clamp_holes(side.clamped, lengths.width, lengths.screws, lengths.hole)
     return [hole.y for hole in row]
 
 
 def cap(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
-    """The cap of one side: tray, neck with its groove, head with port and pin."""
-    back, neck = side.tray + mm(build.back), mm(build.neck_length)
-    end = back + neck
+    """Return the cap of one side: tray, neck with its groove, head with port and pin."""
+    back_depth, neck = side.tray + mm(build.back), mm(build.neck_length)
+    end = back_depth + neck
     port = end + lengths.port_length / 2
     prisms = [
         *_tray(lengths, build, side),
-        *_neck(lengths, build, back),
+        *_neck(lengths, build, back_depth),
         *_head(lengths, build, end),
     ]
-    raised, half = lengths.raised, lengths.head / 2
+    raised, half = lengths.air_axis, lengths.head / 2
     bore = mm(build.air_bore)
     free = mm(build.back) + neck + lengths.port_length / 2
     prisms += [
@@ -42,7 +42,7 @@ def cap(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
 
 
 def _tray(lengths: Lengths, build: Build, side: Side) -> Iterator[Prism]:
-    """The tray that takes sheets and plate, with its nuts and screw holes."""
+    """Yield the tray for sheets and plate, with its nut pockets and screw holes."""
     top, bottom = (
         lengths.stack / 2 + lengths.plate_height,
         -lengths.stack / 2 - lengths.shelf_height,
@@ -61,7 +61,7 @@ def _tray(lengths: Lengths, build: Build, side: Side) -> Iterator[Prism]:
 
 
 def _neck(lengths: Lengths, build: Build, back: float) -> Iterator[Prism]:
-    """The round neck that the cable tie closes: two collars and the groove between them."""
+    """Yield the round neck that the cable tie closes: two collars and a groove between them."""
     length, slot, depth = mm(build.neck_length), mm(build.tie_slot), mm(build.tie_depth)
     a, b = lengths.neck_a, lengths.neck_b
     first, last = -back - (length + slot) / 2, -back - (length - slot) / 2
@@ -72,22 +72,22 @@ def _neck(lengths: Lengths, build: Build, back: float) -> Iterator[Prism]:
 
 def _head(lengths: Lengths, build: Build, end: float) -> Iterator[Prism]:
     length, side, height = lengths.port_length + lengths.head, lengths.head, lengths.head_height
-    yield add("x", -end - length, -end, Box.about((0, 0), side, height, mm(build.edge)))
+    yield add("x", -end - length, -end, Box.centred_on((0, 0), side, height, mm(build.edge)))
     pin = Ellipse.circle((-end - lengths.port_length - side / 2, 0), pin_hole(build))
     yield cut("z", -height / 2, height / 2, pin)
 
 
 def pin_hole(build: Build) -> float:
-    """Diameter of the hole for the dowel pin."""
+    """Return the diameter of the hole for the dowel pin."""
     return mm(build.pin) + mm(build.pin_clearance)
 
 
 @functools.lru_cache(maxsize=256)
 def crossing(bore: float, port: float, length: float) -> float:
-    """Volume that the air bore and half the port have in common, by radii and the bore's length.
+    """Return the volume shared by the air bore and half the port, from radii and bore length.
 
-    The integral of u·min(v, length) over the bore's height, u and v being the half widths of bore
-    and port there; by Gauss and Chebyshev, exact but for rounding where the bore is the smaller.
+    It is the integral of u·min(v, length) over the bore's height, where u and v are the half widths
+    of bore and port. Gauss-Chebyshev quadrature is exact up to rounding if the bore is smaller.
     """
     count = 256
     total = 0.0
@@ -99,7 +99,7 @@ def crossing(bore: float, port: float, length: float) -> float:
 
 
 def plate(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
-    """The clamp plate of one side, open at front and back above its screws."""
+    """Return the clamp plate of one side, open at front and back above its screws."""
     fit, thread = mm(build.fit), lengths.thread
     low, high = lengths.stack / 2, lengths.stack / 2 + lengths.plate_height
     half, back = lengths.slot / 2 - fit, -(side.tray - fit)

@@ -1,4 +1,4 @@
-"""Whether a brake can be built as drawn: C2 of the printer, C4 to C6, C10, C11 and C14."""
+"""Checks of a build as drawn: C2 of the printer, C4 to C6, C10, C11 and C14."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from layerjam.units import get, show
 HEAD_RIM = 0.4
 """Clamped length beyond the screw's head [mm]."""
 SHARE_OF_BREAK = 1 / 3
-"""Of its elongation at break, to which the enclosure may be stretched over the cap."""
+"""Share of its elongation at break to which the enclosure may be stretched over the cap."""
 MASS_BOUND, PART_BOUND = 0.10, 0.01
 Limits = Iterator[tuple[tuple[str, ...], Any, Any, str]]
 
@@ -41,14 +41,14 @@ Limits = Iterator[tuple[tuple[str, ...], Any, Any, str]]
 def drawable_limits(build: Build, lengths: Lengths) -> Limits:
     """Yield (inputs, value, limit it stays below, name of the limit) for each rule; in mm."""
     wall, clamp = mm(build.wall), mm(build.clamp_radius)
-    found = lengths.mould
-    step = (found.length - found.flange) / (found.bolts - 1)
-    neck = lengths.neck_b - lengths.raised - mm(build.air_bore) / 2 - wall
+    mould = lengths.mould
+    step = (mould.length - mould.flange) / (mould.bolts - 1)
+    neck = lengths.neck_b - lengths.air_axis - mm(build.air_bore) / 2 - wall
     key = mm(build.key) + mm(build.key_clearance)
     shorter = np.minimum(lengths.left.clamped, lengths.right.clamped)
     yield (
         ("tie_depth", "air_bore", "wall", "neck_stretch"), mm(build.tie_depth), neck,
-        "what the neck leaves beside air bore and wall",
+        "the room in the neck next to air bore and wall",
     )  # fmt: skip
     yield ("air_bore", "port"), mm(build.air_bore), lengths.port, "the port's bore"
     yield (
@@ -56,16 +56,16 @@ def drawable_limits(build: Build, lengths: Lengths) -> Limits:
         "the head's thinnest wall",
     )  # fmt: skip
     yield (
-        ("key", "key_clearance", "mould_bolt", "wall"), key, found.flange - 2 * wall,
-        "what two walls leave of the mould's flange",
+        ("key", "key_clearance", "mould_bolt", "wall"), key, mould.flange - 2 * wall,
+        "the mould's flange without two walls",
     )  # fmt: skip
     yield ("mould_bolt",), mm(build.mould_bolt), step, "the distance of two bolts"
     yield ("sprue",), mm(build.sprue), lengths.mould.outer_width, "the enclosure's width"
-    yield ("vent",), mm(build.vent), found.outer_width / 2, "half the enclosure's width"
-    yield ("mould_wall",), KEY_DEPTH - found.half, 0.0, "the depth of the keys' holes, 5 mm"
+    yield ("vent",), mm(build.vent), mould.outer_width / 2, "half the enclosure's width"
+    yield ("mould_wall",), KEY_DEPTH - mould.half, 0.0, "the depth of the keys' holes, 5 mm"
     yield (
         ("core_clearance", "mould_wall", "wall"), mm(build.core_clearance),
-        mm(build.mould_wall) - wall, "what a wall leaves of the mould's wall",
+        mm(build.mould_wall) - wall, "the mould's wall without a wall of print",
     )  # fmt: skip
     yield (
         ("core_clearance", "enclosure.wall"), mm(build.core_clearance), lengths.wall,
@@ -78,57 +78,57 @@ def drawable_limits(build: Build, lengths: Lengths) -> Limits:
     yield ("clamp_radius",), clamp, shorter / 2, "half the spacers' length"
     yield (
         ("tip_radius", "clamp_radius"), mm(build.tip_radius), lengths.sheet_length - clamp,
-        "what the other end's corners leave of the sheets",
+        "the sheets without the corners of the other end",
     )  # fmt: skip
 
 
 def agree_drawn(brake: Brake, build: Build, lengths: Lengths) -> None:
     """Raise QuantityError for choices that cannot be drawn together.
 
-    The error is about the input that is not at its default, or the brake's own.
+    The error names the input that is not at its default, or the brake's own.
     """
-    for names, value, limit, what in drawable_limits(build, lengths):
+    for names, value, limit, name in drawable_limits(build, lengths):
         if value < limit:
             continue
-        own = [n for n in names if "." not in n]
-        named = changed_input(build, *own)
-        path = f"build.{named}"
-        if getattr(build, named) == getattr(Build(), named):
+        build_keys = [n for n in names if "." not in n]
+        key = changed_input(build, *build_keys)
+        path = f"build.{key}"
+        if getattr(build, key) == getattr(Build(), key):
             path = next((n for n in names if "." in n), path)
-        given = getattr(build, named) if path == f"build.{named}" else get(brake, path)
-        said = f"{given:.0%} " if named == "neck_stretch" else f"{show(given, 'm')} "
+        entry = getattr(build, key) if path == f"build.{key}" else get(brake, path)
+        text = f"{entry:.0%} " if key == "neck_stretch" else f"{show(entry, 'm')} "
         if path != f"build.{names[0]}":
-            said += f"does not go with build.{names[0]}: {show(getattr(build, names[0]), 'm')} "
+            text += f"does not go with build.{names[0]}: {show(getattr(build, names[0]), 'm')} "
         raise QuantityError.of(
-            path, f"{said}is not less than {what}, {show(max(float(limit), 0.0) * 1e-3, 'm')}"
+            path, f"{text}is not less than {name}, {show(max(float(limit), 0.0) * 1e-3, 'm')}"
         )
 
 
 def part_checks(
     brake: Brake,
     build: Build,
-    known: Casting,
+    casting: Casting,
     lengths: Lengths,
     parts: Sequence[Part],
     force: Any,
     friction_source: str = "",
 ) -> Iterator[Check]:
-    """C2 of the printer and C4 to C13, at a force [N]; a search asks them of arrays of brakes."""
+    """Yield C2 of the printer and C4 to C13 at a force [N]; a search passes arrays of brakes."""
     yield from print_checks(build, parts)
     yield from clamp_checks(build, lengths)
-    yield from sleeve_checks(brake, build, known, lengths)
+    yield from sleeve_checks(brake, build, casting, lengths)
     yield from strength_checks(force, brake, build, lengths, friction_source)
     yield wall_check(build, lengths)
     yield seal_check(brake, build, lengths)
-    yield from silicone_checks(build, known, lengths)
+    yield from silicone_checks(build, casting, lengths)
 
 
-def _length_check(code: str, key: str, value: Any, need: Any, said: str, remedy: str) -> Check:
-    """A length [mm] that is at least `need`, or the brake cannot be drawn."""
+def _length_check(code: str, key: str, value: Any, need: Any, text: str, remedy: str) -> Check:
+    """Return the check of a length [mm] below which the brake cannot be drawn."""
     return Check(
         code=code,
         key=key,
-        words=partial(_length_words, value, need, said, remedy),
+        words=partial(_length_words, value, need, text, remedy),
         value=value * 1e-3,
         limit=need * 1e-3,
         at_most=False,
@@ -137,12 +137,12 @@ def _length_check(code: str, key: str, value: Any, need: Any, said: str, remedy:
     )
 
 
-def _length_words(value: float, need: float, said: str, remedy: str, ok: bool | None) -> str:
-    return said.format(value=_mm(value), need=_mm(need)) + (remedy if ok is False else "")
+def _length_words(value: float, need: float, text: str, remedy: str, ok: bool | None) -> str:
+    return text.format(value=_mm(value), need=_mm(need)) + (remedy if ok is False else "")
 
 
 def clamp_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
-    """C4: room for heads, nuts and the thread of a fitting."""
+    """Yield C4: room for heads, nuts and the thread of a fitting."""
     thread, wall = lengths.thread, mm(build.wall)
     for side in lengths.sides[: 1 if lengths.same_caps else 2]:
         yield _length_check(
@@ -153,13 +153,13 @@ def clamp_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
             f"{side.name} clamp {{value}} long; a head of {thread.name} needs {{need}}",
             ": longer sheets and mount.clamped_length, or a smaller mount.screw_hole",
         )
-    for what, size in (("nut", thread.nut), ("head", thread.head)):
+    for part, size in (("nut", thread.nut), ("head", thread.head)):
         yield _length_check(
             "C4",
-            f"{what}-width",
+            f"{part}-width",
             lengths.width / lengths.screws,
             size + mm(build.fit) + 2 * wall,
-            f"{{value}} of width a screw; a {what} of {thread.name} with its walls needs {{need}}",
+            f"{{value}} of width a screw; a {part} of {thread.name} with its walls needs {{need}}",
             ": fewer screws (mount.screws), wider sheets, or a smaller mount.screw_hole",
         )
     if build.port == M5:
@@ -174,12 +174,12 @@ def clamp_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
 
 
 def screw_notices(lengths: Lengths) -> Iterator[Notice]:
-    """What is to be warned of: a screw that no list has, and one that may jam in the film."""
+    """Yield notices of a screw that no standard lists, or that may jam in the film."""
     thread = lengths.thread
     if lengths.screw_length > thread.longest:
         yield Notice(
             f"ISO 4762 lists {thread.name} up to {thread.longest} mm long; {thread.name} × "
-            f"{lengths.screw_length} is made, and has to be found before anything is printed",
+            f"{lengths.screw_length} exists, but buy it before you print anything",
             "screw-length",
         )
     if lengths.hole < thread.close - 1e-9:
@@ -191,8 +191,8 @@ def screw_notices(lengths: Lengths) -> Iterator[Notice]:
         )
 
 
-def sleeve_checks(brake: Brake, build: Build, known: Casting, lengths: Lengths) -> Iterator[Check]:
-    """C5 and C6: how far the enclosure is stretched, and whether it comes down on the stack."""
+def sleeve_checks(brake: Brake, build: Build, cast: Casting, lengths: Lengths) -> Iterator[Check]:
+    """Yield C5 and C6: stretch of the enclosure, and room for it to come down on the stack."""
     edge = (8 - 2 * math.pi) * mm(build.edge)
     girths = {
         "tray": 2 * (lengths.tray_width + lengths.cap_height) - edge,
@@ -200,14 +200,14 @@ def sleeve_checks(brake: Brake, build: Build, known: Casting, lengths: Lengths) 
         "neck": ellipse_girth(lengths.neck_a, lengths.neck_b),
     }
     limit = None
-    if known.elongation_at_break is not None:
-        limit = SHARE_OF_BREAK * known.elongation_at_break
-    for where, girth in girths.items():
+    if cast.elongation_at_break is not None:
+        limit = SHARE_OF_BREAK * cast.elongation_at_break
+    for place, girth in girths.items():
         stretch = girth / lengths.girth - 1
         yield Check(
             code="C5",
-            key=f"sleeve-over-{where}",
-            words=partial(_stretch_words, where, stretch, limit),
+            key=f"sleeve-over-{place}",
+            words=partial(_stretch_words, place, stretch, limit),
             value=stretch,
             limit=limit,
             otherwise="refused",
@@ -225,12 +225,12 @@ def sleeve_checks(brake: Brake, build: Build, known: Casting, lengths: Lengths) 
     )
 
 
-def _stretch_words(where: str, stretch: float, limit: float | None, ok: bool | None) -> str:
-    said = f"enclosure over the {where}: {stretch:+.0%} of its girth"
+def _stretch_words(place: str, stretch: float, limit: float | None, ok: bool | None) -> str:
+    text = f"enclosure over the {place}: {stretch:+.0%} of its girth"
     if limit is None:
-        return said + " (enclosure.elongation_at_break is not given)"
-    return said if ok else (
-        f"{said}, more than a third of its elongation at break, {limit:.0%}: a softer silicone, or "
+        return text + " (enclosure.elongation_at_break is not given)"
+    return text if ok else (
+        f"{text}, more than a third of its elongation at break, {limit:.0%}: a softer silicone, or "
         "a smaller mount.screw_hole, which lowers the cap"
     )  # fmt: skip
 
@@ -252,31 +252,31 @@ def walls(build: Build, lengths: Lengths) -> dict[str, Any]:
     A rounded edge counts as the corner that it rounds. A wall that a brake does not have is
     infinite.
     """
-    thread, fit, back = lengths.thread, mm(build.fit), mm(build.back)
+    thread, fit, back_wall = lengths.thread, mm(build.fit), mm(build.back)
     bore, hole, nut = mm(build.air_bore) / 2, thread.clearance / 2, thread.nut + fit
     pitch, free = lengths.width / lengths.screws, math.inf
     top, low = lengths.stack / 2 + lengths.plate_height, lengths.stack / 2 + lengths.shelf_height
     shorter = np.minimum(lengths.left.clamped, lengths.right.clamped)
-    rest = lengths.width - pitch
+    screw_span = lengths.width - pitch
     pocket = nut / math.sqrt(3)
     neck, slot, depth = mm(build.neck_length), mm(build.tie_slot), mm(build.tie_depth)
-    # the neck's rims stand free where neither tray nor head is behind them
+    # the neck's rims are free if neither tray nor head is behind them
     wide = np.minimum(lengths.tray_width, lengths.head) / 2
     high = np.minimum(np.minimum(top, low), lengths.head_height / 2)
     proud = (lengths.neck_a > wide) | (lengths.neck_b > high)
     return {
         "floor under head and nut": lengths.floor,
         "tray's side": mm(build.cheek),
-        "tray's back": back,
-        "tray behind the nut": shorter / 2 + mm(build.plenum) + back - pocket,
-        "tray beside the nut": (lengths.tray_width - rest - nut) / 2,
+        "tray's back": back_wall,
+        "tray behind the nut": shorter / 2 + mm(build.plenum) + back_wall - pocket,
+        "tray next to the nut": (lengths.tray_width - screw_span - nut) / 2,
         "tray in front of the screw hole": shorter / 2 - hole,
         "plate behind the screw hole": shorter / 2 + mm(build.plenum) - fit - hole,
-        "plate beside the head": (lengths.slot - 2 * fit - rest - thread.head - fit) / 2,
-        "tray above the air bore": top - lengths.raised - bore,
-        "neck around the air bore": lengths.neck_b - depth - lengths.raised - bore,
-        "neck beside the tie": np.where(proud, (neck - slot) / 2 if depth else neck, free),
-        "head beside the air bore": lengths.head / 2 - bore,
+        "plate next to the head": (lengths.slot - 2 * fit - screw_span - thread.head - fit) / 2,
+        "tray above the air bore": top - lengths.air_axis - bore,
+        "neck around the air bore": lengths.neck_b - depth - lengths.air_axis - bore,
+        "neck next to the tie": np.where(proud, (neck - slot) / 2 if depth else neck, free),
+        "head next to the air bore": lengths.head / 2 - bore,
         "head around the port": PORT_WALL,
         "head around the pin": (lengths.head - pin_hole(build)) / 2,
         "between two nuts": np.where(lengths.screws > 1, pitch - nut, free),
@@ -285,14 +285,14 @@ def walls(build: Build, lengths: Lengths) -> dict[str, Any]:
 
 
 def wall_check(build: Build, lengths: Lengths) -> Check:
-    """C10: the least of all walls."""
-    known = walls(build, lengths)
-    least = np.min(np.broadcast_arrays(*known.values()), axis=0)
-    where = "" if np.ndim(least) else min(known, key=lambda name: float(known[name]))
+    """Return C10: the thinnest wall."""
+    thicknesses = walls(build, lengths)
+    least = np.min(np.broadcast_arrays(*thicknesses.values()), axis=0)
+    place = "" if np.ndim(least) else min(thicknesses, key=lambda name: float(thicknesses[name]))
     return _length_check(
         "C10", "least-wall", least, mm(build.wall),
-        f"least wall {{value}} ({where}); {{need}} is needed",
-        f": a smaller build.wall, or a larger {WALL_INPUTS.get(where, 'mount.clamped_length')}",
+        f"least wall {{value}} ({place}); {{need}} is needed",
+        f": a smaller build.wall, or a larger {WALL_INPUTS.get(place, 'mount.clamped_length')}",
     )  # fmt: skip
 
 
@@ -301,13 +301,13 @@ WALL_INPUTS = {
     "tray's side": "build.cheek",
     "tray's back": "build.back",
     "tray behind the nut": "build.back",
-    "tray beside the nut": "build.cheek",
+    "tray next to the nut": "build.cheek",
     "plate behind the screw hole": "build.plenum",
-    "plate beside the head": "sheets.width",
+    "plate next to the head": "sheets.width",
     "tray above the air bore": "build.floor",
     "neck around the air bore": "build.neck_stretch",
-    "neck beside the tie": "build.neck_length",
-    "head beside the air bore": "build.pin_wall",
+    "neck next to the tie": "build.neck_length",
+    "head next to the air bore": "build.pin_wall",
     "head around the pin": "build.pin_wall",
     "between two nuts": "sheets.width",
     "between two heads": "sheets.width",
@@ -316,7 +316,7 @@ WALL_INPUTS = {
 
 
 def seal_check(brake: Brake, build: Build, lengths: Lengths) -> Check:
-    """C11: the tie's pressure on the neck at its flattest place."""
+    """Return C11: the pressure of the tie on the neck at its flattest place."""
     a, b = lengths.neck_a * 1e-3, lengths.neck_b * 1e-3
     pressure = build.tie_tension * np.minimum(b / a**2, 1 / b) / build.tie_width
     need = ATMOSPHERES * brake.site.atmosphere
@@ -333,18 +333,18 @@ def seal_check(brake: Brake, build: Build, lengths: Lengths) -> Check:
 
 
 def _seal_words(tension: float, pressure: float, need: float, ok: bool | None) -> str:
-    said = (
+    text = (
         f"a tie pulled to {show(tension, 'N')} presses on the neck with {show(pressure, 'Pa')}; "
         f"at least {show(need, 'Pa')} seals"
     )
     least = show(float(f"{tension * need / pressure * 1.01:.2g}"), "N")
-    return said + (
+    return text + (
         "" if ok else f": pull it tighter (build.tie_tension, {least}), or a narrower one"
     )
 
 
 def print_checks(build: Build, parts: Sequence[Part]) -> Iterator[Check]:
-    """C2 of the printer: every printed part fits it, along its axes."""
+    """Yield C2 of the printer: every printed part fits it, along its axes."""
     if build.print_bed is None:
         words = partial(say, "printer's room not given, not checked")
         yield Check(code="C2", key="print-bed", words=words)
@@ -355,9 +355,9 @@ def print_checks(build: Build, parts: Sequence[Part]) -> Iterator[Check]:
             continue
         turns = [
             np.maximum.reduce(
-                np.broadcast_arrays(*(side - room for side, room in zip(turned, bed, strict=True)))
+                np.broadcast_arrays(*(side - room for side, room in zip(sides, bed, strict=True)))
             )
-            for turned in permutations(part.solid.size)
+            for sides in permutations(part.solid.size)
         ]
         excess = np.minimum.reduce(np.broadcast_arrays(*turns))
         yield Check(
@@ -377,31 +377,31 @@ def _printer_words(name: str, sides: Sequence[float], bed: Sequence[float], ok: 
     if ok:
         return f"{name}, {size} mm, fits the printer"
     excess, axis = min(
-        max((side - room, name) for side, room, name in zip(turned, bed, "xyz", strict=True))
-        for turned in permutations(sides)
+        max((side - room, name) for side, room, name in zip(turn, bed, "xyz", strict=True))
+        for turn in permutations(sides)
     )
     return f"{name}, {size} mm, is too large for the printer by {_mm(excess)} in {axis}"
 
 
 def mass_checks(brake: Brake, rows: Sequence[MassRow]) -> Iterator[Check]:
-    """C14: the mass as drawn beside the model's, in all and part by part."""
-    drawn = {row.name: row for row in rows}
-    sheets = sum(row.mass for name, row in drawn.items() if name.startswith("sheet"))
+    """Yield C14: the mass as drawn against the model, in total and part by part."""
+    row_of = {row.name: row for row in rows}
+    sheets = sum(row.mass for name, row in row_of.items() if name.startswith("sheet"))
     pairs = (
-        ("whole brake, without what has no mass yet", sum(r.mass for r in rows), mass(brake)),
+        ("whole brake, without parts of unknown mass", sum(r.mass for r in rows), mass(brake)),
         ("sheets", sheets, brake.sheets.count * sheet_mass(brake)),
-        ("enclosure from cap to cap", drawn["enclosure, cap to cap"].mass, enclosure_mass(brake)),
+        ("enclosure from cap to cap", row_of["enclosure, cap to cap"].mass, enclosure_mass(brake)),
     )
-    for (what, found, model), bound in zip(pairs, (MASS_BOUND, *[PART_BOUND] * 2), strict=True):
-        off = found / model - 1
-        said = f"{what}: {show(found, 'kg')} as drawn, {off:+.1%} against {show(model, 'kg')} of "
+    for (part, drawn, model), bound in zip(pairs, (MASS_BOUND, *[PART_BOUND] * 2), strict=True):
+        error = drawn / model - 1
+        text = f"{part}: {show(drawn, 'kg')} as drawn, {error:+.1%} against {show(model, 'kg')} of "
         yield Check(
             code="C14",
-            key=f"mass-{what.split()[0]}",
-            words=partial(say, said + "the model"),
-            value=off,
+            key=f"mass-{part.split()[0]}",
+            words=partial(say, text + "the model"),
+            value=error,
             limit=bound,
-            passes=abs(off) <= bound,
+            passes=abs(error) <= bound,
         )
 
 

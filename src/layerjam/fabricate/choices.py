@@ -1,4 +1,4 @@
-"""The choices behind a build: the [build] table of a brake or a workshop, with their sources."""
+"""Choices behind a build: the [build] table of a brake or a workshop, with their sources."""
 
 from __future__ import annotations
 
@@ -24,36 +24,36 @@ _BUILD = {path: entry for path, entry in _FIELDS.items() if path.startswith("bui
 
 @dataclass(frozen=True, kw_only=True)
 class Choices:
-    """The choices of one build, with a Source for every key of [build] that somebody gave."""
+    """Choices of one build, with a Source for every key of [build] that somebody set."""
 
     build: Build = Build()
     sources: Mapping[str, Source] = field(default_factory=dict)
     texts: Mapping[str, tuple[str, str]] = field(default_factory=dict, repr=False)
-    """{dotted path: (file that gives it, its text)} of all that a file gives and counts."""
+    """{dotted path: (file that sets it, its text)} of all values taken from a file."""
 
     @contextmanager
-    def located(self) -> Iterator[None]:
-        """A QuantityError inside becomes a FileError with file and line where a file is at fault.
+    def locate_errors(self) -> Iterator[None]:
+        """Turn a QuantityError inside into a FileError with file and line if a file is at fault.
 
-        What the command or nobody gave has no line, and stays a QuantityError.
+        A value of the command or a default has no line; its error stays a QuantityError.
         """
-        with _located(self.texts):
+        with _locate(self.texts):
             yield
 
     @property
-    def assumed(self) -> tuple[str, ...]:
-        """Keys of [build] that nobody gave and whose default therefore counts."""
-        known = (f.name for f in fields(self.build))
-        return tuple(name for name in known if f"build.{name}" not in self.sources)
+    def default_keys(self) -> tuple[str, ...]:
+        """Keys of [build] that nobody set, so that their defaults apply."""
+        names = (f.name for f in fields(self.build))
+        return tuple(name for name in names if f"build.{name}" not in self.sources)
 
 
 def choices(
     file: BrakeFile, workshop: str | Path | None = None, given: Mapping[str, Any] | None = None
 ) -> Choices:
-    """What was chosen: what the command gives counts most, then the brake's file, then a workshop.
+    """Return the choices of the command, else of the brake's file, else of a workshop.
 
     `workshop` is the path of a TOML file with a table [build]; `given` maps keys of [build] to SI
-    values. Raises FileError or QuantityError for what is not allowed or contradicts itself.
+    values. Raises FileError or QuantityError for values out of bounds or in conflict.
     """
     values: dict[str, Any] = {}
     sources: dict[str, Source] = {}
@@ -73,32 +73,31 @@ def choices(
             values[f"build.{name}"] = value
             sources[f"build.{name}"] = TYPED
             texts.pop(f"build.{name}", None)
-    made = replace(Build(), **{p.removeprefix("build."): v for p, v in values.items()})
-    with _located(texts):
-        check(made, "build.")
-        check_build(file.brake, made)
-    return Choices(build=made, sources=sources, texts=texts)
+    build = replace(Build(), **{p.removeprefix("build."): v for p, v in values.items()})
+    with _locate(texts):
+        check(build, "build.")
+        check_build(file.brake, build)
+    return Choices(build=build, sources=sources, texts=texts)
 
 
 @contextmanager
-def _located(texts: Mapping[str, tuple[str, str]]) -> Iterator[None]:
+def _locate(texts: Mapping[str, tuple[str, str]]) -> Iterator[None]:
     try:
         yield
     except QuantityError as error:
-        named = error.quantity or ""
-        if named not in texts:
+        key = error.quantity or ""
+        if key not in texts:
             raise
-        path, text = texts[named]
-        raise FileError(path, str(error), line_of(text, named)) from None
+        path, text = texts[key]
+        raise FileError(path, str(error), line_of(text, key)) from None
 
 
 def _workshop(path: Path) -> Reader:
-    """The [build] table of a workshop's file."""
     text = read_text(path)
     reader = Reader(text, path, _BUILD)
     reader.take()
     if not reader.values:
-        raise FileError(path, "has no table [build]; it says what a workshop cuts and prints")
+        raise FileError(path, "has no table [build], which contains the choices of a workshop")
     return reader
 
 

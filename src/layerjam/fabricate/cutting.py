@@ -1,4 +1,4 @@
-"""Which film may go to which cutter: a laser that burns the wrong film poisons who stands by."""
+"""Films that each cutter may cut: a laser that burns the wrong film poisons its operator."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from layerjam.fabricate.verdicts import Check, say
 from layerjam.records.source import Source
 
 PUNCHED_BELOW = 5.0
-"""Diameter below which a plotter's knife leaves no round hole: punch it [mm]."""
+"""Hole diameter below which to use a punch, as a plotter's knife leaves no round hole [mm]."""
 OWN_KINDS = ("measured", "assumed", "unstated")
-"""Kinds of a source that nobody has published."""
+"""Kinds of a source that is not published."""
 ADVICE = {
     "never": "this film must never go into a laser; a blade, shears or a die cuts it",
     "with care": "a laser cuts this film with care only: extract the fumes, clean the edge",
@@ -22,16 +22,16 @@ ADVICE = {
 
 
 def laser_check(file: BrakeFile, cutter: str) -> Check:
-    """C15: whether the film may go to this cutter.
+    """Return C15: whether this cutter may cut the film.
 
-    Raises QuantityError where a laser shall cut a film of which nothing is said, or of which
-    something is said without a source.
+    Raises QuantityError if a laser is to cut a film without laser data, or with data that have no
+    source.
     """
     word, source = file.making.film.laser, file.sources.get("film.laser", Source())
     if cutter != "laser":
-        said = ADVICE[word] if word else "nothing is said of this film and a laser"
+        advice = ADVICE[word] if word else "no laser-cutting data for this film"
         who = "tell the service: " if cutter == "service" and word in (None, "never") else ""
-        return Check(code="C15", key="film-and-laser", words=partial(say, who + said))
+        return Check(code="C15", key="film-and-laser", words=partial(say, who + advice))
     if word is None:
         raise QuantityError.of(
             "film.laser",
@@ -55,7 +55,7 @@ def laser_check(file: BrakeFile, cutter: str) -> Check:
 
 
 def notes(file: BrakeFile, cutter: str) -> Sequence[str]:
-    """Sentences, each on one line, that every file to cut by carries."""
+    """Return sentences, each on one line, that every file for a cutter carries."""
     word, source = file.making.film.laser, file.sources.get("film.laser", Source())
     text, was = " ".join(source.text.split()), " ".join(source.was.split())
     if word == "never":

@@ -1,4 +1,4 @@
-"""Many brakes as they would be drawn, by closed forms: no file, no mesh, no library."""
+"""Mass, amounts and margins of many drawn brakes by closed forms: no file, mesh or library."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from layerjam.fabricate.choices import choices
 from layerjam.fabricate.film import film_parts, hole_checks, stock_margin
 from layerjam.fabricate.lengths import CannotBuildError, Lengths, change_arrays, lengths, mm
 from layerjam.fabricate.masses import mass_rows
-from layerjam.fabricate.nest import Wanted
+from layerjam.fabricate.nest import CutPart
 from layerjam.fabricate.parts import Part, parts
 from layerjam.fabricate.verdicts import ROUNDING, Check
 
 FITS = ("clamp-length", "nut-width", "head-width", "least-wall")
-"""Checks without which parts do not fit together."""
+"""Checks that decide whether parts fit together."""
 
 
 @dataclass(frozen=True)
 class Draws:
-    """Draws brakes by one workshop's choices: what each is made of, and whether it can be built."""
+    """Function that draws brakes with one workshop's choices."""
 
     build: Build
     casting: Casting = Casting()
@@ -37,81 +37,81 @@ class Draws:
     def __call__(self, brake: Brake, force: Any) -> Bill:
         """Return the bills of brakes whose sheets are arrays, at their greatest forces [N].
 
-        A number of screws or of the mould's bolts changes the list of prisms: brakes that share
-        both are drawn at once.
+        The numbers of screws and mould bolts change the list of prisms, so brakes that share both
+        are drawn together.
         """
-        found = lengths(brake, self.build)
-        known = ~np.isnan(np.asarray(brake.film.strength, float))
-        keys = np.stack(np.broadcast_arrays(found.screws, found.mould.bolts, known, force)[:3])
+        sizes = lengths(brake, self.build)
+        has_limit = ~np.isnan(np.asarray(brake.film.strength, float))
+        keys = np.stack(np.broadcast_arrays(sizes.screws, sizes.mould.bolts, has_limit, force)[:3])
         bill = np.full((len(Bill._fields), keys.shape[1]), np.nan)
-        for screws, bolts, strong in np.unique(keys, axis=1).T:
-            place = np.flatnonzero((keys == np.array([[screws], [bolts], [strong]])).all(axis=0))
-            sub = change_arrays(found, partial(_rows, place))
-            mould = replace(sub.mould, bolts=int(bolts))
-            sub = replace(sub, screws=int(screws), mould=mould)
-            some = change_arrays(brake, partial(_rows, place))
-            if not strong:
-                some = replace(some, film=replace(some.film, strength=None))
+        for screws, bolts, is_strong in np.unique(keys, axis=1).T:
+            place = np.flatnonzero((keys == np.array([[screws], [bolts], [is_strong]])).all(axis=0))
+            group = change_arrays(sizes, partial(_rows, place))
+            mould = replace(group.mould, bolts=int(bolts))
+            group = replace(group, screws=int(screws), mould=mould)
+            brakes = change_arrays(brake, partial(_rows, place))
+            if not is_strong:
+                brakes = replace(brakes, film=replace(brakes.film, strength=None))
             with np.errstate(invalid="ignore"):
-                rows = np.broadcast_arrays(*self._bill(some, sub, force[place]))
+                rows = np.broadcast_arrays(*self._bill(brakes, group, force[place]))
             bill[:, place] = rows
         return Bill(*bill)
 
-    def _bill(self, brake: Brake, found: Lengths, force: Any) -> Bill:
-        made, film = parts(found, self.build), film_parts(self.build, found)
+    def _bill(self, brake: Brake, sizes: Lengths, force: Any) -> Bill:
+        solids, film = parts(sizes, self.build), film_parts(self.build, sizes)
         volumes = {
-            stays: sum(p.solid.volume * p.count for p in made if p.printed and p.stays is stays)
+            stays: sum(p.solid.volume * p.count for p in solids if p.printed and p.stays is stays)
             for stays in (True, False)
         }
-        shapes = [*self._geometry(brake, found)]
+        shapes = [*self._geometry(brake, sizes)]
         margins = [
             (check.key, check.margin())
-            for check in self._checks(brake, found, force, made, film)
+            for check in self._checks(brake, sizes, force, solids, film)
             if check.otherwise != "warning"
         ]
-        every = [stock_margin(film, self.build), *shapes, *(margin for _, margin in margins)]
-        # of parts that do not fit together the volumes by closed form mean nothing
-        drawn = np.broadcast_arrays(*shapes, *(m for key, m in margins if key in FITS))
-        fits = np.min(drawn, axis=0) >= 1
+        all_margins = [stock_margin(film, self.build), *shapes, *(margin for _, margin in margins)]
+        # closed-form volumes are wrong for parts that do not fit together
+        fit_margins = np.broadcast_arrays(*shapes, *(m for key, m in margins if key in FITS))
+        fits = np.min(fit_margins, axis=0) >= 1
         amounts = (
             sum(part.outline.area() * part.count for part in film) * 1e-6,
             volumes[True] * 1e-9,
             volumes[False] * 1e-9,
-            sum(row.mass for row in mass_rows(brake, self.build, found, made)),
+            sum(row.mass for row in mass_rows(brake, self.build, sizes, solids)),
         )
-        film_area, printed, tools, mass = (np.where(fits, row, np.nan) for row in amounts)
-        # a search ends a rounding beyond its limits, which a build would refuse
-        margin = np.min(np.broadcast_arrays(*every), axis=0) * (1 - 4 * ROUNDING)
-        return Bill(film_area, printed, tools, mass, margin)
+        film_area, print_volume, tools, mass = (np.where(fits, row, np.nan) for row in amounts)
+        # a search may end a rounding error beyond a limit, which a build would refuse
+        margin = np.min(np.broadcast_arrays(*all_margins), axis=0) * (1 - 4 * ROUNDING)
+        return Bill(film_area, print_volume, tools, mass, margin)
 
-    def _geometry(self, brake: Brake, found: Lengths) -> Iterator[Any]:
-        """Margins of the rules that are errors in a build."""
-        for _, value, limit, _ in rules.drawable_limits(self.build, found):
+    def _geometry(self, brake: Brake, sizes: Lengths) -> Iterator[Any]:
+        """Yield margins of the rules that are errors in a build."""
+        for _, value, limit, _ in rules.drawable_limits(self.build, sizes):
             with np.errstate(divide="ignore", invalid="ignore"):
                 share = np.divide(limit, value) * (1 - ROUNDING)
-            # below a limit of zero lies what is less than zero
+            # only values below zero meet a limit of zero
             yield np.where(np.asarray(value) > 0, share, np.where(value < limit, np.inf, 0.0))
         for radius in (self.build.tip_radius, self.build.clamp_radius):
-            yield found.width / 2 / mm(radius) * (1 - ROUNDING) if radius else np.inf
+            yield sizes.width / 2 / mm(radius) * (1 - ROUNDING) if radius else np.inf
 
     def _checks(
-        self, brake: Brake, found: Lengths, force: Any, made: list[Part], film: list[Wanted]
+        self, brake: Brake, sizes: Lengths, force: Any, solids: list[Part], film: list[CutPart]
     ) -> Iterator[Check]:
-        """The checks of a build, but for the stock and the cutter."""
-        yield from hole_checks(film, found)
-        yield from rules.part_checks(brake, self.build, self.casting, found, made, force)
+        """Yield the checks of a build, except those of stock and cutter."""
+        yield from hole_checks(film, sizes)
+        yield from rules.part_checks(brake, self.build, self.casting, sizes, solids, force)
 
     def reason(self, brake: Brake, force: float) -> str | None:
         """Return the first reason why one brake cannot be built; None if it can."""
         try:
             check_build(brake, self.build)
-            found = lengths(brake, self.build)
-            rules.agree_drawn(brake, self.build, found)
+            sizes = lengths(brake, self.build)
+            rules.agree_drawn(brake, self.build, sizes)
         except (CannotBuildError, QuantityError) as error:
             return str(error)
-        made, film = parts(found, self.build), film_parts(self.build, found)
-        failed = (c for c in self._checks(brake, found, force, made, film) if c.level == "failed")
-        return next((f"{check.code}: {check.text}" for check in failed), None)
+        solids, film = parts(sizes, self.build), film_parts(self.build, sizes)
+        checks = self._checks(brake, sizes, force, solids, film)
+        return next((f"{c.code}: {c.text}" for c in checks if c.level == "failed"), None)
 
 
 def _rows(place: Any, row: Any) -> Any:
@@ -119,17 +119,17 @@ def _rows(place: Any, row: Any) -> Any:
 
 
 def drawn_mass(file: BrakeFile) -> float | None:
-    """Mass [kg] of one brake as `build` draws it, of the parts that have a mass before weighing.
+    """Return the mass [kg] of one brake as drawn, without parts of unknown mass.
 
-    None where its parts would not fit together.
+    None if its parts would not fit together.
     """
     try:
         build = choices(file).build
-        found = lengths(file.brake, build)
-        rules.agree_drawn(file.brake, build, found)
+        sizes = lengths(file.brake, build)
+        rules.agree_drawn(file.brake, build, sizes)
     except (FileError, CannotBuildError, QuantityError):
         return None
-    fits = (*rules.clamp_checks(build, found), rules.wall_check(build, found))
+    fits = (*rules.clamp_checks(build, sizes), rules.wall_check(build, sizes))
     if not all(check.ok for check in fits):
         return None
-    return float(sum(r.mass for r in mass_rows(file.brake, build, found, parts(found, build))))
+    return float(sum(r.mass for r in mass_rows(file.brake, build, sizes, parts(sizes, build))))

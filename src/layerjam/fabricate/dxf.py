@@ -1,4 +1,4 @@
-"""Flat parts as DXF: mm in the header, closed outlines with arcs, the same bytes every time."""
+"""Flat parts as DXF: mm in the header, closed outlines with arcs, reproducible bytes."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
 CUT, INSIDE, INFO = "CUT", "CUT_INSIDE", "INFO"
 LAYERS = {CUT: 1, INSIDE: 5, INFO: 8}
-"""Layer: colour. Red is cut, blue is cut first, grey is not for the machine."""
+"""Layer: colour. Red is cut, blue is cut first, grey is not cut."""
 BAR = 100.0
-"""Length of the bar by which a reader sees the unit [mm]."""
+"""Length of the scale bar [mm]."""
 _LETTERS = 4.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Frame:
-    """What the layer INFO of a piece of film says: its edge [mm] and a line of words."""
+    """Content of the layer INFO of a piece of film: its edge [mm] and a line of text."""
 
     length: float
     width: float
@@ -32,11 +32,11 @@ class Frame:
 
 
 def dxf(parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[str] = ()) -> bytes:
-    """The file's bytes; without a `frame` nothing is drawn but lines to cut.
+    """Return the bytes of the file; without a `frame` it holds cut lines only.
 
-    `notes` are sentences for whoever opens the file; a machine passes over them. R2000 is the
-    oldest version that can state the unit and hold arcs in an outline. Raises MissingExtraError
-    without ezdxf.
+    `notes` are comments for the reader, which a machine ignores. R2000 is the oldest version that
+    can state the unit and hold arcs in an outline. Raises MissingExtraError if ezdxf is not
+    installed.
     """
     with MissingExtraError.raise_if_missing("film patterns as DXF (ezdxf)", "build"):
         import ezdxf
@@ -61,7 +61,7 @@ def dxf(parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[st
 
 @contextmanager
 def _same_bytes() -> Iterator[None]:
-    """Without the time and the random identity that ezdxf writes into a file."""
+    """Suppress the time and the random identity that ezdxf writes into a file."""
     import ezdxf
 
     before = ezdxf.options.write_fixed_meta_data_for_testing
@@ -72,9 +72,9 @@ def _same_bytes() -> Iterator[None]:
         ezdxf.options.write_fixed_meta_data_for_testing = before
 
 
-def _closed(space: Modelspace, points: Sequence[tuple[float, ...]], layer: str) -> None:
-    how: dict[str, Any] = {"close": True, "dxfattribs": {"layer": layer}}
-    space.add_lwpolyline(points, format="xyb", **how)
+def _draw_closed(space: Modelspace, points: Sequence[tuple[float, ...]], layer: str) -> None:
+    options: dict[str, Any] = {"close": True, "dxfattribs": {"layer": layer}}
+    space.add_lwpolyline(points, format="xyb", **options)
 
 
 def _part(space: Modelspace, part: Outline) -> None:
@@ -82,19 +82,19 @@ def _part(space: Modelspace, part: Outline) -> None:
         space.add_circle((hole.x, hole.y), hole.diameter / 2, dxfattribs={"layer": INSIDE})
     for cut in part.cuts:
         space.add_line(cut.start, cut.end, dxfattribs={"layer": INSIDE})
-    _closed(space, part.path(), CUT)
+    _draw_closed(space, part.path(), CUT)
 
 
 def _info(space: Modelspace, frame: Frame, notes: Sequence[str]) -> None:
-    """The film's edge, and below it the bar and the words, clear of what is cut."""
-    at = {"layer": INFO}
+    """Draw the film's edge, and below it the bar and the text, clear of all cuts."""
+    layer = {"layer": INFO}
     corners = [(0, 0, 0), (frame.length, 0, 0), (frame.length, frame.width, 0), (0, frame.width, 0)]
-    _closed(space, corners, INFO)
+    _draw_closed(space, corners, INFO)
     low = -3 * _LETTERS
-    space.add_line((0, low), (BAR, low), dxfattribs=at)
+    space.add_line((0, low), (BAR, low), dxfattribs=layer)
     for x in (0, BAR):
-        space.add_line((x, low - 2), (x, low + 2), dxfattribs=at)
+        space.add_line((x, low - 2), (x, low + 2), dxfattribs=layer)
     below = [(words, low - 2 * _LETTERS * i) for i, words in enumerate((frame.words, *notes), 1)]
     for words, y in ((f"{BAR:g} mm", low + 2), *below):
-        text = space.add_text(words, height=_LETTERS, dxfattribs=at)
+        text = space.add_text(words, height=_LETTERS, dxfattribs=layer)
         text.set_placement((2, y))

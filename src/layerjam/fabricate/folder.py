@@ -1,4 +1,4 @@
-"""A folder of a build: all its files, and how it appears whole or not at all.
+"""Folder of a build: all its files, which appear completely or not at all.
 
 A path inside the folder never comes from the name of the brake.
 """
@@ -21,26 +21,26 @@ from layerjam.fabricate.step import step
 from layerjam.records.folders import hidden_folder, replace_folder, write_files
 
 LIST = "build.json"
-"""The file that names all others of the folder."""
+"""File that lists all other files of the folder."""
 
 
 def check_folder(out: str | Path, force: bool) -> Path:
-    """The folder to make; raises FileError where it could not be, before anything is computed.
+    """Return the folder to create; raises FileError, before any computation, if it cannot be.
 
-    An existing folder is replaced with `force` only, and only if it holds nothing but what an
-    earlier build wrote.
+    `force` replaces an existing folder, but only one that contains nothing but files of an earlier
+    build.
     """
     path = Path(out)
     try:
-        return _checked(path, force)
+        return _validate(path, force)
     except (OSError, ValueError) as err:
         reason = getattr(err, "strerror", None) or str(err)
         raise FileError(str(out)[:200], f"cannot be made: {reason}") from None
 
 
-def _checked(path: Path, force: bool) -> Path:
+def _validate(path: Path, force: bool) -> Path:
     if not path.name:
-        raise FileError(path, "is no folder that can be made; give it a name")
+        raise FileError(path, "is not a folder that can be created; give it a name")
     if os.path.lexists(path) and not path.is_dir():
         raise FileError(path, "is a file, not a folder")
     if path.is_symlink():
@@ -50,38 +50,34 @@ def _checked(path: Path, force: bool) -> Path:
     if not os.access(path.parent, os.W_OK):
         raise FileError(path, f"cannot be made: the folder {path.parent} is read-only")
     with hidden_folder(path.parent):
-        pass  # an administrator may write anywhere, and yet not everywhere
+        pass  # os.access is not reliable for an administrator: try it
     if path.is_dir():
         if not force:
             raise FileError(path, "exists already; --force replaces it")
-        strange = sorted(_found(path) - _written(path))
+        strange = sorted(_list_files(path) - _read_list(path))
         if strange:
-            more = f" and {len(strange) - 1} more" if len(strange) > 1 else ""
+            others = f" and {len(strange) - 1} more" if len(strange) > 1 else ""
             raise FileError(
                 path,
-                f"holds {strange[0]}{more}, which no build wrote; move it or take another folder",
+                f"holds {strange[0]}{others}, which no build wrote; move it or take another folder",
             )
     return path
 
 
-def _found(path: Path) -> set[str]:
+def _list_files(path: Path) -> set[str]:
     return {f.relative_to(path).as_posix() for f in path.rglob("*") if not f.is_dir()}
 
 
-def _written(path: Path) -> set[str]:
-    """Files that an earlier build says it wrote."""
+def _read_list(path: Path) -> set[str]:
     try:
-        said = json.loads((path / LIST).read_text(encoding="utf-8"))["files"]
+        names = json.loads((path / LIST).read_text(encoding="utf-8"))["files"]
     except (OSError, ValueError, KeyError, TypeError):
         return set()
-    return {str(name) for name in said} if isinstance(said, list) else set()
+    return {str(name) for name in names} if isinstance(names, list) else set()
 
 
 def write_folder(out: Path, content: Mapping[str, str | bytes], force: bool = False) -> None:
-    """Write {path inside `out`: content}: `out` appears with all of it, or not at all.
-
-    Raises FileError.
-    """
+    """Write {path inside `out`: content} completely or not at all; raises FileError."""
     path = check_folder(out, force)
     try:
         with hidden_folder(path.parent) as hidden:
@@ -92,7 +88,7 @@ def write_folder(out: Path, content: Mapping[str, str | bytes], force: bool = Fa
 
 
 def require() -> None:
-    """Raise MissingExtraError where the extra `build` is not installed, before anything is done."""
+    """Raise MissingExtraError if the extra `build` is not installed."""
     with MissingExtraError.raise_if_missing("building a brake (ezdxf, manifold3d, typst)", "build"):
         import ezdxf  # noqa: F401
         import manifold3d  # noqa: F401
@@ -100,18 +96,18 @@ def require() -> None:
         import typst  # noqa: F401
 
 
-def files(made: Drawing, *, with_step: bool, coupons: bool) -> dict[str, str | bytes]:
-    """{path: content} of film patterns, printed parts, CAD and parts list.
+def files(drawing: Drawing, *, with_step: bool, coupons: bool) -> dict[str, str | bytes]:
+    """Return {path: content} of film patterns, printed parts, CAD and parts list.
 
-    Raises MissingExtraError without the extra `build`, or `step` where STEP is asked for.
+    Raises MissingExtraError if the extra `build` is not installed, or `step` if STEP is requested.
     """
-    content: dict[str, str | bytes] = {**made.film.files()}
-    content |= more_files(made.build, made.lengths, made.parallel, made.series, coupons)
-    meshes = [mesh(part.solid) for part in made.parts if part.printed]
+    content: dict[str, str | bytes] = {**drawing.film.files()}
+    content |= more_files(drawing.build, drawing.lengths, drawing.parallel, drawing.series, coupons)
+    meshes = [mesh(part.solid) for part in drawing.parts if part.printed]
     content["print/print.3mf"] = three_mf(meshes, "layer-jamming brake")
-    for one in meshes:
-        content[f"print/{one.name}.stl"] = stl(one)
+    for surface in meshes:
+        content[f"print/{surface.name}.stl"] = stl(surface)
     if with_step:
-        for part in made.parts:
+        for part in drawing.parts:
             content[f"cad/{part.name}.step"] = step(part.solid, __version__)
-    return {"bom.csv": bom_csv(made, content), **content}
+    return {"bom.csv": bom_csv(drawing, content), **content}

@@ -1,9 +1,9 @@
-"""The lengths that follow from a brake and the choices of its maker; all in mm.
+"""Lengths that follow from a brake and a workshop's choices; all in mm.
 
-Inside this folder geometry is in mm, as makers' files are; records and JSON stay in SI. x points
-along the pull, y across the sheets, z through the stack, whose middle is z = 0.
+Geometry in this folder is in mm, as in workshop files; records and JSON stay in SI. x points along
+the pull, y across the sheets, z through the stack, whose middle is z = 0.
 
-Of a brake whose sheets are arrays all lengths are arrays too: a search asks for many at once.
+If the sheets of a brake are arrays, so are all lengths: a search computes many at once.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from layerjam.units import show
 M5_BORE = 4.2
 """Hole into which M5 is cut [mm]; the thread's minor diameter is 4.134 mm."""
 M5_PITCH, M5_LEAST = 0.8, 4.0
-"""Pitch of M5, and the least length of it in printed resin [mm]: five turns, ours.
+"""Pitch of M5 and its least length in printed resin [mm]: layerjam assumes five turns.
 
-A fitting turned in by hand with 0.5 N m pulls with 500 N (K = 0.2); 0.6 pi d L of a resin that
-bears 40 MPa, 23 MPa in shear, holds that from 2.3 mm on.
+A fitting tightened by hand with 0.5 N m pulls with 500 N (K = 0.2). A resin of 40 MPa, 23 MPa in
+shear, holds that over 0.6 pi d L if L is at least 2.3 mm.
 """
 GLUED = 0.1
-"""By how much the bore is wider than a tube that is glued in [mm]."""
+"""Excess of the bore over a tube that is glued in [mm]."""
 PORT_WALL = 2.0
 SPARE = 0.1
-"""By how much the air bore stays above the tray's floor [mm]."""
+"""Least height of the air bore above the tray's floor [mm]."""
 ROUND_BELOW, FLATTEST = 1.25, 3.0
-"""Aspect below which the neck is round, and at most [1]."""
+"""Aspect ratio below which the neck is round, and its greatest value [1]."""
 ATMOSPHERES, SEAL_MARGIN = 2.0, 1.05
-"""Pressure of the tie that seals [atmospheres], and how much more the neck's shape gives."""
+"""Pressure of the tie that seals [atmospheres], and the margin in the shape of the neck."""
 BOLT_SPACING = 45.0
 KEY_HEIGHT, KEY_DEPTH = 4.0, 5.0
 """Height of the mould's keys and depth of their holes [mm]."""
@@ -48,36 +48,35 @@ R = TypeVar("R")
 
 
 def mm(value: Any) -> Any:
-    """Return a length in mm from one in m, without the dust of the conversion."""
+    """Return a length in mm from one in m, without rounding errors of the conversion."""
     return _tidy(value * 1e3, 14)
 
 
 def _tidy(value: Any, digits: int) -> Any:
-    """Return a number without the dust of rounding behind its `digits`."""
     if np.ndim(value):
         return np.round(value, digits - 3)
     return float(f"{value:.{digits}g}")
 
 
-def _whole(value: Any) -> Any:
+def _to_count(value: Any) -> Any:
     """Return a count: an int, or whole numbers in an array of floats."""
     return value if np.ndim(value) else int(value)
 
 
 def change_arrays(record: R, change: Callable[[Any], Any]) -> R:
-    """Return a record with every array in it, and in the records it holds, changed."""
-    made: dict[str, Any] = {}
+    """Return a record with every array changed, in nested records too."""
+    changes: dict[str, Any] = {}
     for f in fields(record):  # type: ignore[arg-type]
         value = getattr(record, f.name)
         if is_dataclass(value) and not isinstance(value, type):
-            made[f.name] = change_arrays(value, change)
+            changes[f.name] = change_arrays(value, change)
         elif isinstance(value, np.ndarray) and value.ndim:
-            made[f.name] = change(value)
-    return replace(record, **made)  # type: ignore[type-var]
+            changes[f.name] = change(value)
+    return replace(record, **changes)  # type: ignore[type-var]
 
 
 class CannotBuildError(LayerjamError):
-    """No such brake can be drawn: an answer, not bad input. `key` says why, for programs."""
+    """No such brake can be drawn: a result, not bad input. `key` gives the reason to programs."""
 
     key: ClassVar[str] = "cannot-build"
 
@@ -86,17 +85,17 @@ class CannotBuildError(LayerjamError):
     ) -> None:
         super().__init__(text)
         self.reason, self.value, self.limit = reason, value, limit
-        """What kind of reason, and value and limit in SI where there are any."""
+        """Kind of reason, and value and limit in SI or None."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Side:
-    """What lies at one end of the brake."""
+    """Contents of one end of the brake."""
 
     name: str
-    """left or right."""
+    """"left" or "right"."""
     sheets: int
-    """Sheets that are clamped here."""
+    """Sheets clamped at this end."""
     spacers: int
     """Spacers between them: one for every sheet of the other side."""
     clamped: float
@@ -109,7 +108,7 @@ class Side:
 
 @dataclass(frozen=True, kw_only=True)
 class Mould:
-    """The enclosure's mould, parted at z = 0, and what is cast in it."""
+    """Mould of the enclosure, parted at z = 0, and its casting."""
 
     inner_width: float
     inner_height: float
@@ -131,7 +130,7 @@ class Mould:
 
 @dataclass(frozen=True, kw_only=True)
 class Lengths:
-    """Section 2.1 of the specification and what follows from it [mm]."""
+    """Lengths by section 2.1 of the specification [mm]."""
 
     count: int
     width: float
@@ -162,10 +161,10 @@ class Lengths:
     girth: float
     """Inner girth of the enclosure at rest."""
     head: float
-    """Width and length of the head that takes the pin."""
+    """Width and length of the head that holds the pin."""
     head_height: float
-    raised: float
-    """z of the air bore's axis: in a thin stack it lies higher, above the tray's floor."""
+    air_axis: float
+    """z of the air bore's axis: higher in a thin stack, above the tray's floor."""
     port: float
     """Diameter of the port's bore."""
     port_length: float
@@ -174,33 +173,33 @@ class Lengths:
     wall: float
     """Wall of the enclosure."""
     sleeve: float
-    """Length of the enclosure when trimmed."""
+    """Length of the trimmed enclosure."""
     pin_to_pin: float
     overall: float
     strap: float
-    """Longest distance of the pins in use: pin to pin and the usable travel."""
+    """Greatest distance of the pins in use: pin to pin plus the usable travel."""
     mould: Mould
 
     @property
     def sides(self) -> tuple[Side, Side]:
-        """Left and right."""
+        """Left and right side."""
         return self.left, self.right
 
     @property
     def same_caps(self) -> bool:
-        """Whether one cap serves both ends, of all brakes."""
+        """Whether one cap fits both ends, for every brake."""
         return np.allclose(self.left.clamped, self.right.clamped, rtol=1e-9, atol=0.0)
 
 
 def lengths(brake: Brake, build: Build) -> Lengths:
-    """All lengths of a build [mm].
+    """Return all lengths of a build [mm].
 
-    Raises QuantityError for a hole that takes no screw, or for parts that contradict each other,
-    CannotBuildError where no screw that is sold is long enough.
+    Raises QuantityError for a hole too small for any screw or for parts in conflict, and
+    CannotBuildError if no screw on sale is long enough.
     """
     sheets = brake.sheets
     thread, screw, floor, heights = _clamp(brake, build)
-    width, stack = mm(sheets.width), _whole(sheets.count) * mm(sheets.thickness)
+    width, stack = mm(sheets.width), _to_count(sheets.count) * mm(sheets.thickness)
     clearance = mm(build.sleeve_clearance)
     inner = width + 2 * clearance, stack + 2 * clearance
     girth = 2 * (inner[0] + inner[1])
@@ -217,12 +216,12 @@ def lengths(brake: Brake, build: Build) -> Lengths:
     pins = sleeve + 2 * (port_length + head / 2)
     slot = width + 2 * mm(build.side)
     return Lengths(
-        count=_whole(sheets.count),
+        count=_to_count(sheets.count),
         width=width,
         thickness=mm(sheets.thickness),
         sheet_length=mm(sheets.length),
         hole=mm(brake.mount.screw_hole),
-        screws=_whole(brake.mount.screws_across(sheets.width)),
+        screws=_to_count(brake.mount.screws_across(sheets.width)),
         stack=stack,
         free=free,
         left=left,
@@ -240,7 +239,7 @@ def lengths(brake: Brake, build: Build) -> Lengths:
         girth=girth,
         head=head,
         head_height=port_length + 2 * raised,
-        raised=raised,
+        air_axis=raised,
         port=bore,
         port_length=port_length,
         inner_width=inner[0],
@@ -255,16 +254,16 @@ def lengths(brake: Brake, build: Build) -> Lengths:
 
 
 def _clamp(brake: Brake, build: Build) -> tuple[Thread, Any, Any, tuple[Any, Any, Any]]:
-    """Thread, screw length, floors and heights of plate, shelf and cap; NaN without a screw."""
+    """Return thread, screw length (NaN if none), floor, and heights of plate, shelf and cap."""
     hole = mm(brake.mount.screw_hole)
     thread = thread_for(hole)
     if thread is None:
         raise QuantityError.of(
             "mount.screw_hole",
-            f"{show(brake.mount.screw_hole, 'm')} takes no screw; at least "
+            f"{show(brake.mount.screw_hole, 'm')} is too small for any screw; at least "
             f"{show(LEAST_SCREW_HOLE, 'm')} is needed for M2",
         )
-    stack = _whole(brake.sheets.count) * mm(brake.sheets.thickness)
+    stack = _to_count(brake.sheets.count) * mm(brake.sheets.thickness)
     least = stack + 2 * mm(build.floor) + thread.nut_height
     screw = sold_length(least, thread)
     if np.ndim(screw) == 0 and np.isnan(screw):
@@ -278,31 +277,31 @@ def _clamp(brake: Brake, build: Build) -> tuple[Thread, Any, Any, tuple[Any, Any
     floor = mm(build.floor) + (screw - least) / 2
     room = mm(build.head_room)
     plate, shelf = thread.head_height + room + floor, thread.nut_height + room + floor
-    return thread, _whole(screw), floor, (plate, shelf, plate + stack + shelf)
+    return thread, _to_count(screw), floor, (plate, shelf, plate + stack + shelf)
 
 
 def _side(brake: Brake, build: Build, name: str) -> Side:
     sheets, left = brake.sheets, name == "left"
-    many, few = (_whole(sheets.count) + 1) // 2, _whole(sheets.count) // 2
+    odd_share, even_share = (_to_count(sheets.count) + 1) // 2, _to_count(sheets.count) // 2
     free = mm(sheets.free_left if left else sheets.free_right)
-    clamped = _tidy(mm(sheets.length) - free - mm(sheets.overlap), 13)
-    tray = clamped + mm(build.plenum)
+    clamped_length = _tidy(mm(sheets.length) - free - mm(sheets.overlap), 13)
+    tray = clamped_length + mm(build.plenum)
     return Side(
         name=name,
-        sheets=many if left else few,
-        spacers=few if left else many,
-        clamped=clamped,
+        sheets=odd_share if left else even_share,
+        spacers=even_share if left else odd_share,
+        clamped=clamped_length,
         tray=tray,
         reach=tray + mm(build.back) + mm(build.neck_length),
     )
 
 
 def _neck(aspect: Any, girth: Any, flattest: float) -> tuple[Any, Any]:
-    """Half axes of the ellipse of a given girth, as flat as the cap unless the seal forbids it.
+    """Return half axes of an ellipse of a given girth, as flat as the cap if the seal allows it.
 
-    A tie presses least where the ellipse is flattest, by its tension over its width and the radius
-    a²/b there; `flattest` is the greatest such radius [mm] that seals. A shape beyond it becomes so
-    much rounder, and round below `ROUND_BELOW`.
+    A tie presses least at the flattest place, by its tension over its width and the radius a²/b
+    there; `flattest` is the greatest such radius [mm] that seals. A flatter shape is made rounder
+    until it seals, and circular below `ROUND_BELOW`.
     """
     shape = np.clip(aspect, 1.0, FLATTEST)
     shape = np.minimum(shape, flattest * ellipse_girth(1.0, 1 / shape) / girth)
@@ -312,26 +311,26 @@ def _neck(aspect: Any, girth: Any, flattest: float) -> tuple[Any, Any]:
 
 
 def ellipse_girth(a: Any, b: Any) -> Any:
-    """Girth of an ellipse of half axes a and b, by the arithmetic-geometric mean.
+    """Return the girth of an ellipse of half axes a and b, by the arithmetic-geometric mean.
 
     Six rounds are exact to rounding for any b from a/100 to a.
     """
-    mean, other, rest, weight = a, b, (a * a + b * b) / 2, 0.5
+    mean, geometric, square, weight = a, b, (a * a + b * b) / 2, 0.5
     for _ in range(6):
-        half = (mean - other) / 2
+        half = (mean - geometric) / 2
         weight *= 2
-        rest = rest - weight * half * half
-        mean, other = (mean + other) / 2, (mean * other) ** 0.5
-    return 2 * np.pi * rest / mean
+        square = square - weight * half * half
+        mean, geometric = (mean + geometric) / 2, (mean * geometric) ** 0.5
+    return 2 * np.pi * square / mean
 
 
 def _mould(build: Build, inner: tuple[float, float], wall: float, sleeve: float) -> Mould:
-    """The mould of an enclosure; its cavity is larger by the shrinkage."""
-    grown = 1 + build.shrinkage
-    inner_width, inner_height = inner[0] * grown, inner[1] * grown
-    outer_width, outer_height = (inner[0] + 2 * wall) * grown, (inner[1] + 2 * wall) * grown
-    casting = (sleeve + 2 * mm(build.trim)) * grown
-    core = (sleeve + 2 * mm(build.trim) + 2 * mm(build.core_print)) * grown
+    """Return the mould of an enclosure; its cavity is larger by the shrinkage."""
+    scale = 1 + build.shrinkage
+    inner_width, inner_height = inner[0] * scale, inner[1] * scale
+    outer_width, outer_height = (inner[0] + 2 * wall) * scale, (inner[1] + 2 * wall) * scale
+    casting = (sleeve + 2 * mm(build.trim)) * scale
+    core = (sleeve + 2 * mm(build.trim) + 2 * mm(build.core_print)) * scale
     length = core + 2 * mm(build.mould_wall)
     flange = mm(build.mould_bolt) + FLANGE
     spans = np.ceil((length - flange) / BOLT_SPACING - 1e-9)
@@ -346,7 +345,7 @@ def _mould(build: Build, inner: tuple[float, float], wall: float, sleeve: float)
         width=outer_width + 2 * flange,
         half=outer_height / 2 + mm(build.mould_wall),
         flange=flange,
-        bolts=_whole(np.maximum(3, spans + 1)),
+        bolts=_to_count(np.maximum(3, spans + 1)),
     )
 
 

@@ -1,4 +1,4 @@
-"""What each part of a build weighs as drawn, and what nobody knows until it is on a balance."""
+"""Mass of each part of a build as drawn, and the parts whose mass is known only by weighing."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from layerjam.fabricate.parts import Part
 STEEL = 7850.0
 """Density of screws and nuts [kg/m³]."""
 SOCKET_AND_THREAD = 0.1
-"""Share of a screw's cylinders that its socket and thread take away."""
+"""Share of a screw's cylinders removed by its socket and thread."""
 UNWEIGHED = ("cable ties", "tube fittings", "tube", "dowel pins")
-"""What is chosen by its maker, and weighs what it weighs."""
+"""Parts of unknown mass, as you choose their make."""
 
 
 @dataclass(frozen=True)
 class MassRow:
-    """Equal parts of the brake: how many, the mass of each [kg], and what it rests on."""
+    """Equal parts of the brake: number, mass of each [kg] and basis."""
 
     name: str
     count: int
-    each: float
+    unit_mass: float
     basis: str
     fitting: bool = True
-    """Whether it counts as a fitting: all but sheets and the enclosure from cap to cap."""
+    """Whether it is a fitting, that is, not a sheet or the enclosure from cap to cap."""
 
     @property
     def mass(self) -> float:
-        """Mass of all of them [kg]."""
-        return self.count * self.each
+        """Total mass [kg]."""
+        return self.count * self.unit_mass
 
 
 def mass_rows(brake: Brake, build: Build, lengths: Lengths, parts: Sequence[Part]) -> list[MassRow]:
-    """The parts of one brake that can be computed, in the order of the parts list."""
+    """Return the parts of one brake with a computable mass, in the order of the parts list."""
     film = brake.film.density * lengths.thickness * 1e-9
     rows = [
         MassRow(
@@ -53,10 +53,10 @@ def mass_rows(brake: Brake, build: Build, lengths: Lengths, parts: Sequence[Part
     outer = lengths.inner_width + 2 * lengths.wall, lengths.inner_height + 2 * lengths.wall
     section = outer[0] * outer[1] - lengths.inner_width * lengths.inner_height
     silicone = section * brake.enclosure.density * 1e-9
-    over = lengths.left.reach + lengths.right.reach
+    cap_reach = lengths.left.reach + lengths.right.reach
     rows += [
         MassRow("enclosure, cap to cap", 1, silicone * lengths.free, "drawn", False),
-        MassRow("enclosure over the caps", 1, silicone * over, "drawn"),
+        MassRow("enclosure over the caps", 1, silicone * cap_reach, "drawn"),
     ]
     rows += [
         MassRow(part.name, part.count, part.solid.volume * build.print_density * 1e-9, "drawn")
@@ -72,12 +72,12 @@ def mass_rows(brake: Brake, build: Build, lengths: Lengths, parts: Sequence[Part
 
 
 def screw_name(lengths: Lengths) -> str:
-    """The screw as a shop calls it."""
+    """Return the trade name of the screw."""
     return f"{lengths.thread.name} × {lengths.screw_length}"
 
 
 def screw_mass(lengths: Lengths) -> float:
-    """A cylinder head on a cylinder of steel, less a tenth [kg]."""
+    """Return the mass of a cylinder head on a cylinder of steel, less a tenth [kg]."""
     thread = lengths.thread
     head = math.pi / 4 * thread.head**2 * thread.head_height
     shank = math.pi / 4 * thread.size**2 * lengths.screw_length
@@ -85,7 +85,7 @@ def screw_mass(lengths: Lengths) -> float:
 
 
 def nut_mass(lengths: Lengths) -> float:
-    """A hexagon of steel with a hole [kg]."""
+    """Return the mass of a hexagon of steel with a hole [kg]."""
     thread = lengths.thread
     area = math.sqrt(3) / 2 * thread.nut**2 - math.pi / 4 * thread.size**2
     return area * thread.nut_height * STEEL * 1e-9

@@ -1,9 +1,9 @@
 """Flat parts: rectangles with rounded ends and round holes, in mm.
 
-Sheets, spacers, yokes, links, the jig and the coupons are all such parts, so that area, length of
-cut and the offset by the kerf are closed forms and no library for offsets is needed.
+All flat parts (sheets, spacers, yokes, links, the jig and the coupons) have this form, so area,
+length of cut and offset by the kerf are closed forms and need no library.
 
-x runs along the part from its first end, y across it; y = 0 lies in the middle.
+x runs along the part from its first end, y across it; y = 0 is in the middle.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ QUARTER = math.sqrt(2) - 1
 
 
 class Circle(NamedTuple):
-    """A round hole [mm]."""
+    """Round hole [mm]."""
 
     x: float
     y: float
@@ -38,7 +38,7 @@ class Circle(NamedTuple):
 
 
 class Vertex(NamedTuple):
-    """A corner of a closed path [mm]; `bulge` is that of the segment to the next corner.
+    """Corner of a closed path [mm]; `bulge` is that of the segment to the next corner.
 
     The bulge is the tangent of a quarter of the arc's angle: 0 for a line.
     """
@@ -49,7 +49,7 @@ class Vertex(NamedTuple):
 
 
 class Cut(NamedTuple):
-    """A straight cut that does not close [mm]; only coupons have such."""
+    """Straight open cut [mm]; only coupons have them."""
 
     start: tuple[float, float]
     end: tuple[float, float]
@@ -62,7 +62,7 @@ class Cut(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Outline:
-    """A part of `length` × `width`, its corners rounded by `start` (at x = 0) and `end` [mm]."""
+    """Part of `length` × `width`, its corners rounded by `start` (at x = 0) and `end` [mm]."""
 
     length: float
     width: float
@@ -71,23 +71,23 @@ class Outline:
     holes: Sequence[Circle] = ()
     cuts: Sequence[Cut] = ()
     origin: tuple[float, float] = (0.0, 0.0)
-    """Where the middle of the first end lies."""
+    """Position of the middle of the first end."""
 
     def area(self) -> float:
-        """Area of the part [mm²], without its holes."""
+        """Return the area of the part [mm²], without its holes."""
         corners = (2 - math.pi / 2) * (self.start**2 + self.end**2)
         return self.length * self.width - corners - sum(hole.area for hole in self.holes)
 
     def cut_length(self) -> float:
-        """Length of all lines that are cut [mm]."""
+        """Return the length of all cuts [mm]."""
         edge = 2 * (self.length + self.width) - (4 - math.pi) * (self.start + self.end)
         inside = [hole.length for hole in self.holes] + [cut.length for cut in self.cuts]
         return edge + sum(inside)
 
-    def grown(self, kerf: float) -> Outline:
-        """The lines along which a cut of the width `kerf` [mm] leaves just this part.
+    def add_kerf(self, kerf: float) -> Outline:
+        """Return the path along which a cut of width `kerf` [mm] leaves exactly this part.
 
-        Exact: half the kerf outwards all round, holes smaller by the kerf. A sharp corner becomes
+        Exact: half the kerf outwards all round, holes smaller by the kerf. Sharp corners become
         round by half the kerf.
         """
         if kerf == 0:
@@ -102,8 +102,8 @@ class Outline:
             origin=(self.origin[0] - kerf / 2, self.origin[1]),
         )
 
-    def moved(self, x: float, y: float) -> Outline:
-        """The part somewhere else [mm]."""
+    def translate(self, x: float, y: float) -> Outline:
+        """Return the part moved by x and y [mm]."""
         return replace(
             self,
             holes=[h._replace(x=h.x + x, y=h.y + y) for h in self.holes],
@@ -112,33 +112,33 @@ class Outline:
         )
 
     def box(self) -> tuple[float, float, float, float]:
-        """Least x, least y, greatest x and greatest y [mm]."""
+        """Return least x, least y, greatest x and greatest y [mm]."""
         x, y = self.origin
         return x, y - self.width / 2, x + self.length, y + self.width / 2
 
     def rim(self) -> Any:
-        """Least material between a hole and the edge or another hole [mm]; below 0 they cut."""
+        """Return least material between a hole and an edge or hole [mm]; below 0 they intersect."""
         least = [self._to_edge(hole) for hole in self.holes]
-        for i, one in enumerate(self.holes):
-            for other in self.holes[i + 1 :]:
-                apart = np.hypot(one.x - other.x, one.y - other.y)
-                least.append(apart - (one.diameter + other.diameter) / 2)
+        for i, first in enumerate(self.holes):
+            for second in self.holes[i + 1 :]:
+                distance = np.hypot(first.x - second.x, first.y - second.y)
+                least.append(distance - (first.diameter + second.diameter) / 2)
         return np.min(np.broadcast_arrays(*least), axis=0) if least else math.inf
 
     def _to_edge(self, hole: Circle) -> Any:
         left, low, right, high = self.box()
         sides = hole.x - left, right - hole.x, hole.y - low, high - hole.y
-        across = np.minimum(sides[2], sides[3])
-        least = np.minimum(np.minimum(sides[0], sides[1]), across)
-        for along, radius in ((sides[0], self.start), (sides[1], self.end)):
+        near_y = np.minimum(sides[2], sides[3])
+        least = np.minimum(np.minimum(sides[0], sides[1]), near_y)
+        for near_x, radius in ((sides[0], self.start), (sides[1], self.end)):
             # a rounded corner is nearer than both sides
-            corner = radius - np.hypot(radius - along, radius - across)
-            inside = (along < radius) & (across < radius)
-            least = np.where(inside, np.minimum(least, corner), least)
+            corner = radius - np.hypot(radius - near_x, radius - near_y)
+            is_inside = (near_x < radius) & (near_y < radius)
+            least = np.where(is_inside, np.minimum(least, corner), least)
         return least - hole.diameter / 2
 
     def path(self) -> list[Vertex]:
-        """The closed edge, anticlockwise from the first end's lower corner."""
+        """Return the closed edge, anticlockwise from the first end's lower corner."""
         left, low, right, high = self.box()
         a, b = self.start, self.end
         corners = (
@@ -147,37 +147,35 @@ class Outline:
             ((right - b, high), (left + a, high), a),
             ((left, high - a), (left, low + a), a),
         )
-        made: list[Vertex] = []
+        vertices: list[Vertex] = []
         for begin, stop, radius in corners:
-            made.append(Vertex(*begin, 0.0))
+            vertices.append(Vertex(*begin, 0.0))
             if radius > 0:
-                made.append(Vertex(*stop, QUARTER))
-        after = [*made[1:], made[0]]
-        # where two arcs meet there is no line between them
-        return [v for v, w in zip(made, after, strict=True) if v.bulge or not _same(v, w)]
+                vertices.append(Vertex(*stop, QUARTER))
+        # two arcs that meet have no line between them
+        pairs = zip(vertices, [*vertices[1:], vertices[0]], strict=True)
+        return [v for v, w in pairs if v.bulge or not _coincide(v, w)]
 
     def points(self, chord: float = 0.01) -> list[tuple[float, float]]:
-        """The closed edge as a polygon whose chords leave the arcs by at most `chord` [mm]."""
+        """Return the closed edge as a polygon within `chord` [mm] of the arcs."""
         path = self.path()
-        made = []
-        for vertex, after in zip(path, [*path[1:], path[0]], strict=True):
-            made.append((vertex.x, vertex.y))
+        polygon = []
+        for vertex, following in zip(path, [*path[1:], path[0]], strict=True):
+            polygon.append((vertex.x, vertex.y))
             if vertex.bulge:
-                made += _between(vertex, after, chord)
-        return made
+                polygon += _arc_points(vertex, following, chord)
+        return polygon
 
 
-def _same(one: Vertex, other: Vertex) -> bool:
-    """Whether two corners are one, but for rounding."""
-    return math.dist(one[:2], other[:2]) < 1e-9
+def _coincide(a: Vertex, b: Vertex) -> bool:
+    return math.dist(a[:2], b[:2]) < 1e-9
 
 
-def _between(begin: Vertex, stop: Vertex, chord: float) -> list[tuple[float, float]]:
-    """Points inside a quarter of a circle, anticlockwise."""
+def _arc_points(begin: Vertex, stop: Vertex, chord: float) -> list[tuple[float, float]]:
     radius = abs(stop.x - begin.x)
-    most = 2 * math.acos(1 - chord / radius) if chord < radius else math.pi / 2
-    steps = math.ceil(math.pi / 2 / most)
-    # the centre lies to the left of the way: above, left of, below or right of the begin
+    greatest_step = 2 * math.acos(1 - chord / radius) if chord < radius else math.pi / 2
+    steps = math.ceil(math.pi / 2 / greatest_step)
+    # the centre is to the left of the path: above, left of, below or right of the start
     dx, dy = stop.x - begin.x, stop.y - begin.y
     x, y = (begin.x + stop.x - dy) / 2, (begin.y + stop.y + dx) / 2
     first = math.atan2(begin.y - y, begin.x - x)
@@ -186,7 +184,7 @@ def _between(begin: Vertex, stop: Vertex, chord: float) -> list[tuple[float, flo
 
 
 def around(parts: Sequence[Outline]) -> tuple[float, float, float, float]:
-    """Least x, least y, greatest x and greatest y of several parts [mm]."""
+    """Return least x, least y, greatest x and greatest y of several parts [mm]."""
     boxes = [part.box() for part in parts]
     low, high = boxes[0][:2], boxes[0][2:]
     for box in boxes[1:]:
@@ -196,7 +194,7 @@ def around(parts: Sequence[Outline]) -> tuple[float, float, float, float]:
 
 
 def clamp_holes(clamped: float, width: float, screws: int, hole: float) -> list[Circle]:
-    """The screws' holes in a sheet or a spacer [mm], in a row across the clamped end."""
+    """Return the screw holes of a sheet or a spacer [mm], in a row across the clamped end."""
     row = (width * ((i + 0.5) / screws - 0.5) for i in range(screws))
     return [Circle(clamped / 2, y, hole) for y in row]
 
@@ -211,7 +209,7 @@ def sheet(
     tip_radius: float = 1.0,
     clamp_radius: float = 0.5,
 ) -> Outline:
-    """One sheet [mm], its clamped end at x = 0; `hole` is a diameter."""
+    """Return one sheet [mm], its clamped end at x = 0; `hole` is a diameter."""
     return Outline(
         length=length,
         width=width,
@@ -224,7 +222,7 @@ def sheet(
 def spacer(
     clamped: float, width: float, *, hole: float, screws: int = 1, clamp_radius: float = 0.5
 ) -> Outline:
-    """One spacer [mm]: it fills the gap between two sheets inside a cap."""
+    """Return one spacer [mm], which fills the gap between two sheets inside a cap."""
     return Outline(
         length=clamped,
         width=width,

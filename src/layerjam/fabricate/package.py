@@ -1,4 +1,4 @@
-"""Meshes as 3MF and STL: two formats of a few lines each, the same bytes for the same mesh."""
+"""Meshes as 3MF and STL, written directly; the same bytes for the same mesh."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 from layerjam.fabricate.mesh import Mesh
 
 EPOCH = (1980, 1, 1, 0, 0, 0)
-"""Date of every file in a package: the first that the format can say."""
-APART = 5.0
+"""Date of every file in a package: the earliest the format allows."""
+SPACING = 5.0
 """Distance of two objects on the printer's plate [mm]."""
 MODEL = "3D/3dmodel.model"
 TYPES = (
@@ -32,7 +32,7 @@ RELATIONS = (
 
 
 def stl(mesh: Mesh) -> bytes:
-    """A binary STL in mm; the format has neither units nor connections."""
+    """Return a binary STL in mm; the format has neither units nor connections."""
     corners = mesh.corners[mesh.triangles].astype("<f4")
     normals = np.cross(
         mesh.corners[mesh.triangles[:, 1]] - mesh.corners[mesh.triangles[:, 0]],
@@ -49,19 +49,19 @@ def stl(mesh: Mesh) -> bytes:
 
 
 def three_mf(meshes: Sequence[Mesh], title: str) -> bytes:
-    """A 3MF package in mm: one named object for each mesh, side by side."""
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w") as archive:
+    """Return a 3MF package in mm: one named object for each mesh, next to each other."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
         for name, text in (
             ("[Content_Types].xml", TYPES),
             ("_rels/.rels", RELATIONS),
             (MODEL, _model(meshes, title)),
         ):
-            about = zipfile.ZipInfo(name, EPOCH)
-            about.compress_type = zipfile.ZIP_DEFLATED
-            about.create_system = 3
-            archive.writestr(about, text.encode(), compresslevel=6)
-    return packed.getvalue()
+            entry = zipfile.ZipInfo(name, EPOCH)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3
+            archive.writestr(entry, text.encode(), compresslevel=6)
+    return stream.getvalue()
 
 
 def _model(meshes: Sequence[Mesh], title: str) -> str:
@@ -85,11 +85,11 @@ def _model(meshes: Sequence[Mesh], title: str) -> str:
         low, high = mesh.corners.min(axis=0).tolist(), mesh.corners.max(axis=0).tolist()
         place = " ".join(_number(v) for v in (-low[0], y - low[1], -low[2]))
         items.append(f'<item objectid="{number}" transform="1 0 0 0 1 0 0 0 1 {place}"/>')
-        y += high[1] - low[1] + APART
+        y += high[1] - low[1] + SPACING
     return "\n".join([*out, "</resources>", "<build>", *items, "</build>", "</model>", ""])
 
 
 def _number(value: float) -> str:
-    """To a nanometre, without an exponent or a negative zero."""
+    """Return a number to a nanometre, without an exponent or a negative zero."""
     text = f"{value:.6f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text

@@ -1,4 +1,4 @@
-"""All solids of a build: what is printed, how often, and the enclosure that is cast."""
+"""Solids of a build: printed parts, with their numbers, and the cast enclosure."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from layerjam.fabricate.solid import Solid
 
 @dataclass(frozen=True)
 class Part:
-    """A solid and how many of it one brake needs."""
+    """Solid and its number in one brake."""
 
     solid: Solid
     count: int
@@ -23,19 +23,19 @@ class Part:
 
     @property
     def name(self) -> str:
-        """Its name, also that of its files."""
+        """Name of the part and of its files."""
         return self.solid.name
 
 
 def parts(lengths: Lengths, build: Build) -> list[Part]:
-    """Caps, plates, mould, core and enclosure; left and right apart where they differ."""
-    made = []
+    """Return caps, plates, mould, core and enclosure, left and right separate if they differ."""
+    solids = []
     for shape, word in ((cap, "cap"), (plate, "plate")):
         if lengths.same_caps:
-            made.append(Part(shape(lengths, build, lengths.left, word), 2))
+            solids.append(Part(shape(lengths, build, lengths.left, word), 2))
             continue
         for side in lengths.sides:
-            made.append(Part(shape(lengths, build, side, f"{word}-{side.name}"), 1))
+            solids.append(Part(shape(lengths, build, side, f"{word}-{side.name}"), 1))
     tools = (mould.bottom(lengths, build), mould.top(lengths, build), mould.core(lengths))
-    made += [Part(tool, 1, stays=False) for tool in tools]
-    return [*made, Part(mould.sleeve(lengths), 1, printed=False)]
+    solids += [Part(tool, 1, stays=False) for tool in tools]
+    return [*solids, Part(mould.sleeve(lengths), 1, printed=False)]

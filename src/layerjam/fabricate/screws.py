@@ -1,8 +1,8 @@
 """Metric screws, nuts and clearance holes of the clamp, in mm.
 
-Every number was compared with transcriptions of the standards: heads and lengths (ISO 4762) and
-nuts (ISO 4032) in FreeCAD's fasteners workbench, nuts again in BS EN ISO 4032:2001 as engineersedge
-prints it, coarse pitches (ISO 261) there too, holes (ISO 273) in two tables.
+Every number was compared with transcriptions of the standards. Heads and lengths (ISO 4762) and
+nuts (ISO 4032) come from FreeCAD's fasteners workbench; nuts (BS EN ISO 4032:2001) and coarse
+pitches (ISO 261) from engineersedge; holes (ISO 273) from two tables.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 LENGTHS = (3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50, 55, 60)
-"""Screw lengths that are sold (ISO 888)."""
+"""Screw lengths on sale (ISO 888)."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Thread:
     """One size of screw, nut and hole [mm]."""
 
     size: float
-    """Of the thread, coarse pitch (ISO 261)."""
+    """Nominal diameter of the thread, coarse pitch (ISO 261)."""
     pitch: float
     head: float
     """Diameter of the head (ISO 4762, dk of a plain head)."""
@@ -30,26 +30,26 @@ class Thread:
     nut: float
     """Width across flats of the nut (ISO 4032)."""
     nut_height: float
-    """Its greatest height."""
+    """Greatest height of the nut."""
     close: float
     """Diameter of the fine clearance hole (ISO 273)."""
     clearance: float
-    """Diameter of the medium one."""
+    """Diameter of the medium clearance hole."""
     shortest: int
     """Length from which ISO 4762 lists the screw."""
     longest: int
-    """Length up to which it does; longer ones are made, and have to be looked for."""
+    """Greatest length that ISO 4762 lists; longer screws are hard to find."""
     key: float
-    """Size of its hexagon key."""
+    """Size of the hexagon key."""
 
     @property
     def name(self) -> str:
-        """As a shop calls it, M3."""
+        """Trade name, such as M3."""
         return f"M{self.size:g}"
 
     @property
-    def stressed(self) -> float:
-        """Area of the thread that bears stress [mm²], of the mean of flank and core diameter.
+    def stress_area(self) -> float:
+        """Area of the thread under stress [mm²], of the mean of flank and core diameter.
 
         pi/4 ((d2 + d3)/2)^2 (ISO 898-1), with d2 = d - 3/8 sqrt(3) P and d3 = d - 17/24 sqrt(3) P.
         """
@@ -68,13 +68,13 @@ THREADS = (
 
 
 def thread_for(hole: float) -> Thread | None:
-    """The largest thread that goes through a hole of the sheets [mm]; None below M2."""
+    """Return the largest thread that goes through a sheet hole [mm], or None below M2."""
     return max(
         (t for t in THREADS if t.size <= hole * (1 + 1e-9)), key=lambda t: t.size, default=None
     )
 
 
 def sold_length(least: Any, thread: Thread) -> Any:
-    """Return the shortest screw that is sold of at least some length [mm]; NaN above 60 mm."""
+    """Return the shortest screw on sale of at least some length [mm]; NaN above 60 mm."""
     least = np.maximum(least, thread.shortest) * (1 - 1e-12)
     return np.array([*LENGTHS, np.nan])[np.searchsorted(LENGTHS, least)]

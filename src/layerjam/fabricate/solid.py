@@ -1,9 +1,8 @@
-"""A printed part as a short list of prisms: the one description that all readers share [mm].
+"""Printed part as a short list of prisms, the one description behind all formats [mm].
 
 A prism is a section swept along an axis, added to the part or cut from it. Volume by closed form
-(here), mesh (`mesh`) and STEP solid (`step`) are read from the same list and must agree. What is
-added abuts and never overlaps; what is cut lies within what was added, and where two cuts meet the
-volume they share is stated.
+(here), mesh (`mesh`) and STEP solid (`step`) come from the same list and must agree. Added prisms
+touch and never overlap; cuts are inside added prisms, and the shared volume of two cuts is stated.
 """
 
 from __future__ import annotations
@@ -19,32 +18,32 @@ Axis = Literal["x", "y", "z"]
 PLANE: dict[Axis, tuple[Axis, Axis]] = {"x": ("y", "z"), "y": ("z", "x"), "z": ("x", "y")}
 """Axes of a section's first and second coordinate, in cyclic order, so that none is mirrored."""
 CHORD = 0.01
-"""How far a mesh may lie from a round surface [mm]."""
+"""Greatest distance of a mesh from a round surface [mm]."""
 Point = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class Box:
-    """A rectangle between two corners; `radius` rounds them all."""
+    """Rectangle between two corners; `radius` rounds all of them."""
 
     low: Point
     high: Point
     radius: float = 0.0
 
     @classmethod
-    def about(cls, centre: Point, width: float, height: float, radius: float = 0.0) -> Box:
-        """The rectangle of given sides around a point."""
+    def centred_on(cls, centre: Point, width: float, height: float, radius: float = 0.0) -> Box:
+        """Return the rectangle of given sides around a point."""
         (u, v), half, up = centre, width / 2, height / 2
         return cls((u - half, v - up), (u + half, v + up), radius)
 
     @property
     def area(self) -> float:
-        """Its area."""
+        """Area [mm²]."""
         (a, b), (c, d) = self.low, self.high
         return (c - a) * (d - b) - (4 - math.pi) * self.radius**2
 
     def outline(self) -> list[Point]:
-        """Its corners, or points along its rounded corners, counter-clockwise."""
+        """Return the corners, or points along the rounded corners, counter-clockwise."""
         (a, b), (c, d), r = self.low, self.high, self.radius
         if not r:
             return [(a, b), (c, b), (c, d), (a, d)]
@@ -62,7 +61,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Ellipse:
-    """An ellipse with its half axes along the section's two; a circle where they are equal."""
+    """Ellipse with half axes along those of the section; a circle if they are equal."""
 
     centre: Point
     first: float
@@ -70,23 +69,23 @@ class Ellipse:
 
     @classmethod
     def circle(cls, centre: Point, diameter: float) -> Ellipse:
-        """The circle of a diameter around a point."""
+        """Return the circle of a diameter around a point."""
         return cls(centre, diameter / 2, diameter / 2)
 
     @property
     def area(self) -> float:
-        """Its area."""
+        """Area [mm²]."""
         return math.pi * self.first * self.second
 
     def outline(self) -> list[Point]:
-        """Points along it, counter-clockwise."""
+        """Return points along the edge, counter-clockwise."""
         (u, v), count = self.centre, 4 * segments(max(self.first, self.second), math.pi / 2)
         angles = (2 * math.pi * k / count for k in range(count))
         return [(u + self.first * math.cos(a), v + self.second * math.sin(a)) for a in angles]
 
 
 def segments(radius: float, angle: float) -> int:
-    """Chords for an arc so that none lies further than CHORD inside of it."""
+    """Return the number of chords for an arc so that none is further than CHORD inside it."""
     return max(2, math.ceil(angle / (2 * math.acos(1 - min(CHORD / radius, 0.5)))))
 
 
@@ -95,7 +94,7 @@ Section = Box | Ellipse
 
 @dataclass(frozen=True)
 class Prism:
-    """A section swept along an axis from `start` to `end`, added or cut."""
+    """Section swept along an axis from `start` to `end`, added or cut."""
 
     axis: Axis
     start: float
@@ -105,27 +104,27 @@ class Prism:
 
     @property
     def volume(self) -> float:
-        """Its volume."""
+        """Volume [mm³]."""
         return self.section.area * (self.end - self.start)
 
 
 @dataclass(frozen=True)
 class Solid:
-    """A part: its name (which is also that of its files) and its prisms."""
+    """Part: its name, which is also that of its files, and its prisms."""
 
     name: str
     prisms: tuple[Prism, ...]
-    shared: float = 0.0
+    shared_volume: float = 0.0
     """Volume that two cuts have in common [mm³]."""
 
     @property
     def volume(self) -> float:
-        """Its volume by closed form [mm³]."""
-        return sum(-p.volume if p.cut else p.volume for p in self.prisms) + self.shared
+        """Volume by closed form [mm³]."""
+        return sum(-p.volume if p.cut else p.volume for p in self.prisms) + self.shared_volume
 
     @property
     def bounds(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """Lowest and highest corner of what is added."""
+        """Lowest and highest corner of the added prisms."""
         low = {axis: math.inf for axis in PLANE}
         high = {axis: -math.inf for axis in PLANE}
         for prism in self.prisms:
@@ -154,15 +153,15 @@ def _extent(prism: Prism) -> dict[Axis, Point]:
 
 
 def add(axis: Axis, start: float, end: float, section: Section) -> Prism:
-    """A prism that is added."""
+    """Return an added prism."""
     return Prism(axis, start, end, section)
 
 
 def cut(axis: Axis, start: float, end: float, section: Section) -> Prism:
-    """A prism that is cut."""
+    """Return a cut prism."""
     return Prism(axis, start, end, section, True)
 
 
-def solid(name: str, prisms: Iterable[Prism], shared: float = 0.0) -> Solid:
-    """The part of these prisms."""
-    return Solid(name, tuple(prisms), shared)
+def solid(name: str, prisms: Iterable[Prism], shared_volume: float = 0.0) -> Solid:
+    """Return the part made of these prisms."""
+    return Solid(name, tuple(prisms), shared_volume)

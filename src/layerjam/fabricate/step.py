@@ -1,4 +1,4 @@
-"""A part as a STEP file, by Open CASCADE without its viewer (extra `step`) [mm].
+"""Part as a STEP file, by Open CASCADE without its viewer (extra `step`) [mm].
 
 AP214, product named as the part. A file is the same for the same part and version of the library,
 which its header names.
@@ -15,7 +15,7 @@ from layerjam.errors import MissingExtraError
 from layerjam.fabricate.solid import PLANE, Axis, Box, Ellipse, Prism, Solid
 
 STAMP = "2000-01-01T00:00:00"
-"""Written in place of the time, so that equal parts make equal files."""
+"""Fixed time stamp, so that equal parts make equal files."""
 DIRECTIONS: dict[Axis, tuple[float, float, float]] = {
     "x": (1, 0, 0),
     "y": (0, 1, 0),
@@ -24,7 +24,7 @@ DIRECTIONS: dict[Axis, tuple[float, float, float]] = {
 
 
 def available() -> bool:
-    """Whether the extra is installed and its libraries load."""
+    """Return whether the extra is installed and its libraries load."""
     try:
         import OCP  # noqa: F401
     except ImportError:
@@ -33,10 +33,10 @@ def available() -> bool:
 
 
 def step(part: Solid, version: str = "") -> bytes:
-    """The part's STEP file; `version` names this program in its header.
+    """Return a part's STEP file; `version` names this program in its header.
 
-    Raises MissingExtraError without the extra `step`, and RuntimeError where the library fails,
-    which would be an error of this program.
+    Raises MissingExtraError if the extra `step` is not installed, and RuntimeError if the library
+    fails, which would be a bug.
     """
     with MissingExtraError.raise_if_missing("a STEP file (Open CASCADE)", "step"):
         import OCP.STEPCAFControl  # noqa: F401
@@ -49,22 +49,22 @@ def step(part: Solid, version: str = "") -> bytes:
 
 
 def shape_of(part: Solid) -> Any:
-    """The part as one solid of Open CASCADE."""
+    """Return the part as one solid of Open CASCADE."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
     from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
     from OCP.TopAbs import TopAbs_SOLID
     from OCP.TopExp import TopExp_Explorer
 
-    added = [_swept(p) for p in part.prisms if not p.cut]
-    cuts = [_swept(p) for p in part.prisms if p.cut]
-    whole = added[0]
-    if added[1:]:
-        whole = _combined(BRepAlgoAPI_Fuse(), added[:1], added[1:])
+    bodies = [_sweep(p) for p in part.prisms if not p.cut]
+    cuts = [_sweep(p) for p in part.prisms if p.cut]
+    shape = bodies[0]
+    if bodies[1:]:
+        shape = _combine(BRepAlgoAPI_Fuse(), bodies[:1], bodies[1:])
     if cuts:
-        whole = _combined(BRepAlgoAPI_Cut(), [whole], cuts)
-    unified = ShapeUpgrade_UnifySameDomain(whole, True, True, False)
-    unified.Build()
-    explorer = TopExp_Explorer(unified.Shape(), TopAbs_SOLID)
+        shape = _combine(BRepAlgoAPI_Cut(), [shape], cuts)
+    unifier = ShapeUpgrade_UnifySameDomain(shape, True, True, False)
+    unifier.Build()
+    explorer = TopExp_Explorer(unifier.Shape(), TopAbs_SOLID)
     solids = []
     while explorer.More():
         solids.append(explorer.Current())
@@ -74,12 +74,12 @@ def shape_of(part: Solid) -> Any:
     return solids[0]
 
 
-def _combined(operation: Any, arguments: list[Any], tools: list[Any]) -> Any:
+def _combine(operation: Any, arguments: list[Any], tools: list[Any]) -> Any:
     for put, shapes in ((operation.SetArguments, arguments), (operation.SetTools, tools)):
-        listed = _list()
+        shape_list = _list()
         for shape in shapes:
-            listed.Append(shape)
-        put(listed)
+            shape_list.Append(shape)
+        put(shape_list)
     operation.SetRunParallel(False)
     operation.Build()
     if not operation.IsDone():
@@ -88,7 +88,7 @@ def _combined(operation: Any, arguments: list[Any], tools: list[Any]) -> Any:
 
 
 def _list() -> Any:
-    """An empty list of shapes, which version 8 of the library keeps elsewhere than version 7."""
+    """Return an empty list of shapes, which versions 7 and 8 of the library keep in two places."""
     try:
         from OCP.collections import List_TopoDS_Shape
     except ImportError:
@@ -98,7 +98,7 @@ def _list() -> Any:
     return List_TopoDS_Shape()
 
 
-def _swept(prism: Prism) -> Any:
+def _sweep(prism: Prism) -> Any:
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
     from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
     from OCP.gp import gp_Vec
@@ -111,24 +111,23 @@ def _swept(prism: Prism) -> Any:
 
 
 def _point(prism: Prism, u: float, v: float) -> Any:
-    """A point of the section at the prism's start."""
     from OCP.gp import gp_Pnt
 
     first, second = PLANE[prism.axis]
-    known = {first: u, second: v, prism.axis: prism.start}
-    return gp_Pnt(known["x"], known["y"], known["z"])
+    coordinates = {first: u, second: v, prism.axis: prism.start}
+    return gp_Pnt(coordinates["x"], coordinates["y"], coordinates["z"])
 
 
 def _rectangle(prism: Prism, section: Box) -> Any:
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
 
     (a, b), (c, d), r = section.low, section.high, section.radius
-    made = BRepBuilderAPI_MakeWire()
+    wire = BRepBuilderAPI_MakeWire()
     if not r:
-        corners = [_point(prism, *at) for at in ((a, b), (c, b), (c, d), (a, d))]
-        for here, there in zip(corners, [*corners[1:], corners[0]], strict=True):
-            made.Add(BRepBuilderAPI_MakeEdge(here, there).Edge())
-        return made.Wire()
+        corners = [_point(prism, *corner) for corner in ((a, b), (c, b), (c, d), (a, d))]
+        for begin, stop in zip(corners, [*corners[1:], corners[0]], strict=True):
+            wire.Add(BRepBuilderAPI_MakeEdge(begin, stop).Edge())
+        return wire.Wire()
     # straight pieces from (start) to (end), then the arc about (centre) to the next piece
     pieces = [
         ((a + r, b), (c - r, b), (c - r, b + r)),
@@ -136,11 +135,11 @@ def _rectangle(prism: Prism, section: Box) -> Any:
         ((c - r, d), (a + r, d), (a + r, d - r)),
         ((a, d - r), (a, b + r), (a + r, b + r)),
     ]
-    for (start, end, centre), (after, _, _) in zip(pieces, [*pieces[1:], pieces[0]], strict=True):
-        here, there = _point(prism, *end), _point(prism, *after)
-        made.Add(BRepBuilderAPI_MakeEdge(_point(prism, *start), here).Edge())
-        made.Add(BRepBuilderAPI_MakeEdge(_round(prism, centre, r, r), here, there).Edge())
-    return made.Wire()
+    for (start, end, centre), (turn, _, _) in zip(pieces, [*pieces[1:], pieces[0]], strict=True):
+        begin, stop = _point(prism, *end), _point(prism, *turn)
+        wire.Add(BRepBuilderAPI_MakeEdge(_point(prism, *start), begin).Edge())
+        wire.Add(BRepBuilderAPI_MakeEdge(_round(prism, centre, r, r), begin, stop).Edge())
+    return wire.Wire()
 
 
 def _ellipse(prism: Prism, section: Ellipse) -> Any:
@@ -151,7 +150,7 @@ def _ellipse(prism: Prism, section: Ellipse) -> Any:
 
 
 def _round(prism: Prism, centre: tuple[float, float], first: float, second: float) -> Any:
-    """A circle or an ellipse in the section's plane; the longer half axis comes first."""
+    """Return a circle or an ellipse in the section's plane, the longer half axis first."""
     from OCP.gp import gp_Ax2, gp_Circ, gp_Dir, gp_Elips
 
     towards = PLANE[prism.axis][0 if first >= second else 1]
@@ -165,7 +164,7 @@ def _round(prism: Prism, centre: tuple[float, float], first: float, second: floa
 
 @cache
 def _quiet() -> None:
-    """Keep Open CASCADE from printing on standard output what it transfers."""
+    """Keep Open CASCADE from printing its transfers on standard output."""
     from OCP.Message import Message, Message_Gravity
 
     for printer in Message.DefaultMessenger_s().Printers():
@@ -173,7 +172,7 @@ def _quiet() -> None:
 
 
 def _write(shape: Any, name: str, path: Path, version: str) -> None:
-    """One named solid as a file; a document of its own, so that products are not numbered."""
+    """Write one named solid, in a document of its own so that products are not numbered."""
     from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
     from OCP.IFSelect import IFSelect_RetDone
     from OCP.Interface import Interface_Static

@@ -1,4 +1,4 @@
-"""Whether sheets, clamp and cap bear the greatest force (C7 to C9); N and mm, so MPa."""
+"""Checks of whether sheets, clamp and cap bear the greatest force (C7 to C9); N and mm, so MPa."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ from layerjam.fabricate.verdicts import Check
 from layerjam.units import show
 
 PROOF = 580e6
-"""Stress that a steel screw of class 8.8 bears without lasting stretch (ISO 898-1) [Pa]."""
+"""Stress that a steel screw of class 8.8 bears without permanent stretch (ISO 898-1) [Pa]."""
 SHARE = 0.75
-"""Of that, to which a screw is usually tightened."""
+"""Share of the proof stress to which a screw is usually tightened."""
 SHEAR = 1 / math.sqrt(3)
-"""Of the tensile strength, what shear may reach (von Mises)."""
+"""Share of the tensile strength that shear may reach (von Mises)."""
 
 
 def preload(force: float, brake: Brake, lengths: Lengths) -> float:
-    """Force [N] of each screw at which friction alone holds the sheets in the clamp, F/(2 mu m).
+    """Return the screw force [N] at which friction alone holds the sheets, F/(2 mu m).
 
     Coulomb's law on the two outer faces of the clamped stack: one rubs on the shelf, the other on
-    the plate, which hands its half on through screw and nut by friction of steel on plastic.
-    Between the layers nothing more is gained: what a sheet gives to a spacer must leave the stack
-    as well.
+    the plate, which passes its half on through screw and nut by friction of steel on plastic.
+    Friction between the layers adds nothing: force that a sheet gives to a spacer must leave the
+    stack as well.
     """
     return force / (2 * brake.film.kinetic * lengths.screws)
 
 
 def torque(force: float, brake: Brake, build: Build, lengths: Lengths) -> float:
-    """Torque [N m] that gives this preload."""
+    """Return the torque [N m] that gives this preload."""
     return build.nut_factor * preload(force, brake, lengths) * lengths.thread.size * 1e-3
 
 
 def strength_checks(
     force: Any, brake: Brake, build: Build, lengths: Lengths, friction_source: str = ""
 ) -> Iterator[Check]:
-    """C7, C8 and C9 at a force [N] on the brake."""
+    """Yield C7, C8 and C9 at a force [N] on the brake."""
     clamp = _clamp(force, brake, build, lengths, friction_source)
     yield from _sheets(force, brake, lengths, clamp.margin())
     yield clamp
@@ -51,86 +51,85 @@ def strength_checks(
 
 
 def _sheets(force: Any, brake: Brake, lengths: Lengths, clamp: Any) -> Iterator[Check]:
-    """C7: the sheets of the side with fewer of them, at the screws' holes.
+    """Yield C7: sheets of the side with fewer of them, at the screw holes.
 
-    A sheet with its hole is a lug on a pin: force over the section left beside the holes, over the
-    holes' projection, and over two planes of shear from each hole to the sheet's end. These are
-    taken as short as the strip behind the hole, and bear 1/sqrt(3) of the strength (von Mises).
-    The section bears the force on either load path; the other two only if friction in the clamp
-    does not carry it, whose margin is `clamp`.
+    A sheet with its hole is a lug on a pin. Areas under stress are the section next to the holes,
+    the holes' projection, and two planes of shear from each hole to the sheet's end. These are
+    taken as short as the strip behind the hole, and bear 1/sqrt(3) of the strength (von Mises). The
+    section bears the force on either load path; the other two only if friction in the clamp, whose
+    margin is `clamp`, does not carry it.
     """
-    held = clamp >= 1
-    few, many, hole = lengths.count // 2, lengths.screws, lengths.hole
-    net = lengths.width - many * hole
+    grip = clamp >= 1
+    sheets, screws, hole = lengths.count // 2, lengths.screws, lengths.hole
+    net = lengths.width - screws * hole
     shorter = np.minimum(lengths.left.clamped, lengths.right.clamped)
-    # a hole that reaches the sheet's end tears out at once
-    rest = np.maximum((shorter - hole) / 2, 0.0)
+    # a hole that reaches the sheet's end tears out immediately
+    strip = np.maximum((shorter - hole) / 2, 0.0)
     areas = {
-        "net section": few * net * lengths.thickness,
-        "bearing on the screw": few * many * hole * lengths.thickness,
-        "tearing out at the end": 2 * few * many * rest * lengths.thickness,
+        "net section": sheets * net * lengths.thickness,
+        "bearing on the screw": sheets * screws * hole * lengths.thickness,
+        "tearing out at the end": 2 * sheets * screws * strip * lengths.thickness,
     }
-    for where, area in areas.items():
+    for place, area in areas.items():
         with np.errstate(divide="ignore"):
             stress = np.divide(force * 1e6, area)
-        strength, _ = _bears(brake.film.strength, where)
+        strength, _ = _bears(brake.film.strength, place)
         yield Check(
             code="C7",
-            key=f"sheet-{where.split()[0]}",
-            words=partial(_sheet_words, where, stress, brake.film.strength, held),
+            key=f"sheet-{place.split()[0]}",
+            words=partial(_sheet_words, place, stress, brake.film.strength, grip),
             value=stress,
             limit=strength,
             unit="Pa",
             otherwise="failed",
-            applies=True if where == "net section" else ~np.asarray(held),
-            other=clamp,
+            applies=True if place == "net section" else ~np.asarray(grip),
+            fallback=clamp,
         )
 
 
-def _sheet_words(where: str, stress: float, film: float | None, held: Any, ok: bool | None) -> str:
-    strength, kind = _bears(film, where)
-    said = f"sheets, {where}: {_pascals(stress)}"
+def _sheet_words(place: str, stress: float, film: float | None, grip: Any, ok: bool | None) -> str:
+    strength, kind = _bears(film, place)
+    text = f"sheets, {place}: {_pascals(stress)}"
     if strength is None:
-        said += "; the film's strength is not known (film.strength)"
+        text += "; the film's strength is not known (film.strength)"
     else:
-        said += f" of {_pascals(strength)} that the film bears{kind}"
-    if where == "net section":
-        said += ", whether friction in the clamp or the screw carries the load"
+        text += f" of {_pascals(strength)} that the film bears{kind}"
+    if place == "net section":
+        text += ", whether friction in the clamp or the screw carries the load"
         remedy = ": more or thicker sheets, less overlap, or fewer screws (mount.screws)"
-    elif held:
-        return said + (
+    elif grip:
+        return text + (
             "; does not apply: friction in the clamp carries the load (C8), and these are the "
             "stresses if it did not"
         )
     else:
-        said += ", the screw carries the load, as friction in the clamp does not (C8)"
+        text += ", the screw carries the load, as friction in the clamp does not (C8)"
         remedy = ": more or thicker sheets, more screws (mount.screws), or a longer clamp"
-    return said + (remedy if ok is False else "")
+    return text + (remedy if ok is False else "")
 
 
-def _bears(strength: Any, where: str) -> tuple[Any, str]:
-    """Return the stress that a material of a tensile strength bears there, and its name."""
-    if strength is None or "tearing" not in where:
+def _bears(strength: Any, place: str) -> tuple[Any, str]:
+    """Return the stress that a material of a tensile strength bears, and its name."""
+    if strength is None or "tearing" not in place:
         return strength, ""
     return strength * SHEAR, " in shear"
 
 
 def _clamp(force: Any, brake: Brake, build: Build, lengths: Lengths, source: str) -> Check:
-    """C8: the preload that holds by friction, and whether a screw of class 8.8 gives it.
+    """Return C8: the preload that holds by friction, and whether a screw of class 8.8 gives it.
 
-    If it does not, the screw carries the load, and C7 judges that path if the film's strength is
-    known.
+    If not, the screw carries the load; C7 checks that path if the strength of the film is known.
     """
     need = preload(force, brake, lengths)
-    most = SHARE * PROOF * lengths.thread.stressed * 1e-6
+    available = SHARE * PROOF * lengths.thread.stress_area * 1e-6
     turn = torque(force, brake, build, lengths)
 
     return Check(
         code="C8",
         key="clamp-preload",
-        words=partial(_clamp_words, force, need, most, turn, brake, lengths, source),
+        words=partial(_clamp_words, force, need, available, turn, brake, lengths, source),
         value=need,
-        limit=most,
+        limit=available,
         unit="N",
         otherwise="failed" if brake.film.strength is None else "warning",
     )
@@ -139,7 +138,7 @@ def _clamp(force: Any, brake: Brake, build: Build, lengths: Lengths, source: str
 def _clamp_words(
     force: float,
     need: float,
-    most: float,
+    available: float,
     turn: float,
     brake: Brake,
     lengths: Lengths,
@@ -149,43 +148,43 @@ def _clamp_words(
     return (
         f"tighten each {lengths.thread.name} to {show(turn, 'N m', 2)}: at least "
         f"{show(need, 'N', 3)} of preload holds {show(force, 'N')} by friction (film on film, "
-        f"{brake.film.kinetic:.3g}, stands in for film on plastic; {source}); a screw of class "
-        f"8.8 gives {show(most, 'N', 3)}"
+        f"{brake.film.kinetic:.3g}, in place of film on plastic; {source}); a screw of class "
+        f"8.8 gives {show(available, 'N', 3)}"
         + ("" if ok else ": more screws (mount.screws), or a larger mount.screw_hole")
     )
 
 
-def cap_stresses(force: float, pressed: float, build: Build, lengths: Lengths) -> dict[str, float]:
-    """Greatest stresses [MPa] in the printed parts, by place; `pressed` is a screw's preload [N].
+def cap_stresses(force: float, clamp: float, build: Build, lengths: Lengths) -> dict[str, float]:
+    """Return greatest stresses [MPa] in the printed parts; `clamp` is a preload [N].
 
-    The tray by `tray_factor`; the neck at its groove, less the air bore; the head as a lug on the
-    dowel pin, its two planes of shear as short as the wall behind the pin's hole; and the pressure
-    below the screw's head or above its nut, whichever has the smaller seat.
+    The tray follows `tray_factor`. The neck is taken at its groove, less the air bore. The head is
+    a lug on the dowel pin, its two planes of shear as short as the wall behind the pin's hole. The
+    seat is below the screw's head or above its nut, whichever is smaller.
     """
     depth, bore = mm(build.tie_depth), mm(build.air_bore)
     neck = math.pi * ((lengths.neck_a - depth) * (lengths.neck_b - depth) - bore**2 / 4)
     hole, thread = pin_hole(build), lengths.thread
-    beside = lengths.head - hole
+    lug = lengths.head - hole
     seat = min(math.pi / 4 * thread.head**2, math.sqrt(3) / 2 * thread.nut**2)
     seat -= math.pi / 4 * thread.clearance**2
     return {
         "tray": force * tray_factor(build, lengths),
         "neck": force / neck,
-        "pin, net section": force / (beside * lengths.head_height),
-        "pin, tearing out": force / (beside * lengths.head_height),
-        "seat of head and nut": pressed / seat,
+        "pin, net section": force / (lug * lengths.head_height),
+        "pin, tearing out": force / (lug * lengths.head_height),
+        "seat of head and nut": clamp / seat,
     }
 
 
-def _cap(force: Any, pressed: Any, build: Build, lengths: Lengths) -> Iterator[Check]:
-    """C9: stresses in the cap, judged only if the plastic's strength was given."""
-    for where, stress in cap_stresses(force, pressed, build, lengths).items():
+def _cap(force: Any, screw_force: Any, build: Build, lengths: Lengths) -> Iterator[Check]:
+    """Yield C9: stresses in the cap, with a limit only if the plastic's strength is given."""
+    for place, stress in cap_stresses(force, screw_force, build, lengths).items():
         yield Check(
             code="C9",
-            key=f"cap-{where.replace(', ', '-').replace(' ', '-')}",
-            words=partial(_cap_words, where, stress, build.print_strength),
+            key=f"cap-{place.replace(', ', '-').replace(' ', '-')}",
+            words=partial(_cap_words, place, stress, build.print_strength),
             value=stress * 1e6,
-            limit=_bears(build.print_strength, where)[0],
+            limit=_bears(build.print_strength, place)[0],
             unit="Pa",
             otherwise="failed",
         )
@@ -201,20 +200,20 @@ _CAP_REMEDIES = {
 """Inputs that strengthen each place of a cap."""
 
 
-def _cap_words(where: str, stress: float, strength: float | None, ok: bool | None) -> str:
-    limit, kind = _bears(strength, where)
-    said = f"cap, {where}: {_pascals(stress * 1e6)}"
+def _cap_words(place: str, stress: float, strength: float | None, ok: bool | None) -> str:
+    limit, kind = _bears(strength, place)
+    text = f"cap, {place}: {_pascals(stress * 1e6)}"
     if limit is None:
-        return said + "; build.print_strength is not given"
-    said += f" of {_pascals(limit)}{kind}"
-    return said + ("" if ok else f": a larger {_CAP_REMEDIES[where]}, or a stronger plastic")
+        return text + "; build.print_strength is not given"
+    text += f" of {_pascals(limit)}{kind}"
+    return text + ("" if ok else f": a larger {_CAP_REMEDIES[place]}, or a stronger plastic")
 
 
 def tray_factor(build: Build, lengths: Lengths) -> float:
-    """Greatest stress in the tray over the force [1/mm²], tension and bending together.
+    """Return the greatest stress in the tray over the force [1/mm²], tension and bending.
 
-    The force runs through the middle of the stack, the section is a U without its nut pockets; its
-    edges are taken as sharp, which changes it by 4 %.
+    The force runs through the middle of the stack. The section is a U without its nut pockets, its
+    edges taken as sharp, which changes it by 4 %.
     """
     low, high = -lengths.stack / 2 - lengths.shelf_height, lengths.stack / 2 + lengths.plate_height
     floor = -lengths.stack / 2

@@ -10,13 +10,13 @@ from layerjam.fabricate.outline import Outline, Vertex, around
 
 RED, BLUE, GREY = "#ff0000", "#0000ff", "#808080"
 _EDGE = 1.0
-"""Room around the parts, so that no line is cut in half [mm]."""
+"""Margin around the parts, so that no line is clipped [mm]."""
 
 
 def svg(parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[str] = ()) -> bytes:
-    """The file's bytes; red is cut, blue is cut first, grey (with a `frame`) is not cut.
+    """Return the bytes of the file: red is cut, blue is cut first, grey (a `frame`) is not cut.
 
-    `notes` are sentences for whoever opens the file; they are not drawn.
+    `notes` are sentences for the reader of the file; they are not drawn.
     """
     left, low, right, high = around(parts)
     if frame is not None:
@@ -45,7 +45,7 @@ def svg(parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[st
 
 
 def path_data(path: Sequence[Vertex]) -> str:
-    """A closed path's SVG data; y points down there."""
+    """Return the SVG data of a closed path; its y points down."""
     words = [f"M{_n(path[0].x)} {_n(-path[0].y)}"]
     for begin, stop in zip(path, [*path[1:], path[0]], strict=True):
         end = f"{_n(stop.x)} {_n(-stop.y)}"
@@ -68,5 +68,4 @@ def _info(frame: Frame) -> list[str]:
 
 
 def _n(number: float) -> str:
-    """A number without exponent; 12 digits are finer than an atom."""
     return f"{number:.12f}".rstrip("0").rstrip(".") if number else "0"

@@ -1,4 +1,4 @@
-"""Checks of a build (C1 to C15): numbers with their limits first, sentences only if asked for."""
+"""Checks of a build (C1 to C15): numbers with their limits first, sentences only on request."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from layerjam.verdict import Check as JudgedCheck
 from layerjam.verdict import Level
 
 ROUNDING = 1e-9
-"""Relative rounding by which a value may miss its limit."""
+"""Relative rounding error by which a value may miss its limit."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Check:
-    """A value and its limit in SI, of one brake or arrays of many; `words` gives the sentence.
+    """Value and limit in SI, of one brake or arrays of many; `words` returns the sentence.
 
-    `passes` decides where it is given, the two numbers otherwise. `applies` is False where the
-    check says nothing. If it does not pass: geometry that cannot be drawn is `refused`, a part
-    loaded beyond its strength has `failed` and somebody may accept it.
+    `passes` decides if it is given, otherwise the two numbers. `applies` is False if the check is
+    not relevant. If it does not pass, geometry that cannot be drawn is `refused`. A part loaded
+    beyond its strength has `failed`, which somebody may accept.
     """
 
     code: str
@@ -38,12 +38,12 @@ class Check:
     unit: str = "1"
     otherwise: Literal["refused", "failed", "warning"] = "warning"
     applies: Any = True
-    other: Any = math.inf
-    """Margin if it does not apply: that of the load path which carries the load instead."""
+    fallback: Any = math.inf
+    """Margin if it does not apply: that of the load path that carries the load instead."""
     passes: Any = None
 
     def margin(self) -> Any:
-        """Return how many times the value keeps its limit: 1 or more passes, infinite if unused."""
+        """Return the ratio of limit to load: 1 or more passes, infinite if there is no limit."""
         if self.passes is not None:
             return np.where(self.passes, math.inf, 0.0)
         if self.value is None or self.limit is None:
@@ -51,13 +51,13 @@ class Check:
         load, room = (self.value, self.limit) if self.at_most else (self.limit, self.value)
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.where(np.asarray(load) <= 0, math.inf, np.divide(room, load))
-        return np.where(self.applies, share * (1 + ROUNDING), self.other)
+        return np.where(self.applies, share * (1 + ROUNDING), self.fallback)
 
     @property
     def ok(self) -> bool | None:
         """Whether one brake passes; None if a limit or a datum is missing or it does not apply."""
-        known = self.passes is not None or None not in (self.value, self.limit)
-        return bool(self.margin() >= 1) if known and self.applies else None
+        is_known = self.passes is not None or None not in (self.value, self.limit)
+        return bool(self.margin() >= 1) if is_known and self.applies else None
 
     @property
     def refuses(self) -> bool:
@@ -66,14 +66,14 @@ class Check:
 
     @property
     def level(self) -> Level:
-        """The level by which the verdict of the build judges it."""
+        """Level of the check in the verdict of the build."""
         if self.ok is None:
             return "note"
         return "passed" if self.ok else "warning" if self.otherwise == "warning" else "failed"
 
     @property
     def text(self) -> str:
-        """The sentence for people: the finding, and the remedy if it did not pass."""
+        """Sentence for people: the finding, and the remedy if it did not pass."""
         return self.words(self.ok)
 
     def row(self) -> dict[str, Any]:
@@ -89,8 +89,8 @@ class Check:
             "key": self.key,
         }
 
-    def judged(self) -> JudgedCheck:
-        """Return the check as every command's verdict takes it; its code is its name."""
+    def to_judged_check(self) -> JudgedCheck:
+        """Return the check for a command's verdict, named by its code."""
         return JudgedCheck(
             name=self.code,
             level=self.level,
@@ -102,7 +102,7 @@ class Check:
 
 
 def say(text: str, ok: bool | None) -> str:
-    """Return the words of a check that says the same whether it passes or not."""
+    """Return the words of a check whose text is the same whether it passes or not."""
     return text
 
 
@@ -111,12 +111,12 @@ def _finite(value: Any) -> float | None:
 
 
 def refusals(checks: Iterable[Check]) -> list[Check]:
-    """Return the checks because of which the brake cannot be drawn."""
+    """Return the checks that prevent the brake from being drawn."""
     return [check for check in checks if check.refuses and check.ok is False]
 
 
 def reason(checks: Iterable[Check]) -> str | None:
-    """Return codes and sentences of checks as one sentence; None if there are none."""
+    """Return codes and sentences of checks as one sentence, or None if there are none."""
     return "; ".join(f"{check.code}: {check.text}" for check in checks) or None
 
 

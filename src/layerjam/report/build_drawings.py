@@ -125,7 +125,7 @@ def _plastic(axes: Axes, world: Scene) -> None:
     _box(axes, (pocket, 0), (low, low + thread.nut_height + mm(build.head_room)), "white")
     _box(axes, (-side.tray + mm(build.fit), 0), (stack, top), "#d5dbe2")
     _box(axes, (-side.tray + mm(build.fit), 0), (stack, stack + lengths.floor), PLATE)
-    air, port = lengths.raised, neck - lengths.port_length / 2
+    air, port = lengths.air_axis, neck - lengths.port_length / 2
     half_air = mm(build.air_bore) / 2
     _box(axes, (port, -side.tray), (air - half_air, air + half_air), "white")
     _round(axes, (port, air), lengths.port)
@@ -215,9 +215,9 @@ def _named(axes: Axes, world: Scene, above: float, unit: float, far: float) -> N
     port = neck - lengths.port_length / 2
     at = [
         ("dowel", neck - lengths.port_length - lengths.head / 2, 0.0),
-        ("port", port, lengths.raised),
+        ("port", port, lengths.air_axis),
         ("tie", neck + mm(world.build.neck_length) / 2, lengths.neck_b - 0.3),
-        ("air", -side.tray - mm(world.build.back) / 2, lengths.raised),
+        ("air", -side.tray - mm(world.build.back) / 2, lengths.air_axis),
         ("screw", -side.clamped / 2, stack + lengths.floor + lengths.thread.head_height / 2),
         ("spacers", -0.2 * side.clamped, stack - 1.5 * lengths.thickness),
         ("enclosure", 0.5 * far, stack + lengths.inner_height / 2 - stack + lengths.wall / 2),
@@ -289,7 +289,7 @@ def plates(named: Sequence[tuple[str, Outline]]) -> style.Figure:
     figure, axes = _scaled((-12 * unit, -5 * unit), (long + 3 * unit, tall - 5 * unit), 8.2)
     low = 0.0
     for name, part in named[::-1]:
-        placed = part.moved(0.0, low + part.width / 2)
+        placed = part.translate(0.0, low + part.width / 2)
         axes.add_patch(Polygon(placed.points(0.05), facecolor=BOARD, edgecolor=INK, lw=0.7))
         for hole in placed.holes:
             axes.add_patch(

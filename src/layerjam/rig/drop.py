@@ -171,7 +171,7 @@ def fall(
     if plant is None:
         raise QuantityError.of("bench", f"{bench.address} is not a virtual board of this program")
     with stopped_clock(plant):
-        from layerjam.simulate.accelerometer import ADXL193, seen, specific_force
+        from layerjam.simulate.accelerometer import ADXL193, measure_acceleration, specific_force
         from layerjam.simulate.drop import drop
 
         stop, record = drop(
@@ -183,7 +183,7 @@ def fall(
         begin = np.array([-flight - REST_TIME, -flight, -flight + 1e-9, 0.0])
         times = np.concatenate([begin, pulse[pulse > 0.0]])
         forces = np.concatenate([[gravity, gravity, 0.0, 0.0], force[pulse > 0.0]])
-        signal = seen((times, forces), replace(ADXL193, range=None, sampling=FINE))
+        signal = measure_acceleration((times, forces), replace(ADXL193, range=None, sampling=FINE))
         plant.accelerometer.play(plant.time + delay, signal.time + flight, signal.acceleration)
     return stop
 

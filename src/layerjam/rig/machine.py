@@ -19,7 +19,7 @@ from layerjam.mechanics.friction import growth_of
 from layerjam.mechanics.hysteresis import stepped, untouched
 from layerjam.mechanics.law import double_precision, register_records
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.simulate.speed import counted, follows_speed
+from layerjam.simulate.speed import follows_speed, without_idle_speed_law
 
 
 class SteppedBrake:
@@ -31,7 +31,7 @@ class SteppedBrake:
 
     def __init__(self, brake: Brake) -> None:
         one_modulus(brake)
-        self._kernel = quick_kernel(counted(brake), brake.site.atmosphere)
+        self._kernel = quick_kernel(without_idle_speed_law(brake), brake.site.atmosphere)
         register_records()
         self._brake, self._paced = brake, follows_speed(brake)
         with double_precision():

@@ -1,1 +1,1 @@
-"""What happens: procedures run on a brake, and the records they give."""
+"""Simulations: procedures run on a brake, and their records."""

@@ -1,12 +1,12 @@
-"""What an accelerometer on the mass shows of a stop: its low-pass, its sampling, its range, a CFC.
+"""Reading of an accelerometer on the mass during a stop: low-pass, sampling, range, CFC filter.
 
-An accelerometer reads specific force, the force on the mass over the mass: F/M. It shows 0 in free
-fall and 1 g at rest on the brake, so gravity is part of the reading and is not taken off. An ideal
-one shows the peak F_peak/M; in g that is `peak_g` of `drop`.
+An accelerometer reads specific force, the force on the mass over the mass: F/M. It reads 0 in free
+fall and 1 g at rest on the brake, so gravity is part of the reading and is not subtracted. An ideal
+one reads the peak F_peak/M; in g that is `peak_g` of `drop`.
 
 The order is that of a measuring chain: analogue low-pass, samples, noise, range, steps of the
-converter, then the digital filter of SAE J211-1. Outside the record the signal is held at its first
-and its last value. Before a drop that is exact: the mass falls freely, the reading is 0.
+converter, then the digital filter of SAE J211-1. Outside the record the signal keeps its first and
+last value. Before a drop that is exact: the mass falls freely and the reading is 0.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ CLASSES = (60, 180, 600, 1000)
 """Channel frequency classes of SAE J211-1."""
 KINDS = ("bessel", "butterworth")
 LEAST_RATE = 10
-"""SAE J211-1: samples a second at least, in multiples of the class."""
+"""Least sampling rate of SAE J211-1, in multiples of the class."""
 FINE = 400
-"""Samples a second for a sensor without a rate of its own, in multiples of the cutoff.
+"""Sampling rate for a sensor without its own, in multiples of the cutoff.
 
-At the cutoff a peak between two samples is then missed by at most (pi/400)^2/2 = 3e-5 of it.
+A peak at the cutoff between two samples is then missed by at most (pi/400)^2/2 = 3e-5 of it.
 """
 MOST_SAMPLES = 5_000_000
 _INSTANT = 1e-12
-"""Seconds in which a jump happens."""
+"""Duration of a jump [s]."""
 _MEMORY = 30.0
-"""A filter has forgotten what is older than this many of its time constants (exp(-30) = 1e-13)."""
+"""Age, in time constants, after which a filter has forgotten its input (exp(-30) = 1e-13)."""
 
 Array = np.ndarray[Any, np.dtype[Any]]
 Signal = DropRecord | tuple[Any, Any]
@@ -45,15 +45,15 @@ Signal = DropRecord | tuple[Any, Any]
 
 @dataclass(frozen=True, kw_only=True)
 class Accelerometer:
-    """An accelerometer and its converter, along the pull. None is "not limited by this".
+    """Accelerometer and its converter, along the pull; None is no limit.
 
     `kind` is the low-pass, bessel or butterworth, both -3 dB at `bandwidth`. `noise` is white from
-    sample to sample and needs a `seed`, so that a result can be had again.
+    sample to sample and needs a `seed`, so that results are reproducible.
     """
 
     name: str = "ideal"
     range: float | None = quantity(
-        "m/s^2", "greatest specific force shown, either way", lo=1e-3, hi=1e7, default=None
+        "m/s^2", "greatest specific force, of either sign", lo=1e-3, hi=1e7, default=None
     )
     bandwidth: float | None = quantity(
         "Hz", "-3 dB frequency of the built-in low-pass", lo=1e-2, hi=1e6, default=None
@@ -62,7 +62,7 @@ class Accelerometer:
     kind: str = "bessel"
     sampling: float | None = quantity("Hz", "sampling rate", lo=1, hi=1e7, default=None)
     phase: float = quantity(
-        "1", "first sample after the taut rope, as a part of the sampling interval", hi=1, default=0
+        "1", "first sample after the taut rope over the sampling interval", hi=1, default=0
     )
     resolution: float | None = quantity(
         "m/s^2", "step of the converter", open_lo=True, hi=1e6, default=None
@@ -72,7 +72,7 @@ class Accelerometer:
     source: str = ""
 
     def __post_init__(self) -> None:
-        """Raise QuantityError for what no sensor can be."""
+        """Raise QuantityError for values that no sensor can have."""
         check(self, "accelerometer ")
         if self.kind not in KINDS:
             raise UnknownNameError("low-pass", self.kind, KINDS)
@@ -81,13 +81,13 @@ class Accelerometer:
                 f"accelerometer resolution: a step of {show(self.resolution, 'm/s^2')} is more "
                 f"than the range of {show(self.range, 'm/s^2')}"
             )
-        needed = {
-            "seed": "noise needs one, so that the result can be had again",
-            "sampling": "noise is given for each sample and needs a rate",
+        requirements = {
+            "seed": "noise needs one, so that the result is reproducible",
+            "sampling": "noise applies to each sample and needs a rate",
         }
-        for name, why in needed.items():
+        for name, reason in requirements.items():
             if self.noise and getattr(self, name) is None:
-                raise QuantityError(f"accelerometer {name}: missing; {why}")
+                raise QuantityError(f"accelerometer {name}: missing; {reason}")
 
 
 IDEAL = Accelerometer()
@@ -108,16 +108,16 @@ SENSORS = {sensor.name: sensor for sensor in (IDEAL, ADXL193)}
 
 @dataclass(frozen=True, kw_only=True)
 class Reading:
-    """What the sensor shows; arrays have shape (N,), equally spaced, SI units.
+    """Reading of the sensor; arrays have shape (N,), equally spaced, SI units.
 
-    `peak` is the reading of greatest size, with its sign, `ideal_peak` the same of the signal
-    itself; `loss` = 1 - peak/ideal_peak, negative where a filter overshoots. `cfc` is the class of
-    the SAE J211-1 filter or None, `rate` the samples a second. `saturated`: the signal left the
-    range, and the samples show the range there.
+    `peak` is the reading of greatest magnitude, with its sign, `ideal_peak` that of the signal
+    itself; `loss` = 1 - peak/ideal_peak, negative if a filter overshoots. `cfc` is the class of the
+    SAE J211-1 filter or None, `rate` the sampling rate [Hz]. If `saturated`, the signal left the
+    range and the samples are clipped to it.
     """
 
     time: Array = column("s", "time of the samples, on the clock of the signal")
-    acceleration: Array = column("m/s^2", "specific force shown")
+    acceleration: Array = column("m/s^2", "specific force measured")
     peak: float
     time_of_peak: float
     ideal_peak: float
@@ -130,13 +130,13 @@ class Reading:
 
 
 def specific_force(record: DropRecord) -> tuple[Array, Array]:
-    """Time [s] and F/M [m/s^2] of a drop, shape (N,) each, with the rebound up to the slack rope.
+    """Return time [s] and F/M [m/s^2] of a drop, shape (N,) each, up to the slack rope.
 
-    A record that ends at its first standstill ends in full load, where a filter still needs what
-    follows. At constant vacuum and without damping the brake sticks there, so the mass swings back
-    on the spring of rope, mount and sheets, in closed form; then it flies and reads 0. Any other
-    record is left as it is: give a `duration`, and the rebound is in it. A damped rope pulls from
-    the first instant on; a zero stands just before it.
+    A record that ends at its first standstill ends under full load, while a filter needs the
+    samples after it. At constant vacuum and without damping the brake sticks there. The mass then
+    swings back on the spring of rope, mount and sheets, in closed form, until it flies and the
+    reading is 0. Any other record stays as it is; give a `duration` to include the rebound. A
+    damped rope pulls from the first instant, so a zero is added just before it.
     """
     time, force = np.asarray(record.time, float), np.asarray(record.force, float)
     if _swings_back(record):
@@ -149,38 +149,37 @@ def specific_force(record: DropRecord) -> tuple[Array, Array]:
         angle = np.linspace(0, end, 200)[1:]
         time = np.append(time, time[-1] + angle / np.sqrt(spring / record.mass))
         force = np.append(force, np.maximum(weight + swing * np.cos(angle), 0.0))
-    apart = np.append(True, np.diff(time) > 0)
-    time, force = time[apart], force[apart]
+    is_later = np.append(True, np.diff(time) > 0)
+    time, force = time[is_later], force[is_later]
     if force[0] > 0:
         time, force = np.append(time[0] - _INSTANT, time), np.append(0.0, force)
     return time, force / record.mass
 
 
 def _swings_back(record: DropRecord) -> bool:
-    """Whether what follows the record is an undamped swing of the mass on the stuck brake."""
+    """Return whether the record continues with an undamped swing on the stuck brake."""
     still = abs(float(record.speed_of_mass[-1])) <= 1e-6 * record.speed
     steady = not record.rope_damping and bool(np.all(record.vacuum_in_time == record.vacuum))
-    # sheets that slide the slower the less they are pulled go on sliding after the standstill
+    # with a speed law the sheets keep sliding after the standstill
     steady = steady and not follows_speed(record.brake.brake)
     stopped = record.outcome in (Outcome.STOPPED, Outcome.NEVER_SLID)
-    # below the weight the mass does not go up again: it hangs, and the force stays
+    # below the weight the mass does not rise again: it hangs, and the force stays
     return stopped and still and steady and record.force[-1] > record.mass * record.gravity
 
 
 def _end_of(record: DropRecord) -> list[str]:
-    """What to say of a record that ends in the middle of a pull."""
     force, weight = float(record.force[-1]), record.mass * record.gravity
     hangs = abs(force - weight) <= 1e-3 * float(record.force.max())
     if force == 0 or hangs or _swings_back(record):
         return []
     return [
-        f"the record ends under load ({record.outcome}, {show(force, 'N')}), which is taken as "
-        "held; what follows is not part of the reading"
+        f"the record ends under load ({record.outcome}, {show(force, 'N')}), which is taken "
+        "as constant; later motion is not part of the reading"
     ]
 
 
 def lowpass_poles(kind: str, order: int, bandwidth: float) -> Array:
-    """Poles [rad/s], shape (order,), of an analogue low-pass that is -3 dB at `bandwidth` [Hz]."""
+    """Return poles [rad/s], shape (order,), of a low-pass that is -3 dB at `bandwidth` [Hz]."""
     from scipy import signal
 
     shape = signal.besselap(order, norm="mag") if kind == "bessel" else signal.buttap(order)
@@ -188,25 +187,26 @@ def lowpass_poles(kind: str, order: int, bandwidth: float) -> Array:
 
 
 def low_pass(time: Any, value: Any, poles: Array, first: float, rate: float, count: int) -> Any:
-    """A signal behind an analogue low-pass, at `count` instants from `first` [s] at `rate` [Hz].
+    """Return a signal after an analogue low-pass, at `count` instants from `first` [s].
 
-    Exact, not stepped: between its samples (`time`, `value`, shape (N,), any spacing) the signal is
-    a straight line, and for each pole the response to a straight line is a closed form. So nothing
-    folds that the low-pass has not let through. Before `first` the filter is at rest at the
+    `rate` [Hz] is their spacing. The response is exact: between its samples (`time`, `value`, shape
+    (N,), any spacing) the signal is a straight line, whose response is a closed form for each pole.
+    So only frequencies that pass the low-pass alias. Before `first` the filter is at rest at the
     signal's value there. The filter is 1 at zero frequency.
     """
     from scipy.signal import lfilter
 
-    at = first + np.arange(count) / rate
-    every = np.union1d(at, time[(time > at[0]) & (time < at[-1])])
-    level = np.interp(every, time, value)
-    step, start, rise = np.diff(every), level[:-1], np.diff(level)
-    goal = np.minimum(np.searchsorted(at, every[:-1], side="right"), count - 1)
+    instants = first + np.arange(count) / rate
+    knots = np.union1d(instants, time[(time > instants[0]) & (time < instants[-1])])
+    level = np.interp(knots, time, value)
+    step, start, rise = np.diff(knots), level[:-1], np.diff(level)
+    goal = np.minimum(np.searchsorted(instants, knots[:-1], side="right"), count - 1)
     gain = np.prod(-poles)
     out = np.zeros(count)
     for i, pole in enumerate(poles):
         x = pole * step
-        part = step * (start * _phi1(x) + rise * _phi2(x)) * np.exp(pole * (at[goal] - every[1:]))
+        fade = np.exp(pole * (instants[goal] - knots[1:]))
+        part = step * (start * _phi1(x) + rise * _phi2(x)) * fade
         inflow = np.zeros(count, complex)
         np.add.at(inflow, goal, part)
         inflow[0] = -level[0] / pole
@@ -231,27 +231,27 @@ def _phi2(x: Array) -> Array:
 
 
 def cfc_coefficients(cfc: float, rate: float) -> tuple[Array, Array]:
-    """(a, b) of SAE J211-1, appendix C: y_i = a0 x_i + a1 x_i-1 + a2 x_i-2 + b1 y_i-1 + b2 y_i-2.
+    """Return (a, b) of SAE J211-1, appendix C, of shape (3,) and (2,).
 
-    Shape (3,) and (2,). A 2-pole Butterworth low-pass by the bilinear transform; its cutoff lies at
-    2.0775 times the class, so that after two passes -3 dB stand at class/0.6.
+    y_i = a0 x_i + a1 x_i-1 + a2 x_i-2 + b1 y_i-1 + b2 y_i-2 is a 2-pole Butterworth low-pass by the
+    bilinear transform. Its cutoff is 2.0775 times the class, so two passes give -3 dB at class/0.6.
     """
-    warped = np.tan(np.pi * 2.0775 * cfc / rate)
-    scale = 1 + np.sqrt(2) * warped + warped**2
-    first = warped**2 / scale
+    angle = np.tan(np.pi * 2.0775 * cfc / rate)
+    scale = 1 + np.sqrt(2) * angle + angle**2
+    first = angle**2 / scale
     return (
         np.array([first, 2 * first, first]),
-        np.array([-2 * (warped**2 - 1), -1 + np.sqrt(2) * warped - warped**2]) / scale,
+        np.array([-2 * (angle**2 - 1), -1 + np.sqrt(2) * angle - angle**2]) / scale,
     )
 
 
 def cfc_filter(value: Any, rate: float, cfc: float) -> Array:
-    """Equally spaced samples, shape (N,), through the filter of SAE J211-1, forward and backward.
+    """Return equally spaced samples, shape (N,), through the SAE J211-1 filter, both ways.
 
-    Four poles, no phase. Ends: the samples count as held at their first and last value for ever,
-    which zeros before a drop make exact; the filter starts at rest at that value, and runs on
-    behind the end until it has forgotten (at least 10 ms, as the standard pads). Raises
-    QuantityError for a rate below ten times the class, which the standard asks for.
+    Four poles, no phase. Beyond its ends the signal keeps its first and last value, which is exact
+    for the zeros before a drop. The filter starts at rest at that value, and runs past the end
+    until it has forgotten (at least 10 ms, as the standard pads). Raises QuantityError for a rate
+    below ten times the class, which the standard requires.
     """
     from scipy.signal import lfilter
 
@@ -261,36 +261,38 @@ def cfc_filter(value: Any, rate: float, cfc: float) -> Array:
             f"least ten times the class, {show(LEAST_RATE * cfc, 'Hz')}"
         )
     a, b = cfc_coefficients(cfc, rate)
-    whole = np.concatenate([[1.0], -b])
-    # state of the direct form at rest at a level of one
-    rest = np.array([1 - a[0], a[2] + b[1]])
+    denominator = np.concatenate([[1.0], -b])
+    # state of the direct form for a constant level of one
+    level_state = np.array([1 - a[0], a[2] + b[1]])
     values = np.asarray(value, float)
     tail = int(np.ceil(rate * memory(cfc)))
-    padded = np.concatenate([values, np.full(tail, values[-1])])
-    forward, _ = lfilter(a, whole, padded, zi=rest * padded[0])
-    backward, _ = lfilter(a, whole, forward[::-1], zi=rest * forward[-1])
+    extended = np.concatenate([values, np.full(tail, values[-1])])
+    forward, _ = lfilter(a, denominator, extended, zi=level_state * extended[0])
+    backward, _ = lfilter(a, denominator, forward[::-1], zi=level_state * forward[-1])
     return np.asarray(backward[::-1][: len(values)])
 
 
 def memory(cfc: float) -> float:
-    """Seconds after which the filter of a class has forgotten; no less than 10 ms."""
+    """Return the time [s] after which the filter of a class has forgotten; at least 10 ms."""
     return float(max(_MEMORY * np.sqrt(2) / (2 * np.pi * 2.0775 * cfc), 0.010))
 
 
-def seen(signal: Signal, sensor: Accelerometer = IDEAL, cfc: float | None = None) -> Reading:
-    """What `sensor` shows of a stop, and SAE J211-1 class `cfc` makes of it (None: no filter).
+def measure_acceleration(
+    signal: Signal, sensor: Accelerometer = IDEAL, cfc: float | None = None
+) -> Reading:
+    """Return the reading of a stop by `sensor`, through SAE J211-1 class `cfc` if not None.
 
     `signal` is the record of a drop or (time [s], specific force [m/s^2]), rising times, shape (N,)
-    each. A sensor without a sampling rate is looked at 400 times its cutoff (the lower one of its
-    low-pass and the class); one without low-pass, rate and filter shows the signal as it is.
-    Raises QuantityError for a rate below ten times the class, for a class that SAE J211-1 does not
-    have, and for a signal that is none.
+    each. A sensor without a sampling rate is sampled at 400 times its cutoff, the lower one of its
+    low-pass and the class. A sensor without low-pass, rate and filter returns the signal unchanged.
+    Raises QuantityError for a rate below ten times the class, for a class that is not in SAE
+    J211-1, and for an invalid signal.
     """
-    time, value = _checked(signal)
+    time, value = _validate(signal)
     warnings = _end_of(signal) if isinstance(signal, DropRecord) else []
     if cfc is not None and cfc not in CLASSES:
-        known = ", ".join(map(str, CLASSES))
-        raise QuantityError(f"filter: CFC {cfc:g} is not a class of SAE J211-1; there are {known}")
+        names = ", ".join(map(str, CLASSES))
+        raise QuantityError(f"filter: CFC {cfc:g} is not a class of SAE J211-1; there are {names}")
     return _read(time, value, sensor, cfc, warnings)
 
 
@@ -300,35 +302,35 @@ def _read(
     ideal = float(value[np.argmax(abs(value))])
     rate = _rate(sensor, cfc)
     if rate is None:
-        at, shown = time, value.copy()
+        instants, reading = time, value.copy()
     else:
-        at, shown = _sampled(time, value, sensor, cfc, rate)
+        instants, reading = _sample(time, value, sensor, cfc, rate)
         if sensor.bandwidth is not None and rate < 2 * sensor.bandwidth:
             warnings.append(
                 f"sampled at {show(rate, 'Hz')}, below twice the low-pass of "
-                f"{show(sensor.bandwidth, 'Hz')}: what lies above half the rate folds down"
+                f"{show(sensor.bandwidth, 'Hz')}: frequencies above half the rate alias"
             )
     if sensor.noise:
         random = np.random.default_rng(int(sensor.seed or 0))
-        shown = shown + random.normal(0, sensor.noise, len(shown))
-    saturated = sensor.range is not None and bool(np.any(abs(shown) > sensor.range))
+        reading = reading + random.normal(0, sensor.noise, len(reading))
+    saturated = sensor.range is not None and bool(np.any(abs(reading) > sensor.range))
     if sensor.range is not None and saturated:
         warnings.append(
-            f"saturated: {show(float(abs(shown).max()), 'm/s^2')} is beyond the range of "
-            f"{show(sensor.range, 'm/s^2')}, which stands in its place; the peak shown is too low"
+            f"saturated: {show(float(abs(reading).max()), 'm/s^2')} is beyond the range of "
+            f"{show(sensor.range, 'm/s^2')}, which replaces it; the reported peak is too low"
         )
-        shown = np.clip(shown, -sensor.range, sensor.range)
+        reading = np.clip(reading, -sensor.range, sensor.range)
     if sensor.resolution is not None:
-        shown = np.round(shown / sensor.resolution) * sensor.resolution
+        reading = np.round(reading / sensor.resolution) * sensor.resolution
     if cfc is not None and rate is not None:
-        shown = cfc_filter(shown, rate, cfc)
-    top = int(np.argmax(abs(shown)))
-    peak = float(shown[top])
+        reading = cfc_filter(reading, rate, cfc)
+    top = int(np.argmax(abs(reading)))
+    peak = float(reading[top])
     return Reading(
-        time=at,
-        acceleration=shown,
+        time=instants,
+        acceleration=reading,
         peak=peak,
-        time_of_peak=float(at[top]),
+        time_of_peak=float(instants[top]),
         ideal_peak=ideal,
         loss=1 - peak / ideal if ideal else 0.0,
         saturated=saturated,
@@ -340,17 +342,17 @@ def _read(
 
 
 def _rate(sensor: Accelerometer, cfc: float | None) -> float | None:
-    """Samples a second [Hz]; None where the signal is shown as it is."""
+    """Return the sampling rate [Hz], or None if the signal is not resampled."""
     if sensor.sampling is not None:
         return sensor.sampling
     cutoffs = [f for f in (sensor.bandwidth, cfc and cfc / 0.6) if f is not None]
     return max(FINE * min(cutoffs), LEAST_RATE * (cfc or 0)) if cutoffs else None
 
 
-def _sampled(
+def _sample(
     time: Array, value: Array, sensor: Accelerometer, cfc: float | None, rate: float
 ) -> tuple[Array, Array]:
-    """Instants and values behind the analogue low-pass, with room for the filters on both sides."""
+    """Return instants and values after the analogue low-pass, with room for the filters."""
     room = memory(cfc) if cfc is not None else 0.010
     poles = None
     if sensor.bandwidth is not None:
@@ -372,8 +374,7 @@ def _sampled(
     return first + np.arange(count) / rate, shown
 
 
-def _checked(signal: Signal) -> tuple[Array, Array]:
-    """Time and specific force as arrays; QuantityError for what is no signal."""
+def _validate(signal: Signal) -> tuple[Array, Array]:
     pair = specific_force(signal) if isinstance(signal, DropRecord) else signal
     time, value = (np.atleast_1d(np.asarray(part, float)) for part in pair)
     if time.ndim != 1 or time.shape != value.shape or len(time) < 2:
@@ -387,8 +388,11 @@ def _checked(signal: Signal) -> tuple[Array, Array]:
     return time, value
 
 
-def named(name: str) -> Accelerometer:
-    """The accelerometer of that name, ideal or adxl193; raises UnknownNameError for another."""
+seen = measure_acceleration  # former name
+
+
+def find_accelerometer(name: str) -> Accelerometer:
+    """Return the accelerometer ideal or adxl193; raises UnknownNameError for another."""
     try:
         return SENSORS[name.lower()]
     except KeyError:

@@ -1,9 +1,9 @@
-"""Brake and line together in time: the enclosure stretches, the pump goes on, the vacuum changes.
+"""Brake and line together in time: the enclosure stretches, the pump runs, the vacuum changes.
 
-Waveform relaxation: the slip over time gives the vacuum over time (the line's equations), that
-gives the slip over time (the brake's solver in time), and so on until neither changes. The force
-P A_s that goes with a volume A_s per slip is not added to the brake's law: a brake calibrated by a
-pull has it in its calibration (`gas_force` says how large it is).
+Waveform relaxation: the slip over time gives the vacuum over time (equations of the line), which
+gives the slip over time (solver of the brake in time), until neither changes. The force P A_s of a
+volume A_s per slip is not added to the brake's law, as the calibration by a pull contains it
+(`gas_force` gives its size).
 """
 
 from __future__ import annotations
@@ -27,22 +27,22 @@ from layerjam.units import show
 
 Array = npt.NDArray[np.float64]
 TOLERANCE = 1e-6
-"""Relative change of slip, peak and vacuum from one round to the next that counts as none."""
+"""Relative change of slip, peak and vacuum between rounds that counts as converged."""
 ROUNDS = 25
 NODES = 241
-"""Times at which a round hands the vacuum over; straight lines in between."""
+"""Times at which a round passes the vacuum on; straight lines in between."""
 MATTERS = 0.01
-"""Relative change of slip or peak from which on the coupling is said to matter."""
+"""Relative change of slip or peak above which the coupling matters."""
 
 
 @dataclass(frozen=True, eq=False)
 class CoupledStop:
-    """A stop with its line, and the same stop at constant vacuum beside it."""
+    """Stop with its line, and the same stop at constant vacuum for comparison."""
 
     timed: TimedStop
     record: DropRecord
     line: Response
-    """Chamber, tube and reservoir from the taut rope to the standstill; in water pressure alone."""
+    """Chamber, tube and reservoir from taut rope to standstill; pressure only for water."""
     constant: TimedStop
     """The exact stop at the vacuum of the taut rope."""
     changes: tuple[float, ...]
@@ -50,52 +50,52 @@ class CoupledStop:
 
     @property
     def rounds(self) -> int:
-        """How many it took."""
+        """Number of rounds."""
         return len(self.changes)
 
     @property
     def remaining(self) -> float:
-        """What the last round still changed [1]."""
+        """Relative change in the last round [1]."""
         return self.changes[-1]
 
     @property
     def vacuum_change(self) -> float:
-        """From the taut rope to the standstill [Pa]."""
+        """Change of vacuum from the taut rope to the standstill [Pa]."""
         return float(self.line.vacuum[-1] - self.line.vacuum[0])
 
     @property
     def slip_change(self) -> float:
-        """Against constant vacuum [m]."""
+        """Change of slip against constant vacuum [m]."""
         return self.timed.slip - self.constant.slip
 
     @property
     def peak_change(self) -> float:
-        """Of the peak force, against constant vacuum [N]."""
+        """Change of peak force against constant vacuum [N]."""
         return self.timed.peak_force - self.constant.peak_force
 
     @property
     def matters(self) -> bool:
-        """Whether slip or peak differ by more than 1 % from constant vacuum, or the outcome."""
-        here, constant = self.timed, self.constant
+        """Whether outcome, slip or peak (by more than 1 %) differ from constant vacuum."""
+        timed, constant = self.timed, self.constant
         return (
-            here.outcome is not constant.outcome
+            timed.outcome is not constant.outcome
             or abs(self.slip_change) > MATTERS * constant.slip
             or abs(self.peak_change) > MATTERS * constant.peak_force
         )
 
     @property
     def gas_force(self) -> float:
-        """P A_s at the taut rope [N]: the force that the volume per slip stands for."""
+        """P A_s at the taut rope [N]: the force equivalent to the volume per slip."""
         return float(self.line.vacuum[0]) * self.line.line.chamber.volume_per_slip
 
 
 def line_along(
     line: Line, start: Array, time: Array, slip: Array, drive: Drive, water: bool = False
 ) -> Response:
-    """The line at times [s] while the brake slips [m] as given, shape (N,) each.
+    """Return the line at times [s] for a given slip of the brake [m], shape (N,) each.
 
-    The slip is joined by monotone cubics (PCHIP), so that its rate has no jumps. Air by LSODA at a
-    relative error of 1e-9, gas conserved to rounding; water C P = F t + A_s slip, until it boils.
+    Monotone cubics (PCHIP) join the slip, so that its rate has no jumps. Air by LSODA at a relative
+    error of 1e-9, gas conserved to rounding; water C P = F t + A_s slip, until it boils.
     """
     if water:
         return _water_along(line, start, time, slip, drive)
@@ -106,22 +106,22 @@ def line_along(
     pace = curve.derivative()
 
     def change(t: float, state: Array) -> Array:
-        moved = drive._replace(slip=float(curve(t)), pace=float(pace(t)))
-        return rates(state, moved, line)
+        drive_now = drive._replace(slip=float(curve(t)), pace=float(pace(t)))
+        return rates(state, drive_now, line)
 
     scale = np.maximum(np.abs(start), np.abs(start[CHAMBER]) * 1e-6)
     span, least = (float(time[0]), float(time[-1])), 1e-10 * np.maximum(scale, 1e-6)
-    made: Any = solve_ivp(change, span, start, "LSODA", time, rtol=1e-9, atol=least)
-    if not made.success:
-        raise QuantityError(f"line: cannot be integrated along the stop: {made.message[:100]}")
-    return Response(line=line, time=made.t, states=made.y.T)
+    result: Any = solve_ivp(change, span, start, "LSODA", time, rtol=1e-9, atol=least)
+    if not result.success:
+        raise QuantityError(f"line: cannot be integrated along the stop: {result.message[:100]}")
+    return Response(line=line, time=result.t, states=result.y.T)
 
 
 def _water_along(line: Line, start: Array, time: Array, slip: Array, drive: Drive) -> Response:
-    taken = drive.pump * pumps_flow(line) * (time - time[0])
-    taken = taken + line.chamber.volume_per_slip * (slip - slip[0])
+    volume = drive.pump * pumps_flow(line) * (time - time[0])
+    volume = volume + line.chamber.volume_per_slip * (slip - slip[0])
     begin = line.site.atmosphere - start[CHAMBER]
-    vacuum = begin + taken / water_compliance(line)
+    vacuum = begin + volume / water_compliance(line)
     states = np.zeros((len(time), SIZE))
     states[:, :2] = (
         line.site.atmosphere - np.minimum(vacuum, max(reachable(line, True), begin))[:, None]
@@ -144,29 +144,29 @@ def coupled_drop(
     rounds: int = ROUNDS,
     nodes: int = NODES,
 ) -> CoupledStop:
-    """Stop a mass [kg] that arrives with `speed` [m/s] while the line goes on; all in SI.
+    """Stop a mass [kg] that arrives with `speed` [m/s] while the line is active; all in SI.
 
-    `start` is the line's state at the taut rope, or its vacuum [Pa]; `drive` holds pump and
-    reservoir during the stop (its slip is not used). Raises QuantityError where the rounds do not
-    settle to `tolerance`, and for what is no drop.
+    `start` is the line's state at the taut rope, or its vacuum [Pa]; `drive` sets pump and
+    reservoir during the stop (its slip is not used). Raises QuantityError if the rounds do not
+    converge to `tolerance`, or for invalid inputs.
     """
     a = line.site.atmosphere
     state = at_pressure(line, a - start) if isinstance(start, int | float) else start
     vacuum = a - float(state[CHAMBER])
     case: Any = {"mass": mass, "speed": speed, "rope_stiffness": rope_stiffness, "gravity": gravity}
     constant, record = drop(file, vacuum=vacuum, **case)
-    made = line_along(line, state, *_nodes(record, nodes), drive, water)
+    response = line_along(line, state, *_nodes(record, nodes), drive, water)
     slip, peak, step = constant.slip, constant.peak_force, None
     changes: list[float] = []
     for _ in range(rounds):
-        was, given = made, History(made.time, made.vacuum)
-        timed, record = drop_in_time(file, vacuum=given, step=step, **case)
-        made = line_along(line, state, *_nodes(record, nodes), drive, water)
-        slid = abs(timed.slip - slip) / max(timed.slip, 1e-9)
-        pulled = abs(timed.peak_force - peak) / timed.peak_force
-        changes.append(max(slid, pulled, _apart(was, made) / a))
+        previous, history = response, History(response.time, response.vacuum)
+        timed, record = drop_in_time(file, vacuum=history, step=step, **case)
+        response = line_along(line, state, *_nodes(record, nodes), drive, water)
+        slip_change = abs(timed.slip - slip) / max(timed.slip, 1e-9)
+        peak_change = abs(timed.peak_force - peak) / timed.peak_force
+        changes.append(max(slip_change, peak_change, _vacuum_difference(previous, response) / a))
         if changes[-1] <= tolerance:
-            return CoupledStop(timed, record, made, constant, tuple(changes))
+            return CoupledStop(timed, record, response, constant, tuple(changes))
         slip, peak, step = timed.slip, timed.peak_force, record.step
     raise QuantityError(
         f"chamber.volume_per_slip: {show(line.chamber.volume_per_slip, 'm^2')} couples brake and "
@@ -175,13 +175,12 @@ def coupled_drop(
     )
 
 
-def _apart(was: Response, now: Response) -> float:
-    """Greatest difference of two vacuums over time [Pa]."""
-    return float(np.max(np.abs(np.interp(now.time, was.time, was.vacuum) - now.vacuum)))
+def _vacuum_difference(old: Response, new: Response) -> float:
+    return float(np.max(np.abs(np.interp(new.time, old.time, old.vacuum) - new.vacuum)))
 
 
 def _nodes(record: DropRecord, nodes: int) -> tuple[Array, Array]:
-    """Equally spaced times [s] of a stop and the slip [m] there, by monotone cubics."""
+    """Return equally spaced times [s] of a stop and the slip [m] there, by monotone cubics."""
     from scipy.interpolate import PchipInterpolator
 
     times, first = np.unique(record.time, return_index=True)

@@ -1,4 +1,4 @@
-"""A mass falls on the brake (paper, section III-E): constant vacuum, exact.
+"""Drop of a mass on the brake (paper, section III-E): constant vacuum, exact.
 
 Time counts from the taut rope. Without a brake the mass hangs on the rope alone.
 """
@@ -31,9 +31,9 @@ from layerjam.mechanics.stop.exact import (
 from layerjam.mechanics.stop.motion import series_of
 from layerjam.mechanics.stop.paced import ROWS
 from layerjam.mechanics.stop.paced_tune import holds
-from layerjam.simulate.first_pull import first_peak, overstretched
+from layerjam.simulate.first_pull import first_peak, overstretch_error
 from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.simulate.speed import follows_speed, in_a_stop
+from layerjam.simulate.speed import follows_speed, stop_notices
 from layerjam.units import show
 
 OUTCOMES = {
@@ -47,7 +47,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class TimedStop(NamedTuple):
-    """How a stop went: the numbers at the first standstill or the end of travel, in SI."""
+    """Result of a stop: values at the first standstill or the end of travel, in SI."""
 
     slip: float
     peak_force: float
@@ -60,13 +60,13 @@ class TimedStop(NamedTuple):
     """Slip at the end of the record, after a rebound [m]."""
     outcome_at_end: Outcome
     reason: str | None = None
-    """Why it snapped; None where it did not."""
+    """Reason for the snap, or None."""
     least_stiffness: float | None = None
-    """What cannot snap at the vacuum it snapped at [N/m]."""
+    """Stiffness that cannot snap at the vacuum of the snap [N/m]."""
 
 
 def spring_of(brake: Brake, rope_stiffness: float | None) -> float:
-    """Rope and brake in series [N/m]."""
+    """Return the stiffness of rope and brake in series [N/m]."""
     return float(series_of(rope_stiffness, brake))
 
 
@@ -81,28 +81,28 @@ def drop(
 ) -> tuple[TimedStop, DropRecord]:
     """Stop a mass [kg] that arrives with `speed` [m/s] at a constant vacuum [Pa].
 
-    `gravity` [m/s^2] acts along the pull; the site's unless given, 0 for a horizontal stop. The
-    first result holds the exact numbers, the second is its record. The outcome is STOPPED,
+    `gravity` [m/s^2] acts along the pull: by default that of the site, 0 for a horizontal stop. The
+    first result holds the exact values, the second is its record. The outcome is STOPPED,
     NEVER_SLID, BOTTOMED_OUT (the travel was used up, the mass still moving) or SNAPS. With a speed
-    law the stop is integrated, and a notice says how exactly; it cannot snap then.
+    law the stop is integrated and cannot snap; a notice gives the accuracy.
     """
     brake = file.brake
     pull = brake.site.gravity if gravity is None else gravity
     spring = spring_of(brake, rope_stiffness)
     case = (mass, speed, vacuum, spring, pull, brake)
-    found = Stop(*(float(v) for v in stop(*case)))
-    if int(found.outcome) not in OUTCOMES:
+    result = Stop(*(float(v) for v in stop(*case)))
+    if int(result.outcome) not in OUTCOMES:
         if brake.hyperelastic is not None:
-            raise overstretched(vacuum, brake)
+            raise overstretch_error(vacuum, brake)
         raise FitError("speed_law: the stop has more steps than can be followed")
-    outcome = OUTCOMES[int(found.outcome)]
-    columns, said = _course(found.slip, *case), []
+    outcome = OUTCOMES[int(result.outcome)]
+    columns, notes = _course(result.slip, *case), []
     law = brake.speed_law if follows_speed(brake) else None
-    if law is not None and found.slip > 0:
-        columns, fastest, error = _slid(columns, law, *case)
-        said = in_a_stop(file, fastest, error)
-        if outcome is Outcome.STOPPED and not holds(found.slip, vacuum, mass * pull, brake):
-            said.append(
+    if law is not None and result.slip > 0:
+        columns, fastest, error = _append_slide(columns, law, *case)
+        notes = stop_notices(file, fastest, error)
+        if outcome is Outcome.STOPPED and not holds(result.slip, vacuum, mass * pull, brake):
+            notes.append(
                 Notice(
                     "the mass stands still for a moment only: sheets at rest do not hold its "
                     f"weight of {show(mass * pull, 'N')} there, and it slides on",
@@ -110,59 +110,60 @@ def drop(
                 )
             )
     time = float(columns["time"][-1])
-    timed = TimedStop(*found[:-1], time, outcome, slip_at_end=found.slip, outcome_at_end=outcome)
-    given: dict[str, Any] = {"mass": mass, "speed": speed, "vacuum": vacuum, "gravity": pull}
-    given["rope_stiffness"] = rope_stiffness
-    return concluded(file, timed, spring, vacuum, columns, given, after=said or in_a_stop(file))
+    timed = TimedStop(*result[:-1], time, outcome, slip_at_end=result.slip, outcome_at_end=outcome)
+    inputs: dict[str, Any] = {"mass": mass, "speed": speed, "vacuum": vacuum, "gravity": pull}
+    inputs["rope_stiffness"] = rope_stiffness
+    notes = notes or stop_notices(file)
+    return conclude(file, timed, spring, vacuum, columns, inputs, after=notes)
 
 
-def concluded(
+def conclude(
     file: BrakeFile,
-    timed: TimedStop,
+    result: TimedStop,
     spring: float,
     vacuum: float,
     columns: Mapping[str, Any],
-    given: Mapping[str, Any],
+    inputs: Mapping[str, Any],
     *,
     before: Sequence[str] = (),
     after: Sequence[str] = (),
 ) -> tuple[TimedStop, DropRecord]:
-    """A stop with why it snapped, where it did, and its record with all there is to say of it.
+    """Return a stop with its reason if it snapped, and its record with all warnings.
 
-    `spring` [N/m] is what the brake hangs on, `vacuum` [Pa] that of the stop; `before` and `after`
-    stand around the warnings of the stop itself.
+    `spring` [N/m] is the stiffness in series with the brake, `vacuum` [Pa] that of the stop.
+    `before` and `after` surround the warnings of the stop itself.
     """
     brake = file.brake
-    if timed.outcome is Outcome.SNAPS:
+    if result.outcome is Outcome.SNAPS:
         least = float(least_stiffness(vacuum, brake))
-        what = "the brake gives" if given.get("rope_damping") else "rope and brake together give"
+        is_damped = inputs.get("rope_damping")
+        springs = "the brake gives" if is_damped else "rope and brake together give"
         reason = (
-            f"{what} {show(spring, 'N/m')}; at {show(timed.slip, 'm')} of slip the force of the "
-            f"sliding brake falls faster than that, and it snaps. {show(least, 'N/m')} or more "
+            f"{springs} {show(spring, 'N/m')}; at {show(result.slip, 'm')} of slip the force of "
+            f"the sliding brake falls faster than that, and it snaps. {show(least, 'N/m')} or more "
             "cannot snap at any slip"
         )
-        timed = timed._replace(reason=reason, least_stiffness=least)
-    warnings = (*file.warnings(), *before, *_words(timed, brake), *after)
-    record = DropRecord(**columns, **given, outcome=timed.outcome, brake=file, warnings=warnings)
-    return timed, record
+        result = result._replace(reason=reason, least_stiffness=least)
+    warnings = (*file.warnings(), *before, *_stop_warnings(result, brake), *after)
+    record = DropRecord(**columns, **inputs, outcome=result.outcome, brake=file, warnings=warnings)
+    return result, record
 
 
-def _words(timed: TimedStop, brake: Brake) -> list[str]:
-    """What a reader of the numbers should know."""
-    words = [timed.reason] if timed.reason else []
-    if timed.outcome is Outcome.BOTTOMED_OUT:
+def _stop_warnings(result: TimedStop, brake: Brake) -> list[str]:
+    words = [result.reason] if result.reason else []
+    if result.outcome is Outcome.BOTTOMED_OUT:
         travel = show(brake.sheets.usable_travel, "m")
-        speed = show(timed.end_speed, "m/s")
+        speed = show(result.end_speed, "m/s")
         words.append(f"the brake ran out of its {travel} with the mass at {speed}")
-    if Outcome.CLOSED_BY_SLEEVE in (timed.outcome, timed.outcome_at_end):
+    if Outcome.CLOSED_BY_SLEEVE in (result.outcome, result.outcome_at_end):
         words.append(
             "the run ends where friction no longer holds the enclosure, which then closes the "
             "brake by itself"
         )
-    if timed.slip_at_end > timed.slip * (1 + 1e-9):
+    if result.slip_at_end > result.slip * (1 + 1e-9):
         words.append(
-            f"after the first standstill at {show(timed.slip, 'm')} the brake slid on to "
-            f"{show(timed.slip_at_end, 'm')}"
+            f"after the first standstill at {show(result.slip, 'm')} the brake slid on to "
+            f"{show(result.slip_at_end, 'm')}"
         )
     return words
 
@@ -176,9 +177,9 @@ def _course(
     gravity: float,
     brake: Brake,
 ) -> dict[str, Array]:
-    """Samples of the elastic part, equally spaced in time, then of the sliding one to slip `end`.
+    """Return a DropRecord's columns: the elastic part, then the slide to slip `end`.
 
-    The columns of a DropRecord.
+    The elastic samples are equally spaced in time.
     """
     case = (mass, speed, vacuum, spring, gravity, brake)
     law = brake.speed_law if follows_speed(brake) else None
@@ -194,8 +195,8 @@ def _course(
     slip = np.zeros_like(time)
     force, heat = spring * travel, np.zeros_like(time)
     if end > 0 and not law:
-        # dense at both ends, where the force bends and the speed falls away; as many with the
-        # peak as without, or the laws would be compiled for both
+        # dense at both ends, where the force bends and the speed drops; the count is the same with
+        # and without the peak, so that the laws compile once
         top = _peak_share(end, vacuum, brake)
         share = np.sin(np.linspace(0, np.pi / 2, SAMPLES + 1 - len(top))[1:]) ** 2
         slid = end * np.unique(np.append(share, top))
@@ -216,18 +217,18 @@ def _course(
     }
 
 
-def _slid(
+def _append_slide(
     elastic: Mapping[str, Array], law: SpeedLaw, *case: Any
 ) -> tuple[dict[str, Array], float, float]:
-    """The columns with the sliding part of a stop with a speed law, as integrated.
+    """Return the columns with the integrated slide of a stop with a speed law.
 
-    Also the fastest slip [m/s], and how much a coarser run differs in slip, time and force, as a
-    share of them.
+    Also the fastest slip [m/s], and the relative difference of a coarser run in slip, time and
+    force.
     """
     vacuum, spring, brake = case[2], case[3], case[5]
     first, course = course_of(law, *case)
     rows = np.vstack([np.asarray(course.rows)[: min(int(course.count), ROWS)], course.end])
-    time, slip, speed, pace, rubbed, force = rows[np.append(np.diff(rows[:, 0]) > 0, True)].T
+    time, slip, speed, pace, friction_heat, force = rows[np.append(np.diff(rows[:, 0]) > 0, True)].T
     exact, coarse = np.asarray(course.end)[[0, 1, 5]], np.asarray(course.coarse)[[0, 1, 5]]
     enclosure = enclosure_at(vacuum, brake)
     slid = {
@@ -237,14 +238,14 @@ def _slid(
         "force": force,
         "slip": slip,
         "vacuum_in_time": np.full_like(time, vacuum),
-        "dissipated_energy": rubbed + np.asarray(backbone_dissipated(slip, enclosure)),
+        "dissipated_energy": friction_heat + np.asarray(backbone_dissipated(slip, enclosure)),
     }
-    whole = {name: np.append(elastic[name], column) for name, column in slid.items()}
-    return whole, float(pace.max()), float(np.max(abs(exact - coarse) / abs(exact)))
+    joined = {name: np.append(elastic[name], column) for name, column in slid.items()}
+    return joined, float(pace.max()), float(np.max(abs(exact - coarse) / abs(exact)))
 
 
 def _peak_share(slip: float, vacuum: float, brake: Brake) -> list[float]:
-    """Where the greatest force lies, as a part of the whole slip."""
+    """Return the place of the greatest force, as a share of the whole slip."""
     if brake.hyperelastic is not None:
         slip_at_peak, _, inside = first_peak(vacuum, brake)
         top = float(slip_at_peak) if inside else 0.0

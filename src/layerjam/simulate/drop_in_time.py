@@ -1,4 +1,4 @@
-"""A mass falls on the brake, in time: a vacuum that changes, a rope that damps, the rebound."""
+"""Drop of a mass on the brake, in time: a changing vacuum, a damped rope, the rebound."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ from layerjam.mechanics.stop.motion_step import (
     force_of_enclosure,
     resting,
 )
-from layerjam.simulate.drop import TimedStop, concluded
+from layerjam.simulate.drop import TimedStop, conclude
 from layerjam.simulate.quantities import ARRIVAL_SPEED, DURATION, MASS, VACUUM, check_given
 from layerjam.simulate.record import DropRecord, Outcome
-from layerjam.simulate.speed import counted, follows_speed, in_a_stop
+from layerjam.simulate.speed import follows_speed, stop_notices, without_idle_speed_law
 from layerjam.simulate.vacuum_history import History
 from layerjam.units import QuantitySpec, show, spec_of
 
@@ -68,15 +68,15 @@ _COLUMNS = {
 """{field of a motion: column of a DropRecord}."""
 SAMPLES = 600
 CLOSE = 1e-6
-"""Relative change of slip and time when the step is halved, below which a run is taken."""
+"""Relative change of slip and time, after halving the step, below which a run is accepted."""
 MOST_HALVINGS, MOST_STEPS = 7, 4_000_000
 STILL = 1e-20
-"""Energy of a motion, as a part of that in the hanging spring, below which it is none."""
+"""Energy of a motion at rest, as a share of that in the hanging spring."""
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class _Case(NamedTuple):
-    """How a drop starts, and what acts in it."""
+    """Start of a drop, and the loads acting on it."""
 
     start: Motion
     vacuum: Vacuum
@@ -85,41 +85,39 @@ class _Case(NamedTuple):
 
 
 def _next(motion: Motion, until: Any, dt: Any, vacuum: Vacuum) -> Any:
-    """The next step [s]: `dt`, or less up to the end or to the next sample of a history."""
+    """Return the next step [s]: `dt`, or less up to the end or the next sample of a history."""
     step = jnp.minimum(dt, until - motion.time)
     if vacuum.time is None:
         return step
-    # a hair's breadth before a sample counts as there
-    at = jnp.searchsorted(vacuum.time, motion.time + 1e-9 * dt, side="right")
-    ahead = vacuum.time[jnp.minimum(at, len(vacuum.time) - 1)] - motion.time
-    return jnp.where(ahead > 0, jnp.minimum(step, ahead), step)
+    # slightly before a sample counts as at the sample
+    index = jnp.searchsorted(vacuum.time, motion.time + 1e-9 * dt, side="right")
+    distance = vacuum.time[jnp.minimum(index, len(vacuum.time) - 1)] - motion.time
+    return jnp.where(distance > 0, jnp.minimum(step, distance), step)
 
 
 @jax.jit
-def _march(motion: Motion, most: Any, until: Any, dt: Any, case: _Case) -> Motion:
-    """Steps up to an event, a number of steps or a time [s]."""
+def _march(motion: Motion, max_steps: Any, until: Any, dt: Any, case: _Case) -> Motion:
+    """Return the state after an event, a number of steps or a time [s]."""
     last = until - 1e-9 * dt
 
-    def going(state: tuple[Any, Motion]) -> Any:
-        count, now = state
-        return (now.outcome == MOVING) & (now.time < last) & (count < most)
+    def continues(state: tuple[Any, Motion]) -> Any:
+        count, current = state
+        return (current.outcome == MOVING) & (current.time < last) & (count < max_steps)
 
-    def on(state: tuple[Any, Motion]) -> tuple[Any, Motion]:
-        now = state[1]
-        return state[0] + 1, step_on(now, _next(now, until, dt, case.vacuum), *case[1:])
+    def advance(state: tuple[Any, Motion]) -> tuple[Any, Motion]:
+        current = state[1]
+        return state[0] + 1, step_on(current, _next(current, until, dt, case.vacuum), *case[1:])
 
-    return jax.lax.while_loop(going, on, (jnp.array(0), motion))[1]
+    return jax.lax.while_loop(continues, advance, (jnp.array(0), motion))[1]
 
 
 @jax.jit
-def _ended(motion: Motion, until: Any, dt: Any, case: _Case) -> Motion:
-    """The event that the next step holds."""
+def _next_event(motion: Motion, until: Any, dt: Any, case: _Case) -> Motion:
     return ended(motion, _next(motion, until, dt, case.vacuum), *case[1:])
 
 
 def _event(case: _Case, dt: float, until: float) -> Motion:
-    """The first event, with steps of `dt` [s]."""
-    return _ended(_march(case.start, MOST_STEPS, until, dt, case), until, dt, case)
+    return _next_event(_march(case.start, MOST_STEPS, until, dt, case), until, dt, case)
 
 
 @in_double_precision
@@ -138,19 +136,20 @@ def drop_in_time(
 ) -> tuple[TimedStop, DropRecord]:
     """Stop a mass [kg] that arrives with `speed` [m/s], marched in time; all in SI.
 
-    `vacuum` is one number or a History. With `duration` [s] it goes on after the first standstill
-    (rebound, slack rope) up to that time; the numbers remain those of the first, and where it has
-    not come to one by then the outcome is FINISHED. A mass that hangs at rest is not marched on.
-    Without `step` [s] the step is halved until slip and time change by less than 1e-6. `progress`
-    is called with the time reached [s]; KeyboardInterrupt from it ends the run. Raises
-    QuantityError for what is out of bounds, for damping without a rope, for a step longer than a
-    quarter of sqrt(M/k), and where the mass does not come to rest in 4 million steps.
+    `vacuum` is one number or a History. With `duration` [s] the run continues after the first
+    standstill (rebound, slack rope) up to that time. The values remain those of the first
+    standstill; without one by then the outcome is FINISHED. A mass that hangs at rest is not
+    marched on. By default the `step` [s] is halved until slip and time change by less than 1e-6.
+    `progress` is called with the time reached [s]; KeyboardInterrupt from it ends the run.
+
+    Raises QuantityError for values out of bounds, for damping without a rope, for a step longer
+    than a quarter of sqrt(M/k), and if the mass does not come to rest in 4 million steps.
     """
-    brake = counted(file.brake)
+    brake = without_idle_speed_law(file.brake)
     pull = brake.site.gravity if gravity is None else gravity
-    given: dict[str, float | None] = {"mass": mass, "speed": speed, "gravity": pull}
-    given |= {"rope_damping": rope_damping, "rope_stiffness": rope_stiffness}
-    _check({**given, "duration": duration}, step, brake)
+    inputs: dict[str, float | None] = {"mass": mass, "speed": speed, "gravity": pull}
+    inputs |= {"rope_damping": rope_damping, "rope_stiffness": rope_stiffness}
+    _check({**inputs, "duration": duration}, step, brake)
     history = _changing(vacuum, brake.site.atmosphere)
     first = float(vacuum.at(0.0) if isinstance(vacuum, History) else vacuum)
     load = load_of(mass, pull, rope_stiffness, rope_damping or None, brake)
@@ -158,19 +157,19 @@ def drop_in_time(
     start = _strong(
         at_start(np.float64(speed), np.float64(first), history is None, follows_speed(brake))
     )
-    pressure = Vacuum(jnp.asarray(first)) if history is None else _padded(history)
+    pressure = Vacuum(jnp.asarray(first)) if history is None else _pad(history)
     case = _Case(start, pressure, load, brake)
     until = math.inf if duration is None else duration
-    dt, event, warnings = _chosen(case, step, until)
+    dt, event, warnings = _choose_step(case, step, until)
     at_event = first if history is None else float(history.at(float(event.time)))
     if event.outcome == MOVING and duration is None:
         raise QuantityError(
             f"duration: the mass still moves at {show(float(event.time), 's')}; give the time up "
             "to which to follow it"
         )
-    states = _followed(case, dt, until, event, progress)
-    timed = _timed(event, states[-1], case)
-    said = vacuum.remarks() if isinstance(vacuum, History) else []
+    states = _follow(case, dt, until, event, progress)
+    result = _stop_of(event, states[-1], case)
+    remarks = vacuum.remarks() if isinstance(vacuum, History) else []
     columns = {
         column: np.array([float(getattr(state, name)) for state in states])
         for name, column in _COLUMNS.items()
@@ -178,21 +177,21 @@ def drop_in_time(
     time = columns["time"]
     pressures = vacuum.at(time) if isinstance(vacuum, History) else time * 0 + vacuum
     columns |= {"time": np.minimum(time, until), "vacuum_in_time": pressures}
-    given |= {"vacuum": first, "step": dt}
+    inputs |= {"vacuum": first, "step": dt}
     spring = float(load.spring)
-    after = [*warnings, *_of_speed(file, states, None if step or warnings else CLOSE)]
-    return concluded(file, timed, spring, at_event, columns, given, before=said, after=after)
+    after = [*warnings, *_speed_notices(file, states, None if step or warnings else CLOSE)]
+    return conclude(file, result, spring, at_event, columns, inputs, before=remarks, after=after)
 
 
-def _of_speed(file: BrakeFile, states: list[Motion], error: float | None) -> list[Notice]:
-    """What is said of friction and speed; `error` of slip and time, None where it is not known."""
+def _speed_notices(file: BrakeFile, states: list[Motion], error: float | None) -> list[Notice]:
+    """Return notices of friction and speed; `error` of slip and time, None if not known."""
     if not follows_speed(file.brake):
-        return in_a_stop(file)
-    return in_a_stop(file, max(float(state.pace) for state in states), error)
+        return stop_notices(file)
+    return stop_notices(file, max(float(state.pace) for state in states), error)
 
 
-def _chosen(case: _Case, step: float | None, until: float) -> tuple[float, Motion, list[str]]:
-    """The step [s], the first event it leads to, and a warning where it is still too long."""
+def _choose_step(case: _Case, step: float | None, until: float) -> tuple[float, Motion, list[str]]:
+    """Return the step [s], its first event, and a warning if it is still too long."""
     if step is not None:
         return step, _event(case, step, until), []
     load = case.load
@@ -210,7 +209,7 @@ def _chosen(case: _Case, step: float | None, until: float) -> tuple[float, Motio
             / max(float(getattr(event, name)), 1e-9)
             for name in ("slip", "time")
         )
-        # what is still missing if it goes on falling like this, as of second order at the best
+        # extrapolate the remaining error, at best of second order
         ratio = min(last / change, 4.0) if change else 4.0
         before, last = event, change
         if change <= CLOSE or (ratio > 2.5 and change <= CLOSE * (ratio - 1)):
@@ -221,47 +220,47 @@ def _chosen(case: _Case, step: float | None, until: float) -> tuple[float, Motio
     return dt, before, [words]
 
 
-def _followed(
+def _follow(
     case: _Case, dt: float, until: float, event: Motion, progress: Callable[[float], None] | None
 ) -> list[Motion]:
-    """States along the run, through every standstill up to `until` [s] if that is finite."""
+    """Return states along the run, through every standstill up to a finite `until` [s]."""
     span = float(event.time) if math.isinf(until) else until
     stride = max(1, math.ceil(span / dt / SAMPLES))
-    states, now = [case.start], case.start
+    states, state = [case.start], case.start
     while True:
-        now = _march(now, stride, until, dt, case)
-        if math.isfinite(until) and _hangs(now, case):
-            # nothing moves any more: the state stays as it is, bit for bit
-            states += [now, now._replace(time=np.float64(until))]
+        state = _march(state, stride, until, dt, case)
+        if math.isfinite(until) and _hangs(state, case):
+            # at rest the state stays the same, bit for bit
+            states += [state, state._replace(time=np.float64(until))]
             if progress is not None:
                 progress(until)
             return states
-        if float(now.time) > float(states[-1].time):
-            states.append(now)
+        if float(state.time) > float(states[-1].time):
+            states.append(state)
         if progress is not None:
-            progress(min(float(now.time), until))
-        if float(now.time) >= until - 1e-9 * dt:
+            progress(min(float(state.time), until))
+        if float(state.time) >= until - 1e-9 * dt:
             return states
-        if int(now.outcome) == MOVING:
+        if int(state.outcome) == MOVING:
             continue
-        now = _ended(now, until, dt, case)
-        if float(now.time) > float(states[-1].time):
-            states.append(now)
+        state = _next_event(state, until, dt, case)
+        if float(state.time) > float(states[-1].time):
+            states.append(state)
         else:
-            states[-1] = now
-        if math.isinf(until) or int(now.outcome) != STANDSTILL:
+            states[-1] = state
+        if math.isinf(until) or int(state.outcome) != STANDSTILL:
             return states
-        now = _strong(now._replace(outcome=jnp.zeros_like(now.outcome)))
+        state = _strong(state._replace(outcome=jnp.zeros_like(state.outcome)))
 
 
 def _strong(motion: Motion) -> Motion:
-    """The same state without weak types, which would have everything compiled once more."""
+    """Return the same state without weak types, which would trigger a second compilation."""
     return jax.tree.map(np.asarray, motion)
 
 
-def _timed(event: Motion, last: Motion, case: _Case) -> TimedStop:
-    stored = stored_energy(event, case.load, case.brake)
-    numbers: Any = (event.slip, event.peak, event.speed, event.heat, stored, event.time)
+def _stop_of(event: Motion, last: Motion, case: _Case) -> TimedStop:
+    elastic_energy = stored_energy(event, case.load, case.brake)
+    numbers: Any = (event.slip, event.peak, event.speed, event.heat, elastic_energy, event.time)
     ends: Any = (_name(event), float(last.slip), _name(last))
     return TimedStop(*(*map(float, numbers), *ends))
 
@@ -274,39 +273,38 @@ def _name(state: Motion) -> Outcome:
     return (names | {SNAPPED: Outcome.SNAPS}).get(code, Outcome.FINISHED)
 
 
-def _hangs(now: Motion, case: _Case) -> bool:
-    """Whether the mass hangs still on a brake that holds it, at a vacuum that stays as it is."""
-    load, given = case.load, case.vacuum
-    if bool(now.slack) or int(now.outcome) != MOVING or not float(load.gravity):
+def _hangs(state: Motion, case: _Case) -> bool:
+    """Return whether the mass hangs at rest on a brake that holds it, at a constant vacuum."""
+    load, vacuum = case.load, case.vacuum
+    if bool(state.slack) or int(state.outcome) != MOVING or not float(load.gravity):
         return False
-    if given.time is not None:
-        later = np.append(float(given.at(now.time)), given.pressure[given.time > now.time])
+    if vacuum.time is not None:
+        later = np.append(float(vacuum.at(state.time)), vacuum.pressure[vacuum.time > state.time])
         if np.ptp(later) > 0:
             return False
     weight = float(load.mass * load.gravity)
-    left = load.mass * now.speed**2 + (now.force - weight) ** 2 / load.spring
-    at = setting_of(now.vacuum, load.spring, case.brake)
-    strip = force_of_enclosure(now, at.enclosure)
-    hold = float(force_of(now.slip, resting(at)) + strip)
-    return float(left) <= STILL * weight**2 / float(load.spring) and hold > weight * (1 + 1e-6)
+    energy = load.mass * state.speed**2 + (state.force - weight) ** 2 / load.spring
+    setting = setting_of(state.vacuum, load.spring, case.brake)
+    strip = force_of_enclosure(state, setting.enclosure)
+    hold = float(force_of(state.slip, resting(setting)) + strip)
+    return float(energy) <= STILL * weight**2 / float(load.spring) and hold > weight * (1 + 1e-6)
 
 
-def _check(given: Mapping[str, float | None], step: float | None, brake: Brake) -> None:
-    """Raise QuantityError for what is no drop."""
-    check_given(given, LIMITS)
-    if given["rope_damping"] and given["rope_stiffness"] is None:
+def _check(inputs: Mapping[str, float | None], step: float | None, brake: Brake) -> None:
+    check_given(inputs, LIMITS)
+    if inputs["rope_damping"] and inputs["rope_stiffness"] is None:
         raise QuantityError("rope damping: there is no rope; give its stiffness too")
-    if not (given["speed"] or given["gravity"]):
-        raise QuantityError("speed: 0 m/s without gravity along the pull is no drop")
+    if not (inputs["speed"] or inputs["gravity"]):
+        raise QuantityError("speed: 0 m/s without gravity along the pull is not a drop")
     if step is not None:
-        spring = float(series_of(given["rope_stiffness"], brake))
-        longest = LONGEST * math.sqrt((given["mass"] or 0.0) / spring)
+        spring = float(series_of(inputs["rope_stiffness"], brake))
+        longest = LONGEST * math.sqrt((inputs["mass"] or 0.0) / spring)
         spec = QuantitySpec("s", "step (a quarter of sqrt(M/k))", open_lo=True, hi=longest)
         spec.check(step, "step")
 
 
 def _changing(vacuum: float | History, atmosphere: float) -> History | None:
-    """The history if it changes after the taut rope; QuantityError beyond the atmosphere [Pa]."""
+    """Return the history if it changes after the taut rope; QuantityError above the atmosphere."""
     if not isinstance(vacuum, History):
         replace(VACUUM, hi=atmosphere).check(vacuum, "vacuum")
         return None
@@ -315,10 +313,10 @@ def _changing(vacuum: float | History, atmosphere: float) -> History | None:
     return vacuum if np.ptp(later) > 0 else None
 
 
-def _padded(history: History) -> Vacuum:
-    """Samples of a history, as many as a power of two, so that few lengths are compiled."""
-    more = (1 << max(4, math.ceil(math.log2(len(history.time))))) - len(history.time)
-    late = history.time[-1] + np.arange(1, more + 1) * max(1.0, abs(history.time[-1]))
+def _pad(history: History) -> Vacuum:
+    """Return samples of a history, padded to a power of two so that few lengths compile."""
+    extra = (1 << max(4, math.ceil(math.log2(len(history.time))))) - len(history.time)
+    late = history.time[-1] + np.arange(1, extra + 1) * max(1.0, abs(history.time[-1]))
     return Vacuum(
-        np.append(history.vacuum, np.full(more, history.vacuum[-1])), np.append(history.time, late)
+        np.append(history.vacuum, np.full(extra, history.vacuum[-1])), np.append(history.time, late)
     )

@@ -1,4 +1,4 @@
-"""A brake whose enclosure is hyperelastic: one pull out at one vacuum, and what is refused."""
+"""Brake with a hyperelastic enclosure: one pull out at one vacuum, and the cases rejected."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 def check_hyperelastic(vacuum: Array, brake: Brake) -> None:
-    """Raise ProcedureError or QuantityError for what a hyperelastic enclosure has no law of."""
+    """Raise ProcedureError or QuantityError for cases without a hyperelastic law."""
     if follows_speed(brake):
         raise QuantityError.of(
             "hyperelastic",
@@ -34,58 +34,58 @@ def check_hyperelastic(vacuum: Array, brake: Brake) -> None:
         )
     if (np.diff(vacuum) < 0).any():
         raise ProcedureError(
-            "procedure: the vacuum falls, and what a hyperelastic enclosure does then is not "
-            "known; keep or raise it, or use the brake without [hyperelastic]"
+            "procedure: the vacuum falls, for which a hyperelastic enclosure has no "
+            "law; keep or raise it, or use the brake without [hyperelastic]"
         )
 
 
 def is_first_pull(elongation: Array, vacuum: Array) -> bool:
-    """Whether the brake is only pulled out, at one vacuum: closed forms hold then."""
+    """Return whether the brake is only pulled out, at one vacuum, so that closed forms hold."""
     return bool((np.diff(elongation) >= 0).all() and np.ptp(vacuum) == 0)
 
 
 @law
 def first_peak(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
-    """Slip [m], force [N] at the peak of a first pull, and whether it comes while a part rests.
+    """Return slip [m] and force [N] at the peak of a first pull, and whether a part still rests.
 
-    While part of a face rests dx/dN = 2 e/q, so that the force peaks where the strain at the ends
-    is q over the fall of the sheets' friction.
+    While part of a face rests, dx/dN = 2 e/q. The force then peaks if the strain at the ends is q
+    over the fall of the sheets' friction.
     """
     sheets, strip = sheets_at(vacuum, brake), strip_at(vacuum, brake)
-    most = strip.rubber.strain
+    limit = strip.rubber.strain
 
     def strain(line: Sheets) -> Any:
-        return strip.friction / jnp.where(line.c > 0, line.c, strip.friction / most)
+        return strip.friction / jnp.where(line.c > 0, line.c, strip.friction / limit)
 
     def top(line: Sheets) -> Any:
-        return stretched(jnp.minimum(strain(line), most), strip).slip
+        return stretched(jnp.minimum(strain(line), limit), strip).slip
 
     slip = along_tangents(top, 0.0 * vacuum, sheets)
     end = strain(tangent(slip, sheets))
-    at = stretched(jnp.minimum(end, most), strip)
-    inside = (end < most) & (at.force < 2 * strip.friction * strip.reach)
-    inside = inside & (at.slip < brake.sheets.overlap)
-    return at.slip, force_of(at.slip, sheets) + at.force, inside
+    state = stretched(jnp.minimum(end, limit), strip)
+    is_inside = (end < limit) & (state.force < 2 * strip.friction * strip.reach)
+    is_inside = is_inside & (state.slip < brake.sheets.overlap)
+    return state.slip, force_of(state.slip, sheets) + state.force, is_inside
 
 
 @law
 def first_events(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
-    """Elongations [m] at onset, at the peak and at separation, in first loading.
+    """Return elongations [m] at onset, at the peak and at separation, in first loading.
 
-    Without a peak while a part of the enclosure rests, separation stands in for it.
+    If there is no peak while a part of the enclosure rests, the peak is the separation.
     """
     k, overlap = working_stiffness(brake), brake.sheets.overlap
     slip, force, inside = first_peak(vacuum, brake)
     onset = force_of(0.0, sheets_at(vacuum, brake)) / k
-    # beyond the strain that was fitted no separation is reached: the pull ends in an error before
-    apart = overlap + first_loading(overlap, vacuum, brake) / k
-    apart = jnp.where(jnp.isnan(apart), overlap + onset, apart)
-    return onset, jnp.where(inside, slip + force / k, apart), apart
+    # beyond the fitted strain there is no separation: the pull ends in an error first
+    separation = overlap + first_loading(overlap, vacuum, brake) / k
+    separation = jnp.where(jnp.isnan(separation), overlap + onset, separation)
+    return onset, jnp.where(inside, slip + force / k, separation), separation
 
 
 @law
-def _pulled(elongation: Any, vacuum: Any, brake: Brake) -> tuple[Any, ...]:
-    """Slip [m], forces of brake and enclosure [N], heat and elastic energy [J]."""
+def _pull(elongation: Any, vacuum: Any, brake: Brake) -> tuple[Any, ...]:
+    """Return slip [m], forces of brake and enclosure [N], heat and elastic energy [J]."""
     slip = slip_at_elongation(elongation, vacuum, brake)
     k, sleeve = working_stiffness(brake), at_slip(slip, vacuum, brake)[1]
     force = k * (elongation - slip)
@@ -93,43 +93,43 @@ def _pulled(elongation: Any, vacuum: Any, brake: Brake) -> tuple[Any, ...]:
     return slip, force, sleeve.force, heat, sleeve.stored + force**2 / (2 * k)
 
 
-def overstretched(vacuum: float, brake: Brake) -> QuantityError:
-    """That a pull goes beyond the strain that was fitted, at a vacuum [Pa]."""
-    most = float(greatest_slip(vacuum, brake))
+def overstretch_error(vacuum: float, brake: Brake) -> QuantityError:
+    """Return the error of a pull beyond the fitted strain, at a vacuum [Pa]."""
+    slip = float(greatest_slip(vacuum, brake))
     return QuantityError.of(
         "hyperelastic.strain",
-        f"at {show(vacuum, 'Pa')} a slip beyond {show(most, 'm')} stretches the "
+        f"at {show(vacuum, 'Pa')} a slip beyond {show(slip, 'm')} stretches the "
         "enclosure more than was measured; pull less far, or fit more of its curve",
     )
 
 
 def first_pull(elongation: Array, vacuum: Array, brake: Brake) -> Cycle:
-    """The brake along a rising elongation [m], shape (N,), at one vacuum [Pa].
+    """Return the brake along a rising elongation [m], shape (N,), at one vacuum [Pa].
 
-    Raises QuantityError where the enclosure is stretched beyond the strain that was fitted.
+    Raises QuantityError if the enclosure is stretched beyond the fitted strain.
     """
     pressure, k = float(vacuum[0]), float(working_stiffness(brake))
-    slip, force, sleeve, heat, stored = map(np.asarray, _pulled(elongation, pressure, brake))
-    no = np.zeros(len(elongation), bool)
-    snapped = no
+    slip, force, sleeve, heat, energy = map(np.asarray, _pull(elongation, pressure, brake))
+    never = np.zeros(len(elongation), bool)
+    is_snapped = never
     if k <= float(least_stiffness(pressure, brake)):
-        # too soft a rig: elastic up to the onset, and nothing is told beyond
-        snapped = elongation > float(first_events(pressure, brake)[0])
-        slip = sleeve = heat = np.where(snapped, np.nan, 0.0)
+        # too soft a rig: elastic up to the onset, undefined beyond
+        is_snapped = elongation > float(first_events(pressure, brake)[0])
+        slip = sleeve = heat = np.where(is_snapped, np.nan, 0.0)
         force = k * elongation + slip
-        stored = force**2 / (2 * k)
+        energy = force**2 / (2 * k)
     elif np.isnan(slip).any():
-        raise overstretched(pressure, brake)
+        raise overstretch_error(pressure, brake)
     return Cycle(
         force=force,
         slip=slip,
         sleeve_force=sleeve,
-        work=heat + stored,
+        work=heat + energy,
         heat=heat,
-        stored=stored,
-        slack=no,
-        closed=no,
+        stored=energy,
+        slack=never,
+        closed=never,
         separated=slip >= brake.sheets.overlap * (1 - 1e-12),
-        overflow=no,
-        snapped=snapped,
+        overflow=never,
+        snapped=is_snapped,
     )

@@ -1,4 +1,4 @@
-"""A test as typed steps and as text; the simulator, the bench and a data file's sidecar read one.
+"""Test as typed steps and as text, shared by the simulator, the bench and a sidecar.
 
 ``"evacuate to 94.5 kPa; pull at 13 mm/s until 40 mm; return at 13 mm/s to 0 mm"``
 """
@@ -19,39 +19,39 @@ _TIME = QuantitySpec("s", "duration", hi=1e7)
 MAX_STEPS = 200
 
 
-def _of(spec: QuantitySpec) -> Any:
+def _quantity(spec: QuantitySpec) -> Any:
     return field(metadata={"quantity": spec})
 
 
 class _Step:
-    """What every step can do; `sentence` holds its quantities in braces."""
+    """Base of every step; `sentence` holds its quantities in braces."""
 
     sentence: ClassVar[str]
 
     def text(self) -> str:
-        """Its sentence."""
-        said = {}
-        for one in fields(self):  # type: ignore[arg-type]
-            said[one.name] = exact_text(getattr(self, one.name), one.metadata["quantity"].unit)
-        return self.sentence.format(**said)
+        """Return the step as a sentence."""
+        texts = {}
+        for f in fields(self):  # type: ignore[arg-type]
+            texts[f.name] = exact_text(getattr(self, f.name), f.metadata["quantity"].unit)
+        return self.sentence.format(**texts)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Evacuate(_Step):
     """Bring the vacuum to `to` [Pa] with the crosshead at rest, then wait `hold` [s]."""
 
-    to: float = _of(VACUUM)
+    to: float = _quantity(VACUUM)
     hold: float = field(default=0.0, metadata={"quantity": _TIME})
 
     @property
     def sentence(self) -> str:  # type: ignore[override]
-        """It says nothing of a hold of no time."""
+        """Sentence without the hold if that takes no time."""
         return "evacuate to {to} and hold {hold}" if self.hold else "evacuate to {to}"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Vent(_Step):
-    """Let the vacuum go."""
+    """Release the vacuum."""
 
     sentence = "vent"
 
@@ -61,7 +61,7 @@ class Hold(_Step):
     """Wait `duration` [s]."""
 
     sentence = "hold {duration}"
-    duration: float = _of(_TIME)
+    duration: float = _quantity(_TIME)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,12 +69,12 @@ class Pull(_Step):
     """Move the crosshead out at `speed` [m/s] until elongation `until` [m]."""
 
     sentence = "pull at {speed} until {until}"
-    speed: float = _of(CROSSHEAD_SPEED)
-    until: float = _of(_POSITION)
+    speed: float = _quantity(CROSSHEAD_SPEED)
+    until: float = _quantity(_POSITION)
 
     @property
     def end(self) -> float:
-        """Elongation where it ends [m]."""
+        """Elongation at its end [m]."""
         return self.until
 
 
@@ -83,12 +83,12 @@ class Return(_Step):
     """Move the crosshead back at `speed` [m/s] to elongation `to` [m]."""
 
     sentence = "return at {speed} to {to}"
-    speed: float = _of(CROSSHEAD_SPEED)
-    to: float = _of(_POSITION)
+    speed: float = _quantity(CROSSHEAD_SPEED)
+    to: float = _quantity(_POSITION)
 
     @property
     def end(self) -> float:
-        """Elongation where it ends [m]."""
+        """Elongation at its end [m]."""
         return self.to
 
 
@@ -97,7 +97,7 @@ Step = Evacuate | Vent | Hold | Pull | Return
 
 @dataclass(frozen=True)
 class Procedure:
-    """Steps in order, checked against each other when made.
+    """Steps in order, checked against each other on creation.
 
     Raises ProcedureError for a pull that does not go out, a return that does not go back, or a
     value out of bounds.
@@ -123,16 +123,16 @@ class Procedure:
                 position = step.end
 
     def text(self) -> str:
-        """The procedure as a sentence; `parse_procedure` reads it back exactly."""
+        """Return the procedure as a sentence; `parse_procedure` reads it back exactly."""
         return "; ".join(step.text() for step in self.steps)
 
     def highest_vacuum(self) -> float:
-        """Greatest vacuum of all steps [Pa]."""
+        """Return the greatest vacuum of all steps [Pa]."""
         return max((s.to for s in self.steps if isinstance(s, Evacuate)), default=0.0)
 
 
 def simple_pull(vacuum: float, speed: float, travel: float) -> Procedure:
-    """Evacuate, then one pull: vacuum [Pa], speed [m/s], travel [m] of elongation."""
+    """Return an evacuation and one pull: vacuum [Pa], speed [m/s], travel [m] of elongation."""
     return Procedure((Evacuate(to=vacuum), Pull(speed=speed, until=travel)))
 
 
@@ -153,26 +153,25 @@ _SENTENCES: dict[str, tuple[str, Sequence[type[Step]]]] = {
         (Pull, Return),
     ),
 }
-"""{a sentence of each kind: (its pattern, with the fields of its steps by name; its steps)}."""
+"""{sentence of each kind: (its pattern, with named fields of its steps; its steps)}."""
 
 
-def _read(kind: type[Step], said: Mapping[str, str | None]) -> Step:
-    """A step from the texts of its quantities; what is not said is its default."""
-    known = ((f.name, f.metadata["quantity"], said.get(f.name)) for f in fields(kind))
+def _read(kind: type[Step], texts: Mapping[str, str | None]) -> Step:
+    entries = ((f.name, f.metadata["quantity"], texts.get(f.name)) for f in fields(kind))
     return kind(
         **{
             name: spec.read(text, f"procedure, {spec.text.partition(',')[0]}")
-            for name, spec, text in known
+            for name, spec, text in entries
             if text
         }
     )
 
 
 def parse_procedure(text: str) -> Procedure:
-    """A Procedure from text; sentences are separated by ';'.
+    """Return a Procedure from text; sentences are separated by ';'.
 
-    Raises ProcedureError for a sentence nobody knows, for a quantity that cannot be read, and for
-    steps that contradict each other.
+    Raises ProcedureError for an unknown sentence, for a quantity that cannot be read, and for steps
+    that contradict each other.
     """
     steps: list[Step] = []
     for part in text.split(";"):
@@ -182,18 +181,18 @@ def parse_procedure(text: str) -> Procedure:
         for pattern, kinds in _SENTENCES.values():
             match = re.fullmatch(pattern, sentence, re.IGNORECASE)
             if match:
-                said = match.groupdict()
-                times = int(said.get("times", 1))
+                groups = match.groupdict()
+                times = int(groups.get("times", 1))
                 if times * len(kinds) > MAX_STEPS:
                     raise ProcedureError(
                         f"procedure: {times} cycles; at most {MAX_STEPS // len(kinds)}"
                     )
                 try:
-                    steps += [_read(kind, said) for kind in kinds] * times
+                    steps += [_read(kind, groups) for kind in kinds] * times
                 except LayerjamError as err:
                     raise ProcedureError(str(err)) from None
                 break
         else:
-            known = "; ".join(_SENTENCES)
-            raise ProcedureError(f"procedure: '{sentence[:60]}' is no step; steps are: {known}")
+            names = "; ".join(_SENTENCES)
+            raise ProcedureError(f"procedure: '{sentence[:60]}' is not a step; steps are: {names}")
     return Procedure(tuple(steps))

@@ -1,6 +1,6 @@
-"""The quantities that simulations, measured files, designs and commands share: one definition each.
+"""Quantities shared by simulations, measured files, designs and commands: one definition each.
 
-`replace` gives one of them another meaning or example, `units.like` makes a field of it.
+`replace` changes the meaning or example of one, `units.like` makes it a field.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ SEED = QuantitySpec("1", "seed of the random numbers", hi=2**63 - 1, whole=True)
 
 
 def check_given(given: Mapping[str, float | None], limits: Mapping[str, QuantitySpec]) -> None:
-    """Raise QuantityError for a number that is given and lies outside its limits."""
+    """Raise QuantityError for a number that is not None and outside its limits."""
     for name, value in given.items():
         if value is not None:
             limits[name].check(value, name.replace("_", " "))

@@ -1,4 +1,4 @@
-"""Results: arrays with units, a named outcome, and everything needed to run them again."""
+"""Results: arrays with units, a named outcome, and all inputs to run them again."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Outcome(StrEnum):
-    """How a simulation ended."""
+    """Outcome of a simulation."""
 
     FINISHED = "FINISHED"
     SEPARATED = "SEPARATED"
@@ -39,13 +39,13 @@ class Outcome(StrEnum):
 
 
 def column(unit: str, text: str) -> Any:
-    """A field that holds one array, shape (N,)."""
+    """Return a field that holds one array, shape (N,)."""
     return field(repr=False, metadata={"quantity": QuantitySpec(unit, text)})
 
 
 @dataclass(frozen=True, kw_only=True)
 class Record:
-    """What every result can do; its columns are the fields made by `column`."""
+    """Base of every result; its columns are the fields made by `column`."""
 
     command: ClassVar[str] = ""
     outcome: Outcome
@@ -53,17 +53,17 @@ class Record:
     warnings: tuple[str, ...] = ()
 
     def conditions(self) -> dict[str, str]:
-        """What else it takes to run this again."""
+        """Return the other inputs needed to run this again."""
         return {}
 
     def columns(self) -> Iterator[tuple[str, np.ndarray, QuantitySpec]]:
-        """(name, array, QuantitySpec) of every column."""
+        """Yield (name, array, QuantitySpec) of every column."""
         for f in fields(self):
             if "quantity" in f.metadata:
                 yield f.name, getattr(self, f.name), f.metadata["quantity"]
 
     def to_frame(self) -> pandas.DataFrame:
-        """A data frame, one column per quantity in SI; units in `frame.attrs["units"]`."""
+        """Return a data frame, one column per quantity in SI; units in `frame.attrs["units"]`."""
         import pandas
 
         frame = pandas.DataFrame({name: values for name, values, _ in self.columns()})
@@ -72,7 +72,7 @@ class Record:
         return frame
 
     def to_xarray(self) -> xarray.Dataset:
-        """A Dataset along `time`, with units, meanings and everything to run it again."""
+        """Return a Dataset along `time`, with units, meanings and all inputs to run it again."""
         with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
             import xarray
         time = next(values for name, values, _ in self.columns() if name == "time")
@@ -85,7 +85,7 @@ class Record:
         return xarray.Dataset(data, coords={"time": coordinate}, attrs=self.header())
 
     def header(self) -> dict[str, str]:
-        """What stands above the columns."""
+        """Return the header above the columns."""
         return {
             "made_by": f"layerjam {__version__} {self.command}",
             "data": "synthetic: computed from a model, not measured",
@@ -106,7 +106,7 @@ class Record:
         text = io.StringIO()
         text.write("\n".join(lines) + "\n")
         table = np.column_stack([values for _, values, _ in self.columns()])
-        # the shortest digits that read back to the same number
+        # repr gives the shortest digits that read back to the same number
         text.writelines(",".join(map(repr, row)) + "\n" for row in table.tolist())
         return write_whole(path, text.getvalue(), force)
 
@@ -125,8 +125,8 @@ class Record:
         raise FileError(path, f"the ending '{suffix}' is not known; use .csv or .nc")
 
 
-def stated(record: Record, **units: str) -> dict[str, str]:
-    """Numbers of a record with their units, as its header states them."""
+def states(record: Record, **units: str) -> dict[str, str]:
+    """Return numbers of a record with their units, as in its header."""
     return {
         name.replace("_", " "): f"{getattr(record, name)!r} {unit}" for name, unit in units.items()
     }
@@ -134,7 +134,7 @@ def stated(record: Record, **units: str) -> dict[str, str]:
 
 @dataclass(frozen=True, kw_only=True)
 class PullRecord(Record):
-    """What every pull of a crosshead has; arrays have shape (N,), SI units."""
+    """Columns of every pull of a crosshead; arrays have shape (N,), SI units."""
 
     time: np.ndarray = column("s", "time from the start")
     elongation: np.ndarray = column("m", "crosshead elongation")
@@ -144,9 +144,9 @@ class PullRecord(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class TensileRecord(PullRecord):
-    """A simulated pull; arrays have shape (N,), SI units.
+    """Simulated pull; arrays have shape (N,), SI units.
 
-    `outcome` says how it ended; `brake`, `procedure` (its text) and `model` run it again.
+    `outcome` is its end; `brake`, `procedure` (its text) and `model` run it again.
     """
 
     command: ClassVar[str] = "tensile"
@@ -158,8 +158,8 @@ class TensileRecord(PullRecord):
     procedure: str
     model: str = "lumped"
     engine: str = "law"
-    """What followed the brake: "kernel" (compiled C) or "law" (`brake_cycle`). They agree within
-    1.8e-9 N, and which of them ran is no part of a file."""
+    """"kernel" (compiled C) or "law" (`brake_cycle`), equal within 1.8e-9 N; not stored in files.
+    """
 
     def conditions(self) -> dict[str, str]:
         """Model and procedure."""
@@ -168,11 +168,11 @@ class TensileRecord(PullRecord):
 
 @dataclass(frozen=True, kw_only=True)
 class DropRecord(Record):
-    """A simulated stop of a mass; arrays have shape (N,), SI units; time counts from the taut rope.
+    """Simulated stop of a mass; arrays have shape (N,), SI units; time counts from the taut rope.
 
     `mass`, `speed` (on arrival), `vacuum` (at the taut rope), `rope_stiffness` (None without a
-    rope), `rope_damping` and `gravity` (along the pull) run it again; a vacuum that changed is the
-    column `vacuum_in_time`. `step` [s] is that of the solver in time, None for the exact one.
+    rope), `rope_damping` and `gravity` (along the pull) run it again. The column `vacuum_in_time`
+    holds a changing vacuum. `step` [s] is that of the solver in time, None for the exact one.
     """
 
     command: ClassVar[str] = "drop"
@@ -193,39 +193,39 @@ class DropRecord(Record):
 
     @property
     def deceleration(self) -> np.ndarray:
-        """Of the mass [m/s^2]: force over mass less gravity along the pull."""
+        """Deceleration of the mass [m/s^2]: force over mass less gravity along the pull."""
         return self.force / self.mass - self.gravity
 
     def conditions(self) -> dict[str, str]:
-        """Mass, speed, vacuum, rope, gravity and solver in SI."""
+        """Return mass, speed, vacuum, rope, gravity and solver in SI."""
         rope = "none" if self.rope_stiffness is None else f"{self.rope_stiffness!r} N/m"
         changes = bool((self.vacuum_in_time != self.vacuum).any())
         solver = "exact" if self.step is None else f"in time, steps of {self.step!r} s"
         return {
-            **stated(self, mass="kg", speed="m/s"),
+            **states(self, mass="kg", speed="m/s"),
             "vacuum": "as in the column" if changes else f"{self.vacuum!r} Pa",
             "rope stiffness": rope,
-            **stated(self, rope_damping="N s/m"),
+            **states(self, rope_damping="N s/m"),
             "gravity along the pull": f"{self.gravity!r} m/s^2",
             "solver": solver,
         }
 
 
 def read_header(path: str | Path) -> tuple[BrakeFile, str]:
-    """(brake, procedure text) out of the header of a CSV that `to_csv` wrote."""
+    """Return (brake, procedure text) from the header of a CSV that `to_csv` wrote."""
     brake_lines: list[str] = []
-    procedure, inside = "", False
+    procedure, in_brake = "", False
     try:
         with Path(path).open(encoding="utf-8") as handle:
             for line in handle:
                 if not line.startswith("#"):
                     break
                 text = plain_comment(line)
-                if inside:
+                if in_brake:
                     brake_lines.append(text[4:])
                 elif text.startswith("# procedure: "):
                     procedure = text.removeprefix("# procedure: ").strip()
-                inside = inside or text.strip() == "# brake:"
+                in_brake = in_brake or text.strip() == "# brake:"
     except (OSError, UnicodeDecodeError) as err:
         raise FileError(path, f"cannot be read: {err}") from None
     if not (procedure and brake_lines):

@@ -1,4 +1,4 @@
-"""What to say of friction that depends on the sliding speed, or that nobody has measured so."""
+"""Notices of friction that depends on the sliding speed, or was not measured for it."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ UNMEASURED = Notice(
 
 
 def follows_speed(brake: Brake) -> bool:
-    """Whether the friction of a brake (plain numbers) depends on the sliding speed."""
+    """Return whether the friction of a brake (plain numbers) depends on the sliding speed."""
     return brake.speed_law is not None and brake.speed_law.power > 0
 
 
-def counted(brake: Brake) -> Brake:
-    """The brake without a speed law that changes nothing, which would be followed for nothing."""
+def without_idle_speed_law(brake: Brake) -> Brake:
+    """Return the brake without a speed law that has no effect."""
     return brake if follows_speed(brake) else replace(brake, speed_law=None)
 
 
-def in_a_stop(
+def stop_notices(
     file: BrakeFile, fastest: float | None = None, error: float | None = None
 ) -> list[Notice]:
-    """What a stop has to say; `fastest` is its sliding speed [m/s], `error` that of integration."""
+    """Return notices of a stop; `fastest` is its sliding speed [m/s], `error` of integration."""
     law = file.brake.speed_law
     if law is None:
         return [UNMEASURED]
-    said = []
+    notices = []
     if error is not None:
-        said.append(
+        notices.append(
             Notice(
                 "friction follows the brake's [speed_law]; the stop is integrated, slip, time and "
                 f"force to about {max(error, 1e-12):.0e} of their value",
@@ -46,47 +46,47 @@ def in_a_stop(
             )
         )
     if fastest is not None:
-        said += beyond(file, fastest)
-    return said
+        notices += speed_notices(file, fastest)
+    return notices
 
 
-def beyond(file: BrakeFile, fastest: float) -> list[Notice]:
-    """That the sheets slide faster [m/s] than the speed law was measured."""
+def speed_notices(file: BrakeFile, fastest: float) -> list[Notice]:
+    """Return a notice if sheets slide faster [m/s] than the speed law was measured."""
     law = file.brake.speed_law
-    known = None if law is None else law.fastest
-    if known is None or fastest <= known:
+    limit = None if law is None else law.fastest
+    if limit is None or fastest <= limit:
         return []
     return [
         Notice(
             f"the sheets slide at up to {show(fastest, 'm/s')}; their friction was measured up to "
-            f"{show(known, 'm/s')} and is extrapolated",
+            f"{show(limit, 'm/s')} and is extrapolated",
             "speed-law-beyond",
         )
     ]
 
 
-def of_force(file: BrakeFile, speed: float | None) -> list[Notice]:
-    """What a force at a sliding speed [m/s] has to say; None where no speed was asked for."""
+def force_notices(file: BrakeFile, speed: float | None) -> list[Notice]:
+    """Return notices of a force at a sliding speed [m/s], None if no speed is requested."""
     law = file.brake.speed_law
     if law is None:
         return [] if speed is None else [UNMEASURED]
     if speed is not None:
-        return beyond(file, speed)
-    at = show(law.test_speed, "m/s")
-    return [Notice(f"the force is that of sheets sliding at {at}", "at-test-speed")]
+        return speed_notices(file, speed)
+    test_speed = show(law.test_speed, "m/s")
+    return [Notice(f"the force is that of sheets sliding at {test_speed}", "at-test-speed")]
 
 
-def in_a_pull(file: BrakeFile, speed: float) -> list[Notice]:
-    """What a pull has to say whose crosshead moves at up to a `speed` [m/s]."""
+def pull_notices(file: BrakeFile, speed: float) -> list[Notice]:
+    """Return notices of a pull whose crosshead moves at up to a `speed` [m/s]."""
     words = (
         "friction follows the brake's [speed_law] at the speed of the crosshead or cord; while "
-        "that stands, the last one counts"
+        "it rests, the last one counts"
     )
-    return _followed(file, words, speed, unmeasured=speed > SLOW)
+    return _by_law(file, words, speed, unmeasured=speed > SLOW)
 
 
-def in_a_stack(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]:
-    """What a pull sheet by sheet has to say whose moves go at speeds [m/s]; the first counts."""
+def stack_notices(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]:
+    """Return notices of a pull sheet by sheet at speeds [m/s] of its moves; the first counts."""
     first = speeds[0]
     words = (
         f"every interface has the friction of the brake's [speed_law] at {show(first, 'm/s')}, the "
@@ -94,31 +94,31 @@ def in_a_stack(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]:
     )
     if any(speed != first for speed in speeds):
         words += " in the first move; the others count with it too (the lumped model follows them)"
-    return _followed(file, words, first, unmeasured=max(speeds) > SLOW)
+    return _by_law(file, words, first, unmeasured=max(speeds) > SLOW)
 
 
-def in_a_slide(file: BrakeFile, speed: float, fastest: float) -> list[Notice]:
-    """What stick–slip at a speed of the crosshead, and a fastest slip [m/s], has to say."""
+def slide_notices(file: BrakeFile, speed: float, fastest: float) -> list[Notice]:
+    """Return notices of stick–slip at a crosshead speed and a fastest slip [m/s]."""
     words = (
         "kinetic friction follows the brake's [speed_law] at the speed of the sliding sheets; "
         "stable_speed and stiffness_needed are closed forms without it and are left out"
     )
-    return _followed(file, words, fastest, unmeasured=speed > SLOW)
+    return _by_law(file, words, fastest, unmeasured=speed > SLOW)
 
 
-def in_a_machine(file: BrakeFile) -> list[Notice]:
-    """What every machine has to say of the brakes' friction."""
+def machine_notices(file: BrakeFile) -> list[Notice]:
+    """Return notices of the friction of brakes in a machine."""
     words = (
         "friction follows the brake's [speed_law] at the speed of the sheets; a force that holds "
         "is that of sheets which slide ever so slowly, or the static one"
     )
-    return _followed(file, words, 0.0)
+    return _by_law(file, words, 0.0)
 
 
-def _followed(file: BrakeFile, words: str, fastest: float, unmeasured: bool = True) -> list[Notice]:
-    """How friction follows the speed law, or that there is none if speed counts (`unmeasured`)."""
+def _by_law(file: BrakeFile, words: str, fastest: float, unmeasured: bool = True) -> list[Notice]:
+    """Return how friction follows the speed law, or that there is none if it matters."""
     if file.brake.speed_law is None:
         return [UNMEASURED] if unmeasured else []
     if not follows_speed(file.brake):
         return []
-    return [Notice(words, "speed-law"), *beyond(file, fastest)]
+    return [Notice(words, "speed-law"), *speed_notices(file, fastest)]

@@ -1,4 +1,4 @@
-"""The brake pulled sheet by sheet: staggered onset, rounded peak, the load each sheet carries."""
+"""Brake pulled sheet by sheet: staggered onset, rounded peak, load of each sheet."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from layerjam.mechanics.stack.pull import StackPull, pull_stack
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return
 from layerjam.simulate.record import Outcome, TensileRecord
-from layerjam.simulate.speed import in_a_stack
+from layerjam.simulate.speed import stack_notices
 from layerjam.simulate.stack_layout import Housing, Interfaces, fan_of_stack, stack_of
-from layerjam.simulate.tensile import remarks
+from layerjam.simulate.tensile import outcome_warnings
 
 FINE, COARSE = 2400, 1200
 _NUMBERS = 50_000_000
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
-def _checked(procedure: Procedure) -> tuple[Evacuate, list[Pull | Return | Hold]]:
-    """The evacuation and what follows; ProcedureError for what the stack cannot follow."""
-    first, *rest = procedure.steps
-    if not isinstance(first, Evacuate) or not any(isinstance(s, Pull) for s in rest):
+def _split_procedure(procedure: Procedure) -> tuple[Evacuate, list[Pull | Return | Hold]]:
+    """Return the evacuation and later steps; raises ProcedureError if not supported."""
+    first, *others = procedure.steps
+    if not isinstance(first, Evacuate) or not any(isinstance(s, Pull) for s in others):
         raise ProcedureError(
             "procedure: the stack model starts with an evacuation and then pulls at least once"
         )
     moves = []
-    for step in rest:
+    for step in others:
         if not isinstance(step, Pull | Return | Hold):
             raise ProcedureError(
                 f"procedure: the stack model keeps the vacuum it starts with; '{step.text()}' "
@@ -44,34 +44,34 @@ def _checked(procedure: Procedure) -> tuple[Evacuate, list[Pull | Return | Hold]
     return first, moves
 
 
-def _path(first: Evacuate, rest: list[Pull | Return | Hold], brake: Brake) -> tuple[Array, Array]:
-    """Time and elongation of every sample, dense where the sheets let go one after another."""
+def _path(first: Evacuate, steps: list[Pull | Return | Hold], brake: Brake) -> tuple[Array, Array]:
+    """Return time and elongation of every sample, dense while sheets let go one after another."""
     top = float(peak(first.to, brake.sheets.overlap, brake).force)
-    near = 2.0 * top / float(working_stiffness(brake))
-    moves = sum(not isinstance(s, Hold) for s in rest)
-    # a stack of thousands of sheets is smooth anyway, and a long history large
-    most = _NUMBERS // (4 * int(brake.sheets.count) * moves)
-    fine, coarse = (max(50, min(n, most * n // (FINE + COARSE))) for n in (FINE, COARSE))
+    rise = 2.0 * top / float(working_stiffness(brake))
+    moves = sum(not isinstance(s, Hold) for s in steps)
+    # a stack of thousands of sheets is smooth, and its long history would be large
+    limit = _NUMBERS // (4 * int(brake.sheets.count) * moves)
+    fine, coarse = (max(50, min(n, limit * n // (FINE + COARSE))) for n in (FINE, COARSE))
     times, positions = [np.array([first.hold])], [np.array([0.0])]
-    for step in rest:
-        at, start = float(times[-1][-1]), float(positions[-1][-1])
+    for step in steps:
+        clock, start = float(times[-1][-1]), float(positions[-1][-1])
         if isinstance(step, Hold):
-            times.append(np.array([at + step.duration]))
+            times.append(np.array([clock + step.duration]))
             positions.append(np.array([start]))
             continue
-        end, far = step.end, abs(step.end - start)
-        dense, sparse = np.linspace(0, min(far, near), fine + 1), np.linspace(0, far, coarse + 1)
+        end, span = step.end, abs(step.end - start)
+        dense, sparse = np.linspace(0, min(span, rise), fine + 1), np.linspace(0, span, coarse + 1)
         distance = np.union1d(dense, sparse)[1:]
-        times.append(at + distance / step.speed)
+        times.append(clock + distance / step.speed)
         positions.append(np.append(start + distance[:-1] * np.sign(end - start), end))
     return np.concatenate(times), np.concatenate(positions)
 
 
 def sliding_at(speed: float, brake: Brake) -> Brake:
-    """The brake with its kinetic friction at a speed [m/s]; its static one is then no less."""
-    made = at_speed(speed, brake)
-    static = max(float(brake.film.static), float(made.film.kinetic))
-    return replace(made, film=replace(made.film, static=static))
+    """Return the brake with its kinetic friction at a speed [m/s], and static at least that."""
+    adjusted = at_speed(speed, brake)
+    static = max(float(brake.film.static), float(adjusted.film.kinetic))
+    return replace(adjusted, film=replace(adjusted.film, static=static))
 
 
 def tensile_stack(
@@ -86,13 +86,14 @@ def tensile_stack(
 ) -> tuple[TensileRecord, StackPull]:
     """Pull a brake sheet by sheet: one evacuation, then pulls, returns and holds.
 
-    Gives the record (slip is the mean over the interfaces) and what every sheet and interface did.
-    Outcomes as for the lumped brake; CLOSED_BY_SLEEVE where, unloaded, every interface slid back.
-    `interfaces`, `housing`, `static` and `one_by_one` are those of `stack_of`. `progress` is called
-    with the share done. With a speed law every interface has the friction of the first move's
-    speed. Raises ProcedureError for a procedure that changes the vacuum or does not pull.
+    Returns the record (slip is the mean over the interfaces) and the motion of every sheet and
+    interface. Outcomes as for the lumped brake; CLOSED_BY_SLEEVE if every interface slides back
+    when unloaded. `interfaces`, `housing`, `static` and `one_by_one` are those of `stack_of`.
+    `progress` is called with the share done. With a speed law every interface has the friction at
+    the first move's speed. Raises ProcedureError for a procedure that changes the vacuum or does
+    not pull.
     """
-    first_step, moves = _checked(procedure)
+    first_step, moves = _split_procedure(procedure)
     speeds = [step.speed for step in moves if not isinstance(step, Hold)]
     brake = sliding_at(speeds[0], file.brake)
     vacuum = first_step.to
@@ -129,16 +130,16 @@ def tensile_stack(
         model="stack",
         warnings=(
             *file.warnings(),
-            *remarks(outcome, vacuum, path[:count], slip, brake),
-            *in_a_stack(file, speeds),
+            *outcome_warnings(outcome, vacuum, path[:count], slip, brake),
+            *stack_notices(file, speeds),
         ),
     )
     return record, result
 
 
 def _closed(slip: Array, slack: Any, brake: Brake) -> bool:
-    """Unloaded, all interfaces slid back: not only the outer ones that the enclosure pulls at."""
+    """Return whether all interfaces, not only the outer ones, slid back when unloaded."""
     if not slack.any():
         return False
-    back = np.maximum.accumulate(slip, axis=0) - slip
-    return bool((back[slack].min(axis=1) > 1e-9 * brake.sheets.overlap).any())
+    slid_back = np.maximum.accumulate(slip, axis=0) - slip
+    return bool((slid_back[slack].min(axis=1) > 1e-9 * brake.sheets.overlap).any())

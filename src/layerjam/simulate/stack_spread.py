@@ -1,4 +1,4 @@
-"""How much peak and stiffness scatter where interfaces do: a Monte Carlo over whole stacks."""
+"""Scatter of peak and stiffness from scatter of interfaces: a Monte Carlo over whole stacks."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from layerjam.simulate.stack_layout import Housing, Interfaces, stack_of
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 CHUNK = 2000
-"""Stacks between two words of progress."""
+"""Stacks between two progress reports."""
 
 
 @dataclass(frozen=True)
 class Spread(Peaks):
-    """What the stacks did; M is at most `asked` (less if it was stopped)."""
+    """Results of the stacks; M is at most `asked`, less if stopped."""
 
     asked: int
     scatter: float
@@ -30,15 +30,15 @@ class Spread(Peaks):
 
     @property
     def done(self) -> int:
-        """How many stacks were pulled."""
+        """Number of stacks pulled."""
         return len(self.peak)
 
 
 def draws(first: int, last: int, count: int, seed: int) -> Array:
-    """Standard normal numbers for samples `first` to `last`, shape (last - first, count).
+    """Return standard normal numbers for samples `first` to `last`, shape (last - first, count).
 
-    Each sample has its own place in a counter-based generator: the numbers do not depend on how the
-    samples are cut into chunks.
+    Each sample has its own place in a counter-based generator, so the numbers do not depend on the
+    chunks.
     """
     from scipy.special import ndtri
 
@@ -62,11 +62,11 @@ def peak_spread(
     progress: Callable[[int, int], None] | None = None,
     chunk: int = CHUNK,
 ) -> Spread:
-    """Pull many stacks whose interfaces' friction scatters log-normally, relative SD `scatter`.
+    """Pull many stacks whose interface friction scatters log-normally, relative SD `scatter`.
 
-    Mean friction is kept. `interfaces`, `housing`, `static` and `one_by_one` hold for all of them.
-    Numbers depend on `seed` only, not on `chunk` or the number of threads. `progress` is called
-    with (done, asked) after each chunk; interrupted from the keyboard, what is done is returned.
+    The mean friction stays. `interfaces`, `housing`, `static` and `one_by_one` apply to all stacks.
+    The numbers depend on `seed` only, not on `chunk` or the number of threads. `progress` is called
+    with (done, asked) after each chunk; after Ctrl-C the stacks done so far are returned.
     """
     if not 0 <= scatter <= 2:
         raise QuantityError(f"scatter: {scatter!r} is not allowed; 0 to 2 is")

@@ -1,7 +1,7 @@
 """Stick–slip: the brake pulled steadily through its mount, with a mass that sticks and slips.
 
-The moving cap and what hangs on it are one mass, rig and sheets one spring. Friction follows a
-Stribeck law and falls with slip as the overlap is used up; the enclosure pulls beside it.
+The moving cap and its load are one mass, rig and sheets one spring. Friction follows a Stribeck law
+and falls with slip as the overlap is used up; the enclosure pulls in parallel.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from layerjam.mechanics.stick_slip.slide import (
 from layerjam.mechanics.stick_slip.slide_step import Slide
 from layerjam.mechanics.stiffness import stiffness_before_slip, working_stiffness
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, ELONGATION, MASS, VACUUM, check_given
-from layerjam.simulate.record import Outcome, PullRecord, column, stated
+from layerjam.simulate.record import Outcome, PullRecord, column, states
 from layerjam.simulate.speed import follows_speed
 from layerjam.units import QuantitySpec, show
 
 Array = np.ndarray[Any, np.dtype[Any]]
 TEETH = 12
-"""Events a run is long enough for, unless its travel is given."""
+"""Events in a run, unless its travel is given."""
 EVENTS, SAMPLES, TOLERANCE = 512, 60_000, 1e-9
 MAP_TOLERANCE, MAP_ACTIONS = 1e-7, 20_000
 LIMITS = {
@@ -45,20 +45,20 @@ LIMITS = {
     "mount_stiffness": QuantitySpec("N/m", "stiffness of the mount", open_lo=True),
     "travel": replace(ELONGATION, lo=0.0, open_lo=True),
     "step": QuantitySpec("s", "longest step", open_lo=True),
-    "damping": QuantitySpec("N s/m", "damping beside the spring"),
-    "hold": QuantitySpec("s", "time that the crosshead stands still"),
+    "damping": QuantitySpec("N s/m", "damping parallel to the spring"),
+    "hold": QuantitySpec("s", "time at rest of the crosshead"),
 }
 ENDS = {
     SEPARATED: Outcome.SEPARATED,
     CLOSED: Outcome.CLOSED_BY_SLEEVE,
     STEADY: Outcome.STEADY_SLIDING,
 }
-"""Outcomes of a run by the reason for which it ended; others depend on what happened in it."""
+"""Outcome for each reason to end; other outcomes depend on the events."""
 
 
 @dataclass(frozen=True)
 class Events:
-    """The slips of a run, arrays of shape (events,), SI units."""
+    """Slips of a run, arrays of shape (events,), SI units."""
 
     break_time: Array = field(repr=False)
     stick_time: Array = field(repr=False)
@@ -73,11 +73,11 @@ class Events:
 
 @dataclass(frozen=True, kw_only=True)
 class StickSlipRecord(PullRecord):
-    """A pull with stick and slip; arrays have shape (N,), SI units; N differs from run to run.
+    """Pull with stick and slip; arrays have shape (N,), SI units; N differs from run to run.
 
-    While the sheets stick there is a sample at either end only: force and elongation are straight
-    lines between. The outcome is STEADY_SLIDING (the record ends where the motion has settled),
-    JUDDERS, STUCK, SEPARATED or CLOSED_BY_SLEEVE.
+    While the sheets stick there is a sample at either end only, with straight lines in between. The
+    outcome is STEADY_SLIDING (the record ends when the motion has settled), JUDDERS, STUCK,
+    SEPARATED or CLOSED_BY_SLEEVE.
     """
 
     command: ClassVar[str] = "stick-slip"
@@ -95,10 +95,10 @@ class StickSlipRecord(PullRecord):
     stribeck: Stribeck
 
     def conditions(self) -> dict[str, str]:
-        """Vacuum, speed, mass, spring, damper and friction in SI."""
+        """Return vacuum, speed, mass, spring, damper and friction in SI."""
         curve = self.stribeck
         return {
-            **stated(self, vacuum="Pa", speed="m/s", mass="kg", stiffness="N/m", damping="N s/m"),
+            **states(self, vacuum="Pa", speed="m/s", mass="kg", stiffness="N/m", damping="N s/m"),
             "static friction": f"{curve.static!r}",
             "kinetic friction": f"{curve.kinetic!r}",
             "Stribeck speed": f"{curve.speed!r} m/s",
@@ -107,23 +107,23 @@ class StickSlipRecord(PullRecord):
         }
 
     def frozen(self, slip: Any) -> Slide:
-        """What is pulled here, with friction held at its value at a slip [m]; slips broadcast."""
-        known: dict[str, Any] = {name: getattr(self, name) for name in _PULLED}
-        return slide_of(self.brake.brake, slip=slip, frozen=True, **known)
+        """Return this slide with friction constant at its value at a slip [m]; slips broadcast."""
+        inputs: dict[str, Any] = {name: getattr(self, name) for name in _INPUTS}
+        return slide_of(self.brake.brake, slip=slip, frozen=True, **inputs)
 
 
-_PULLED = ("vacuum", "speed", "mass", "stiffness", "damping", "stribeck")
+_INPUTS = ("vacuum", "speed", "mass", "stiffness", "damping", "stribeck")
 
 
 def moving_mass(brake: Brake) -> float:
-    """Half of the brake [kg]: one cap and the sheets it holds, nothing of the rig (assumed)."""
+    """Return half of the brake [kg]: one cap and its sheets, nothing of the rig (assumed)."""
     return mass(brake) / 2
 
 
 def series_stiffness(brake: Brake, mount: float | None = None) -> float:
-    """Spring [N/m]: as measured in the rig; with a mount of one's own, that and the stuck sheets'.
+    """Return the spring [N/m]: as measured in the rig, or that of a mount and the stuck sheets.
 
-    The measured stiffness holds the paper's rig already, so a mount given replaces it.
+    The measured stiffness contains the paper's rig, so a given mount replaces it.
     """
     if mount is None:
         return float(working_stiffness(brake))
@@ -143,7 +143,7 @@ def slide_of(
     slip: Any = 0.0,
     frozen: bool = False,
 ) -> Slide:
-    """The brake as a mass on a spring; `frozen` holds friction at its value at `slip` [m].
+    """Return the brake as a mass on a spring; `frozen` keeps friction at its value at `slip` [m].
 
     Entries broadcast. The crosshead never stops and the run has no end yet: set `ramp` and `end`.
     """
@@ -152,7 +152,7 @@ def slide_of(
     c = np.asarray(friction_per_contact(np.asarray(vacuum, float), brake))
     c = c * curve.kinetic / brake.film.kinetic
     enclosure, overlap = enclosure_at(np.asarray(vacuum, float), brake), brake.sheets.overlap
-    held = np.asarray(backbone(np.asarray(slip, float), enclosure)) if frozen else 0.0
+    base = np.asarray(backbone(np.asarray(slip, float), enclosure)) if frozen else 0.0
     return Slide(
         mass=mass,
         spring=stiffness,
@@ -167,7 +167,7 @@ def slide_of(
         stribeck=curve.speed,
         exponent=curve.exponent,
         viscous=curve.viscous / curve.kinetic,
-        base=held,
+        base=base,
         enclosure=None if frozen else enclosure,
         overlap=np.inf if frozen else overlap,
         start=0.0 if frozen else slip,
@@ -181,21 +181,21 @@ class Bounds(NamedTuple):
     """Friction at one slip."""
 
     static: Any
-    """What the brake at rest bears [N], enclosure included."""
+    """Greatest force of the brake at rest [N], enclosure included."""
     kinetic: Any
     """[N]"""
 
 
-def bounds_at(at: Slide, speed: Any = None) -> Bounds:
-    """Static and kinetic force [N] of a frozen slide.
+def bounds_at(run: Slide, speed: Any = None) -> Bounds:
+    """Return static and kinetic force [N] of a frozen slide.
 
-    With a speed law the kinetic one is that at a `speed` [m/s], the crosshead's unless given.
+    With a speed law the kinetic one is that at a `speed` [m/s], by default of the crosshead.
     """
-    kinetic = at.level + np.asarray(at.base)
-    if at.law is not None:
-        pace = at.speed if speed is None else speed
-        kinetic = at.level * growth(pace, at.law) + np.asarray(at.base)
-    return Bounds(at.level * (1 + np.asarray(at.rise)) + at.base, kinetic)
+    kinetic = run.level + np.asarray(run.base)
+    if run.law is not None:
+        pace = run.speed if speed is None else speed
+        kinetic = run.level * growth(pace, run.law) + np.asarray(run.base)
+    return Bounds(run.level * (1 + np.asarray(run.rise)) + run.base, kinetic)
 
 
 @in_double_precision
@@ -224,17 +224,17 @@ def stick_slip(
     """Pull a brake at `speed` [m/s] from rest at `slip` [m], over a `travel` of the crosshead [m].
 
     `mass` [kg] is by default `moving_mass`, the spring `series_stiffness`; `damping` [N s/m] acts
-    beside the spring. Without `travel` the pull is long enough for a dozen events. The crosshead
-    then stands still for `hold` [s]. `step` [s] bounds the steps; the result does not depend on
-    it while the sheets stick. Raises FitError where the run would be too long to follow.
+    parallel to the spring. Without `travel` the pull is long enough for a dozen events. The
+    crosshead then rests for `hold` [s]. `step` [s] bounds the steps; the result does not depend on
+    it while the sheets stick. Raises FitError if the run would be too long to follow.
     """
     brake = file.brake
     replace(VACUUM, hi=brake.site.atmosphere).check(vacuum, "vacuum")
-    given = {"speed": speed, "mass": mass, "mount_stiffness": mount_stiffness, "travel": travel}
-    bounded = {"damping": damping, "hold": hold, "step": None if step == np.inf else step}
-    check_given({**given, **bounded}, LIMITS)
+    inputs = {"speed": speed, "mass": mass, "mount_stiffness": mount_stiffness, "travel": travel}
+    options = {"damping": damping, "hold": hold, "step": None if step == np.inf else step}
+    check_given({**inputs, **options}, LIMITS)
     _check_hold(hold, step)
-    pulled: dict[str, Any] = {
+    motion: dict[str, Any] = {
         "vacuum": vacuum,
         "speed": speed,
         "mass": moving_mass(brake) if mass is None else mass,
@@ -242,10 +242,10 @@ def stick_slip(
         "damping": damping,
         "stribeck": stribeck or of_film(brake),
     }
-    at = slide_of(brake, slip=slip, **pulled)
-    travel = _travel(at, brake, speed, slip) if travel is None else travel
-    at = at._replace(ramp=travel / speed, end=travel / speed + hold, step=step)
-    state = slide(at, events=EVENTS, samples=SAMPLES, most=4 * SAMPLES)
+    setup = slide_of(brake, slip=slip, **motion)
+    travel = _travel(setup, brake, speed, slip) if travel is None else travel
+    setup = setup._replace(ramp=travel / speed, end=travel / speed + hold, step=step)
+    state = slide(setup, events=EVENTS, samples=SAMPLES, most=4 * SAMPLES)
     if int(state.reason) == TOO_LONG:
         raise FitError(
             f"speed: at {show(speed, 'm/s')} the motion over {show(travel, 'm')} has more than "
@@ -255,9 +255,10 @@ def stick_slip(
     table = np.asarray(state.table)[: min(int(state.count), EVENTS)]
     rows = np.asarray(state.trace)[: int(state.written)]
     time, crosshead, force, slips, pace, work, heat, sliding = rows.T
-    # of the whole table, which has one length: compiled once
-    held = np.asarray(backbone_stored(state.trace[:, 3], enclosure_at(vacuum, brake)))[: len(rows)]
-    spring_held = at.spring * np.maximum(crosshead - slips, 0.0) ** 2 / 2
+    # all rows, whose number is constant, so that this compiles once
+    energy = np.asarray(backbone_stored(state.trace[:, 3], enclosure_at(vacuum, brake)))
+    energy = energy[: len(rows)]
+    spring_held = setup.spring * np.maximum(crosshead - slips, 0.0) ** 2 / 2
     return StickSlipRecord(
         time=time,
         elongation=crosshead - slip,
@@ -267,25 +268,25 @@ def stick_slip(
         sliding=sliding,
         work=work,
         # friction of the enclosure is part of the resistance, but half of its work is stored
-        dissipated_energy=heat - (held - held[0]),
-        stored_energy=spring_held + at.mass * pace**2 / 2 + held,
+        dissipated_energy=heat - (energy - energy[0]),
+        stored_energy=spring_held + setup.mass * pace**2 / 2 + energy,
         events=Events(*table.T),
-        **pulled,
+        **motion,
         outcome=_outcome(state, rows, table),
         brake=file,
         warnings=tuple(file.warnings()),
     )
 
 
-def _travel(at: Slide, brake: Brake, speed: float, slip: float) -> float:
-    """Crosshead travel [m] for TEETH events, or for the swings of a fast pull."""
-    static = float(at.level - at.fall * slip) * (1 + float(at.rise))
-    kinetic = float(at.level - at.fall * slip)
+def _travel(run: Slide, brake: Brake, speed: float, slip: float) -> float:
+    """Return crosshead travel [m] for TEETH events, or for the swings of a fast pull."""
+    static = float(run.level - run.fall * slip) * (1 + float(run.rise))
+    kinetic = float(run.level - run.fall * slip)
     # without friction there are no teeth
-    tooth = float(slow_saw(static, kinetic, at.spring, at.mass, speed).slip) if kinetic else 0.0
-    swings = 30 * 2 * np.pi * np.sqrt(at.mass / at.spring) * speed
-    enclosure = 0.0 if at.enclosure is None else float(backbone(slip, at.enclosure))
-    onset = (static + enclosure) / float(at.spring)
+    tooth = float(slow_saw(static, kinetic, run.spring, run.mass, speed).slip) if kinetic else 0.0
+    swings = 30 * 2 * np.pi * np.sqrt(run.mass / run.spring) * speed
+    enclosure = 0.0 if run.enclosure is None else float(backbone(slip, run.enclosure))
+    onset = (static + enclosure) / float(run.spring)
     room = onset + max(brake.sheets.usable_travel - slip, 0.0)
     return float(min(onset + max(TEETH * tooth, swings), room))
 
@@ -295,7 +296,7 @@ def _outcome(state: Any, rows: Array, table: Array) -> Outcome:
         return ENDS[int(state.reason)]
     if not rows[:, 7].any():
         return Outcome.STUCK
-    # once the sheets have stuck again the next slip starts as the one before
+    # after the sheets stick again, the next slip starts like the one before
     return Outcome.JUDDERS if len(table) else Outcome.STEADY_SLIDING
 
 
@@ -304,7 +305,7 @@ class Tooth(NamedTuple):
 
     judders: Array
     amplitude: Array
-    """Half of the swing of the force [N]; 0 where it slides steadily."""
+    """Half the swing of the force [N]; 0 if it slides steadily."""
     force_high: Array
     force_low: Array
     slip: Array
@@ -313,22 +314,22 @@ class Tooth(NamedTuple):
     """[s]"""
 
 
-def tooth(at: Slide, swings: int = 300) -> Tooth:
-    """One event of a frozen slide, or none; entries of `at` may be arrays.
+def tooth(run: Slide, swings: int = 300) -> Tooth:
+    """Return one event of a frozen slide, or none; entries of `run` may be arrays.
 
-    A mass that sticks again starts its next slip as it did this one, so that one event tells all.
-    Where there is none the motion is followed for so many `swings`.
+    A mass that sticks again starts its next slip like this one, so one event describes all. Without
+    an event the motion is followed for some number of `swings`.
     """
-    static, _ = bounds_at(at)
-    omega = np.sqrt(np.asarray(at.spring) / at.mass)
-    end = np.asarray(static) / (np.asarray(at.spring) * at.speed) + swings * 2 * np.pi / omega
-    at = at._replace(ramp=np.inf, end=end, events=1.0, tolerance=MAP_TOLERANCE)
-    state = slide(at, events=1, samples=1, most=MAP_ACTIONS)
+    static, _ = bounds_at(run)
+    omega = np.sqrt(np.asarray(run.spring) / run.mass)
+    end = np.asarray(static) / (np.asarray(run.spring) * run.speed) + swings * 2 * np.pi / omega
+    run = run._replace(ramp=np.inf, end=end, events=1.0, tolerance=MAP_TOLERANCE)
+    state = slide(run, events=1, samples=1, most=MAP_ACTIONS)
     row = np.asarray(state.table)[..., 0, :]
     judders = np.asarray(state.count) > 0
     high, low, slip = (np.where(judders, row[..., i], 0.0) for i in (3, 4, 5))
     swing = np.where(judders, (high - low) / 2, 0.0)
-    period = np.where(judders, slip / at.speed, np.nan)
+    period = np.where(judders, slip / run.speed, np.nan)
     return Tooth(judders, swing, high, low, slip, period)
 
 
@@ -344,12 +345,12 @@ def amplitude_map(
     slip: float = 0.0,
     swings: int = 300,
 ) -> Tooth:
-    """Stick–slip over speed [m/s] and vacuum [Pa], which broadcast; friction is that at `slip`.
+    """Return stick–slip over speed [m/s] and vacuum [Pa], which broadcast; friction at `slip`.
 
     `mass` [kg], `stiffness` [N/m] and `damping` [N s/m] may be arrays that broadcast with them.
     """
     speeds, vacuums = np.broadcast_arrays(speeds, vacuums)
-    at = slide_of(
+    run = slide_of(
         brake,
         vacuum=vacuums,
         speed=speeds,
@@ -360,35 +361,35 @@ def amplitude_map(
         slip=slip,
         frozen=True,
     )
-    return tooth(at, swings)
+    return tooth(run, swings)
 
 
-def critical_speed_of(at: Slide) -> float:
-    """Speed [m/s] above which stick–slip from a standing start dies, friction frozen.
+def critical_speed_of(run: Slide) -> float:
+    """Return the speed [m/s] above which stick–slip from rest decays, with friction frozen.
 
     Closed form for the jump law while the spring stays taut; otherwise bracketed by runs to a
-    thousandth. Infinite where nothing damps.
+    thousandth. Infinite without damping.
     """
-    static, kinetic = (float(v) for v in bounds_at(at, 0.0))
-    drag = float(at.damping) + float(at.level) * float(at.viscous)
+    static, kinetic = (float(v) for v in bounds_at(run, 0.0))
+    drag = float(run.damping) + float(run.level) * float(run.viscous)
     if static <= kinetic:
         return 0.0
-    if not drag and at.law is None:
+    if not drag and run.law is None:
         return float("inf")
-    spring, mass = float(at.spring), float(at.mass)
+    spring, mass = float(run.spring), float(run.mass)
     scale = (static - kinetic) / np.sqrt(spring * mass)
     low, high = 1e-9 * scale, 1e3 * scale
-    if float(at.stribeck) == 0.0 and float(at.viscous) == 0.0 and at.law is None:
-        speed = float(critical_speed(static, kinetic, spring, mass, at.damping))
-        if speed < low or not tooth(at._replace(speed=1.001 * speed)).judders:
+    if float(run.stribeck) == 0.0 and float(run.viscous) == 0.0 and run.law is None:
+        speed = float(critical_speed(static, kinetic, spring, mass, run.damping))
+        if speed < low or not tooth(run._replace(speed=1.001 * speed)).judders:
             return speed
         low = speed
     for _ in range(8):
         speeds = np.geomspace(low, high, 24)
-        shaken = tooth(at._replace(speed=speeds)).judders
-        if not shaken.any():
+        judders = tooth(run._replace(speed=speeds)).judders
+        if not judders.any():
             return 0.0
-        last = int(np.flatnonzero(shaken)[-1])
+        last = int(np.flatnonzero(judders)[-1])
         low, high = float(speeds[last]), float(speeds[min(last + 1, len(speeds) - 1)])
         if high <= low * 1.001:
             break

@@ -1,4 +1,4 @@
-"""The lumped brake in a test machine: quasi-static, any procedure of pulls, returns and vacuum."""
+"""Lumped brake in a test machine: quasi-static, any procedure of pulls, returns and vacuum."""
 
 from __future__ import annotations
 
@@ -23,37 +23,36 @@ from layerjam.simulate.first_pull import (
     first_events,
     first_pull,
     is_first_pull,
-    overstretched,
+    overstretch_error,
 )
 from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return, Vent
 from layerjam.simulate.quantities import LEAK_TIME, check_given
 from layerjam.simulate.record import Outcome, TensileRecord
-from layerjam.simulate.speed import follows_speed, in_a_pull
+from layerjam.simulate.speed import follows_speed, pull_notices
 from layerjam.units import show
 
 SAMPLES = 400
 RISE = 80
 HOLDING = 100
-"""Samples of a hold in which the vacuum leaks away."""
+"""Samples of a hold during which the vacuum leaks."""
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 @law
 def _events(vacuum: float, brake: Brake) -> tuple[float, float, float]:
-    """Elongations of a first pull at onset, at the peak and at separation."""
     k, overlap = working_stiffness(brake), brake.sheets.overlap
     onset = sheet_friction(0.0, vacuum, brake) / k
-    apart = overlap + enclosure_force(overlap, vacuum, brake) / k
-    return onset, peak(vacuum, overlap, brake).elongation, apart
+    separation = overlap + enclosure_force(overlap, vacuum, brake) / k
+    return onset, peak(vacuum, overlap, brake).elongation, separation
 
 
 def _path(
     procedure: Procedure, brake: Brake, leak_time: float | None
 ) -> tuple[Array, Array, Array, Array]:
-    """Time, elongation, vacuum and crosshead's speed at every sample.
+    """Return time, elongation, vacuum and crosshead speed at every sample.
 
-    Onset, peak and separation are samples. While the crosshead stands the speed is that of its last
-    move, before the first one that of the first.
+    Onset, peak and separation are samples. While the crosshead rests, the speed is that of its last
+    move, before the first move that of the first.
     """
     moves = [step.speed for step in procedure.steps if isinstance(step, Pull | Return)]
     pace = moves[0] if moves else 0.0
@@ -61,15 +60,15 @@ def _path(
     shut = (0.0, 0.0)
     rate = None if leak_time is None else 1 / leak_time
 
-    def left(now: Array) -> Any:
+    def remaining(clock: Array) -> Any:
         if rate is None:
             return shut[1]
-        return held_vacuum(now - shut[0], shut[1], rate, brake.site.atmosphere)
+        return held_vacuum(clock - shut[0], shut[1], rate, brake.site.atmosphere)
 
     for step in procedure.steps:
         time, start, vacuum, pace = blocks[-1][:, -1]
         if isinstance(step, Evacuate):
-            # the first evacuation stands at the start: a record need not show two times zero
+            # the first evacuation replaces the start, to avoid two samples at time zero
             if len(blocks) == 1 and blocks[0].shape[1] == 1:
                 blocks = []
             times = [time, time + step.hold] if step.hold else [time]
@@ -80,12 +79,12 @@ def _path(
             shut = (time, 0.0)
         elif isinstance(step, Hold):
             samples = 1 if rate is None else HOLDING
-            passed = time + step.duration * np.arange(1, samples + 1) / samples
-            blocks.append(_rows(passed, start, left(passed), pace))
+            instants = time + step.duration * np.arange(1, samples + 1) / samples
+            blocks.append(_rows(instants, start, remaining(instants), pace))
         else:
             positions = _positions(step, start, vacuum, at_speed(step.speed, brake))
-            passed = time + np.abs(positions - start) / step.speed
-            blocks.append(_rows(passed, positions, left(passed), step.speed))
+            instants = time + np.abs(positions - start) / step.speed
+            blocks.append(_rows(instants, positions, remaining(instants), step.speed))
     times, elongations, vacuums, speeds = np.concatenate(blocks, axis=1)
     return times, elongations, vacuums, speeds
 
@@ -95,52 +94,51 @@ def _rows(time: Any, elongation: Any, vacuum: Any, speed: Any) -> Array:
 
 
 def _positions(step: Pull | Return, start: float, vacuum: float, brake: Brake) -> Array:
-    """Elongations of a move's samples, of a pull with its events among them."""
+    """Return elongations of a move's samples, with the events of a pull among them."""
     if isinstance(step, Return):
         return np.linspace(start, step.end, SAMPLES + 1)[1:]
-    found = _events if brake.hyperelastic is None else first_events
-    events = np.array([float(e) for e in found(vacuum, brake)])
-    # past separation nothing is simulated: the grid need not reach the end of travel
+    find_events = _events if brake.hyperelastic is None else first_events
+    events = np.array([float(e) for e in find_events(vacuum, brake)])
+    # the grid may end after separation, as nothing is simulated beyond
     end = min(step.end, max(start, *events) * 1.001 + 1e-9)
     # the rise to the peak takes a millimetre or two: enough samples to measure it on
-    near = np.linspace(start, min(end, 2 * events[1]), RISE + 1)
+    rise = np.linspace(start, min(end, 2 * events[1]), RISE + 1)
     events = events[(events > start) & (events < end)]
-    grid = np.append(np.linspace(start, end, SAMPLES + 1)[1:], near[near > start])
+    grid = np.append(np.linspace(start, end, SAMPLES + 1)[1:], rise[rise > start])
     return np.union1d(grid, events)
 
 
 def _run(elongation: Array, vacuum: Array, speed: Array, brake: Brake) -> tuple[Cycle, Engine]:
-    """What the brake does along the history, and what computed it."""
     if brake.hyperelastic is not None and is_first_pull(elongation, vacuum):
         return in_blocks(lambda u, p: first_pull(u, p, brake), elongation, vacuum), "law"
     return follow_history(elongation, vacuum, brake, speed if follows_speed(brake) else None)
 
 
-def _fell(slip: Array) -> float:
-    """How far the slip came back from its greatest value so far [m]; rounding is no closing."""
+def _slip_back(slip: Array) -> float:
+    """Return the largest return of the slip from its maximum so far [m]."""
     return float((np.maximum.accumulate(slip) - slip).max())
 
 
-def remarks(
+def outcome_warnings(
     outcome: Outcome, vacuum: float, elongation: Array, slip: Array, brake: Brake
 ) -> list[str]:
-    """What to know of how a pull at a vacuum [Pa] ended, whichever model followed it."""
-    said = []
+    """Return warnings on the outcome of a pull at a vacuum [Pa], for either model."""
+    texts = []
     if outcome is Outcome.SNAPS:
         least = show(float(least_stiffness(vacuum, brake)), "N/m")
-        said.append(
+        texts.append(
             f"the brake softens by {least} once it slides: on a rig of "
             f"{show(float(working_stiffness(brake)), 'N/m')} it snaps; more than {least} is needed"
         )
     if outcome is Outcome.SEPARATED:
-        said.append(
+        texts.append(
             f"the sheets came apart at {show(float(elongation[-1]), 'm')} of elongation; the "
             "record ends there"
         )
-    most, usable = float(slip.max(initial=0.0)), brake.sheets.usable_travel
-    if outcome is not Outcome.SEPARATED and most > usable:
-        said.append(f"slip {show(most, 'm')} is beyond the usable travel of {show(usable, 'm')}")
-    return said
+    top, usable = float(slip.max(initial=0.0)), brake.sheets.usable_travel
+    if outcome is not Outcome.SEPARATED and top > usable:
+        texts.append(f"slip {show(top, 'm')} is beyond the usable travel of {show(usable, 'm')}")
+    return texts
 
 
 def tensile(
@@ -149,12 +147,12 @@ def tensile(
     """Pull a brake through a procedure.
 
     With `leak_time` [s] the line is shut off after every evacuation and its hold, and the vacuum
-    leaks away (laminar, rigid chamber) until the next evacuation or vent. Without one it is kept.
+    leaks (laminar, rigid chamber) until the next evacuation or vent. Otherwise the vacuum stays.
     The outcome is FINISHED, SEPARATED (the overlap was used up; the record ends there),
-    CLOSED_BY_SLEEVE (unloaded, the enclosure drew the brake back by itself) or SNAPS (the rig is
-    softer than the brake's softening; the record ends before it). Raises QuantityError for a
-    vacuum above the site's atmosphere and ProcedureError where the nested turns exceed what the
-    enclosure's memory holds. A hyperelastic enclosure refuses a vacuum that falls.
+    CLOSED_BY_SLEEVE (unloaded, the enclosure pulled the brake back) or SNAPS (the rig is softer
+    than the brake's softening; the record ends before it). Raises QuantityError for a vacuum above
+    the site's atmosphere, and ProcedureError if nested turns exceed the memory of the enclosure. A
+    hyperelastic enclosure rejects a falling vacuum.
     """
     brake = file.brake
     highest, atmosphere = procedure.highest_vacuum(), brake.site.atmosphere
@@ -168,10 +166,10 @@ def tensile(
         check_hyperelastic(vacuum, brake)
     cycle, engine = _run(elongation, vacuum, speed, brake)
     if brake.hyperelastic is not None and np.isnan(cycle.force[~cycle.snapped]).any():
-        raise overstretched(highest, brake)
+        raise overstretch_error(highest, brake)
     end, outcome = len(time), Outcome.FINISHED
-    parted = bool(cycle.separated.any())
-    last = int(np.argmax(cycle.separated)) + 1 if parted else end
+    is_separated = bool(cycle.separated.any())
+    last = int(np.argmax(cycle.separated)) + 1 if is_separated else end
     if cycle.overflow[:last].any():
         raise ProcedureError(
             f"procedure: more than {DEPTH} turns nested in each other; the enclosure remembers no "
@@ -179,11 +177,11 @@ def tensile(
         )
     if cycle.snapped.any():
         end, outcome = int(np.argmax(cycle.snapped)), Outcome.SNAPS
-    elif parted:
+    elif is_separated:
         end, outcome = last, Outcome.SEPARATED
-    elif cycle.closed.any() and _fell(cycle.slip) > 1e-9 * brake.sheets.overlap:
+    elif cycle.closed.any() and _slip_back(cycle.slip) > 1e-9 * brake.sheets.overlap:
         outcome = Outcome.CLOSED_BY_SLEEVE
-    warnings = remarks(outcome, highest, elongation[:end], cycle.slip[:end], brake)
+    warnings = outcome_warnings(outcome, highest, elongation[:end], cycle.slip[:end], brake)
     if leak_time is not None:
         warnings.append(
             "the line is shut off after every evacuation; the vacuum leaks away with a time "
@@ -203,5 +201,5 @@ def tensile(
         procedure=procedure.text(),
         brake=file,
         engine=engine,
-        warnings=(*file.warnings(), *warnings, *in_a_pull(file, float(speed.max()))),
+        warnings=(*file.warnings(), *warnings, *pull_notices(file, float(speed.max()))),
     )

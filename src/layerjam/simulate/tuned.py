@@ -1,7 +1,7 @@
-"""The vacuum that stops a mass after a travel, tried; and what would do where there is none.
+"""Search for the vacuum that stops a mass after a travel, and advice if there is none.
 
-One function, `tuned_stop`, says whether a case can be tuned. Whatever is advised has passed it: a
-search over many cases finds it, and the case by itself confirms it.
+One function, `tuned_stop`, decides whether a case can be tuned. All advice has passed it: a search
+over many cases finds it, and the single case confirms it.
 """
 
 from __future__ import annotations
@@ -18,80 +18,79 @@ from layerjam.device.brake import Brake
 from layerjam.device.mount import Rope
 from layerjam.mechanics.stop.tune import speed_range, tuned_stop
 from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS, STOP_TRAVEL
-from layerjam.simulate.speed import counted, follows_speed
+from layerjam.simulate.speed import follows_speed, without_idle_speed_law
 from layerjam.units import spec_of
 
 Array = npt.NDArray[np.float64]
 MOST_SHEETS, MOST_BRAKES = 499, 999
 TRAVELS = SPEEDS = 500
-"""Travels of the brake that are tried, and speeds; as many again between two of them."""
+"""Travels of the brake and speeds to try; the same number again between two of them."""
 AT_ONCE = 1024
-"""Cases of one call: always as many, so that the law is compiled once."""
+"""Cases per call: always the same number, so that the law compiles once."""
 FEW = 65
-"""The same, and the number of travels and speeds, where every stop has to be integrated."""
+"""The same, and the number of travels and speeds, if every stop has to be integrated."""
 MARGINS = np.array([1e-12, 1e-9, 1e-6, 1e-3])
-"""How far inside the ends of a range of speeds a speed is tried, over that end."""
+"""Relative distances from the ends of a range of speeds at which to try a speed."""
 DIGITS = 4
-"""Of an advised travel, which is read and typed again."""
+"""Digits of a suggested travel, which people read and type."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """What is to be stopped, after which slip, by how many brakes side by side; SI."""
+    """Mass to be stopped, slip after which it stops, and number of parallel brakes; SI."""
 
     brake: Brake
     mass: float
     speed: float
     travel: float
     gravity: float
-    """Along the pull."""
+    """Gravity along the pull."""
     rope: float | None = None
     share: int = 1
-    """Brakes side by side."""
+    """Number of parallel brakes."""
 
-    def but(self, **other: Any) -> Case:
-        """The case with another `speed`, `travel`, `share`, or `count` of sheets."""
-        count = other.pop("count", None)
+    def with_changes(self, **changes: Any) -> Case:
+        """Return the case with another `speed`, `travel`, `share`, or `count` of sheets."""
+        count = changes.pop("count", None)
         if count is not None:
             sheets = replace(self.brake.sheets, count=count)
-            other["brake"] = replace(self.brake, sheets=sheets)
-        return replace(self, **other)
+            changes["brake"] = replace(self.brake, sheets=sheets)
+        return replace(self, **changes)
 
     def of_one(self) -> tuple[Any, ...]:
-        """What `tuned_stop` takes: each brake bears its share of mass and rope."""
+        """Return arguments of `tuned_stop`: each brake bears its share of mass and rope."""
         rope = None if self.rope is None else self.rope / self.share
         mass = self.mass / self.share
         return (mass, self.speed, self.travel, rope, self.gravity, self.brake)
 
 
-def tuned(case: Case) -> float | None:
-    """The vacuum [Pa] that stops the mass after just the travel; None where there is none."""
-    found = float(np.ravel(tuned_stop(*_placed(case)))[0])
-    return found if math.isfinite(found) else None
+def tuning_vacuum(case: Case) -> float | None:
+    """Return the vacuum [Pa] that stops the mass after exactly the travel, or None."""
+    vacuum = float(np.ravel(tuned_stop(*_arguments(case)))[0])
+    return vacuum if math.isfinite(vacuum) else None
 
 
-def _placed(case: Case) -> tuple[Any, ...]:
-    """What `tuned_stop` takes; where every stop is integrated, always of one shape."""
+def _arguments(case: Case) -> tuple[Any, ...]:
+    """Return arguments of `tuned_stop`, always of one shape if every stop is integrated."""
     mass, speed, travel, rope, gravity, brake = case.of_one()
     if not follows_speed(brake):
-        return mass, speed, travel, rope, gravity, counted(brake)
+        return mass, speed, travel, rope, gravity, without_idle_speed_law(brake)
     mass, speed, travel = (np.zeros(FEW) + value for value in (mass, speed, travel))
     return mass, speed, travel, rope, gravity, brake
 
 
-def _at_once(case: Case, whole: int = AT_ONCE) -> int:
-    """How many cases are tried in one call."""
-    return FEW if follows_speed(case.brake) else whole
+def _batch_size(case: Case, size: int = AT_ONCE) -> int:
+    return FEW if follows_speed(case.brake) else size
 
 
-def tried(case: Case, name: str, values: Array) -> npt.NDArray[np.bool_]:
-    """Whether the case can be tuned with each of other values of one of its numbers."""
-    size = _at_once(case)
+def can_tune(case: Case, name: str, values: Array) -> npt.NDArray[np.bool_]:
+    """Return whether the case can be tuned with each of other values of one of its numbers."""
+    size = _batch_size(case)
     pieces = [values[i : i + size] for i in range(0, len(values), size)]
-    return np.concatenate([_tried(case, name, piece, size) for piece in pieces])
+    return np.concatenate([_can_tune_batch(case, name, piece, size) for piece in pieces])
 
 
-def _tried(case: Case, name: str, values: Array, size: int) -> npt.NDArray[np.bool_]:
+def _can_tune_batch(case: Case, name: str, values: Array, size: int) -> npt.NDArray[np.bool_]:
     usual = {
         "count": float(case.brake.sheets.count),
         "speed": case.speed,
@@ -100,98 +99,97 @@ def _tried(case: Case, name: str, values: Array, size: int) -> npt.NDArray[np.bo
     }
     columns: dict[str, Any] = {key: np.full(size, value) for key, value in usual.items()}
     columns[name][: len(values)] = values
-    found = np.asarray(tuned_stop(*_placed(case.but(**columns))))
-    return np.isfinite(found)[: len(values)]
+    vacuums = np.asarray(tuned_stop(*_arguments(case.with_changes(**columns))))
+    return np.isfinite(vacuums)[: len(values)]
 
 
-def _first(case: Case, name: str, values: Array) -> Any:
-    """The first of the values with which the case can be tuned, by itself too; None for none."""
-    size = _at_once(case)
+def _first_tunable(case: Case, name: str, values: Array) -> Any:
+    """Return the first value with which the case can be tuned, also by itself, or None."""
+    size = _batch_size(case)
     for i in range(0, len(values), size):
         piece = values[i : i + size]
-        for value in piece[tried(case, name, piece)].tolist():
-            if tuned(case.but(**{name: value})) is not None:
+        for value in piece[can_tune(case, name, piece)].tolist():
+            if tuning_vacuum(case.with_changes(**{name: value})) is not None:
                 return value
     return None
 
 
 def other_travel(case: Case) -> float | None:
-    """The nearest shorter travel [m] that would do, else the nearest longer one; None for none."""
+    """Return the nearest shorter travel [m] that works, else the nearest longer one, or None."""
     usable = case.brake.sheets.usable_travel
-    count = _at_once(case, TRAVELS)
+    count = _batch_size(case, TRAVELS)
     grid = np.linspace(0.0, usable, count + 1)[1:]
     shorter, longer = grid[grid < case.travel][::-1], grid[grid > case.travel]
     for side in (shorter, longer):
-        fine = np.flatnonzero(tried(case, "travel", side)) if side.size else side
+        fine = np.flatnonzero(can_tune(case, "travel", side)) if side.size else side
         if not fine.size:
             continue
         k = int(fine[0])
         before = side[k - 1] if k else case.travel
-        near = _typed(np.linspace(before, side[k], count + 1)[1:], usable)
-        found = _first(case, "travel", near[near != case.travel])
-        if found is not None:
-            return float(found)
+        candidates = _round_travels(np.linspace(before, side[k], count + 1)[1:], usable)
+        travel = _first_tunable(case, "travel", candidates[candidates != case.travel])
+        if travel is not None:
+            return float(travel)
     return None
 
 
-def _typed(travels: Array, usable: float) -> Array:
-    """Travels [m] as they are read and typed again, within what can be asked for."""
-    rounded = np.array([float(f"{x:.{DIGITS}g}") for x in travels.tolist()])
+def _round_travels(travels: Array, usable: float) -> Array:
+    values = np.array([float(f"{x:.{DIGITS}g}") for x in travels.tolist()])
     least = STOP_TRAVEL.lo
-    return rounded[(rounded <= usable) & (rounded >= least)]
+    return values[(values <= usable) & (values >= least)]
 
 
 def other_sheets(case: Case) -> int | None:
-    """The least greater number of sheets that would do, else the nearest smaller one."""
+    """Return the least greater number of sheets that works, else the nearest smaller one."""
     count = case.brake.sheets.count
-    more, fewer = range(count + 1, MOST_SHEETS + 1), range(min(count - 1, MOST_SHEETS), 1, -1)
-    found = _first(case, "count", np.array([*more, *fewer], float))
-    return None if found is None else int(found)
+    greater, fewer = range(count + 1, MOST_SHEETS + 1), range(min(count - 1, MOST_SHEETS), 1, -1)
+    number = _first_tunable(case, "count", np.array([*greater, *fewer], float))
+    return None if number is None else int(number)
 
 
 def more_brakes(case: Case) -> int | None:
-    """The least number of brakes side by side that would do, each with its share of the rope."""
-    most = min(float(MOST_BRAKES), case.mass / MASS.lo)
+    """Return the least number of parallel brakes that works, each with its share of the rope."""
+    limit = min(float(MOST_BRAKES), case.mass / MASS.lo)
     if case.rope is not None:
-        most = min(most, case.rope / spec_of(Rope, "stiffness").lo)
-    shares = np.arange(2.0, most + 1)
-    found = _first(case, "share", shares) if shares.size else None
-    return None if found is None else int(found)
+        limit = min(limit, case.rope / spec_of(Rope, "stiffness").lo)
+    shares = np.arange(2.0, limit + 1)
+    share = _first_tunable(case, "share", shares) if shares.size else None
+    return None if share is None else int(share)
 
 
 def balanced_speeds(case: Case) -> tuple[float, float]:
-    """Speeds [m/s] between which the balance can be met; NaN where the weight cannot be held.
+    """Return speeds [m/s] between which the balance holds; NaN if the weight cannot be held.
 
-    On a soft rope the mass does not get there from all of them: `speeds` are those that do.
+    On a soft rope the mass does not get there from all of them: `speeds` returns those that do.
     """
-    mass, _, travel, rope, gravity, brake = _placed(case)
+    mass, _, travel, rope, gravity, brake = _arguments(case)
     low, high = speed_range(mass, travel, rope, gravity, brake)
     return float(np.ravel(low)[0]), float(np.ravel(high)[0])
 
 
 def speeds(case: Case) -> tuple[float, float] | None:
-    """Slowest and fastest arrival [m/s] stopped after just the travel by some vacuum, or None.
+    """Return slowest and fastest arrival [m/s] that some vacuum stops after the travel, or None.
 
-    Both are tried. Where some in between fail, the longest run without a gap.
+    Both are tried. If some in between fail, the result is the longest range without a gap.
     """
     low, high = balanced_speeds(case)
     low, high = max(low, ARRIVAL_SPEED.lo), min(high, ARRIVAL_SPEED.hi)
     if not low <= high:
         return None
-    count = _at_once(case, SPEEDS)
-    inside = np.linspace(low, high, count)[1:-1]
-    grid = np.unique([*low * (1 + MARGINS), *inside, *high * (1 - MARGINS)])
+    count = _batch_size(case, SPEEDS)
+    interior = np.linspace(low, high, count)[1:-1]
+    grid = np.unique([*low * (1 + MARGINS), *interior, *high * (1 - MARGINS)])
     grid = grid[(grid >= low) & (grid <= high)]
-    fine = tried(case, "speed", grid)
+    fine = can_tune(case, "speed", grid)
     if not fine.any():
         return None
     first, last = _longest_run(fine)
     slowest, fastest = grid[first], grid[last]
     if first:
-        slowest = _last(case, np.linspace(slowest, grid[first - 1], count))
+        slowest = _last_tunable(case, np.linspace(slowest, grid[first - 1], count))
     if last + 1 < len(grid):
-        fastest = _last(case, np.linspace(fastest, grid[last + 1], count))
-    ends = tuple(_alone(case, v, grid[(first + last) // 2]) for v in (slowest, fastest))
+        fastest = _last_tunable(case, np.linspace(fastest, grid[last + 1], count))
+    ends = tuple(_confirm_end(case, v, grid[(first + last) // 2]) for v in (slowest, fastest))
     return None if None in ends else (ends[0], ends[1])  # type: ignore[return-value]
 
 
@@ -202,15 +200,15 @@ def _longest_run(fine: npt.NDArray[np.bool_]) -> tuple[int, int]:
     return int(starts[k]), int(ends[k]) - 1
 
 
-def _last(case: Case, values: Array) -> float:
-    """The last of the values before the first that fails; the first itself is known to do."""
-    fine = tried(case, "speed", values)
+def _last_tunable(case: Case, values: Array) -> float:
+    fine = can_tune(case, "speed", values)
     fails = np.flatnonzero(~fine)
     return float(values[max(int(fails[0]) - 1, 0)] if fails.size else values[-1])
 
 
-def _alone(case: Case, end: float, middle: float) -> float | None:
-    """The end of the range, or as little inside it as its own trial asks for."""
+def _confirm_end(case: Case, end: float, middle: float) -> float | None:
+    """Return the end of the range, or the nearest value inside it that can be tuned by itself."""
     margins: Iterator[float] = iter((0.0, *MARGINS.tolist()))
-    near = (float(end + (middle - end) * margin) for margin in margins)
-    return next((v for v in near if tuned(case.but(speed=v)) is not None), None)
+    tries = (float(end + (middle - end) * margin) for margin in margins)
+    cases = ((v, case.with_changes(speed=v)) for v in tries)
+    return next((v for v, c in cases if tuning_vacuum(c) is not None), None)

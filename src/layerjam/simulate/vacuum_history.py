@@ -1,4 +1,4 @@
-"""A vacuum that changes, as samples over time."""
+"""Changing vacuum, as samples over time."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ TIME = QuantitySpec("s", "time from the taut rope", lo=-1e9, hi=1e9)
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """A vacuum that changes: samples [Pa] over time from the taut rope [s], straight in between.
+    """Changing vacuum: samples [Pa] over time from the taut rope [s], straight in between.
 
-    Shape (N,) each, N >= 2, times rising. Before the first and after the last sample the vacuum is
-    held. Raises QuantityError for other shapes, times that do not rise, and what is not finite or
-    negative.
+    Shape (N,) each, N >= 2, times rising. The vacuum is constant before the first and after the
+    last sample. Raises QuantityError for other shapes, times that do not rise, and values that are
+    negative or not finite.
     """
 
     time: Array = field(repr=False)
@@ -34,7 +34,7 @@ class History:
             try:
                 values = np.array(getattr(self, name), float)
             except (TypeError, ValueError):
-                raise QuantityError(f"history: its {name} is no row of numbers") from None
+                raise QuantityError(f"history: its {name} is not a row of numbers") from None
             object.__setattr__(self, name, values)
         time, vacuum = self.time, self.vacuum
         if time.ndim != 1 or time.shape != vacuum.shape or len(time) < 2:
@@ -42,54 +42,54 @@ class History:
                 f"history: time has shape {time.shape}, vacuum {vacuum.shape}; give two rows of "
                 "the same length, two or more samples"
             )
-        for values, spec, what in ((time, TIME, "time"), (vacuum, VACUUM, "vacuum")):
+        for values, spec, label in ((time, TIME, "time"), (vacuum, VACUUM, "vacuum")):
             bad = np.flatnonzero(~(np.isfinite(values) & (values >= spec.lo)))
             if len(bad):
-                spec.check(float(values[bad[0]]), f"history: {what} of sample {bad[0] + 1}")
+                spec.check(float(values[bad[0]]), f"history: {label} of sample {bad[0] + 1}")
         falls = np.flatnonzero(np.diff(time) <= 0)
         if len(falls):
-            at = int(falls[0]) + 1
+            k = int(falls[0]) + 1
             raise QuantityError(
-                f"history: time of sample {at + 1}, {show(float(time[at]), 's')}, is not after the "
-                f"one before, {show(float(time[at - 1]), 's')}; times must rise"
+                f"history: time of sample {k + 1}, {show(float(time[k]), 's')}, is not after "
+                f"the one before, {show(float(time[k - 1]), 's')}; times must rise"
             )
 
     @classmethod
     def leaking(
         cls, vacuum: float, leak_time: float, atmosphere: float, held: float = 0.0
     ) -> History:
-        """A vacuum [Pa] shut off `held` [s] before the rope is taut, and its laminar leak.
+        """Return a vacuum [Pa] shut off `held` [s] before the rope is taut, and its laminar leak.
 
-        `leak_time` [s] is the chamber's volume over the leak's conductance. Its samples follow
+        `leak_time` [s] is the chamber's volume over the leak's conductance. The samples follow
         `fluid.closed_forms.held_vacuum` to 1.2e-7 of `vacuum` and end at 2.4e-7 of it.
         """
         if not vacuum > 0:
             return cls(np.array([-held, 1.0 - held]), np.full(2, vacuum))
-        # equal steps of the root: an exponential is then met equally well everywhere
+        # equal steps of the square root approximate an exponential equally well everywhere
         left = vacuum * np.linspace(1.0, 1.0 / LEAK_SAMPLES, LEAK_SAMPLES) ** 2
         return cls(holding_time(left, vacuum, 1 / leak_time, atmosphere) - held, left)
 
     def at(self, time: Any) -> Array:
-        """The vacuum [Pa] at times [s]."""
+        """Return the vacuum [Pa] at times [s]."""
         return np.asarray(np.interp(time, self.time, self.vacuum))
 
     def check_site(self, atmosphere: float) -> None:
-        """Raise QuantityError where the vacuum is more than the atmosphere [Pa]."""
-        over = np.flatnonzero(self.vacuum > atmosphere)
-        if len(over):
+        """Raise QuantityError if the vacuum exceeds the atmosphere [Pa]."""
+        excess = np.flatnonzero(self.vacuum > atmosphere)
+        if len(excess):
             raise QuantityError(
-                f"history: vacuum of sample {over[0] + 1}, "
-                f"{show(float(self.vacuum[over[0]]), 'Pa', 6)}, is more than the atmosphere, "
+                f"history: vacuum of sample {excess[0] + 1}, "
+                f"{show(float(self.vacuum[excess[0]]), 'Pa', 6)}, is more than the atmosphere, "
                 f"{show(atmosphere, 'Pa', 6)}; a vacuum is at most that"
             )
 
     def remarks(self) -> list[str]:
-        """What to say of a history that does not begin with the drop."""
-        first, held = float(self.time[0]), show(float(self.vacuum[0]), "Pa")
+        """Return a notice if the history does not begin with the drop."""
+        first, vacuum = float(self.time[0]), show(float(self.vacuum[0]), "Pa")
         if first > 0:
             return [
                 f"the history begins {show(first, 's')} after the rope is taut; until then its "
-                f"first vacuum, {held}, is held"
+                f"first vacuum, {vacuum}, is held"
             ]
         if first < 0:
             return [

@@ -1,1 +1,1 @@
-"""Which sheet slides when: the stack, sheet by sheet."""
+"""The stack sheet by sheet: which sheet slides at which elongation."""

@@ -1,7 +1,6 @@
-"""Many stacks pulled at once, over the cores: peak, stiffness and onset, no history.
+"""Many stacks pulled in parallel on all cores: peak, stiffness and onset, no history.
 
-Each stack is a stack of its own and knows nothing of the others, so that neither their number nor
-the threads change its answer.
+Each stack is independent of the others, so neither their number nor the threads change its result.
 """
 
 from __future__ import annotations
@@ -32,20 +31,20 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 COARSE, PARTS, LEVELS = 16, 6, 3
 """Increments up to the sum of all friction, then around the peak, each level PARTS/2 finer."""
-_MOST = 200
+_MAX_STEPS = 200
 
 
 @dataclass(frozen=True)
 class Peaks:
-    """What M stacks did; arrays of shape (M,).
+    """Results of M stacks; arrays of shape (M,).
 
-    NaN where a mount was too soft to follow, or static friction broke and healed without end.
+    NaN if a mount was too soft to follow, or static friction broke and healed without end.
     """
 
     peak: Array = field(repr=False)
     """Greatest force of each pull [N]."""
     elongation: Array = field(repr=False)
-    """Where that was [m]."""
+    """Elongation at that force [m]."""
     slip: Array = field(repr=False)
     """Mean slip of the interfaces there [m]."""
     stiffness: Array = field(repr=False)
@@ -56,7 +55,7 @@ class Peaks:
 
 @kernel
 def _copy(new: State, old: State) -> None:  # pragma: no cover
-    """`new` becomes `old`; turning points are left out, a pull has none."""
+    """Copy `old` into `new`, without turning points, as a pull has none."""
     for i in range(len(old.past)):
         new.past[i], new.slides[i], new.moving[i] = old.past[i], old.slides[i], old.moving[i]
         new.interface[i] = old.interface[i]
@@ -71,18 +70,18 @@ def _copy(new: State, old: State) -> None:  # pragma: no cover
 
 @kernel
 def _to_onset(stack: Stack, state: State) -> float:  # pragma: no cover
-    """By how much the load can grow before the first interface lets go, if all grow alike."""
+    """Return the factor on the load at which the first interface lets go, if all forces scale."""
     share = np.inf
     for i in range(len(stack.friction)):
         if state.interface[i] != 0.0:
-            most = stack.ratio[i] * stack.friction[i]
-            share = min(share, most / abs(state.interface[i]))
+            limit = stack.ratio[i] * stack.friction[i]
+            share = min(share, limit / abs(state.interface[i]))
     return share
 
 
 @kernel
-def _reached(force: float, track: Array, points: int) -> float:  # pragma: no cover
-    """Elongation at which a track first carries `force`, straight between its points."""
+def _elongation_at(force: float, track: Array, points: int) -> float:  # pragma: no cover
+    """Return the elongation at which a track first carries `force`, straight between points."""
     k = 1
     while track[1, k] < force and k < points:
         k += 1
@@ -91,7 +90,7 @@ def _reached(force: float, track: Array, points: int) -> float:  # pragma: no co
 
 
 @kernel
-def _one(
+def _pull_to_peak(
     probe: float,
     end: float,
     stack: Stack,
@@ -101,30 +100,30 @@ def _one(
     out: Array,
 ) -> int:  # pragma: no cover
     """Pull one stack to its peak; `probe` is a small elongation, `end` the last one."""
-    (state, last, before), (trial, which) = states, room
-    code = advance(probe, stack, state, trial, which)
+    (state, last, before), (trial, overloaded) = states, room
+    code = advance(probe, stack, state, trial, overloaded)
     onset = probe * _to_onset(stack, state)
     for i in range(len(state.past)):
         onset = 0.0 if state.slides[i] != 0 else onset
     if onset > 0.0 and code == DONE:
-        code = advance(max(0.9 * onset, probe), stack, state, trial, which)
+        code = advance(max(0.9 * onset, probe), stack, state, trial, overloaded)
         out[4] = state.values[FORCE] * _to_onset(stack, state)
     if code != DONE:
         return code
-    most = 0.0
+    strength = 0.0
     for i in range(len(stack.friction)):
-        most += stack.ratio[i] * stack.friction[i]
-    unit = most * state.values[ELONGATION] / state.values[FORCE]
+        strength += stack.ratio[i] * stack.friction[i]
+    unit = strength * state.values[ELONGATION] / state.values[FORCE]
     step, falling, top = unit / COARSE, 0, 0.0
     _copy(before, state)
     wide, points = step, 1
     track[0, 0], track[1, 0] = 0.0, 0.0
-    for _ in range(_MOST):
+    for _ in range(_MAX_STEPS):
         _copy(last, state)
         track[0, points], track[1, points] = state.values[ELONGATION], state.values[FORCE]
         points += 1
-        at = min(state.values[ELONGATION] + step, end)
-        code = advance(at, stack, state, trial, which)
+        target = min(state.values[ELONGATION] + step, end)
+        code = advance(target, stack, state, trial, overloaded)
         if code != DONE:
             return code
         if state.values[TOP] > top:
@@ -133,7 +132,7 @@ def _one(
         else:
             falling += 1
         past = state.values[ELONGATION] > 1.1 * unit
-        if at == end or (falling >= 2 and past):
+        if target == end or (falling >= 2 and past):
             break
         step *= 1.2 if past else 1.0
     for _ in range(LEVELS):
@@ -142,7 +141,7 @@ def _one(
         step, top = (goal - before.values[ELONGATION]) / PARTS, state.values[TOP]
         for part in range(PARTS):
             _copy(last, state)
-            code = advance(goal - (PARTS - 1 - part) * step, stack, state, trial, which)
+            code = advance(goal - (PARTS - 1 - part) * step, stack, state, trial, overloaded)
             if code != DONE:
                 return code
             if state.values[TOP] > top:
@@ -151,42 +150,41 @@ def _one(
                 out[0], out[1], out[2] = top, state.values[TOP_ELONGATION], state.values[TOP_SLIP]
         wide = 2 * step
     track[0, points], track[1, points] = before.values[ELONGATION], before.values[FORCE]
-    low, high = _reached(0.2 * top, track, points), _reached(0.8 * top, track, points)
+    low, high = _elongation_at(0.2 * top, track, points), _elongation_at(0.8 * top, track, points)
     out[3] = 0.6 * top / (high - low)
     return code
 
 
 @once
-def _many() -> Any:
-    """The loop over stacks."""
+def _loop() -> Any:
     stamp = kernel_stamp()
 
     @numba.njit(cache=True, nogil=True, error_model="numpy")
-    def many(
+    def pull_all(
         probe: float, end: float, friction: Array, length: Array, stack: Stack, out: Array
     ) -> None:  # pragma: no cover
         len(stamp)
-        track = np.zeros((2, _MOST + 2))
+        track = np.zeros((2, _MAX_STEPS + 2))
         springs, right, _, ratio, _, mount, ends, face, one_by_one = stack
         for j in range(len(friction)):
-            one = Stack(
+            single = Stack(
                 springs, right, friction[j], ratio, length[j], mount, ends, face, one_by_one
             )
-            states = at_rest(one), at_rest(one), at_rest(one)
-            code = _one(probe, end, one, states, room_for(one), track, out[j])
+            states = at_rest(single), at_rest(single), at_rest(single)
+            code = _pull_to_peak(probe, end, single, states, room_for(single), track, out[j])
             if code != DONE:
                 for k in range(5):
                     out[j, k] = np.nan if code in (SNAPPED, CHATTER) else -1.0
 
-    return many
+    return pull_all
 
 
 def peaks_of(stack: Stack, friction: Array, length: Array, end: float) -> Peaks:
     """Pull stacks from rest to their peak, at most to the elongation `end` [m].
 
-    They are `stack` but for their own `friction` [N] and `length` [m], shape (M, n - 1). Where
-    friction is static over kinetic, breaks are met exactly; otherwise the peak is found by
-    increments, COARSE of them up to the sum of all friction and LEVELS x PARTS around the greatest.
+    They equal `stack` except for their own `friction` [N] and `length` [m], shape (M, n - 1).
+    Breaks of static friction are located exactly. Otherwise the peak is found by increments: COARSE
+    of them up to the sum of all friction, then LEVELS x PARTS around the greatest.
     """
     check_stack(stack)
     out = np.full((len(friction), 5), np.nan)
@@ -195,10 +193,10 @@ def peaks_of(stack: Stack, friction: Array, length: Array, end: float) -> Peaks:
     probe = 0.01 * float(stack.friction.sum()) * soft
     friction, length = np.ascontiguousarray(friction), np.ascontiguousarray(length)
 
-    def some(first: int, last: int) -> None:
+    def pull_share(first: int, last: int) -> None:
         part = slice(first, last)
-        _many()(probe, end, friction[part], length[part], stack, out[part])
+        _loop()(probe, end, friction[part], length[part], stack, out[part])
 
     with Workers() as pool:
-        pool.share(len(out), some)
+        pool.share(len(out), pull_share)
     return Peaks(*out.T)

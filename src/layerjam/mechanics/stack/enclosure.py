@@ -1,9 +1,9 @@
-"""The faces of the enclosure in the stack, as compiled loops: Masing's rule at constant vacuum.
+"""Faces of the enclosure in the stack, as compiled loops: Masing's rule at constant vacuum.
 
 A face is an elastic strip between the sheet it touches and the opposite cap. Over its gap x it
-carries f(x) in first loading (half of `enclosure.backbone`), and after a turn at (x_r, F_r)
-F_r -/+ 2 f(|x - x_r|/2), until an older loop is met, which then goes on as if it had not been left.
-The kernels work with the inverse, gap over force: it is smooth where the root is not.
+carries f(x) in first loading (half of `enclosure.backbone`). After a turn at (x_r, F_r) it carries
+F_r -/+ 2 f(|x - x_r|/2), until it meets an older loop, which continues as if never left. The
+kernels use the inverse, gap over force, which is smooth where the square root is not.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Signs = np.ndarray[Any, np.dtype[np.int64]]
 
 DONE, SNAPPED, OVERFLOW, CHATTER, STALLED = range(5)
-"""How an increment ends: well; on too soft a mount; out of memory; in endless breaks of
-static friction; without an answer."""
+"""End of an increment: success; too soft a mount; out of memory; endless breaks of static
+friction; no solution."""
 DEPTH = 64
-"""Turning points that are remembered, nested loops one inside the other."""
+"""Number of turning points remembered for nested loops."""
 
 
 class Faces(NamedTuple):
@@ -30,7 +30,7 @@ class Faces(NamedTuple):
     turns: Array
     """(2, 2, DEPTH) gap and force of the turning points, outermost first."""
     counts: Signs
-    """(2,) how many of them count."""
+    """(2,) number of valid turning points."""
     heading: Signs
     """(2,) 1 while a face is being loaded, -1 while unloaded."""
     gap: Array
@@ -43,7 +43,7 @@ class Faces(NamedTuple):
 
 @kernel
 def first_gap(force: float, face: Array) -> tuple[float, float]:  # pragma: no cover
-    """Gap at which first loading carries `force`, and its slope."""
+    """Return the gap at which first loading carries `force`, and its slope."""
     stiff, q, reach = face[0], face[1], face[2]
     if force < q * reach:
         return force * force / (stiff * q), 2 * force / (stiff * q)
@@ -52,59 +52,59 @@ def first_gap(force: float, face: Array) -> tuple[float, float]:  # pragma: no c
 
 @kernel
 def first_work(gap: float, face: Array) -> tuple[float, float]:  # pragma: no cover
-    """Work and heat of first loading to `gap` [J], one face."""
+    """Return work and heat of first loading to `gap` [J], one face."""
     stiff, q, reach = face[0], face[1], face[2]
     start = min(gap, q * reach * reach / stiff)
     root = np.sqrt(stiff * q * start) * start / 3
-    beyond = gap - start
-    whole = (stiff * (gap + start) / (4 * reach) + q * reach / 2) * beyond
-    return 2 * root + whole, root + q * reach * beyond / 2
+    linear_gap = gap - start
+    linear_work = (stiff * (gap + start) / (4 * reach) + q * reach / 2) * linear_gap
+    return 2 * root + linear_work, root + q * reach * linear_gap / 2
 
 
 @kernel
 def face_gap(
     push: float, e: int, faces: Faces, face: Array
 ) -> tuple[float, float]:  # pragma: no cover
-    """Gap at which face `e` carries `push`, from where it is, and its slope: Masing's rule."""
-    ahead = 1 if push >= faces.push[e] else -1
+    """Return the gap at which face `e` carries `push`, and its slope: Masing's rule."""
+    direction = 1 if push >= faces.push[e] else -1
     gaps, pushes = faces.turns[e]
     origin, close = faces.counts[e] - 1, faces.counts[e] - 2
     gap, force, first = 0.0, 0.0, origin < 0
-    if ahead == faces.heading[e]:
+    if direction == faces.heading[e]:
         if not first:
             gap, force = gaps[origin], pushes[origin]
     else:
         gap, force, first, close = faces.gap[e], faces.push[e], False, close + 1
-    while close >= 0 and ahead * (push - pushes[close]) >= 0:
+    while close >= 0 and direction * (push - pushes[close]) >= 0:
         first = close == 0
         if not first:
             gap, force = gaps[close - 1], pushes[close - 1]
         close -= 2
     if first:
         return first_gap(push, face)
-    half, slope = first_gap(ahead * (push - force) / 2, face)
-    return gap + ahead * 2 * half, slope
+    half, slope = first_gap(direction * (push - force) / 2, face)
+    return gap + direction * 2 * half, slope
 
 
 @kernel
 def move_face(
     push: float, e: int, faces: Faces, face: Array
 ) -> tuple[float, float, int]:  # pragma: no cover
-    """Take face `e` to `push`; gives work and heat [J]."""
+    """Move face `e` to `push`; returns work and heat [J]."""
     work, heat = 0.0, 0.0
     if push == faces.push[e]:
         return work, heat, DONE
-    ahead = 1 if push > faces.push[e] else -1
+    direction = 1 if push > faces.push[e] else -1
     gaps, pushes = faces.turns[e]
-    if ahead != faces.heading[e]:
+    if direction != faces.heading[e]:
         if faces.counts[e] == DEPTH:
             return work, heat, OVERFLOW
         gaps[faces.counts[e]], pushes[faces.counts[e]] = faces.gap[e], faces.push[e]
         faces.counts[e] += 1
-        faces.heading[e] = ahead
+        faces.heading[e] = direction
     while faces.push[e] != push:
         count = faces.counts[e]
-        closes = count >= 2 and ahead * (push - pushes[count - 2]) >= 0
+        closes = count >= 2 and direction * (push - pushes[count - 2]) >= 0
         end, goal = (gaps[count - 2], pushes[count - 2]) if closes else (0.0, push)
         if count == 0:
             end, _ = first_gap(push, face)
@@ -114,10 +114,10 @@ def move_face(
         else:
             gap, force = gaps[count - 1], pushes[count - 1]
             if not closes:
-                half, _ = first_gap(ahead * (push - force) / 2, face)
-                end = gap + ahead * 2 * half
-            after = first_work(ahead * (end - gap) / 2, face)
-            before = first_work(ahead * (faces.gap[e] - gap) / 2, face)
+                half, _ = first_gap(direction * (push - force) / 2, face)
+                end = gap + direction * 2 * half
+            after = first_work(direction * (end - gap) / 2, face)
+            before = first_work(direction * (faces.gap[e] - gap) / 2, face)
             work += force * (end - faces.gap[e]) + 4 * (after[0] - before[0])
             heat += 2 * (after[1] - before[1])
         faces.gap[e], faces.push[e] = end, goal

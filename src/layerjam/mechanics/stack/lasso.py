@@ -1,7 +1,6 @@
 """One increment of the stack: a weighted one-dimensional fused lasso, solved exactly.
 
-The kernels of the stack are plain loops for numba: state and branches in them are what array code
-is worst at.
+The kernels are plain loops for numba, as array code is slow with state and branches.
 """
 
 from __future__ import annotations
@@ -18,32 +17,32 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 _INNER: dict[str, Any] = dict.fromkeys(("no_cpython_wrapper", "no_cfunc_wrapper"), True)
 _INNER |= {"error_model": "numpy", "_nrt": False}
-"""These loops allocate nothing and are called from other loops only. Counting references to the
-arrays in their tuples took four fifths of the time of a pull."""
+"""These loops allocate nothing and only other loops call them. Reference counting of the arrays in
+their tuples took four fifths of the time of a pull."""
 
 
-def inlined(function: F) -> F:
-    """A small kernel, put where it is called: tuples of arrays are slow to hand over."""
-    compiled: Any = numba.njit(forceinline=True, **_INNER)(function)
-    return compiled
+def inline_kernel(function: F) -> F:
+    """Compile a small kernel inline, as tuples of arrays are slow to pass."""
+    loop: Any = numba.njit(forceinline=True, **_INNER)(function)
+    return loop
 
 
 def kernel(function: F) -> F:
-    """A compiled loop for other loops to call, not for Python.
+    """Compile a loop for other loops to call, not for Python.
 
-    It is not cached by itself: see `stack.kernel_stamp`.
+    It has no cache of its own: see `stack.kernel_stamp`.
     """
-    compiled: Any = numba.njit(**_INNER)(function)
-    return compiled
+    loop: Any = numba.njit(**_INNER)(function)
+    return loop
 
 
 @kernel
 def fused_lasso(d: Array, b: Array, c: Array, z: Array, work: Array) -> None:  # pragma: no cover
-    """z minimising 1/2 sum d (z - b)^2 + sum c |z_{i+1} - z_i|, exactly; `work` is (4, 2 n).
+    """Find z minimising 1/2 sum d (z - b)^2 + sum c |z_{i+1} - z_i|, exactly; `work` is (4, 2 n).
 
-    Dynamic programming over the derivative of the cost (Johnson 2013). The cost of z_i over all to
-    its left has a piecewise linear derivative; an interface clips it to its bound, which is the box
-    of the dual variable f_i and leaves two knots. Every knot is met once on either side: linear.
+    Dynamic programming over the derivative of the cost (Johnson 2013). The cost of z_i over all
+    terms to its left has a piecewise linear derivative. An interface clips it to its bound, the box
+    of the dual variable f_i, which leaves two knots. Each knot is visited once: linear.
     """
     n = len(d)
     x, slope, level, bounds = work[0], work[1], work[2], work[3]

@@ -1,13 +1,12 @@
-"""Which sheet slides when (ours): a stack followed along a history of elongations.
+"""Pull of a stack along a history of elongations: which sheet slides at which elongation.
 
-One increment is a weighted one-dimensional fused lasso (`solve`), the enclosure's faces are in
-`enclosure`. Static over kinetic friction is a jump, not another bound: where the first interface
-reaches its static bound it drops to the kinetic one at that elongation, the rest is solved again,
-until none breaks. What a break overloads lets go together, or one by one, the most overloaded
-first. An interface returns to static friction when its sliding stops: when it has not slid and its
-force has fallen below its kinetic friction. Between jumps heat and
-stored energy are exact whatever the increment: an interface that slides does so at its bound
-throughout.
+One increment is a weighted one-dimensional fused lasso (`solve`); the enclosure's faces are in
+`enclosure`. Static friction above kinetic is a jump, not another bound. The first interface to
+reach its static bound drops to the kinetic one at that elongation, and the stack is solved again,
+until none breaks. Interfaces that a break overloads let go together, or one by one, the most
+overloaded first. An interface returns to static friction when its sliding stops: when it has not
+slid and its force has fallen below its kinetic friction. Between jumps heat and stored energy are
+exact for any increment, as a sliding interface slides at its bound throughout.
 """
 
 from __future__ import annotations
@@ -59,29 +58,29 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 BLOCK = 200_000
-"""Sheets times increments that are followed before anyone hears of it."""
+"""Sheets times increments between two progress reports."""
 _ROUNDS = 100
 AT_BOUND = -1e-9
-"""Share of its bound by which an interface may fall short of it and be at it."""
-_LEAST = 1e-12  # of the elongation: no increment is cut to less
-_BREAKS = 500  # times the sheets, in one increment
+"""Relative shortfall from its bound at which an interface counts as at it."""
+_LEAST = 1e-12  # least increment, as a share of the elongation
+_BREAKS = 500  # breaks in one increment, per sheet
 
 
 @kernel
 def _overload(
-    level: float, stack: Stack, state: State, t: Trial, which: Flags
+    level: float, stack: Stack, state: State, t: Trial, marked: Flags
 ) -> float:  # pragma: no cover
-    """The most by which an interface exceeds its static bound, over that; marks those > `level`."""
+    """Return the largest relative excess over a static bound; `marked` are those > `level`."""
     worst, stiff = -1.0, stiffness_sum(stack)
     reach = 2 * abs(t.values[CAP]) + abs(state.values[ELONGATION])
     for i in range(len(stack.friction)):
         if holds(i, stack, state):
-            most = stack.ratio[i] * bound(i, state.past[i], stack)
-            over = (abs(t.force[i]) - margin(i, reach, stiff, stack)) / most - 1.0
-            worst = max(worst, over)
-            which[i] = over > level
+            limit = stack.ratio[i] * bound(i, state.past[i], stack)
+            excess = (abs(t.force[i]) - margin(i, reach, stiff, stack)) / limit - 1.0
+            worst = max(worst, excess)
+            marked[i] = excess > level
         else:
-            which[i] = False
+            marked[i] = False
     return worst
 
 
@@ -91,43 +90,43 @@ def _accept(
 ) -> int:  # pragma: no cover
     """Make the trial the state, with its work and heat.
 
-    An interface that slid did so at its bound throughout, whenever in the increment that was: its
-    heat is exact, and so is the rest. A jump does no work; what it releases is heat.
+    A sliding interface slides at its bound throughout, wherever in the increment, so its heat is
+    exact, and so are the other energies. A jump does no work; its energy becomes heat.
     """
     n = len(stack.springs)
-    values, held = state.values, state.faces.held
-    rubbed, work, stored = 0.0, held[0] + held[1] - values[STORED], 0.0
+    values, face_energy = state.values, state.faces.held
+    friction_heat, work, elastic = 0.0, face_energy[0] + face_energy[1] - values[STORED], 0.0
     for i in range(n - 1):
         if t.slides[i] != 0:
             slid = abs(t.slip[i] - state.past[i])
             old, new = bound(i, state.past[i], stack), bound(i, t.slip[i], stack)
-            if old + new > 0.0 and (old == 0.0 or new == 0.0):  # only as far as there is overlap
+            if old + new > 0.0 and (old == 0.0 or new == 0.0):  # up to the end of the overlap
                 slid = min(slid, max(old, new) * stack.length[i] / stack.friction[i])
-            rubbed += slid * (old + new) / 2
-    heat = rubbed
+            friction_heat += slid * (old + new) / 2
+    heat = friction_heat
     for e in range(2):
-        done, lost, code = move_face(t.push[e], e, state.faces, stack.face)
+        face_work, face_heat, code = move_face(t.push[e], e, state.faces, stack.face)
         if code != DONE:
             return code
-        work += done
-        heat += lost
-        held[e] += done - lost
+        work += face_work
+        heat += face_heat
+        face_energy[e] += face_work - face_heat
     for i in range(n):
         stretch = t.sheets[i] - (t.values[CAP] if stack.right[i] else 0.0)
-        stored += stack.springs[i] * stretch * stretch / 2
+        elastic += stack.springs[i] * stretch * stretch / 2
     if not np.isinf(stack.mount):
-        stored += t.values[FORCE] ** 2 / (2 * stack.mount)
-    whole = stored + held[0] + held[1]
-    values[HEAT] += values[STORED] - whole if jump > 0.0 else heat
-    values[WORK] += 0.0 if jump > 0.0 else rubbed + work + stored
-    values[STORED] = whole
+        elastic += t.values[FORCE] ** 2 / (2 * stack.mount)
+    total = elastic + face_energy[0] + face_energy[1]
+    values[HEAT] += values[STORED] - total if jump > 0.0 else heat
+    values[WORK] += 0.0 if jump > 0.0 else friction_heat + work + elastic
+    values[STORED] = total
     values[CAP], values[FORCE], values[ELONGATION] = t.values[CAP], t.values[FORCE], target
     for i in range(n):
         state.sheets[i] = t.sheets[i]
     for i in range(n - 1):
         state.past[i], state.slides[i] = t.slip[i], t.slides[i]
         state.interface[i] = t.force[i]
-        # at a jump rounding would say whether one that slid and is still at its bound has stopped
+        # at a jump only rounding decides whether a slid interface at its bound has stopped
         least = (1.0 + AT_BOUND) * bound(i, t.slip[i], stack)
         state.moving[i] = t.slides[i] != 0 or (state.moving[i] and abs(t.force[i]) >= least)
     if values[FORCE] > values[TOP]:
@@ -141,7 +140,7 @@ def _accept(
 
 @kernel
 def _load(target: float, stack: Stack, state: State, t: Trial) -> int:  # pragma: no cover
-    """`solve` in tension only: where the crosshead would push, the brake rests without force."""
+    """Solve in tension only: instead of being pushed, the brake rests without force."""
     code = solve(target, 0.0, stack, state, t)
     state.values[SLACK] = 0.0
     if code == DONE and t.values[FORCE] < 0.0:
@@ -153,94 +152,94 @@ def _load(target: float, stack: Stack, state: State, t: Trial) -> int:  # pragma
 
 @kernel
 def _breaking(
-    target: float, which: Flags, stack: Stack, state: State, t: Trial
+    target: float, marked: Flags, stack: Stack, state: State, t: Trial
 ) -> tuple[int, float]:  # pragma: no cover
-    """Where before `target` the first interface reaches its static bound, by Illinois steps."""
+    """Return where before `target` the first interface reaches its static bound (Illinois)."""
     low, high = state.values[ELONGATION], target
-    above = _overload(AT_BOUND, stack, state, t, which)
+    above = _overload(AT_BOUND, stack, state, t, marked)
     for i in range(len(t.force)):
         t.force[i] = state.interface[i]
-    below, side, at = _overload(AT_BOUND, stack, state, t, which), 0, target
+    below, side, point = _overload(AT_BOUND, stack, state, t, marked), 0, target
     for _ in range(_ROUNDS):
         if below >= 0.0 or above == below:
-            at = low
+            point = low
         else:
-            at = (low * above - high * below) / (above - below)
-        code = _load(at, stack, state, t)
-        over = _overload(AT_BOUND, stack, state, t, which)
-        if code != DONE or (over <= 0.0 and over > -1e-11) or at in (low, high):
-            # rounding may leave the bracket closed a little short of the bound: the nearest breaks
-            _overload(min(over, 0.0) - 1e-9, stack, state, t, which)
-            return code, at
-        if over > 0.0:
-            high, above = at, over
+            point = (low * above - high * below) / (above - below)
+        code = _load(point, stack, state, t)
+        excess = _overload(AT_BOUND, stack, state, t, marked)
+        if code != DONE or (excess <= 0.0 and excess > -1e-11) or point in (low, high):
+            # rounding may close the bracket just short of the bound: the nearest interface breaks
+            _overload(min(excess, 0.0) - 1e-9, stack, state, t, marked)
+            return code, point
+        if excess > 0.0:
+            high, above = point, excess
             below = below / 2 if side == 1 else below
             side = 1
         else:
-            low, below = at, over
+            low, below = point, excess
             above = above / 2 if side == -1 else above
             side = -1
-    return STALLED, at
+    return STALLED, point
 
 
 @kernel
-def _release(which: Flags, state: State) -> None:  # pragma: no cover
-    """Interfaces that have reached their static bound go on with kinetic friction."""
-    for i in range(len(which)):
-        if which[i]:
+def _release(marked: Flags, state: State) -> None:  # pragma: no cover
+    """Give interfaces that have reached their static bound kinetic friction."""
+    for i in range(len(marked)):
+        if marked[i]:
             state.moving[i] = True
 
 
 @kernel
 def advance(
-    target: float, stack: Stack, state: State, t: Trial, which: Flags
+    target: float, stack: Stack, state: State, t: Trial, marked: Flags
 ) -> int:  # pragma: no cover
     """Move the crosshead to `target`, from break to break of static friction."""
     values = state.values
     if target == values[ELONGATION] or (values[SLACK] > 0.0 and target <= values[CAP]):
         values[ELONGATION] = target
         return DONE
-    at, jump, brittle = target, 0.0, False
+    goal, jump, brittle = target, 0.0, False
     for i in range(len(stack.ratio)):
         brittle |= stack.ratio[i] > 1.0
     for _ in range(_BREAKS * len(stack.springs)):
-        code = _load(at, stack, state, t)
-        short = abs(at - values[ELONGATION]) <= _LEAST * abs(at)
+        code = _load(goal, stack, state, t)
+        short = abs(goal - values[ELONGATION]) <= _LEAST * abs(goal)
         if code in (STALLED, SNAPPED) and jump == 0.0 and not short:
-            at = (
-                values[ELONGATION] + (at - values[ELONGATION]) / 2
-            )  # fewer interfaces change their minds
+            goal = (
+                values[ELONGATION] + (goal - values[ELONGATION]) / 2
+            )  # fewer interfaces change state
             continue
         if code != DONE:
             return code
-        over = _overload(AT_BOUND, stack, state, t, which) if brittle else -1.0
-        if over > 0.0 and jump > 0.0:
+        excess = _overload(AT_BOUND, stack, state, t, marked) if brittle else -1.0
+        if excess > 0.0 and jump > 0.0:
             if stack.one_by_one:
-                # the rest stays as this break left it; interfaces that tie go together
-                _overload(over + AT_BOUND, stack, state, t, which)
-                code = _accept(at, jump, stack, state, t)
+                # other interfaces stay as this break left them; ties go together
+                _overload(excess + AT_BOUND, stack, state, t, marked)
+                code = _accept(goal, jump, stack, state, t)
                 if code != DONE:
                     return code
-            _release(which, state)
+            _release(marked, state)
             continue
-        if over > 0.0:
-            code, at = _breaking(target, which, stack, state, t)
-            code = code if code != DONE else _accept(at, jump, stack, state, t)
+        if excess > 0.0:
+            code, goal = _breaking(target, marked, stack, state, t)
+            code = code if code != DONE else _accept(goal, jump, stack, state, t)
             if code != DONE:
                 return code
-            _release(which, state)
+            _release(marked, state)
             jump = 1.0
             continue
-        code = _accept(at, jump, stack, state, t)
-        if code != DONE or at == target:
+        code = _accept(goal, jump, stack, state, t)
+        if code != DONE or goal == target:
             return code
-        at, jump = target, 0.0
+        goal, jump = target, 0.0
     return CHATTER
 
 
 @register_jitable
 def at_rest(stack: Stack) -> State:  # pragma: no cover
-    """A stack at rest."""
+    """Return the state of a stack at rest."""
     n = len(stack.springs)
     turns, counts, heading = np.zeros((2, 2, DEPTH)), np.zeros(2, np.int64), np.ones(2, np.int64)
     faces = Faces(turns, counts, heading, np.zeros(2), np.zeros(2), np.zeros(2))
@@ -251,7 +250,7 @@ def at_rest(stack: Stack) -> State:  # pragma: no cover
 
 @register_jitable
 def room_for(stack: Stack) -> tuple[Trial, Flags]:  # pragma: no cover
-    """Room to move it in."""
+    """Return work arrays for its increments."""
     n = len(stack.springs)
     trial = Trial(
         np.zeros(n - 1, np.int64), np.zeros(n), np.zeros(n), np.zeros(n - 1), np.zeros(n - 1),
@@ -262,20 +261,20 @@ def room_for(stack: Stack) -> tuple[Trial, Flags]:  # pragma: no cover
 
 
 @kernel
-def apart(stack: Stack, state: State) -> bool:  # pragma: no cover
-    """No interface that can lose its overlap has any left."""
-    some = False
+def is_separated(stack: Stack, state: State) -> bool:  # pragma: no cover
+    """Return whether no interface that can lose its overlap has any left."""
+    can_separate = False
     for i in range(len(stack.friction)):
         if not np.isinf(stack.length[i]):
-            some = True
-            slipped = -state.past[i] if stack.right[i] else state.past[i]
-            if slipped < stack.length[i]:
+            can_separate = True
+            slip = -state.past[i] if stack.right[i] else state.past[i]
+            if slip < stack.length[i]:
                 return False
-    return some
+    return can_separate
 
 
 class StackPull(NamedTuple):
-    """What a stack did along N elongations; a housing's walls count as sheets."""
+    """Motion of a stack along N elongations; walls of a housing count as sheets."""
 
     force: Array
     """(N,) at the crosshead [N]."""
@@ -288,55 +287,53 @@ class StackPull(NamedTuple):
     slip: Array
     """(N, n - 1) slip of each interface, positive as the brake lengthens [m]."""
     sliding: Flags
-    """(N, n - 1) True where the interface slides."""
+    """(N, n - 1) True if the interface slides."""
     faces: Array
     """(N, 2) force of the enclosure's faces [N]."""
     work: Array
     """(N,) work done at the crosshead so far [J]."""
     heat: Array
-    """(N,) energy dissipated so far [J]: friction, enclosure, and what breaks of static friction
-    release."""
+    """(N,) energy dissipated so far [J]: friction, enclosure, and breaks of static friction."""
     stored: Array
     """(N,) elastic energy in sheets, mount and enclosure [J]."""
     slack: Flags
-    """(N,) True where the crosshead has come closer than the brake is long."""
+    """(N,) True if the crosshead is closer than the length of the brake."""
     snapped: bool
-    """True where the mount was too soft to go on; the arrays end before it."""
+    """True if the mount was too soft to go on; the arrays end before it."""
 
 
 def kernel_stamp() -> str:
-    """What the cache of a loop over stacks is valid for."""
+    """Return the stamp that validates the cache of a loop over stacks."""
     return stamp_of(Path(__file__).parent.glob("*.py"))
 
 
 @once
 def _follow() -> Any:
-    """The loop over a path."""
     stamp = kernel_stamp()
 
     @numba.njit(cache=True, error_model="numpy")
     def follow(
-        path: Array, stack: Stack, state: State, room: tuple[Trial, Flags], made: StackPull
+        path: Array, stack: Stack, state: State, room: tuple[Trial, Flags], tracks: StackPull
     ) -> tuple[int, int]:  # pragma: no cover
         len(stamp)
-        n, (trial, which) = len(stack.springs), room
+        n, (trial, marked) = len(stack.springs), room
         for step in range(len(path)):
-            code = advance(path[step], stack, state, trial, which)
+            code = advance(path[step], stack, state, trial, marked)
             if code != DONE:
                 return step, code
             values = state.values
-            made.force[step], made.cap[step] = values[FORCE], values[CAP]
-            made.work[step], made.heat[step] = values[WORK], values[HEAT]
-            made.stored[step], made.slack[step] = values[STORED], values[SLACK] > 0.0
+            tracks.force[step], tracks.cap[step] = values[FORCE], values[CAP]
+            tracks.work[step], tracks.heat[step] = values[WORK], values[HEAT]
+            tracks.stored[step], tracks.slack[step] = values[STORED], values[SLACK] > 0.0
             for e in range(2):
-                made.faces[step, e] = state.faces.push[e]
+                tracks.faces[step, e] = state.faces.push[e]
             for i in range(n):
-                made.sheets[step, i] = state.sheets[i]
+                tracks.sheets[step, i] = state.sheets[i]
             for i in range(n - 1):
-                made.interface[step, i] = state.interface[i]
-                made.slip[step, i] = -state.past[i] if stack.right[i] else state.past[i]
-                made.sliding[step, i] = state.slides[i] != 0
-            if apart(stack, state):
+                tracks.interface[step, i] = state.interface[i]
+                tracks.slip[step, i] = -state.past[i] if stack.right[i] else state.past[i]
+                tracks.sliding[step, i] = state.slides[i] != 0
+            if is_separated(stack, state):
                 return step + 1, DONE
         return len(path), DONE
 
@@ -346,8 +343,8 @@ def _follow() -> Any:
 def check_stack(stack: Stack) -> None:
     """Raise QuantityError for a stack whose arrays do not fit together."""
     n = len(stack.springs)
-    each = (stack.friction, stack.ratio, stack.length)
-    if n < 2 or len(stack.right) != n or any(len(a) != n - 1 for a in each):
+    rows = (stack.friction, stack.ratio, stack.length)
+    if n < 2 or len(stack.right) != n or any(len(a) != n - 1 for a in rows):
         raise QuantityError(f"stack: {n} sheets need {n - 1} interfaces, at least one")
     if not ((stack.friction >= 0).all() and (stack.ratio >= 1).all()):
         raise QuantityError("stack: friction must not be negative, nor static below kinetic")
@@ -361,17 +358,16 @@ def pull_stack(
 ) -> StackPull:
     """Move the crosshead along `path` [m], shape (N,), from rest; it may turn.
 
-    Tension only: where the crosshead would have to push, the brake stays as it is without load, its
-    force is zero, and `slack` says so until the crosshead is back. Whether a single sheet would
-    buckle is not asked. The arrays end where no interface overlaps any more, or before the mount is
-    too soft to go on. Where interfaces are at rest or slide in one direction, the length of an
-    increment changes nothing; where they turn within one, heat is counted for the slip between its
-    ends.
+    Tension only: if the crosshead would have to push, the brake rests without load, its force is
+    zero, and `slack` is set until the crosshead is back. Buckling of single sheets is not checked.
+    The arrays end where no interface overlaps any more, or before the mount is too soft to go on.
+    The length of an increment has no effect while interfaces rest or slide in one direction. If
+    they turn within one, heat is that of the slip between its ends.
 
     `renew` is called before each increment with the slip of the interfaces [m], shape (n - 1,), and
-    may put other friction into the stack's arrays; False ends the pull. `progress` is called with
-    the share done (0 to 1). Raises QuantityError for a stack whose
-    arrays do not fit together and ProcedureError for more nested turns than are remembered.
+    may change the friction in the stack's arrays; False ends the pull. `progress` is called with
+    the share done (0 to 1). Raises QuantityError for a stack whose arrays do not fit together and
+    ProcedureError for more nested turns than are remembered.
     """
     check_stack(stack)
     n, count = len(stack.springs), len(path)
@@ -384,19 +380,19 @@ def pull_stack(
         )
         for name in StackPull._fields[:-1]
     }
-    made = StackPull(**tracks, snapped=False)
+    motion = StackPull(**tracks, snapped=False)
     state, room = at_rest(stack), room_for(stack)
-    block, done, code = 1 if renew else max(1, BLOCK // n), 0, DONE
-    heard = max(1, BLOCK // n)
-    while done < count and code == DONE:
+    block, first, code = 1 if renew else max(1, BLOCK // n), 0, DONE
+    report_every = max(1, BLOCK // n)
+    while first < count and code == DONE:
         if renew and not renew(np.where(stack.right[:-1], -state.past, state.past), stack):
             break
-        part = slice(done, min(done + block, count))
-        steps, code = _follow()(path[part], stack, state, room, _cut(made, part))
-        done += steps
-        if progress and (done % heard == 0 or not renew):
-            progress(1.0 if done < part.stop else done / count)
-        if done < part.stop:
+        part = slice(first, min(first + block, count))
+        steps, code = _follow()(path[part], stack, state, room, _cut(motion, part))
+        first += steps
+        if progress and (first % report_every == 0 or not renew):
+            progress(1.0 if first < part.stop else first / count)
+        if first < part.stop:
             break
     if code == OVERFLOW:
         raise ProcedureError(
@@ -405,17 +401,16 @@ def pull_stack(
         )
     if code == CHATTER:
         raise LayerjamError(
-            f"stack: static friction breaks and heals without end around {path[done]:.6g} m; take "
+            f"stack: static friction breaks and heals without end around {path[first]:.6g} m; take "
             "smaller increments or kinetic friction only"
         )
     if code not in (DONE, SNAPPED):
         raise LayerjamError(
-            f"stack: no equilibrium was found at an elongation of {path[done]:.6g} m; please "
+            f"stack: no equilibrium was found at an elongation of {path[first]:.6g} m; please "
             "report this brake"
         )
-    return _cut(made, slice(done), code == SNAPPED)
+    return _cut(motion, slice(first), code == SNAPPED)
 
 
-def _cut(made: StackPull, part: slice, snapped: bool = False) -> StackPull:
-    """A stretch of the increments."""
-    return StackPull._make([*(track[part] for track in made[:-1]), snapped])
+def _cut(motion: StackPull, part: slice, snapped: bool = False) -> StackPull:
+    return StackPull._make([*(track[part] for track in motion[:-1]), snapped])

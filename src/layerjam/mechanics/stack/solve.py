@@ -1,4 +1,4 @@
-"""One increment of the stack: which interfaces slide, where sheets, mount, enclosure end.
+"""One increment of the stack: which interfaces slide, and where sheets and mount end.
 
 Sheet i has displacement w_i and an anchor spring d_i to its cap (left ones to ground, right ones to
 the cap at U). Interface i carries f_i, |f_i| <= c_i, and has slipped by s_i. One increment is
@@ -6,10 +6,10 @@ the cap at U). Interface i carries f_i, |f_i| <= c_i, and has slipped by s_i. On
     min over w of  1/2 sum d_i (w_i - y_i)^2 + sum c_i |w_{i+1} - w_i - s_i|,  y_i = 0 or U,
 
 strictly convex, so that the answer is unique; no time step, no contact stiffness, no chatter. Which
-interfaces slide is found exactly in time linear in the sheets (`fused_lasso`). With that known,
-sheets, mount and bounds that follow the slip are one tridiagonal system, and the faces of the
-enclosure two scalars beside it (`respond`, `place`). The two alternate until the pattern stands,
-mostly at once: it is the last increment's.
+interfaces slide is found exactly in time linear in the sheets (`fused_lasso`). Then
+sheets, mount and slip-dependent bounds are one tridiagonal system, and the enclosure's faces two
+more unknowns (`respond`, `place`). The two steps alternate until the pattern stays, mostly at once,
+as it equals that of the last increment.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from layerjam.mechanics.stack.enclosure import DONE, SNAPPED, STALLED, Faces, face_gap
-from layerjam.mechanics.stack.lasso import fused_lasso, inlined, kernel
+from layerjam.mechanics.stack.lasso import fused_lasso, inline_kernel, kernel
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
@@ -29,15 +29,15 @@ CAP, FORCE, ELONGATION, WORK, HEAT, STORED, SLACK, TOP, TOP_ELONGATION, TOP_SLIP
 """Places in `State.values`; the first two also in `Trial.values`."""
 _ROUNDS = 150
 _SNAPS = 40
-"""Tries to find another pattern before the mount is called too soft."""
-# rounding must not decide whether an interface slides: of its own friction, of spring times cap
+"""Attempts to find another pattern before the mount counts as too soft."""
+# tolerances against rounding, relative to the friction and to spring times cap
 _TIGHT, _ROUNDED = 1e-11, 4e-16
 
 
 class Stack(NamedTuple):
-    """A stack at a vacuum; n sheets, n - 1 interfaces. A housing's walls count as sheets.
+    """Stack at a vacuum; n sheets, n - 1 interfaces. Walls of a housing count as sheets.
 
-    An interface holds `friction` (1 - slip/length), which may differ from one to the next (scatter,
+    An interface holds `friction` (1 - slip/length), which may differ between interfaces (scatter,
     pressure missing in the middle, misaligned sheets).
     """
 
@@ -50,38 +50,39 @@ class Stack(NamedTuple):
     ratio: Array
     """(n - 1,) static over kinetic friction, at least 1."""
     length: Array
-    """(n - 1,) slip at which nothing is left of it [m]; infinite for one that stays."""
+    """(n - 1,) slip at which the friction ends [m]; infinite if it stays."""
     mount: float
     """Spring between crosshead and moving cap [N/m]; infinite for a rigid one."""
     ends: Signs
-    """(2,) the sheets whose outer side the enclosure's faces touch."""
+    """(2,) sheets whose outer side the enclosure's faces touch."""
     face: Array
     """(3,) one face of the enclosure: EA [N], friction q [N/m], reach l [m]; EA = 0 for none."""
     one_by_one: bool = False
-    """Whether of the interfaces that a break overloads only the most overloaded one breaks next."""
+    """Whether only the most overloaded of the interfaces that a break overloads breaks next."""
 
 
 class State(NamedTuple):
-    """A stack between two increments."""
+    """State of a stack between two increments."""
 
     past: Array
-    """(n - 1,) w_{i+1} - w_i where each interface last slid to [m]."""
+    """(n - 1,) w_{i+1} - w_i at the end of the last slide of each interface [m]."""
     slides: Signs
     """(n - 1,) sign of the last sliding, 0 at rest."""
     moving: Flags
-    """(n - 1,) True where kinetic friction counts."""
+    """(n - 1,) True if kinetic friction applies."""
     sheets: Array
     """(n,) displacements [m]."""
     interface: Array
     """(n - 1,) forces [N]."""
     values: Array
-    """Cap, force, elongation, work, heat, stored energy, whether the crosshead is slack, and the
-    greatest force so far with its elongation and mean slip."""
+    """Cap, force, elongation, work, heat, stored energy, slack of the crosshead, and the greatest
+    force so far with its elongation and mean slip.
+    """
     faces: Faces
 
 
 class Trial(NamedTuple):
-    """An increment being solved, and the room to solve it in."""
+    """Increment being solved, with its work arrays."""
 
     slides: Signs
     z: Array
@@ -90,7 +91,7 @@ class Trial(NamedTuple):
     slip: Array
     push: Array
     pull: Array
-    """(2,) forces of the faces with which the pattern is looked for [N]."""
+    """(2,) forces of the faces for which the pattern is determined [N]."""
     values: Array
     """Cap and force."""
     offset: Array
@@ -104,37 +105,37 @@ class Trial(NamedTuple):
     work: Array
 
 
-@inlined
+@inline_kernel
 def bound(i: int, slip: float, stack: Stack) -> float:  # pragma: no cover
-    """Kinetic friction of interface i at w_{i+1} - w_i = slip [N]."""
-    slipped = -slip if stack.right[i] else slip
-    return max(stack.friction[i] * (1.0 - slipped / stack.length[i]), 0.0)
+    """Return the kinetic friction of interface i at w_{i+1} - w_i = slip [N]."""
+    forward = -slip if stack.right[i] else slip
+    return max(stack.friction[i] * (1.0 - forward / stack.length[i]), 0.0)
 
 
-@inlined
+@inline_kernel
 def stiffness_sum(stack: Stack) -> float:  # pragma: no cover
-    """All anchor springs [N/m]."""
+    """Return the sum of all anchor springs [N/m]."""
     stiff = 0.0
     for i in range(len(stack.springs)):
         stiff += stack.springs[i]
     return stiff
 
 
-@inlined
+@inline_kernel
 def margin(i: int, reach: float, stiff: float, stack: Stack) -> float:  # pragma: no cover
-    """By how much a force of interface i may miss its bound [N] and be taken to be at it."""
+    """Return the tolerance [N] within which a force of interface i is at its bound."""
     return _TIGHT * stack.friction[i] + _ROUNDED * stiff * reach
 
 
-@inlined
+@inline_kernel
 def holds(i: int, stack: Stack, state: State) -> bool:  # pragma: no cover
-    """Interface i rests on static friction that is more than the kinetic one."""
+    """Return whether interface i rests on static friction above the kinetic one."""
     return stack.ratio[i] > 1.0 and not state.moving[i] and bound(i, state.past[i], stack) > 0.0
 
 
 @kernel
 def respond(stack: Stack, state: State, t: Trial) -> None:  # pragma: no cover
-    """How groups of sheets that rest on each other follow cap and faces, for t's pattern.
+    """Compute how groups of stuck sheets follow cap and faces, for t's pattern.
 
     A sliding interface carries f = s c (1 - slip/length), s its sign, which couples its groups.
     """
@@ -183,26 +184,26 @@ def respond(stack: Stack, state: State, t: Trial) -> None:  # pragma: no cover
             t.terms[k, m] = (t.terms[k, m] - after) / t.diagonal[k]
 
 
-@inlined
+@inline_kernel
 def _lay_out(stack: Stack, state: State, t: Trial) -> None:  # pragma: no cover
-    """Sheets, forces and slips of t's pattern, from its cap and the push of its faces."""
+    """Compute sheets, forces and slips of t's pattern from its cap and the push of its faces."""
     n, cap = len(stack.springs), t.values[CAP]
     p0, p1 = t.push
-    total, carried = 0.0, 0.0
+    total, force = 0.0, 0.0
     for i in range(n):
         j = t.group[i]
         t.z[i] = t.terms[j, 0] + t.terms[j, 1] * cap + t.terms[j, 2] * p0 + t.terms[j, 3] * p1
         t.sheets[i] = t.z[i] + t.offset[i]
         stretch = t.sheets[i] - (cap if stack.right[i] else 0.0)
-        carried += stack.springs[i] * stretch
+        force += stack.springs[i] * stretch
         for e in range(2):
             if i == stack.ends[e]:
-                carried += t.push[e] if stack.right[i] else -t.push[e]
+                force += t.push[e] if stack.right[i] else -t.push[e]
                 total += 0.0 if stack.right[i] else t.push[e]
         if stack.right[i]:
             total -= stack.springs[i] * stretch
         if i < n - 1:
-            t.force[i] = carried
+            t.force[i] = force
     t.values[FORCE] = total
     for i in range(n - 1):
         t.slip[i] = state.past[i] + (t.z[i + 1] - t.z[i] if t.slides[i] != 0 else 0.0)
@@ -212,7 +213,7 @@ def _lay_out(stack: Stack, state: State, t: Trial) -> None:  # pragma: no cover
 def place(
     target: float, slack: float, stack: Stack, state: State, t: Trial
 ) -> int:  # pragma: no cover
-    """Cap, faces, sheets and forces for t's pattern; SNAPPED where the mount is too soft for it."""
+    """Compute cap, faces, sheets and forces for t's pattern; SNAPPED if the mount is too soft."""
     n = len(stack.springs)
     respond(stack, state, t)
     # force on the cap, and the gaps, over (1, U, p0, p1)
@@ -249,13 +250,13 @@ def place(
         for _ in range(_ROUNDS):
             at0, slope0 = face_gap(p0, 0, state.faces, stack.face)
             at1, slope1 = face_gap(p1, 1, state.faces, stack.face)
-            # where first loading starts, two faces on one group of sheets are one unknown
+            # at the start of first loading two faces on one group of sheets are one unknown
             slope0, slope1 = max(slope0, -1e-6 * b00), max(slope1, -1e-6 * b11)
             r0 = g0 + b00 * p0 + b01 * p1 - at0
             r1 = g1 + b10 * p0 + b11 * p1 - at1
             m00, m11 = slope0 - b00, slope1 - b11
-            whole = m00 * m11 - b01 * b10
-            d0, d1 = (m11 * r0 + b01 * r1) / whole, (m00 * r1 + b10 * r0) / whole
+            determinant = m00 * m11 - b01 * b10
+            d0, d1 = (m11 * r0 + b01 * r1) / determinant, (m00 * r1 + b10 * r0) / determinant
             p0, p1 = p0 + d0, p1 + d1
             if abs(d0) <= 1e-14 * abs(p0) + 1e-15 and abs(d1) <= 1e-14 * abs(p1) + 1e-15:
                 break
@@ -270,14 +271,14 @@ def place(
 def solve(
     target: float, slack: float, stack: Stack, state: State, t: Trial
 ) -> int:  # pragma: no cover
-    """The increment to `target`, or to no force; interfaces at rest on static friction hold."""
+    """Solve the increment to `target`, or to zero force; interfaces on static friction hold."""
     n = len(stack.springs)
     for i in range(n - 1):
         t.slides[i], t.slip[i] = state.slides[i], state.past[i]
         if holds(i, stack, state):
             t.slides[i] = 0
     cap, stiff = state.values[CAP], stiffness_sum(stack)
-    before, snapped = cap, 0
+    before, snaps = cap, 0
     t.pull[0], t.pull[1] = state.faces.push
     for turn in range(_ROUNDS):
         code = place(target, slack, stack, state, t)
@@ -285,9 +286,9 @@ def solve(
         for i in range(n - 1):
             tight = margin(i, reach, stiff, stack)
             if t.slides[i] != 0:
-                ahead = t.slides[i] * (t.slip[i] - state.past[i])
-                fine &= ahead >= -tight / stack.springs[i]
-                # whether any overlap is left was taken from the round before
+                progress = t.slides[i] * (t.slip[i] - state.past[i])
+                fine &= progress >= -tight / stack.springs[i]
+                # the remaining overlap is that of the round before
                 hold = t.slides[i] * bound(i, t.slip[i], stack)
                 fine &= abs(t.force[i] - hold) <= 1e3 * tight
             elif not holds(i, stack, state):
@@ -295,36 +296,36 @@ def solve(
         if fine:
             return DONE
         if code != DONE:
-            snapped += 1
-            if snapped > _SNAPS:
+            snaps += 1
+            if snaps > _SNAPS:
                 return code
-            # where all slid in one direction before and in the other now, the answer lies between
+            # if all slid in one direction before and in the other now, the solution is between
             cap = (cap + before) / 2
-            # a pattern that slides on is no start for one that turns back
+            # a sliding pattern is a poor start for one that turns back
             for i in range(n - 1):
                 t.slides[i], t.slip[i] = 0, state.past[i]
             if turn == 0:
                 continue
-        # cap and faces at which to look for the pattern: where two patterns send to each other, the
-        # answer lies between, and steps that get shorter find it
+        # cap and faces for the next pattern: if two patterns lead to each other, the solution is
+        # between, and steps that get shorter find it
         part = 1.0 if turn < 5 else 0.5 if turn < 25 else 12.0 / turn
         if code == DONE:
             before = cap
             cap += part * (t.values[CAP] - cap)
             for e in range(2):
                 t.pull[e] += part * (t.push[e] - t.pull[e])
-        least, most = np.inf, -np.inf
+        lowest, highest = np.inf, -np.inf
         for i in range(n):
             t.centre[i] = (cap if stack.right[i] else 0.0) - t.offset[i]
             for e in range(2):
                 if i == stack.ends[e]:
                     pull = -t.pull[e] if stack.right[i] else t.pull[e]
                     t.centre[i] += pull / stack.springs[i]
-            least, most = min(least, t.centre[i]), max(most, t.centre[i])
+            lowest, highest = min(lowest, t.centre[i]), max(highest, t.centre[i])
         for i in range(n - 1):
             t.bound[i] = bound(i, t.slip[i], stack)
             if holds(i, stack, state):
-                t.bound[i] = stiff * (most - least)  # more than any interface can be given
+                t.bound[i] = stiff * (highest - lowest)  # more than any interface can carry
         fused_lasso(stack.springs, t.centre, t.bound, t.z, t.work)
         for i in range(n - 1):
             jump = t.z[i + 1] - t.z[i]

@@ -12,7 +12,13 @@ from layerjam.device.load import load
 from layerjam.mechanics.stop.exact import STOPPED, stop
 from layerjam.mechanics.stop.tune import tuned_vacuum
 from layerjam.mechanics.threads import once
-from layerjam.simulate.accelerometer import ADXL193, CLASSES, cfc_filter, memory, seen
+from layerjam.simulate.accelerometer import (
+    ADXL193,
+    CLASSES,
+    cfc_filter,
+    measure_acceleration,
+    memory,
+)
 from layerjam.simulate.accelerometer import specific_force as specific_force_of
 from layerjam.simulate.drop import drop, spring_of
 from layerjam.simulate.record import DropRecord
@@ -132,9 +138,11 @@ def claims() -> list[Claim]:
     from scipy.optimize import brentq
 
     (full, tuned_stop), study = stops(), rope_study()
-    peaks = [seen(run, ADXL193).peak / G for run in (full, tuned_stop)]
+    peaks = [measure_acceleration(run, ADXL193).peak / G for run in (full, tuned_stop)]
     signals = [specific_force_of(run) for run in (full, tuned_stop)]
-    largest_loss = max(seen(run, ADXL193, c).loss for run in (full, tuned_stop) for c in CLASSES)
+    largest_loss = max(
+        measure_acceleration(run, ADXL193, c).loss for run in (full, tuned_stop) for c in CLASSES
+    )
     ten, two = cutoffs()
     # the rope that `bare_peak` says gives 10 g at 2.5 m/s
     soft = ((PAPER_FULL - 1) ** 2 - 1) * MASS * G**2 / SPEED**2

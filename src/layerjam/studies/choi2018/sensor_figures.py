@@ -6,7 +6,14 @@ import numpy as np
 
 from layerjam.report import style
 from layerjam.report.style import BLUE, GREEN, GREY, INK, KPA, MS, ORANGE, PURPLE, RED, SKY
-from layerjam.simulate.accelerometer import ADXL193, CLASSES, IDEAL, Reading, seen, specific_force
+from layerjam.simulate.accelerometer import (
+    ADXL193,
+    CLASSES,
+    IDEAL,
+    Reading,
+    measure_acceleration,
+    specific_force,
+)
 from layerjam.simulate.record import DropRecord
 from layerjam.studies.choi2018 import impact
 from layerjam.studies.choi2018.impact import PAPER_BARE, PAPER_FULL, PAPER_TUNED, G
@@ -18,7 +25,10 @@ COLORS = dict(zip(NAMES, (BLUE, RED, ORANGE, PURPLE, SKY), strict=True))
 
 def chains(record: DropRecord) -> dict[str, Reading]:
     """Return readings of one stop by filter: the sensor alone, then each class alone."""
-    read = [seen(record, ADXL193), *(seen(record, IDEAL, c) for c in CLASSES)]
+    read = [
+        measure_acceleration(record, ADXL193),
+        *(measure_acceleration(record, IDEAL, c) for c in CLASSES),
+    ]
     return dict(zip(NAMES, read, strict=True))
 
 

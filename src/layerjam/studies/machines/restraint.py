@@ -34,7 +34,7 @@ from layerjam.mechanics.friction import friction_per_contact, growth, growth_of
 from layerjam.mechanics.law import law
 from layerjam.mechanics.pull import rising_root
 from layerjam.mechanics.stiffness import working_stiffness
-from layerjam.simulate.speed import counted
+from layerjam.simulate.speed import without_idle_speed_law
 from layerjam.studies.machines.scenario import Array, Scenario
 
 ROOMS = (256, 4096)
@@ -326,7 +326,7 @@ class Trial(NamedTuple):
     def strap(self, **instead: Any) -> Strap:
         """Return the scenario's strap, with `parallel`, `series`, `vacuum` or `webbing` instead."""
         brakes = self.scenario.brakes
-        brake = straight(counted(self.scenario.brake.brake), "the restraint")
+        brake = straight(without_idle_speed_law(self.scenario.brake.brake), "the restraint")
         settings = {"parallel": brakes.parallel, "series": brakes.series, "vacuum": brakes.vacuum}
         strap: Strap = strap_of(**(settings | {"webbing": self.webbing} | instead), brake=brake)
         return strap

@@ -31,7 +31,7 @@ from layerjam.records.shipped import shipped
 from layerjam.records.source import Source
 from layerjam.records.toml import line_of, parse_toml
 from layerjam.records.values import TextSpec, entries, value
-from layerjam.simulate.speed import in_a_machine
+from layerjam.simulate.speed import machine_notices
 from layerjam.units import (
     QuantitySpec,
     check,
@@ -133,7 +133,7 @@ class Scenario:
             if paths:
                 note = {"unstated": "no source is stated"}.get(kind, f"{kind}, not measured")
                 out.append(f"scenario: {', '.join(paths)}: {note}")
-        return [*out, *self.brake.warnings(), *self.line.warnings(), *in_a_machine(self.brake)]
+        return [*out, *self.brake.warnings(), *self.line.warnings(), *machine_notices(self.brake)]
 
     def cited(self) -> list[tuple[str, str, str]]:
         """Return (path, value with unit, source) of every entry."""

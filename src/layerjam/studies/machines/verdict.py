@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.errors import Notice
-from layerjam.simulate.speed import beyond
+from layerjam.simulate.speed import speed_notices
 from layerjam.studies.machines.restraint import difference_growth
 from layerjam.studies.machines.scenario import Scenario, kind_of
 from layerjam.units import get, record, show
@@ -165,7 +165,7 @@ class Machine(Scenario):
         if pace is None or law is None:
             return []
         series, brake = self.brakes.series, self.brake.brake
-        notices = beyond(self.brake, float(np.max(pace)) / series)
+        notices = speed_notices(self.brake, float(np.max(pace)) / series)
         if series > 1:
             times = difference_growth(law, slip, series, brake)
             words = (

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from layerjam.design.merit import MERITS, VARIABLES
-from layerjam.design.verdict import named
+from layerjam.design.verdict import describe_design
 from layerjam.report.chart import Pane
 from layerjam.report.design_figures import Look, losing, marked, scale
 from layerjam.report.style import GREY
@@ -63,7 +63,7 @@ def front_chart(result: Any, names: tuple[str, str], number: int, dark: bool) ->
     def point(design: Row, word: str = "") -> dict[str, Any]:
         place = [float(f"{design[n] * f:.6g}") for n, (f, _) in zip(names, scales, strict=True)]
         value = [*place, design.get("number", REFINED)]
-        return {"value": value, "name": f"{word}{': ' if word else ''}{named(design)}"}
+        return {"value": value, "name": f"{word}{': ' if word else ''}{describe_design(design)}"}
 
     points = [point(d) for d in result.front]
     look = dict(color=PALE if dark else GREY, symbolSize=8, z=2)
@@ -137,7 +137,7 @@ def forbidden(result: Any) -> str:
     rows = [
         (
             f["constraint"],
-            named(f["design"]),
+            describe_design(f["design"]),
             said(f["value"], units[f["constraint"]]),
             f"{f['short']:.1%}",
             f"{f['gain']:.1%}",
@@ -194,10 +194,10 @@ def verdict(result: Any) -> str:
         return refusal(result)
     text = (
         f"{result.feasible_designs:,} of {result.designs:,} designs meet all constraints; "
-        f"{result.front_size:,} are on the front. Chosen: {named(result.chosen)}."
+        f"{result.front_size:,} are on the front. Chosen: {describe_design(result.chosen)}."
     )
     if result.runner_up is not None:
-        text += f"\nRunner-up: {named(result.runner_up)}; {result.runner_up_lost}."
+        text += f"\nRunner-up: {describe_design(result.runner_up)}; {result.runner_up_lost}."
     if result.binding:
         text += f"\nHeld by {', '.join(result.binding)}."
     return text

@@ -15,7 +15,7 @@ from layerjam.design.design_file import plain_name
 from layerjam.design.few_numbers import HOLD, STOP, hold, stop
 from layerjam.design.requirements import DesignSpecification
 from layerjam.design.specification import examples, read_spec
-from layerjam.design.verdict import named
+from layerjam.design.verdict import describe_design
 from layerjam.device.load import catalogue
 from layerjam.errors import FileError, LayerjamError
 from layerjam.report.design_figures import seen_over
@@ -393,7 +393,7 @@ class NeedPart(Part):
         self._drawn = now
         chart = front.front_chart(result, names, number, self.page.dark)
         self.panel.draw(found.answer, chart)
-        self.looked.set_text(f"Looked at: {named(design)}")
+        self.looked.set_text(f"Looked at: {describe_design(design)}")
         self.tables["comparison"].set_content(front.comparison(result, number))
         for make in (front.forbidden, front.chances, front.slopes):
             self.tables[make.__name__].set_content(make(result))
