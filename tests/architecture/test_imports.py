@@ -15,8 +15,8 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "layerjam"
 MODULES = sorted(SOURCE.rglob("*.py"))
 FLOORS = (
-    "errors", "verdict", "conversion", "units", "outputs", "records", "device", "fluid", "mechanics", "kernel",
-    "simulate",
+    "errors", "verdict", "conversion", "units", "outputs", "records", "device", "fluid",
+    "mechanics", "kernel", "simulate",
     "measure", "identify", "lab", "control", "design", "archive", "dataset", "fabricate", "rig",
     "interop", "report", "commands", "studies", "workbench", "laws", "cli", "__main__",
 )  # fmt: skip
