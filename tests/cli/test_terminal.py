@@ -70,7 +70,7 @@ def test_every_command_explains_itself(run: Run, command: str) -> None:
 
 
 def test_help_lists_the_commands(run: Run) -> None:
-    ran = run("--help")
+    ran = run("help", "all")
     assert ran.code == 0 and all(f" {command} " in ran.out for command in COMMANDS)
 
 

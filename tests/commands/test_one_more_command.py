@@ -88,7 +88,7 @@ def test_it_stands_in_the_index_under_its_group(dive: Any) -> None:
 
 
 def test_the_command_line_has_it(dive: Any, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "dive Pressure of water at a depth" in said(capsys, "--help")[1]
+    assert "dive Pressure of water at a depth" in said(capsys, "help", "all")[1]
     _, text, _ = said(capsys, "dive", "--help")
     assert "--depth Q Depth of the dive, e.g. 12m. [required]" in text and EXAMPLE in text
     assert said(capsys, *EXAMPLE.split()[1:])[:2] == (0, "pressure 117.7 kPa feasible yes ")
