@@ -186,7 +186,7 @@ def verdict(brake: Any, **options: Any) -> Built:
         made = REGISTRY["build"].arguments((brake,), {**options, "out": ""}, notices)
         chosen = _chosen(made["brake"], *(made.get(name) for name in CHOICES))
         counts = _counts(made["parallel"], made["series"])
-        return _verdict(made["brake"], chosen, *counts, made["accept"])
+        return _verdict(made["brake"], chosen, *counts, made.get("accept"))
 
 
 def _chosen(
