@@ -241,7 +241,7 @@ def test_what_cannot_be_is_refused_and_leaves_nothing(
     out = ["--out", str(tmp_path / "a.ljrun")]
     for more, why in (
         (["--procedure", "evacuate to 40 kPa; pull at 1 mm/s until 5 mm"], "crosshead"),
-        (["--procedure", "blow"], "no step"),
+        (["--procedure", "blow"], "not a step"),
         (["--procedure", PROCEDURE, "--sample-time", "20ms"], "10 ms"),
         (["--procedure", PROCEDURE, "--vent-rest", "closed"], "-221"),
     ):
@@ -434,7 +434,7 @@ def test_a_log_and_its_resume(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert again["gaps"] == 0
     assert main(["bench", "log", FAST + "&at=40kPa", "--out", str(tmp_path / "b.ljrun"),
                  "--resume", "--duration", "5 s"]) == 2  # fmt: skip
-    assert "no file" in capsys.readouterr().err
+    assert "not a file" in capsys.readouterr().err
 
 
 @pytest.mark.slow
