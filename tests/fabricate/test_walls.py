@@ -71,7 +71,7 @@ def least_thickness(surface, rng: np.random.Generator, more: int = 1500) -> floa
 
 def measured(brake: Brake, build: Build, rng: np.random.Generator) -> float:
     """Least wall of caps and plates; rounded edges are drawn as the corners they round."""
-    sharp = replace(build, edge=0.0)
+    sharp = unchecked(build, edge=0.0)
     found = lengths(brake, sharp)
     return min(
         least_thickness(mesh(part.solid), rng)

@@ -244,7 +244,7 @@ def test_what_is_no_run_is_refused(tmp_path: Path) -> None:
     torn.chmod(0o644)
     torn.write_bytes(torn.read_bytes()[:9000] + bytes(3000))
     for path, why in ((text, "not a run"), (other, "not a run"), (torn, "damaged"),
-                      (tmp_path, "not a file"), (tmp_path / "none", "no file")):  # fmt: skip
+                      (tmp_path, "not a file"), (tmp_path / "none", "not a file")):  # fmt: skip
         with pytest.raises(FileError, match=why):
             read_run(path)
 

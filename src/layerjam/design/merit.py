@@ -13,7 +13,6 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -171,7 +170,6 @@ def brake_of(point: Point, base: Brake) -> Brake:
     An offset x0 turns overlap into free length on both sides. The stiffness is that of the sheets
     in series with the base's mount, if that was measured.
     """
-    point = jax.tree.map(jnp.asarray, point)  # NaN, for what is unknown, is no number of a record
     start = base.sheets
     ends = base.mount.clamped_length
     spare = start.length - start.overlap - jnp.maximum(start.free_left, start.free_right) - ends

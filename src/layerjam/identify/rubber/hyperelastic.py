@@ -70,8 +70,7 @@ def stress(model: str, parameters: Mapping[str, float], strain: object) -> Array
     """Engineering stress [Pa] at engineering strains, any shape; incompressible, uniaxial."""
     if model not in PARAMETERS:
         raise UnknownNameError("hyperelastic model", model, PARAMETERS)
-    # arrays: a fit may try numbers that no file can hold
-    rubber = {ours: np.asarray(parameters[name]) for name, ours in NAMES[model].items()}
+    rubber = {ours: parameters[name] for name, ours in NAMES[model].items()}
     law = Hyperelastic(strain=1, **rubber)
     return np.asarray(uniaxial_stress(np.asarray(strain, float), law, np))
 
