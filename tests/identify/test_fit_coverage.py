@@ -60,7 +60,7 @@ def test_intervals_contain_the_truth(case) -> None:
         assert tally.missing <= 5, name
         # neither side of the truth is missed far more often than the other
         assert max(tally.below, tally.above) <= 2 + stats.binom.ppf(
-            1 - 1e-4, CAMPAIGNS, 0.025 if case.least else 0.1
+            1 - 1e-4, CAMPAIGNS, 0.025 if case.stated else 0.1
         )
 
 
