@@ -126,7 +126,7 @@ IMPERATIVE = set(
     "share shorten show simplify simulate skip solve sort specify speed split start state stop store stream strip "
     "summarise support suppress swap switch sync take tell test tie tighten time trace track train translate treat "
     "trim try tune turn type unify update upgrade use "
-    "validate vectorise verify wait warn widen wire work wrap write".split()
+    "bound validate vectorise verify wait warn widen wire work wrap write".split()
 )
 
 
