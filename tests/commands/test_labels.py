@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import copy
+import json
 import pickle
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -114,6 +116,29 @@ def test_labels_that_do_not_fit_are_refused() -> None:
         lj.force(KAPTON, slip=[0.01, 0.02], vacuum=[1e4, 2e4, 3e4])
 
 
+def test_a_coordinate_with_the_name_of_an_input_is_in_si() -> None:
+    """Millimetres under the unit m would be a silent wrong number."""
+    at = [10.0, 20.0]
+    slip = xarray.DataArray(at, dims="slip", coords={"slip": at}, attrs={"units": "mm"})
+    result = lj.force(KAPTON, slip=slip, vacuum=5e4)
+    for labelled in (result.force, result.to_xarray()):
+        assert labelled.slip.values.tolist() == [0.01, 0.02]
+        assert labelled.slip.attrs["units"] == "m"
+        assert labelled.vacuum.item() == 5e4 and labelled.vacuum.attrs["units"] == "Pa"
+    assert result.to_frame().slip.tolist() == [0.01, 0.02]
+
+
+def test_labelled_results_are_written_and_compared(tmp_path: Path) -> None:
+    force = xarray.DataArray([50.0, 300.0], dims="force")
+    answer = lj.vacuum(KAPTON, slip=0.02, force=force)
+    assert answer.exit_code == 1 and answer.feasible.values.tolist() == [True, False]
+    saved = json.loads(answer.save(tmp_path / "answer.json").read_text("utf-8"))
+    plain = lj.vacuum(KAPTON, slip=0.02, force=[50.0, 300.0])
+    assert saved["vacuum"] == [pytest.approx(float(plain.vacuum[0]), rel=1e-14), None]
+    assert answer == lj.vacuum(KAPTON, slip=0.02, force=force)
+    assert pickle.loads(pickle.dumps(answer)) == answer
+
+
 def test_plain_arrays_keep_their_inputs() -> None:
     slip, vacuum = np.linspace(0, 0.05, 5), np.array([[2e4], [9e4]])
     result = lj.force(KAPTON, slip=slip, vacuum=vacuum)
@@ -155,6 +180,10 @@ def test_a_figure_is_drawn_into_the_users_axes() -> None:
     with pytest.raises(LayerjamError, match=r"ax: 1 given, but this figure has \d axes"):
         lj.show(KAPTON).plot(ax=left)
     pyplot.close(figure)
+    # inputs that vary together share the axis; one alone has a figure too
+    paired = lj.force(KAPTON, slip=[0.01, 0.02, 0.03], vacuum=[1e4, 2e4, 3e4])
+    assert [curve.name for curve in paired.grid.panes("force", paired.force, "N")[0].curves] == [""]
+    assert lj.force(KAPTON, slip=[0.02], vacuum=5e4).plot() is not None
 
 
 def pulled(vacuum: float = 67e3) -> pandas.DataFrame:

@@ -24,20 +24,23 @@ MOST_CURVES = 24
 """Most curves of an array result that one figure shows."""
 
 
+Coordinate = tuple[tuple[str, ...], Any, Mapping[str, Any]]
+
+
 @dataclass(frozen=True)
 class Grid:
     """The array arguments of one call, and the dimensions of what is computed from them.
 
     `inputs` are SI arrays that broadcast to `shape`, `units` their SI units. `coordinates` maps a
-    name to the dimensions and values of a coordinate. If the arguments were `labelled`, so are the
-    arrays of the result.
+    name to the dimensions, values and attributes of a coordinate; one with the name of an input
+    holds its SI values. If the arguments were `labelled`, so are the arrays of the result.
     """
 
     inputs: Mapping[str, np.ndarray]
     units: Mapping[str, str]
     dimensions: tuple[str, ...]
     shape: tuple[int, ...]
-    coordinates: Mapping[str, tuple[tuple[str, ...], Any]]
+    coordinates: Mapping[str, Coordinate]
     labelled: bool = False
 
     def label(self, values: Mapping[str, Any], units: Mapping[str, str]) -> dict[str, Any]:
@@ -72,9 +75,8 @@ class Grid:
             import xarray
         plain = {name: value for name, value in values.items() if np.ndim(value) == 0}
         data = xarray.Dataset({**plain, **self.label(values, units)}, coords=self.coordinates)
-        for name in (*plain, *self.inputs):
-            if name in data:
-                data[name].attrs["units"] = {**self.units, **units}[name]
+        for name in plain:
+            data[name].attrs["units"] = units[name]
         return data
 
     def lines(self, values: Mapping[str, Any], units: Mapping[str, str]) -> Iterator[str]:
@@ -116,16 +118,18 @@ class Grid:
             / usual_factor(self.units[n])
             for n, one in self.inputs.items()
         }
-        across = next((n for n in inputs if self.dimensions[0] in self._varies(n)), "")
+        along = [n for n, one in self.inputs.items() if sizes(one, self.shape)[0] > 1]
+        across = (along or [n for n, one in self.inputs.items() if one.ndim])[0]
         curves = []
         for place in range(cases.shape[1]):
-            held = {n: self.inputs_at(n, place) for n in inputs if n != across}
-            label = ", ".join(show(v, self.units[n]) for n, v in held.items())
+            held = [n for n in inputs if n not in (across, *along)]
+            label = ", ".join(show(self.inputs_at(n, place), self.units[n]) for n in held)
             y = cases[:, place] / usual_factor(unit)
             curves.append(Curve(inputs[across][:, place], y, CYCLE[place % len(CYCLE)], label))
         x = f"{across.replace('_', ' ')} [{usual_unit(self.units[across])}]"
         height = f"{name.replace('_', ' ')} [{usual_unit(unit)}]"
-        ends = float(np.min(inputs[across])), float(np.max(inputs[across]))
+        low, high = float(np.min(inputs[across])), float(np.max(inputs[across]))
+        ends = (low, high) if low < high else (None, None)
         return [Pane(curves, x, height, ends, (None, None))]
 
     def inputs_at(self, name: str, place: int) -> float:
@@ -133,11 +137,10 @@ class Grid:
         whole = np.broadcast_to(self.inputs[name], self.shape)
         return float(np.reshape(whole, (self.shape[0], -1))[0, place])
 
-    def _varies(self, name: str) -> set[str]:
-        """Return the dimensions along which an input has more than one value."""
-        own = self.inputs[name]
-        sizes = (1,) * (len(self.shape) - own.ndim) + own.shape
-        return {d for d, size in zip(self.dimensions, sizes, strict=True) if size > 1}
+
+def sizes(value: np.ndarray, shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the sizes of an array along the axes of the shape that it broadcasts to."""
+    return (1,) * (len(shape) - value.ndim) + value.shape
 
 
 def usual_factor(si: str) -> float:
@@ -167,8 +170,8 @@ def elements(value: Any, spec: QuantitySpec, name: str) -> Any:
 def align(arguments: dict[str, Any], units: Mapping[str, str]) -> Grid | None:
     """Return the grid that those arguments span that have units, None if all are single numbers.
 
-    Labelled arrays among the arguments are replaced by plain ones of the grid's shape.
-    Labelled arrays broadcast by the names of their dimensions, others by NumPy's rules. Raises
+    Labelled arrays among the arguments are replaced by plain ones of the grid's shape. They
+    broadcast by the names of their dimensions, others by NumPy's rules. Raises
     QuantityError for arrays that do not fit each other, or of which only some are labelled.
     """
     values = {n: arguments[n] for n in units if arguments.get(n) is not None}
@@ -198,22 +201,23 @@ def align(arguments: dict[str, Any], units: Mapping[str, str]) -> Grid | None:
         ) from None
     inputs = {name: np.asarray(value, float) for name, value in values.items()}
     dimensions: list[str] = []
-    coordinates: dict[str, tuple[tuple[str, ...], Any]] = {}
+    coordinates: dict[str, Coordinate] = {}
     for axis, size in enumerate(shape):
         varying = []
         for name, value in inputs.items():
-            sizes = (1,) * (len(shape) - value.ndim) + value.shape
-            if sizes[axis] > 1 or (size == 1 and value.ndim):
-                varying.append((name, sum(s > 1 for s in sizes)))
+            own = sizes(value, shape)
+            if own[axis] > 1 or (size == 1 and value.ndim):
+                varying.append((name, sum(one > 1 for one in own)))
         alone = len(varying) == 1 and varying[0][1] <= 1
         name = varying[0][0] if alone and varying[0][0] not in dimensions else f"case_{axis}"
         dimensions.append(name)
         if name in inputs:
-            coordinates[name] = ((name,), inputs[name].ravel())
+            coordinates[name] = ((name,), inputs[name].ravel(), {"units": units[name]})
     for name, value in inputs.items():
         if name not in coordinates:
             whole = np.broadcast_to(value, shape) if value.ndim else value
-            coordinates[name] = (tuple(dimensions) if value.ndim else (), whole)
+            own_dimensions = tuple(dimensions) if value.ndim else ()
+            coordinates[name] = (own_dimensions, whole, {"units": units[name]})
     return Grid(inputs, dict(units), tuple(dimensions), shape, coordinates)
 
 
@@ -231,14 +235,18 @@ def _labelled(
         ) from None
     whole = dict(zip(labelled, xarray.broadcast(*aligned), strict=True))
     first = next(iter(whole.values()))
-    coordinates = {
-        str(name): (tuple(map(str, one.dims)), one.values) for name, one in first.coords.items()
+    coordinates: dict[str, Coordinate] = {
+        str(name): (tuple(map(str, one.dims)), one.values, one.attrs)
+        for name, one in first.coords.items()
+        if name not in labelled
     }
+    for name, value in values.items():
+        if name not in labelled:
+            coordinates[name] = ((), float(value), {"units": units[name]})
     for name, own in labelled.items():
-        if name in own.dims and name not in coordinates:
-            coordinates[name] = ((name,), own.values)
-        elif name not in coordinates and name not in first.dims:
-            coordinates[name] = (tuple(map(str, own.dims)), own.values)
+        if name not in first.dims or own.dims == (name,):
+            about = {"units": units[name]}
+            coordinates[name] = (tuple(map(str, own.dims)), own.values, about)
     inputs = {
         name: np.asarray(whole[name].values if name in whole else value, float)
         for name, value in values.items()

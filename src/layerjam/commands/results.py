@@ -118,7 +118,7 @@ class Result:
         if self.failed_checks:
             return FAILED
         feasible = getattr(self, "feasible", None)
-        if feasible is False or False in getattr(feasible, "flat", ()):
+        if feasible is False or not getattr(feasible, "all", lambda: True)():
             return 1
         return 3 if getattr(self, "refused", None) else 0
 
