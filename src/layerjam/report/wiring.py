@@ -215,7 +215,7 @@ class _Pen:
         )
         sides = {"IN2": "left", "IN1": "left", "OUT2": "right", "OUT1": "right"}
         sides |= {"VM": "top", "GND": "bottom"}
-        at = self.chip((x + 5.6, y), "IN1", sides, (3.0, 3.4), "")
+        at = self.chip((x + 5.6, y), "IN1", sides, (4.4, 3.4), "")
         self.tag(at["VM"], "pump plus")
         self.add(self.elements.Ground(), at["GND"])
         for name, use in (("IN1", "pump_gate"), ("IN2", "pump_back_gate")):
