@@ -49,7 +49,7 @@ LEAD = (
 )
 BANNER = (
     "Every curve here is computed or comes from files of a virtual test machine; those are "
-    "synthetic and named so. No measured curve of the paper is published. Printed values are"
+    "synthetic and named so. No measured curve of the paper is published. Printed values are "
     "quoted from the paper; 'ours' was computed in this run."
 )
 MEANING = (
