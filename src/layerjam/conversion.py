@@ -128,8 +128,9 @@ def _converted(value: Any, number: str, si: str, name: str) -> Any:
     """Return the number of a quantity object in the SI unit `si`."""
     try:
         return getattr(value.to("" if si == "1" else _pint_name(si)), number)
-    except Exception as error:  # each package has its own
-        raise QuantityError.of(name, f"{str(value)[:60]} is not in '{si}': {error}") from None
+    except Exception:  # each package has its own
+        goal = "a pure number" if si == "1" else si
+        raise QuantityError.of(name, f"{str(value)[:60]} cannot be converted to {goal}") from None
 
 
 def _with_attribute(value: Any, si: str, name: str) -> Any:
@@ -141,5 +142,5 @@ def _with_attribute(value: Any, si: str, name: str) -> Any:
         return value
     factor = unit_factor(str(unit), si)
     if factor is None:
-        raise QuantityError.of(name, f"its attribute units, '{unit}', is not in '{si}'")
+        raise QuantityError.of(name, f"its attribute units, '{unit}', cannot be converted to {si}")
     return value * float(factor)

@@ -71,7 +71,7 @@ def test_a_constructor_takes_what_a_file_may_hold():
         Outer(count=2, rate=0.0, inner=Inner(size=0.1))
     with pytest.raises(QuantityError, match="size: '2' has no unit"):
         Inner(size="2")
-    with pytest.raises(QuantityError, match=r"size: .*2 kilogram.* is not in 'm'"):
+    with pytest.raises(QuantityError, match=r"size: 2 kilogram cannot be converted to m"):
         Inner(size=pint.UnitRegistry().Quantity(2, "kg"))
     with pytest.raises(QuantityError, match="inner: 0.1 is not Inner"):
         Outer(count=2, inner=0.1)
