@@ -29,15 +29,19 @@ def bind(
     names = [*signature.parameters, *flattened]
     for name in named:
         if name not in signature.parameters:
-            near = difflib.get_close_matches(name, names, n=2, cutoff=0.5)
-            hint = f"did you mean {' or '.join(near)}?" if near else f"it has {', '.join(names)}"
+            suggestions = difflib.get_close_matches(name, names, n=2, cutoff=0.5)
+            hint = (
+                f"did you mean {' or '.join(suggestions)}?"
+                if suggestions
+                else f"it has {', '.join(names)}"
+            )
             raise ArgumentError(f"{function}() has no parameter '{name}'; {hint}")
     try:
         return dict(signature.bind(*args, **named).arguments)
     except TypeError as error:
         missing = [name for name in list(needed)[len(args) :] if name not in named]
-        each = "; ".join(f"{name} ({needed[name].rstrip('.')})" for name in missing)
-        words = f"needs {each}" if missing else str(error)
+        meanings = "; ".join(f"{name} ({needed[name].rstrip('.')})" for name in missing)
+        words = f"needs {meanings}" if missing else str(error)
         raise ArgumentError(f"{function}() {words}") from None
 
 

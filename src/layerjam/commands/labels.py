@@ -64,8 +64,10 @@ class Grid:
         import pandas
 
         columns = {
-            name: np.broadcast_to(np.asarray(np.nan if one is None else one), self.shape).ravel()
-            for name, one in {**self.inputs, **values}.items()
+            name: np.broadcast_to(
+                np.asarray(np.nan if value is None else value), self.shape
+            ).ravel()
+            for name, value in {**self.inputs, **values}.items()
         }
         return pandas.DataFrame(columns)
 
@@ -114,28 +116,28 @@ class Grid:
                 "drawn; choose some of them",
             )
         inputs = {
-            n: np.reshape(np.broadcast_to(one, self.shape), cases.shape)
+            n: np.reshape(np.broadcast_to(array, self.shape), cases.shape)
             / usual_factor(self.units[n])
-            for n, one in self.inputs.items()
+            for n, array in self.inputs.items()
         }
-        along = [n for n, one in self.inputs.items() if sizes(one, self.shape)[0] > 1]
-        across = (along or [n for n, one in self.inputs.items() if one.ndim])[0]
+        varying_inputs = [n for n, array in self.inputs.items() if sizes(array, self.shape)[0] > 1]
+        abscissa = (varying_inputs or [n for n, array in self.inputs.items() if array.ndim])[0]
         curves = []
         for place in range(cases.shape[1]):
-            held = [n for n in inputs if n not in (across, *along)]
-            label = ", ".join(show(self.inputs_at(n, place), self.units[n]) for n in held)
+            fixed_inputs = [n for n in inputs if n not in (abscissa, *varying_inputs)]
+            label = ", ".join(show(self.inputs_at(n, place), self.units[n]) for n in fixed_inputs)
             y = cases[:, place] / usual_factor(unit)
-            curves.append(Curve(inputs[across][:, place], y, CYCLE[place % len(CYCLE)], label))
-        x = f"{across.replace('_', ' ')} [{usual_unit(self.units[across])}]"
+            curves.append(Curve(inputs[abscissa][:, place], y, CYCLE[place % len(CYCLE)], label))
+        x = f"{abscissa.replace('_', ' ')} [{usual_unit(self.units[abscissa])}]"
         height = f"{name.replace('_', ' ')} [{usual_unit(unit)}]"
-        low, high = float(np.min(inputs[across])), float(np.max(inputs[across]))
+        low, high = float(np.min(inputs[abscissa])), float(np.max(inputs[abscissa]))
         ends = (low, high) if low < high else (None, None)
         return [Pane(curves, x, height, ends, (None, None))]
 
     def inputs_at(self, name: str, place: int) -> float:
         """Return the value of an input in the first row of a case, in SI."""
-        whole = np.broadcast_to(self.inputs[name], self.shape)
-        return float(np.reshape(whole, (self.shape[0], -1))[0, place])
+        values = np.broadcast_to(self.inputs[name], self.shape)
+        return float(np.reshape(values, (self.shape[0], -1))[0, place])
 
 
 def sizes(value: np.ndarray, shape: tuple[int, ...]) -> tuple[int, ...]:
@@ -157,9 +159,9 @@ def elements(value: Any, spec: QuantitySpec, name: str) -> Any:
     if hasattr(value, "dims"):
         values = value.astype(float)
     elif getattr(value, "dtype", None) is None or np.asarray(value).dtype.kind in "OUS":
-        each = np.asarray(value, dtype=object)
-        numbers = [spec.si(one, name) for one in each.ravel()]
-        values = np.array(numbers, dtype=float).reshape(each.shape)
+        objects = np.asarray(value, dtype=object)
+        numbers = [spec.si(element, name) for element in objects.ravel()]
+        values = np.array(numbers, dtype=float).reshape(objects.shape)
     else:
         values = np.asarray(value, dtype=float)
     for edge in (values.min(), values.max()) if values.size else ():
@@ -205,19 +207,19 @@ def align(arguments: dict[str, Any], units: Mapping[str, str]) -> Grid | None:
     for axis, size in enumerate(shape):
         varying = []
         for name, value in inputs.items():
-            own = sizes(value, shape)
-            if own[axis] > 1 or (size == 1 and value.ndim):
-                varying.append((name, sum(one > 1 for one in own)))
-        alone = len(varying) == 1 and varying[0][1] <= 1
-        name = varying[0][0] if alone and varying[0][0] not in dimensions else f"case_{axis}"
+            own_sizes = sizes(value, shape)
+            if own_sizes[axis] > 1 or (size == 1 and value.ndim):
+                varying.append((name, sum(length > 1 for length in own_sizes)))
+        is_single = len(varying) == 1 and varying[0][1] <= 1
+        name = varying[0][0] if is_single and varying[0][0] not in dimensions else f"case_{axis}"
         dimensions.append(name)
         if name in inputs:
             coordinates[name] = ((name,), inputs[name].ravel(), {"units": units[name]})
     for name, value in inputs.items():
         if name not in coordinates:
-            whole = np.broadcast_to(value, shape) if value.ndim else value
+            array = np.broadcast_to(value, shape) if value.ndim else value
             own_dimensions = tuple(dimensions) if value.ndim else ()
-            coordinates[name] = (own_dimensions, whole, {"units": units[name]})
+            coordinates[name] = (own_dimensions, array, {"units": units[name]})
     return Grid(inputs, dict(units), tuple(dimensions), shape, coordinates)
 
 
@@ -228,27 +230,27 @@ def _labelled(
     import xarray
 
     try:
-        aligned = xarray.align(*labelled.values(), join="exact", copy=False)
+        arrays = xarray.align(*labelled.values(), join="exact", copy=False)
     except ValueError as error:
         raise QuantityError.of(
             next(iter(labelled)), f"coordinates of the arrays differ: {error}"
         ) from None
-    whole = dict(zip(labelled, xarray.broadcast(*aligned), strict=True))
-    first = next(iter(whole.values()))
+    by_name = dict(zip(labelled, xarray.broadcast(*arrays), strict=True))
+    first = next(iter(by_name.values()))
     coordinates: dict[str, Coordinate] = {
-        str(name): (tuple(map(str, one.dims)), one.values, one.attrs)
-        for name, one in first.coords.items()
+        str(name): (tuple(map(str, coordinate.dims)), coordinate.values, coordinate.attrs)
+        for name, coordinate in first.coords.items()
         if name not in labelled
     }
     for name, value in values.items():
         if name not in labelled:
             coordinates[name] = ((), float(value), {"units": units[name]})
-    for name, own in labelled.items():
-        if name not in first.dims or own.dims == (name,):
-            about = {"units": units[name]}
-            coordinates[name] = (tuple(map(str, own.dims)), own.values, about)
+    for name, array in labelled.items():
+        if name not in first.dims or array.dims == (name,):
+            attributes = {"units": units[name]}
+            coordinates[name] = (tuple(map(str, array.dims)), array.values, attributes)
     inputs = {
-        name: np.asarray(whole[name].values if name in whole else value, float)
+        name: np.asarray(by_name[name].values if name in by_name else value, float)
         for name, value in values.items()
     }
     return Grid(inputs, dict(units), tuple(map(str, first.dims)), first.shape, coordinates, True)
