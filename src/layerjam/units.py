@@ -95,8 +95,9 @@ def _finite(value: float, text: object, name: str) -> float:
 
 def is_traced(value: object) -> bool:
     """Return whether JAX traces a value, so that nothing can be known of it."""
-    jax = sys.modules.get("jax")
-    return jax is not None and isinstance(value, jax.core.Tracer)
+    core = getattr(sys.modules.get("jax"), "core", None)
+    # a thread may be importing JAX at this moment
+    return isinstance(value, getattr(core, "Tracer", ()))
 
 
 def _short(value: object) -> str:

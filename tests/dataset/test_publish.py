@@ -296,5 +296,5 @@ def test_a_broken_dataset_is_one_sentence(published: Published, tmp_path: Path) 
         recompute(copy)
     with zipfile.ZipFile(tmp_path / "empty.zip", "w"):
         pass
-    with pytest.raises(FileError, match="no dataset"):
+    with pytest.raises(FileError, match="is not a dataset"):
         recompute(tmp_path / "empty.zip")

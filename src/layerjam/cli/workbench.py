@@ -6,6 +6,7 @@ from typing import Annotated
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.results import Result, fact, result
+from layerjam.errors import MissingExtraError
 from layerjam.units import QuantitySpec
 
 PORT = QuantitySpec("1", "port to listen on", lo=1, hi=65535, whole=True)
@@ -27,7 +28,10 @@ def workbench(
 ) -> WorkbenchResult:
     """Open the workbench: all of layerjam on a page of your browser."""
     from layerjam.cli.engine import engine
-    from layerjam.workbench.server import serve
 
+    with MissingExtraError.raise_if_missing("the workbench (nicegui)", "workbench"):
+        import nicegui  # noqa: F401
+
+        from layerjam.workbench.server import serve
     serve(host=host, port=port, show=show, engine=engine)
     return WorkbenchResult(port=port)

@@ -149,6 +149,10 @@ class Bed:
         while plant.vacuum > EMPTY:  # a valve that is closed at rest keeps the vacuum
             plant.vacuum = plant.side = plant.shown = 0.0
             time.sleep(1e-3)
+        # the board must have read the healed sensor: the answer to one sample precedes the next
+        healed = plant.asked + 2
+        while plant.asked < healed:
+            bench.ask("*OPC?")
         bench.lease = LONG_LEASE
         bench.regulator = plan.case.regulator
         plant.watch = observer = Observer(plant, plan)

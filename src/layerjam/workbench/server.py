@@ -17,7 +17,7 @@ from starlette.requests import HTTPConnection
 from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.websockets import WebSocketClose
 
-from layerjam.errors import MissingExtraError, QuantityError
+from layerjam.errors import QuantityError
 
 LOCAL = ("localhost", "127.0.0.1", "[::1]")
 HEADERS = {
@@ -179,10 +179,10 @@ def serve(
 ) -> None:
     """Serve until interrupted; `engine` makes JAX ready, in a thread.
 
-    Raises MissingExtraError without NiceGUI, and QuantityError where it cannot listen.
+    Raises ImportError without NiceGUI, and QuantityError where it cannot listen.
     """
-    with MissingExtraError.raise_if_missing("the workbench (nicegui)", "workbench"):
-        from nicegui import app, run, ui
+    from nicegui import app, run, ui
+
     if not is_loopback(host):
         token = token or secrets.token_urlsafe(18)
     check_free(host, port)
