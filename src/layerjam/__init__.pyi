@@ -149,9 +149,10 @@ def demo(
 ) -> _DemoResult:
     """Show all of it in about a minute: test, calibrate, predict, build, run a bench, publish.
 
-    Rebuilds the folder `out`, prints each command and its answer, and writes a page that compares
-    the paper's claims with layerjam. Raises FileError, and writes nothing, if the folder is not the
-    demo's own.
+    Rebuilds the folder `out`, prints one line with its time for each step, and writes a page that
+    compares the paper's claims with layerjam. Each command with its answer is in `demo.log` next to
+    the page. Raises FileError, and writes nothing, if the folder is not the demo's own, and
+    LayerjamError if a step fails.
     """
 
 def ageing(

@@ -8,15 +8,16 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.cli.demo import demo
+from layerjam.cli.demo import _Steps, demo
 from layerjam.device.load import load
-from layerjam.errors import FileError
+from layerjam.errors import FileError, LayerjamError
 
 STEPS = (
     "friction", "calibrate", "validate", "vacuum", "show", "build", "bench run", "publish",
     "recompute", "reproduce",
 )  # fmt: skip
-PROGRESS = re.compile(r"layerjam: [\w. -]+ \d+%")
+STEP = re.compile(r"  ([a-z]+(?: run)?): .* +\d+\.\d s")
+"""Line of a step: its command, its content and its time."""
 
 
 def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path) -> None:
@@ -32,6 +33,23 @@ def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / "thesis.txt").read_text() == "mine"
 
 
+def test_a_step_prints_one_line_and_logs_the_rest(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    steps = _Steps(tmp_path / "demo.log")
+    steps.run("show: the brake", "show", "choi2018-kapton")
+    shown, err = capfd.readouterr()
+    assert STEP.fullmatch(shown.rstrip("\n")) and err == ""
+    log = steps.path.read_text(encoding="utf-8")
+    assert log.startswith("\n$ layerjam show choi2018-kapton\n") and "\nmass " in log
+    with pytest.raises(LayerjamError, match=r"'layerjam show none' .* exit code 2; .*demo\.log"):
+        steps.run("show: no brake", "show", "none")
+    shown, err = capfd.readouterr()
+    assert shown.startswith("  show: no brake ") and shown.endswith("stopped\n") and err == ""
+    log = steps.path.read_text(encoding="utf-8")
+    assert "\nmass " in log and "'none'" in log.split("$ layerjam show none\n")[1]
+
+
 @pytest.mark.slow
 def test_twice_in_a_row(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out" / "demo"
@@ -39,17 +57,20 @@ def test_twice_in_a_row(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> No
     for _ in range(2):
         done = demo(out=out)
         assert Path(done.report).is_file() and Path(done.dataset).is_dir()
+        assert Path(done.pictures).is_dir()
         shown, err = capfd.readouterr()
-        # a slow machine sees how far it is; the bench states its lease, and nothing else is there
-        lines = err.splitlines()
-        assert [line for line in lines if line.startswith("layerjam: lease 600 s: ")] != []
-        assert all(PROGRESS.fullmatch(line) for line in lines if ": lease " not in line), err
-        assert "Traceback" not in shown
-        kept.append({p: p.read_bytes() for p in out.rglob("*.*") if p.is_file()})
-        run = kept[-1].pop(out / "bench.ljrun")  # every run has a number and a time of its own
-        assert run.startswith(b"SQLite format 3")
+        # the command line adds the result's table
+        assert len(shown.splitlines()) + len(str(done).splitlines()) <= 40 and err == ""
+        steps = [step[1] for line in shown.splitlines() if (step := STEP.fullmatch(line))]
+        assert steps == ["measure", *STEPS]
+        log = Path(done.log).read_text(encoding="utf-8")
+        assert log.count("layerjam: lease 600 s: ") == 1 and "Traceback" not in log
         for command in STEPS:
-            assert f"\n$ layerjam {command} " in shown
+            assert f"\n$ layerjam {command} " in log
+        kept.append({p: p.read_bytes() for p in out.rglob("*.*") if p.is_file()})
+        # every run of the bench has a number and a time of its own, the log states both
+        run = kept[-1].pop(out / "bench.ljrun")
+        assert run.startswith(b"SQLite format 3") and kept[-1].pop(out / "demo.log")
         assert f"Open {out / 'report.html'}" in shown and "The five numbers that matter" in shown
         numbers = shown.split("The five numbers that matter")[1].splitlines()[1:6]
         assert all(line.startswith("  ") for line in numbers)

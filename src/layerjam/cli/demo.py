@@ -1,23 +1,22 @@
 """`demo`: the main job on files, from friction tests to a vacuum, a report and a dataset.
 
-Every step is a command that a user can type, with its usual output.
+Every step is a command that a user can type. Its usual output goes into a log; the terminal gets
+one line a step.
 """
 
 from __future__ import annotations
 
 import contextlib
 import importlib
-import io
-import json
 import shlex
 import shutil
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from layerjam.cli.engine import engine
 from layerjam.cli.main import main as layerjam
@@ -32,6 +31,8 @@ if TYPE_CHECKING:
     from layerjam.report.style import Figure
 
 BRAKE = "choi2018-kapton"
+SLIP, FORCE = 0.020, 100.0
+"""Slip [m] and force [N] of the question for the vacuum."""
 ROPE_STIFFNESS = 16.8e3
 """Rope stiffness of the paper's drop test [N/m]."""
 BENCH = (
@@ -43,6 +44,8 @@ BENCH = (
 TITLE = ("--title", "The demo's campaign", "--licence", "CC0-1.0", "--author", "The demo")
 USED = ("ezdxf", "jinja2", "manifold3d", "matplotlib", "pypdfium2", "typst")
 """Packages of the extras that the steps need, checked before the first one."""
+LOG, RUN, BUILD, DATASET = "demo.log", "bench.ljrun", "build", "dataset"
+Files = tuple[list[Path], list[Path], list[Path]]
 MARKER = ".made-by-layerjam-demo"
 """File in the folder that identifies it as the demo's, so that the demo may rebuild it."""
 
@@ -70,30 +73,39 @@ def _clear(out: Path) -> None:
         raise FileError(out, f"cannot be made: {err.strerror}") from None
 
 
-def _run_command(*words: str) -> None:
-    """Print a command and run it."""
-    print(f"\n$ layerjam {shlex.join(words)}", flush=True)
-    code = layerjam(words)
-    if code:
-        sys.exit(code)
+class _Steps:
+    """Steps of the demo: a line with its time for each, and a log of all that it prints."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    @contextlib.contextmanager
+    def step(self, content: str) -> Iterator[None]:
+        """Print the content and the duration of a step; append its output to the log."""
+        print(f"  {content:<62}", end="", flush=True)
+        began = time.perf_counter()
+        try:
+            with (
+                self.path.open("a", encoding="utf-8") as log,
+                contextlib.redirect_stdout(log),
+                contextlib.redirect_stderr(log),
+            ):
+                yield
+        except BaseException:
+            print("stopped")
+            raise
+        print(f"{time.perf_counter() - began:6.1f} s")
+
+    def run(self, content: str, *words: str) -> None:
+        """Run a command as one step. Raises LayerjamError if its exit code is not 0."""
+        line = f"layerjam {shlex.join(words)}"
+        with self.step(content):
+            print(f"\n$ {line}", flush=True)
+            if code := layerjam(words):
+                raise LayerjamError(f"'{line}' ended with exit code {code}; {self.path} states why")
 
 
-def _command(*words: str) -> dict[str, Any]:
-    """Print a command, run it, and return its answer."""
-    _run_command(*words)
-    # run it again for the numbers, without writing anything
-    words_json = [*words, "--json"]
-    for option in ("--out", "--brake"):
-        if option in words_json:
-            index = words_json.index(option)
-            del words_json[index : index + 2]
-    output = io.StringIO()
-    with contextlib.redirect_stdout(output):
-        layerjam(words_json)
-    return dict(json.loads(output.getvalue()))
-
-
-def _files(folder: Path) -> tuple[list[Path], list[Path], list[Path]]:
+def _files(folder: Path) -> Files:
     """Return friction tests, the calibration pull and the validation pulls, synthetic."""
     from layerjam.device.load import load
     from layerjam.studies.choi2018 import lab
@@ -113,6 +125,8 @@ class DemoResult(Result):
 
     folder: str = fact("the folder")
     report: str = fact("the page")
+    pictures: str = fact("folder of the page's pictures")
+    log: str = fact("output of every step")
     brake: str = fact("the calibrated brake")
     build: str = fact("what a workshop needs to make it")
     run: str = fact("the virtual bench's run")
@@ -130,9 +144,10 @@ def demo(
 ) -> DemoResult:
     """Show all of it in about a minute: test, calibrate, predict, build, run a bench, publish.
 
-    Rebuilds the folder `out`, prints each command and its answer, and writes a page that compares
-    the paper's claims with layerjam. Raises FileError, and writes nothing, if the folder is not the
-    demo's own.
+    Rebuilds the folder `out`, prints one line with its time for each step, and writes a page that
+    compares the paper's claims with layerjam. Each command with its answer is in `demo.log` next to
+    the page. Raises FileError, and writes nothing, if the folder is not the demo's own, and
+    LayerjamError if a step fails.
     """
     stream = sys.stderr if "--json" in typed.split() else sys.stdout
     with contextlib.redirect_stdout(stream):
@@ -149,47 +164,85 @@ def _demo(out: Path) -> DemoResult:
     from layerjam.device.load import load
     from layerjam.studies.choi2018.paper_report import write_report
 
-    print("layerjam: the paper's brake, tested, calibrated, validated and inverted.")
-    print("No raw curve of the paper is published, so the files are synthetic: a virtual test")
-    print(f"machine writes them to {out / 'measurements'} with the paper's numbers as truth.")
-    mine, fit_file = out / "my-brake.toml", out / "my-brake-calibrated.toml"
-    run, numbers, pull = _main_job(out, mine, fit_file)
-    drawing, build_folder = out / "brake.svg", out / "build"
-    _run_command("show", str(fit_file), "--figure", str(drawing))
-    _run_command("build", str(fit_file), "--out", str(build_folder), "--no-step")
-    run_file, dataset = out / "bench.ljrun", out / "dataset"
-    _run_command(*BENCH, "--brake", str(fit_file), "--out", str(run_file))
-    campaign = ("--brake", BRAKE, "--calibrate-on", str(pull))
-    _run_command("publish", str(out / "measurements"), *campaign, "--out", str(dataset), *TITLE)
-    _run_command("recompute", str(dataset))
-
-    print(f"\n$ layerjam reproduce --out {out}", flush=True)
-    extra = [_glance(load(fit_file)), run]
-    claims = write_report(
-        out, progress=lambda what, _: print(f"  {what}"), extra=extra, numbers=numbers
-    )
+    print("The brake of Choi et al. (2018), from test files to a report, in 11 steps. The files")
+    print("are synthetic, for the paper publishes no raw curve: a virtual machine writes them.\n")
+    steps = _Steps(out / LOG)
+    mine, fitted = out / "my-brake.toml", out / "my-brake-calibrated.toml"
+    with steps.step("measure: write the files of a virtual test machine"):
+        files = _files(out / "measurements")
+    for content, words in _commands(out, mine, fitted, files).items():
+        steps.run(content, *map(str, words))
+    with steps.step("reproduce: the paper's claims and figures on one page"):
+        print(f"\n$ layerjam reproduce --out {out}", flush=True)
+        run, numbers = _main_job(load(mine), load(fitted), files)
+        extra = [_glance(load(fitted)), run]
+        claims = write_report(
+            out, progress=lambda what, _: print(f"  {what}"), extra=extra, numbers=numbers
+        )
     print("\nThe five numbers that matter (from synthetic files):")
-    for value, words in numbers:
-        print(f"  {value:>12}  {words}")
+    for value, meaning in numbers:
+        print(f"  {value:>12}  {meaning}")
     counts = ", ".join(f"{count} {verdict}" for verdict, count in claims.items())
     print(f"\nThe paper's claims: {counts}")
-    print(f"Open {out / 'report.html'} (pictures in {out / 'figures'}).")
-    took = time.perf_counter() - began
-    print(f"Done in {took:.0f} s.")
+    print(f"Open {out / 'report.html'} in a browser.\n", flush=True)
     return DemoResult(
         folder=str(out),
         report=str(out / "report.html"),
-        brake=str(fit_file),
-        build=str(build_folder),
-        run=str(run_file),
-        dataset=str(dataset),
-        duration=took,
+        pictures=str(out / "figures"),
+        log=str(steps.path),
+        brake=str(fitted),
+        build=str(out / BUILD),
+        run=str(out / RUN),
+        dataset=str(out / DATASET),
+        duration=time.perf_counter() - began,
     )
 
 
-def _main_job(out: Path, mine: Path, fit_file: Path) -> tuple[Part, list[tuple[str, str]], Path]:
-    """Return the page's part about the main job, its five numbers, and the calibration pull."""
-    from layerjam.device.load import load
+def _commands(out: Path, mine: Path, fitted: Path, files: Files) -> dict[str, tuple[object, ...]]:
+    """Return {content: words} of the steps that are commands."""
+    from layerjam.studies.choi2018.lab import NORMAL_FORCE
+
+    tests, (pull,), others = files
+    return {
+        "friction: friction coefficients from 3 tests of two films": (
+            *("friction", *tests, "--normal-force", f"{NORMAL_FORCE!r}N"),
+            *("--brake", BRAKE, "--out", mine),
+        ),
+        "calibrate: scale factor and stiffness from one pull": (
+            *("calibrate", mine, pull),
+            *("--out", fitted),
+        ),
+        "validate: the model against 6 other pulls": ("validate", fitted, *others),
+        "vacuum: the vacuum that holds 100 N at 20 mm of slip": (
+            *("vacuum", fitted),
+            *("--slip", show(SLIP, "m"), "--force", show(FORCE, "N")),
+        ),
+        "show: draw the brake": ("show", fitted, "--figure", out / "brake.svg"),
+        "build: film patterns, printed parts, instructions": (
+            *("build", fitted),
+            *("--out", out / BUILD, "--no-step"),
+        ),
+        "bench run: evacuate to 40 kPa and vent on a virtual bench": (
+            *BENCH,
+            *("--brake", fitted, "--out", out / RUN),
+        ),
+        "publish: the test files as a dataset": (
+            *("publish", out / "measurements", "--brake", BRAKE, "--calibrate-on", pull),
+            *("--out", out / DATASET, *TITLE),
+        ),
+        "recompute: every number of the dataset again": ("recompute", out / DATASET),
+    }
+
+
+def _main_job(
+    mine: BrakeFile, fitted: BrakeFile, files: Files
+) -> tuple[Part, list[tuple[str, str]]]:
+    """Return the page's part about the main job, and its five numbers.
+
+    `mine` has the measured friction, `fitted` also the calibration; `files` are friction tests,
+    calibration pulls and validation pulls.
+    """
+    from layerjam.commands.predict import vacuum
     from layerjam.identify.calibration.peaks import calibrate
     from layerjam.identify.friction.reduction import reduce_friction
     from layerjam.identify.validation.metrics import validate_pulls
@@ -197,31 +250,24 @@ def _main_job(out: Path, mine: Path, fit_file: Path) -> tuple[Part, list[tuple[s
     from layerjam.studies.choi2018.lab import NORMAL_FORCE, read_pulls
     from layerjam.studies.choi2018.paper_report import main_job
 
-    tests, pull, others = _files(out / "measurements")
-    options = ("--normal-force", f"{NORMAL_FORCE!r}N", "--brake", BRAKE, "--out", str(mine))
-    friction = _command("friction", *map(str, tests), *options)
-    calibration = _command("calibrate", str(mine), *map(str, pull), "--out", str(fit_file))
-    validation = _command("validate", str(fit_file), *map(str, others))
-    answer = _command("vacuum", str(fit_file), "--slip", "20mm", "--force", "100N")
-    brake = load(fit_file)
-    traces = [read_trace(p) for p in tests]
-    spread = f"± {friction['kinetic_sd']:.4f} SD over three repeats (truth 0.24)"
+    tests, pulls, others = files
+    traces = [read_trace(test) for test in tests]
+    friction = reduce_friction(traces, NORMAL_FORCE)
+    calibration = calibrate(read_pulls(pulls), mine.brake)
+    validation = validate_pulls(read_pulls(others), fitted.brake)
+    needed = float(vacuum(fitted, slip=SLIP, force=FORCE).record[-1])
     numbers = [
-        (f"{friction['kinetic']:.4f}", f"kinetic friction, {spread}"),
-        (f"{calibration['scale_factor']:.4f}", "scale factor with that friction"),
-        (show(calibration["stiffness"], "N/m"), "stiffness of brake and rig (truth 131 kN/m)"),
-        (f"{validation['mape']:.2%}", "MAPE on pulls the calibration has not seen"),
-        (show(answer["vacuum"], "Pa"), "vacuum for 100 N at 20 mm of slip"),
+        (
+            f"{friction.kinetic:.4f}",
+            f"kinetic friction, ± {friction.kinetic_sd:.4f} SD over three repeats (truth 0.24)",
+        ),
+        (f"{calibration.scale_factor:.4f}", "scale factor with that friction"),
+        (show(calibration.stiffness, "N/m"), "stiffness of brake and rig (truth 131 kN/m)"),
+        (f"{validation.mape:.2%}", "MAPE on pulls the calibration has not seen"),
+        (show(needed, "Pa"), "vacuum for 100 N at 20 mm of slip"),
     ]
-    run = main_job(
-        brake,
-        traces,
-        reduce_friction(traces, NORMAL_FORCE),
-        calibrate(read_pulls(pull), load(mine).brake),
-        validate_pulls(read_pulls(others), brake.brake),
-        (0.020, 100.0, float(answer["vacuum"])),
-    )
-    return run, numbers, pull[0]
+    part = main_job(fitted, traces, friction, calibration, validation, (SLIP, FORCE, needed))
+    return part, numbers
 
 
 def _glance(brake: BrakeFile) -> Part:
@@ -255,10 +301,3 @@ def _glance(brake: BrakeFile) -> Part:
         for name, (draw, words) in drawers.items()
     ]
     return Part(id="glance", title="At a glance", pictures=pictures)
-
-
-if __name__ == "__main__":
-    try:
-        demo(out=sys.argv[1] if len(sys.argv) > 1 else "out/demo")
-    except LayerjamError as error:
-        sys.exit(f"demo: {error}")
