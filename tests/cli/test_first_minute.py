@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import shlex
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from layerjam.cli.main import MOST_USED, main
-from layerjam.commands.index import commands
+from layerjam.commands.index import commands, load
 
 
 @pytest.mark.parametrize("words", [[], ["help"], ["--help"]])
@@ -55,3 +57,38 @@ def test_a_unit_that_is_typed_as_a_word_of_its_own(capsys: pytest.CaptureFixture
 def test_brake_and_file_in_the_wrong_order(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["calibrate", "pull.csv", "choi2018-kapton"]) == 2
     assert "pull.csv is a measurement; the brake comes first" in capsys.readouterr().err
+
+
+def test_a_missing_option_shows_the_line_to_type(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "my-brake", "--from", "choi2018-kapton"]) == 2
+    said, line = capsys.readouterr().err.split("; type, for example: ")
+    assert said == "layerjam: --out is missing (Brake file to write)"
+    assert line == "layerjam new my-brake --from choi2018-kapton --out my-brake.toml\n"
+    assert main(shlex.split(line)[1:]) == 0
+    assert (tmp_path / "my-brake.toml").is_file()
+    # words typed with "=" and with spaces stay as they are
+    assert main(["new", "my-brake", "--out=a brake.toml"]) == 2
+    err = capsys.readouterr().err
+    assert err.endswith(" layerjam new my-brake '--out=a brake.toml' --from choi2018-kapton\n")
+    assert main(["show"]) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("layerjam: BRAKE is missing (Catalogue name or path of ")
+    assert err.endswith("; type, for example: layerjam show choi2018-kapton\n")
+
+
+def test_what_a_command_needs_is_in_the_line_to_type(capsys: pytest.CaptureFixture[str]) -> None:
+    checked = 0
+    for name in commands():
+        required = [p for p in load(name).parameters if p.required]
+        options = {p.option for p in required if not p.stands_alone}
+        alone = ["x"] * (len(required) - len(options))
+        for words in ([alone] if options else []) + ([[]] if alone else []):
+            assert main([*name.split(), *words]) == 2
+            typed = shlex.split(capsys.readouterr().err.split("; type, for example: ")[1])
+            assert typed[: 1 + len(name.split())] == ["layerjam", *name.split()]
+            assert words != alone or options <= {*typed}
+            checked += 1
+    assert checked > 60

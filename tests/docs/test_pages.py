@@ -179,6 +179,17 @@ def test_json_has_the_keys_of_the_table(
     assert json_schema.problems(printed, json.loads(schema(name).json())) == []
 
 
+def test_the_quarter_of_an_hour_in_the_readme_uses_one_brake() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    typed = " ".join(b.text for b in examples.blocks(text) if b.kind == "console")
+    states = {"my-brake.toml", "my-brake-tested.toml", "my-brake-calibrated.toml"}
+    assert {*re.findall(r"[\w-]+\.toml", typed)} == states
+    # friction, bench run and publish name it, and the catalogue's brake is only copied
+    brakes = re.findall(r"--brake (\S+)", typed)
+    assert len(brakes) == 3 and {*brakes} <= states
+    assert typed.count("choi2018-kapton") == 1
+
+
 def test_functions_named_on_the_nomenclature_page_exist() -> None:
     import layerjam
     from layerjam.mechanics import friction

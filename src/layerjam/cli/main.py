@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import glob
 import os
+import shlex
 import sys
 from collections.abc import Sequence
 from typing import Annotated, Any
@@ -15,7 +16,7 @@ from typer.exceptions import Abort, Exit, TyperException
 
 from layerjam._version import __version__
 from layerjam.cli.generate import TYPED
-from layerjam.commands.declare import GROUPS
+from layerjam.commands.declare import GROUPS, Command, Parameter
 from layerjam.commands.index import Entry, commands, family, find, load
 from layerjam.conversion import FACTORS
 from layerjam.errors import LayerjamError, UnknownNameError
@@ -207,8 +208,8 @@ def _answer(words: Sequence[str]) -> int:
     except KeyboardInterrupt:
         return _say("stopped; nothing was written", 130)
     except TyperException as error:
-        message = " ".join(error.format_message().split())
-        return _say(_with_split_quantity(message, words), 2)
+        message = _describe_missing(error) or error.format_message()
+        return _say(_with_split_quantity(" ".join(message.split()), words), 2)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
@@ -220,6 +221,29 @@ def _answer(words: Sequence[str]) -> int:
         return _say(f"the answer could not be printed: {error.strerror or error}", 2)
     except (MemoryError, RecursionError):
         return _say("the input is too large for this machine's memory", 2)
+
+
+def _describe_missing(error: Any) -> str:
+    """Return what is missing, its meaning and the line to type; "" for any other error."""
+    if not hasattr(error, "param_type"):
+        return ""
+    entry, option = load(error.ctx.command.name), error.param.opts[0]
+    if not option.startswith("-"):
+        option, lines = error.param.metavar, entry.examples
+    else:
+        given = {word.partition("=")[0] for word in TYPED.get()}
+        missing = [p for p in entry.parameters if p.required and not p.stands_alone]
+        more = [w for p in missing if p.option not in given for w in (p.option, _sample(entry, p))]
+        lines = (shlex.join(["layerjam", *TYPED.get(), *more]),)
+    return f"{option} is missing ({error.param.help.rstrip('.')}); type, for example: {lines[0]}"
+
+
+def _sample(entry: Command, p: Parameter) -> str:
+    """Return a value of an option as it is typed, from the command's examples if one has it."""
+    for words in map(shlex.split, entry.examples):
+        if p.option in words[:-1]:
+            return words[words.index(p.option) + 1]
+    return p.spec.example if p.spec and p.spec.example else p.metavar or p.name.upper()
 
 
 def _with_split_quantity(message: str, words: Sequence[str]) -> str:
