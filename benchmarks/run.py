@@ -29,7 +29,8 @@ from benchmarks import (
     stack,
     workbench,
 )
-from benchmarks.timing import Row, median, table
+from benchmarks.comparators import tuned_scipy
+from benchmarks.timing import README, Row, cpu, median, table
 
 jax.config.update("jax_enable_x64", True)
 OUT = Path("out/bench")
@@ -61,6 +62,10 @@ def command_line() -> list[Row]:
         Row(
             "layerjam force (warm cache)", process(*command, "force", *question), 1.5,
             process(python, "-c", "import jax.numpy"), "import jax.numpy",
+        ),
+        Row(
+            "README's lines of Python, CPU", cpu(python, "-c", README), 2.0,
+            cpu(python, tuned_scipy.__file__), "SciPy script",
         ),
     ]  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import resource
+import subprocess
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -54,3 +56,23 @@ def table(rows: Sequence[Row]) -> str:
                 goal = f"{met} {row.target_ratio:g}x"
         lines.append(f"  {row.name:<38} {_number(row.value, row.unit):>9}  {goal:<15} {ratio}")
     return "\n".join(lines)
+
+
+README = """
+import layerjam as lj
+
+stop = lj.drop("choi2018-kapton", mass="1 kg", speed=2.5, vacuum="tuned", travel=0.04)
+print(f"{stop.vacuum / 1e3:.2f} kPa, {stop.peak_force:.1f} N")
+"""
+"""The README's lines of Python; a test compares."""
+
+
+def cpu(*words: str, runs: int = 5) -> float:
+    """Median seconds of processor time of a whole process, after one that warms the caches."""
+    times = []
+    for _ in range(runs + 1):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run(words, check=True, capture_output=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        times.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return sorted(times[1:])[runs // 2]

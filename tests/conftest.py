@@ -12,12 +12,17 @@ import jax
 import pytest
 from hypothesis import settings
 
-jax.config.update("jax_enable_x64", True)
-# what one worker has compiled the other need not; most of a test's time is compiling
+# what one process has compiled no other need; most of a test's time is compiling
 COMPILED = Path(__file__).parents[1] / ".pytest_cache" / "compiled"
-jax.config.update("jax_compilation_cache_dir", str(COMPILED))
-jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.05)
-jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+CACHE = {
+    "jax_compilation_cache_dir": str(COMPILED),
+    "jax_persistent_cache_min_compile_time_secs": 0.05,
+    "jax_persistent_cache_min_entry_size_bytes": -1,
+}
+jax.config.update("jax_enable_x64", True)
+for name, value in CACHE.items():
+    jax.config.update(name, value)
+    os.environ[name.upper()] = str(value)
 
 settings.register_profile("quick", derandomize=True, deadline=None, max_examples=60, database=None)
 settings.register_profile("deep", deadline=None, max_examples=2000, database=None)

@@ -25,7 +25,7 @@ ALLOWED = {
     ("rig/serve.py", "tty"): "for --pty alone, which says that there are none",
     ("rig/serve.py", "os.openpty"): "for --pty alone",
     ("rig/serve.py", "os.ttyname"): "for --pty alone",
-    ("kernel/compiler.py", "os.getuid"): "asked for by name first",
+    ("mechanics/compilation.py", "os.getuid"): "asked for by name first",
     ("mechanics/threads.py", "os.sched_getaffinity"): "asked for by name first",
 }
 """(file, what it uses): why that is no trouble elsewhere."""

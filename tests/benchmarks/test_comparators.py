@@ -15,10 +15,10 @@ ROOT = Path(__file__).parents[2]
 if str(ROOT) not in sys.path:  # where pytest was not started as `python -m pytest` in the root
     sys.path.append(str(ROOT))
 
-from benchmarks.comparators import compiled, reference, scipy_drop  # noqa: E402
+from benchmarks.comparators import compiled, reference, scipy_drop, tuned_scipy  # noqa: E402
 from benchmarks.comparators.drops import Answer, Drops, given, population  # noqa: E402
 
-from benchmarks import gpu, impact  # noqa: E402
+from benchmarks import gpu, impact, timing  # noqa: E402
 from layerjam.mechanics.pull import brake_force  # noqa: E402
 from layerjam.mechanics.stop.exact import BOTTOMED_OUT, NEVER_SLID, SNAPS, STOPPED, Stop, stop  # noqa: E402
 
@@ -248,3 +248,18 @@ def test_the_gpu_script_runs_on_what_is_there(capsys, monkeypatch, tmp_path):
     out = capsys.readouterr().out
     assert "layerjam stop, jit, 1,000" in out and "double precision" in out
     assert out.count("| designs | 1,000 |") == 2 and (tmp_path / "out/bench/gpu.svg").is_file()
+
+
+def test_the_lines_of_the_readme_are_timed_beside_a_script_with_the_same_result(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    code, printed = re.search(r"```python\n(.*?)```\s+```text\n(.*?)```", readme, re.S).groups()  # type: ignore[union-attr]
+    assert timing.README.strip() == code.strip()
+    tuned_scipy.main()
+    assert capsys.readouterr().out == printed
+
+
+def test_processor_time_of_a_process_counts_its_work() -> None:
+    seconds = timing.cpu(sys.executable, "-c", "sum(range(10_000_000))", runs=1)
+    assert seconds > timing.cpu(sys.executable, "-c", "import time; time.sleep(0.5)", runs=1)

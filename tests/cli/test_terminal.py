@@ -137,7 +137,10 @@ def test_a_pipe_that_closes_is_no_error() -> None:
         assert (done.returncode, done.stdout, done.stderr) == (code, "", "")
 
 
-def test_a_cache_nobody_may_write_does_not_matter(tmp_path: Path) -> None:
+def test_a_cache_nobody_may_write_does_not_matter(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("JAX_COMPILATION_CACHE_DIR")
     (tmp_path / "cache").write_text("a file where a folder is due")
     done = program(
         "force", KAPTON, "--slip", "20mm", "--vacuum", "94.5kPa", "--json",

@@ -313,8 +313,12 @@ def main() -> None:
 
     import jax
 
+    from layerjam.mechanics.compilation import announce
+
     os.environ["COLUMNS"] = "80"
     jax.config.update("jax_enable_x64", True)
+    with contextlib.redirect_stderr(io.StringIO()):
+        announce()  # once per process: the pages do not show it
     named = [Path(a).resolve() for a in sys.argv[1:] if not a.startswith("-")]
     with tempfile.TemporaryDirectory() as base:
         practice_files(Path(base) / "practice")

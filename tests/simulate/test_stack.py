@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-import time
 
 import numpy as np
 import pytest
@@ -237,18 +236,6 @@ def test_progress_is_said_after_two_seconds_only(capsys, monkeypatch):
         clock[0] = at
         ticker("pull", share)
     assert capsys.readouterr().err == "layerjam: pull 30%\nlayerjam: pull 50%\n"
-
-
-def test_compiling_is_said_only_where_it_takes_its_time(capsys, monkeypatch):
-    monkeypatch.setattr("layerjam.cli.generate.PATIENCE", 0.02)
-    with Ticker() as ticker:
-        ticker("pull", 0.0)
-        time.sleep(0.1)
-    assert "compiled, once" in capsys.readouterr().err
-    with Ticker() as ticker:
-        ticker("pull", 0.0)
-    time.sleep(0.1)
-    assert capsys.readouterr().err == ""
 
 
 @pytest.mark.parametrize("count", [11, 24])

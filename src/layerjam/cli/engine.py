@@ -1,4 +1,4 @@
-"""JAX for the command line: double precision, cached compiled code, working interrupts."""
+"""JAX for the command line: double precision and working interrupts."""
 
 from __future__ import annotations
 
@@ -7,32 +7,23 @@ import os
 import signal
 import threading
 from collections.abc import Iterator
-from pathlib import Path
 from types import FrameType
+
+from layerjam.mechanics.compilation import keep_compiled_code
 
 
 def engine() -> None:
-    """Switch JAX to double precision, with compiled code in the user's cache folder.
+    """Switch JAX to double precision.
 
     Only commands that compute call it: importing JAX takes half a second.
     """
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
     with _delay_interrupts():
         import jax
-        import platformdirs
+    keep_compiled_code()
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler and _is_main():
         signal.signal(signal.SIGINT, _interrupt)
     jax.config.update("jax_enable_x64", True)
-    cache = Path(platformdirs.user_cache_dir("layerjam")) / "compiled"
-    try:
-        cache.mkdir(parents=True, exist_ok=True)
-        writable = os.access(cache, os.W_OK)
-    except OSError:
-        writable = False
-    if writable:
-        jax.config.update("jax_compilation_cache_dir", str(cache))
-        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
-        jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 
 
 def _is_main() -> bool:

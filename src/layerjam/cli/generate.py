@@ -7,7 +7,6 @@ import os
 import shlex
 import sys
 import tempfile
-import threading
 import time
 from collections.abc import Callable, Container, Sequence
 from contextvars import ContextVar
@@ -49,41 +48,20 @@ PATIENCE = 2.0
 class Ticker:
     """Progress that is called with (stage, share) and printed each second after two seconds.
 
-    The first call starts the clock: loading before it does not count. Loops that numba still has to
-    compile report nothing meanwhile; then a sentence states that this happens once.
+    The first call starts the clock: loading before it does not count.
     """
 
     def __init__(self) -> None:
         self.started: float | None = None
         self.said = 0.0
-        self.waiting: threading.Timer | None = None
-
-    def __enter__(self) -> Ticker:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self.waiting is not None:
-            self.waiting.cancel()
 
     def __call__(self, stage: str, share: float) -> None:
         """Report the stage and its completed share."""
         time_now = time.monotonic()
         self.started = self.started or time_now
-        if self.waiting is not None:
-            self.waiting.cancel()
-            self.waiting = None
-        if share <= 0:
-            self.waiting = threading.Timer(PATIENCE, self.say, ["loops are compiled, once"])
-            self.waiting.daemon = True
-            self.waiting.start()
-            return
-        if time_now - self.started > PATIENCE and time_now - self.said > 1:
+        if share > 0 and time_now - self.started > PATIENCE and time_now - self.said > 1:
             self.said = time_now
-            self.say(f"{stage} {share:.0%}")
-
-    def say(self, sentence: str) -> None:
-        """Print one line."""
-        print(f"layerjam: {sentence}", file=sys.stderr, flush=True)
+            print(f"layerjam: {stage} {share:.0%}", file=sys.stderr, flush=True)
 
 
 PICTURES = (".svg", ".png", ".pdf")
@@ -281,13 +259,13 @@ def _run(entry: Command, options: list[Parameter], values: dict[str, Any]) -> in
         engine()
     required = {p.name for p in options if p.required}
     arguments = {k: v for k, v in values.items() if v is not None or k in required}
-    with Ticker() as ticker:
-        for p in entry.parameters:
-            if p.type is Progress:
-                arguments[p.name] = ticker
-            elif isinstance(p.help, PythonOnly) and p.help.typed:
-                arguments[p.name] = shlex.join(["layerjam", *TYPED.get()])
-        result = entry(**arguments)
+    ticker = Ticker()
+    for p in entry.parameters:
+        if p.type is Progress:
+            arguments[p.name] = ticker
+        elif isinstance(p.help, PythonOnly) and p.help.typed:
+            arguments[p.name] = shlex.join(["layerjam", *TYPED.get()])
+    result = entry(**arguments)
     if result.record is not None and not result.failed_checks:
         if record is not None:
             if not hasattr(result.record, "save"):

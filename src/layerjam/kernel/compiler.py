@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from layerjam.errors import CompilerError
+from layerjam.mechanics.compilation import user_cache
 
 SOURCES = Path(__file__).parent / "c"
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno")
@@ -66,28 +67,10 @@ def version(command: tuple[str, ...]) -> str:
 
 def cache() -> Path:
     """Return the folder of the libraries: the user's cache, else the system's temporary folder."""
-    import platformdirs
-
-    for folder in (
-        Path(platformdirs.user_cache_dir("layerjam")) / "interop",
-        Path(tempfile.gettempdir()) / f"layerjam-interop-{os.getuid() if _has_users() else 0}",
-    ):
-        try:
-            folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        except OSError:
-            continue
-        if os.access(folder, os.W_OK) and _is_ours(folder):
-            return folder
-    raise CompilerError("no folder to keep a compiled library in: set XDG_CACHE_HOME to one")
-
-
-def _has_users() -> bool:
-    return hasattr(os, "getuid")
-
-
-def _is_ours(folder: Path) -> bool:
-    """Whether the folder belongs to this user, so that nobody else can replace a library."""
-    return not _has_users() or folder.stat().st_uid == os.getuid()
+    folder = user_cache("interop")
+    if folder is None:
+        raise CompilerError("no folder to keep a compiled library in: set XDG_CACHE_HOME to one")
+    return folder
 
 
 def cross_compiler(target: str) -> tuple[str, ...]:

@@ -15,8 +15,24 @@ from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core import event
 
+from layerjam.mechanics.compilation import announce, keep_compiled_code
 from layerjam.mechanics.threads import once
+
+
+class _Announcer(event.Listener):  # type: ignore[misc]
+    """Announces loops that numba compiles and keeps; each takes seconds."""
+
+    def on_start(self, event: Any) -> None:
+        if event.data["dispatcher"]._cache.cache_path is not None and keep_compiled_code():
+            announce()
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+event.register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]
 
 
 def stamp_of(files: Iterable[Path]) -> str:

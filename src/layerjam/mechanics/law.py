@@ -17,10 +17,12 @@ import numpy as np
 
 from layerjam.device.file import BrakeFile
 from layerjam.errors import PrecisionError, QuantityError
+from layerjam.mechanics.compilation import keep_compiled_code
 from layerjam.units import RECORDS, FlagSpec
 
 F = TypeVar("F", bound=Callable[..., Any])
 _registered: set[type] = set()
+keep_compiled_code()
 
 
 def register_records() -> None:

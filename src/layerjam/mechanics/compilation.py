@@ -1,0 +1,83 @@
+"""Compiled code kept between processes, and one line on stderr where compiling takes seconds."""
+
+from __future__ import annotations
+
+import functools
+import os
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+LONG = 2.0
+"""Time that JAX compiles before a process says so [s]."""
+THRESHOLDS = {
+    "jax_persistent_cache_min_compile_time_secs": (1.0, 0.0),
+    "jax_persistent_cache_min_entry_size_bytes": (0, -1),
+}
+"""{setting of JAX: (its default, ours)}: hundreds of small programs count together."""
+COMPILED = "/jax/core/compile/backend_compile_duration"
+LOADED = "/jax/compilation_cache/cache_retrieval_time_sec"
+
+
+@functools.cache
+def keep_compiled_code() -> bool:
+    """Let JAX keep compiled code in the user's cache folder; return whether it does.
+
+    A process that has a folder of its own for JAX's compiled code, or none that is writable, keeps
+    its settings.
+    """
+    import jax
+
+    if jax.config.jax_compilation_cache_dir is not None:
+        return False
+    folder = user_cache("compiled")
+    if folder is None:
+        return False
+    jax.config.update("jax_compilation_cache_dir", str(folder))
+    for name, (default, ours) in THRESHOLDS.items():
+        if getattr(jax.config, name) == default:
+            jax.config.update(name, ours)
+    jax.monitoring.register_event_duration_secs_listener(_Stopwatch().count)
+    return True
+
+
+def user_cache(name: str) -> Path | None:
+    """Return a folder in the user's cache, else in the temporary folder; None if not writable.
+
+    The folder belongs to the user: nobody else can replace the code in it.
+    """
+    import platformdirs
+
+    user = os.getuid() if hasattr(os, "getuid") else None
+    for folder in (
+        Path(platformdirs.user_cache_dir("layerjam")) / name,
+        Path(tempfile.gettempdir()) / f"layerjam-{name}-{user or 0}",
+    ):
+        try:
+            folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+            if os.access(folder, os.W_OK) and user in (None, folder.stat().st_uid):
+                return folder
+        except OSError:
+            continue
+    return None
+
+
+@functools.cache
+def announce() -> None:
+    """Print once per process that a first call compiles."""
+    print("layerjam: compiling, once per machine", file=sys.stderr, flush=True)
+
+
+class _Stopwatch:
+    """Time that JAX has compiled in this process, less that of reading compiled code."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
+    def count(self, event: str, duration_secs: float, **_: Any) -> None:
+        """Add the time of one event of JAX [s]."""
+        if event in (COMPILED, LOADED):
+            self.seconds += duration_secs if event == COMPILED else -duration_secs
+            if self.seconds > LONG:
+                announce()
