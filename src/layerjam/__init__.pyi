@@ -64,8 +64,8 @@ from layerjam.commands.publish import Published as _Published
 from layerjam.commands.publish import Recomputed as _Recomputed
 from layerjam.commands.pull import Pulls as _Pulls
 from layerjam.commands.pump_down import PumpFound as _PumpFound
+from layerjam.commands.reading import DataFrame as _DataFrame
 from layerjam.commands.reading import FileOptions as _FileOptions
-from layerjam.commands.reading import Frame as _Frame
 from layerjam.commands.reading import LogOptions as _LogOptions
 from layerjam.commands.reading import TableOptions as _TableOptions
 from layerjam.commands.records import RecordsAdded as _RecordsAdded
@@ -156,7 +156,7 @@ def demo(
     """
 
 def ageing(
-    files: _Sequence[str | _Path | _Trace | _Frame] | str | _Path | _Trace | _Frame,
+    files: _Sequence[str | _Path | _Trace | _DataFrame] | str | _Path | _Trace | _DataFrame,
     *,
     test: _FrictionTest = ...,
     hold: float | str | None = ...,
@@ -408,7 +408,7 @@ def build(
 
 def calibrate(
     brake: str | _Path | _BrakeFile | _Brake,
-    files: _Sequence[str | _Path | _Trace | _Frame] | str | _Path | _Trace | _Frame,
+    files: _Sequence[str | _Path | _Trace | _DataFrame] | str | _Path | _Trace | _DataFrame,
     *,
     depth: Literal["exact", "curves", "bayesian"] = ...,
     free: _Sequence[str] = ...,
@@ -563,7 +563,7 @@ def follow(
     """
 
 def friction(
-    files: _Sequence[str | _Path | _Trace | _Frame] | str | _Path | _Trace | _Frame,
+    files: _Sequence[str | _Path | _Trace | _DataFrame] | str | _Path | _Trace | _DataFrame,
     *,
     test: _FrictionTest = ...,
     brake: str | _Path | _BrakeFile | _Brake | None = ...,
@@ -793,7 +793,7 @@ def recompute(
     """
 
 def pull(
-    files: _Sequence[str | _Path | _Trace | _Frame] | str | _Path | _Trace | _Frame,
+    files: _Sequence[str | _Path | _Trace | _DataFrame] | str | _Path | _Trace | _DataFrame,
     *,
     tare: bool = ...,
     options: _FileOptions = ...,
@@ -1113,7 +1113,7 @@ def rise(
 
 def validate(
     brake: str | _Path | _BrakeFile | _Brake,
-    files: _Sequence[str | _Path | _Trace | _Frame] | str | _Path | _Trace | _Frame,
+    files: _Sequence[str | _Path | _Trace | _DataFrame] | str | _Path | _Trace | _DataFrame,
     *,
     vacuum: float | str | None = ...,
     atmosphere: float | str | None = ...,

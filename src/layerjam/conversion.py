@@ -102,8 +102,11 @@ def without_unit(value: Any, si: str, name: str) -> Any:
 
     Units are understood of pint and astropy quantities, and of a DataArray or Series whose
     `attrs["units"]` names its unit. A DataArray stays one. Raises QuantityError for a unit of
-    another dimension or one that is not understood.
+    another dimension or one that is not understood, and for a table.
     """
+    if hasattr(value, "columns") or hasattr(value, "data_vars"):
+        kind = type(value).__name__
+        raise QuantityError.of(name, f"a {kind} holds several quantities; give one of its columns")
     if hasattr(value, "magnitude") and hasattr(value, "units"):  # pint, of any registry
         return _converted(value, "magnitude", si, name)
     if hasattr(value, "to_value") and hasattr(value, "unit"):  # astropy

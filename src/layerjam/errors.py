@@ -7,8 +7,12 @@ from __future__ import annotations
 
 import contextlib
 import difflib
+import functools
 from collections.abc import Iterable, Iterator
-from typing import ClassVar, Self
+from dataclasses import MISSING, fields
+from typing import Any, ClassVar, Self, TypeVar
+
+T = TypeVar("T")
 
 
 class Notice(str):
@@ -89,7 +93,8 @@ class UnknownNameError(LayerjamError, KeyError):
         self.quantity = quantity
         names = sorted(names)
         suggestions = difflib.get_close_matches(name.lower(), names, n=3, cutoff=0.3) or names
-        self.message = f"unknown {kind} '{name[:80]}'; did you mean {' or '.join(suggestions[:4])}?"
+        hint = f"did you mean {' or '.join(suggestions[:4])}?" if names else "there is none"
+        self.message = f"unknown {kind} '{name[:80]}'; {hint}"
         super().__init__(self.message)
 
     def __str__(self) -> str:
@@ -100,6 +105,31 @@ class ArgumentError(LayerjamError, TypeError):
     """An argument of a function that is missing, or that the function does not have."""
 
     key = "argument"
+
+
+def explain_arguments(cls: type[T]) -> type[T]:
+    """Make a dataclass raise ArgumentError for fields it does not have, or that are missing."""
+    fill = cls.__init__
+
+    @functools.wraps(fill)
+    def initialise(self: Any, *args: Any, **named: Any) -> None:
+        try:
+            fill(self, *args, **named)
+        except TypeError as error:
+            if error.__traceback__ is None or error.__traceback__.tb_next is not None:
+                raise  # inside the constructor
+            known = {f.name: f for f in fields(cls)}  # type: ignore[arg-type]
+            unknown = [name for name in named if name not in known]
+            needed = [n for n, f in known.items() if f.default is f.default_factory is MISSING]
+            missing = ", ".join(name for name in needed if name not in named)
+            words = f"needs {missing}" if missing and not args else f"takes {', '.join(known)}"
+            if unknown:
+                near = difflib.get_close_matches(unknown[0], known, n=2) or known
+                words = f"has no field '{unknown[0]}'; did you mean {' or '.join(near)}?"
+            raise ArgumentError(f"{cls.__name__}() {words}") from None
+
+    cls.__init__ = initialise  # type: ignore[method-assign]
+    return cls
 
 
 class PrecisionError(LayerjamError):
@@ -158,6 +188,18 @@ class CompilerError(LayerjamError):
     """A C compiler that is not installed, or that cannot build the code."""
 
     key = "compiler"
+
+
+def abbreviate(value: object) -> str:
+    """Return a value as one short line for an error message."""
+    if shape := getattr(value, "shape", None):
+        return f"{type(value).__name__} of the shape {shape}"
+    try:
+        text = " ".join((value if isinstance(value, str) else repr(value)).split())
+    except ValueError:  # Python prints no integer of more than 4,300 digits
+        text = "a number of thousands of digits"
+    text = text if len(text) <= 60 else text[:57] + "..."
+    return f"'{text}'" if isinstance(value, str) else text
 
 
 def count_of(number: int, noun: str) -> str:

@@ -19,7 +19,7 @@ from numbers import Real
 from typing import Any, TypeVar, dataclass_transform
 
 from layerjam.conversion import shown_units, unit_factor, without_unit
-from layerjam.errors import QuantityError
+from layerjam.errors import QuantityError, abbreviate, explain_arguments
 
 T = TypeVar("T")
 
@@ -60,36 +60,38 @@ def parse(text: object, si: str, name: str) -> float:
     if not isinstance(text, str):
         if isinstance(text, int | float) and not isinstance(text, bool):
             raise QuantityError.of(
-                name, f"{_short(text)} has no unit; write {examples(si, _short(text))}"
+                name, f"{abbreviate(text)} has no unit; write {examples(si, abbreviate(text))}"
             )
         raise QuantityError.of(
-            name, f"{_short(text)} is not a quantity such as {examples(si, '1')}"
+            name, f"{abbreviate(text)} is not a quantity such as {examples(si, '1')}"
         )
     match = _QUANTITY.fullmatch(text.strip()) if len(text) <= _LONGEST else None
     if re.match(r"\s*[+-]?[0-9]+,[0-9]", text[:60]):
-        raise QuantityError.of(name, f"'{_short(text)}' has a decimal comma; write a point")
+        raise QuantityError.of(name, f"{abbreviate(text)} has a decimal comma; write a point")
     if not match:
-        raise QuantityError.of(name, f"'{_short(text)}' is not a number with a unit")
+        kind = "a pure number" if si == "1" else f"a number with a unit such as {examples(si)}"
+        raise QuantityError.of(name, f"{abbreviate(text)} is not {kind}")
     number, unit = match.group(1), (match.group(2) or "").strip()
     if not unit and si != "1":
         raise QuantityError.of(name, f"'{number}' has no unit; write {examples(si, number)}")
     factor = unit_factor(unit, si) if unit else Fraction(1)
     if factor is None:
         hint = "no unit or %" if si == "1" else f"a unit such as {examples(si)}"
-        raise QuantityError.of(name, f"'{_short(text)}' is not in {_dimension(si)}; give {hint}")
+        wanted = _dimension(si)
+        raise QuantityError.of(name, f"{abbreviate(text)} is not {wanted}; give {hint}")
     exact = Fraction(number) * factor
     try:
         value = float(exact)
     except OverflowError:
         value = math.inf
     if exact and not value:
-        raise QuantityError.of(name, f"'{_short(text)}' is too small a number")
+        raise QuantityError.of(name, f"{abbreviate(text)} is too small a number")
     return _finite(value, text, name)
 
 
 def _finite(value: float, text: object, name: str) -> float:
     if not math.isfinite(value):
-        raise QuantityError.of(name, f"{_short(text)} is not a finite number")
+        raise QuantityError.of(name, f"{abbreviate(text)} is not a finite number")
     return value
 
 
@@ -100,18 +102,9 @@ def is_traced(value: object) -> bool:
     return isinstance(value, getattr(core, "Tracer", ()))
 
 
-def _short(value: object) -> str:
-    try:
-        text = value.replace("\n", " ") if isinstance(value, str) else repr(value)
-    except ValueError:  # Python prints no integer of more than 4,300 digits
-        text = "a number of thousands of digits"
-    return text if len(text) <= 60 else text[:57] + "..."
-
-
 def _dimension(si: str) -> str:
-    names = {"m": "units of length", "Pa": "units of pressure", "N": "units of force"}
-    names |= {"kg": "units of mass", "s": "units of time", "1": "a pure number"}
-    return names.get(si, f"units of {si}")
+    names = {"m": "length", "Pa": "pressure", "N": "force", "kg": "mass", "s": "time"}
+    return "a pure number" if si == "1" else f"in units of {names.get(si, si)}"
 
 
 def show(value: float | None, si: str, digits: int = 4, like: float | None = None) -> str:
@@ -240,9 +233,37 @@ class QuantitySpec:
         if isinstance(value, str) or (self.whole and isinstance(value, int)):
             return self.read(value, name)
         if isinstance(value, bool) or not isinstance(value, Real):
-            raise QuantityError.of(name, f"{_short(value)} is not a number or a text with a unit")
-        number = self.check(float(value), name)
+            kind = "a pure number" if self.unit == "1" else "a number or a text with a unit"
+            such = f", such as {examples(self.unit, '1')}" if self.unit != "1" else ""
+            raise QuantityError.of(name, f"{abbreviate(value)} is not {kind}{such}")
+        huge = abs(value) > 1e300  # type: ignore[operator]
+        number = self.check(math.inf if huge else float(value), name)
         return int(number) if self.whole else number
+
+    def array(self, value: Any, name: str) -> Any:
+        """Return an array of SI numbers within the bounds; a DataArray stays one.
+
+        Elements may be text or quantity objects. Raises QuantityError.
+        """
+        import numpy as np
+
+        if hasattr(value, "dims"):
+            return value.copy(data=self.array(value.data, name))
+        if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
+            raise QuantityError.of(name, "some elements are masked; leave them out, or fill them")
+        kind = getattr(getattr(value, "dtype", None), "kind", "O")
+        if kind in "OSTU":
+            objects = np.asarray(value, dtype=object)
+            numbers = [self.si(element, name) for element in objects.ravel()]
+            value, kind = np.array(numbers, dtype=float).reshape(objects.shape), "f"
+        if kind not in ("fiub" if isinstance(self, FlagSpec) else "fiu"):
+            raise QuantityError.of(name, f"elements of the type {value.dtype} are not real numbers")
+        values = np.asarray(value, dtype=None if self.whole else float)
+        if not values.size:
+            raise QuantityError.of(name, "the array is empty; give at least one number")
+        for edge in (values.min(), values.max()):
+            self.check(edge.item(), name)
+        return values
 
     def to_toml(self, value: Any) -> object:
         """Return the value for a TOML file: text with a unit, or a pure number."""
@@ -266,7 +287,7 @@ class FlagSpec(QuantitySpec):
     def check(self, value: Any, name: str) -> bool:
         """Return `value` as a bool; raises QuantityError for a number other than 1 and 0."""
         if value not in (0, 1):
-            raise QuantityError.of(name, f"{_short(value)} is not allowed; write true or false")
+            raise QuantityError.of(name, f"{abbreviate(value)} is not allowed; write true or false")
         return bool(value)
 
     def read(self, text: object, name: str) -> bool:
@@ -322,18 +343,18 @@ def record(cls: type[T]) -> type[T]:
     """Return a frozen, keyword-only dataclass of quantities (SI floats) and nested records.
 
     Its constructor reads text and quantity objects, and raises QuantityError for a number that a
-    file could not hold. Arrays, and what JAX traces, are taken as they are. So are numbers from
-    code of layerjam itself, such as a step of a fit: it checks where input enters.
+    file could not hold. What JAX traces is taken as it is. So are numbers from code of layerjam
+    itself, such as a step of a fit: it checks where input enters.
     """
     cls.__post_init__ = _take_quantities  # type: ignore[attr-defined]
-    dataclass_type = dataclass(frozen=True, kw_only=True)(cls)
+    dataclass_type = explain_arguments(dataclass(frozen=True, kw_only=True)(cls))
     RECORDS.append(dataclass_type)
     return dataclass_type
 
 
 def _take_quantities(rec: Any) -> None:
     """Check the fields of a new record; text and quantity objects become SI numbers."""
-    frame: Any = sys._getframe(2)
+    frame: Any = sys._getframe(3)
     while frame.f_globals.get("__name__") in ("dataclasses", "copy"):
         frame = frame.f_back
     if str(frame.f_globals.get("__name__")).startswith("layerjam."):
@@ -344,11 +365,12 @@ def _take_quantities(rec: Any) -> None:
             continue
         if spec is None:
             if not isinstance(value, kind):
-                raise QuantityError.of(name, f"{_short(value)} is not {kind.__name__}")
+                raise QuantityError.of(name, f"{abbreviate(value)} is not {kind.__name__}")
         elif isinstance(value, Real):
             spec.check(value, name)  # type: ignore[arg-type]
         elif hasattr(value := without_unit(value, spec.unit, name), "dtype"):
-            object.__setattr__(rec, name, value)
+            values = value if is_traced(value) else spec.array(value, name)
+            object.__setattr__(rec, name, values)
         else:
             object.__setattr__(rec, name, spec.si(value, name))
 

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 import layerjam
 from lab import bench as virtual
 from layerjam.commands import calibration, friction, tensile, validation
-from layerjam.commands.quantities import brake_file, si, slip_within, vacuum_within
+from layerjam.commands.quantities import brake_file, slip_within, vacuum_within
 from layerjam.device.load import load
 from layerjam.errors import FileError, FitError, LayerjamError, ProcedureError, QuantityError
 from layerjam.simulate.procedure import parse_procedure, simple_pull
@@ -79,9 +79,9 @@ def test_bounds() -> None:
         vacuum_within(101326.0, KAPTON.brake)
     from layerjam.simulate.quantities import CROSSHEAD_SPEED as SPEED
 
-    assert si("13 mm/s", SPEED, "speed") == 0.013 == si(0.013, SPEED, "speed")
+    assert SPEED.si("13 mm/s", "speed") == 0.013 == SPEED.si(0.013, "speed")
     with pytest.raises(QuantityError, match="speed"):
-        si(0.0, SPEED, "speed")
+        SPEED.si(0.0, "speed")
 
 
 def test_another_site() -> None:

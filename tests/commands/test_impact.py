@@ -8,7 +8,7 @@ import pytest
 from layerjam.commands.impact import drop, observed
 from layerjam.commands.sensor import Sensing
 from layerjam.commands.tuning import tune
-from layerjam.errors import QuantityError
+from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.simulate.drop_in_time import History
 
 CASE = {"mass": "1 kg", "speed": "2.5 m/s", "vacuum": "tuned", "travel": "40 mm",
@@ -83,7 +83,7 @@ def test_both_solvers_agree_on_what_snaps():
 
 
 def test_tuned_in_capitals_is_a_hint():
-    with pytest.raises(QuantityError, match="did you mean 'tuned'"):
+    with pytest.raises(UnknownNameError, match="did you mean tuned"):
         drop("choi2018-kapton", mass=1.0, speed=2.5, vacuum="Tuned", travel=0.04)
 
 

@@ -92,7 +92,7 @@ def test_a_bare_number_is_refused_and_units_are_named(si):
         ("1 s", "kg", "not in units of mass"),
         ("1 mm", "s", "not in units of time"),
         ("1 mm", "N/m", "not in units of N/m"),
-        ("3 mm", "1", "not in a pure number"),
+        ("3 mm", "1", "is not a pure number; give no unit or %"),
         ("3 quux", "m", "not in units of length"),
         ("1 degC", "m", "not in units of length"),
         ("1 mm + 2", "m", "not in units of length"),

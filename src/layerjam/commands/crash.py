@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from layerjam.commands.declare import Help, Input, command
-from layerjam.commands.quantities import Accept, si
+from layerjam.commands.quantities import Accept
 from layerjam.commands.reading import TableOptions
 from layerjam.commands.results import Judged, fact, result
 from layerjam.commands.sensor import SAMPLING, channel_class
@@ -42,7 +42,7 @@ HIC = QuantitySpec(
 def _range(value: float | str, _given: Mapping[str, Any]) -> float:
     """m/s^2 of "250 g", "2450 m/s^2" or a number of m/s^2."""
     match = re.fullmatch(r"\s*(\d{1,9}(?:\.\d{1,9})?)\s*g\s*", str(value))
-    return si(float(match[1]) * STANDARD_GRAVITY if match else value, RANGE, "range")
+    return RANGE.si(float(match[1]) * STANDARD_GRAVITY if match else value, "range")
 
 
 def _read(

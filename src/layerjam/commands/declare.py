@@ -15,16 +15,17 @@ from __future__ import annotations
 import contextlib
 import functools
 import inspect
+import re
 import sys
 import typing
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin
 
-from layerjam.commands.arguments import bind, typed, union
+from layerjam.commands.arguments import bind, check_kind, settings_of, several, typed, union
 from layerjam.commands.results import Result
 from layerjam.conversion import without_unit
-from layerjam.errors import Notice, QuantityError, UnknownNameError
+from layerjam.errors import Notice, QuantityError, UnknownNameError, explain_arguments
 from layerjam.records.changes import record_files
 from layerjam.units import QuantitySpec, show
 
@@ -104,7 +105,7 @@ FLATTENED = "__layerjam_options__"
 @typing.dataclass_transform(kw_only_default=True, frozen_default=True)
 def options(cls: type[T]) -> type[T]:
     """A frozen record of parameters that belong together; each becomes an option of a command."""
-    made = dataclass(frozen=True, kw_only=True)(cls)
+    made = explain_arguments(dataclass(frozen=True, kw_only=True)(cls))
     setattr(made, FLATTENED, True)
     return made
 
@@ -171,22 +172,20 @@ class Parameter:
 
     def read(self, value: Any, given: Mapping[str, Any], notices: list[Notice]) -> Any:
         """The value as the function takes it: SI floats, checked."""
-        if isinstance(self.help, Input) and self.help.convert is not None:
-            return self.help.convert(value, given) if value is not None or self.required else None
         if value is None:
             if self.required or not (self.optional or self.default is None):
                 raise QuantityError.of(self.label, f"missing; {self.sentence}")
             return None
         if isinstance(value, str) and value in self.words:
             return value
-        if self.spec is not None:
-            if isinstance(value, str) and value.strip().lower() in self.words:
-                raise QuantityError(
-                    f"{self.label}: '{value}' is not known; did you mean '{value.strip().lower()}'?"
-                )
-            return self._quantity(self.spec, value, notices)
-        if self.words:
+        if self.words and (self.spec is None or not re.search(r"\d", str(value))):
             raise UnknownNameError(self.label, str(value), self.words)
+        if self.spec is not None:
+            return self._quantity(self.spec, value, notices)
+        value = several(value, self.type)
+        check_kind(value, self.type, self.label)
+        if isinstance(self.help, Input) and self.help.convert is not None:
+            return self.help.convert(value, given)
         return value
 
     def _quantity(self, spec: QuantitySpec, value: Any, notices: list[Notice]) -> Any:
@@ -194,9 +193,7 @@ class Parameter:
             return spec.read(value, self.label)
         value = without_unit(value, spec.unit, self.label)
         if self.array and not isinstance(value, int | float):
-            from layerjam.commands.labels import elements
-
-            values = elements(value, spec, self.label)
+            values = spec.array(value, self.label)
             if values.shape:
                 return values
             value = values.item()
@@ -367,16 +364,11 @@ class Command:
         needed = {p.name: p.sentence for p in self.parameters if p.required}
         given = bind(self.python_name, self.signature, flat, needed, args, rest)
         for name, cls in self.records.items():
-            own = given.get(name)
             mine = {k: v for k, v in loose.items() if flat[k] == name}
-            if isinstance(own, Mapping):
-                mine, own = {**own, **mine}, None
-            if own is not None and mine:
-                raise TypeError(f"{self.python_name}: give {name} or {', '.join(mine)}, not both")
             inner = [p for p in self.parameters if p.record == name]
-            said = mine if own is None else {p.name: getattr(own, p.name) for p in inner}
+            settings = settings_of(name, cls, given.get(name), mine, [p.name for p in inner])
             given[name] = cls(
-                **{p.name: p.read(said.get(p.name, p.default), given, notices) for p in inner}
+                **{p.name: p.read(settings.get(p.name, p.default), given, notices) for p in inner}
             )
         made = dict(given)
         for p in self.parameters:

@@ -147,11 +147,12 @@ R = TypeVar("R", bound=DesignResult)
 
 def _spec(value: str | Path | DesignSpecification, _: Mapping[str, Any]) -> DesignSpecification:
     """The specification, with what draws its brakes as `build` does."""
+    from layerjam.design.requirements import DesignSpecification
     from layerjam.design.specification import load_spec
     from layerjam.fabricate.choices import choices
     from layerjam.fabricate.drawn_mass import Draws
 
-    spec = load_spec(value) if isinstance(value, str | Path) else value
+    spec = value if isinstance(value, DesignSpecification) else load_spec(value)
     return spec.drawn_by(Draws(choices(spec.brake).build, spec.brake.making.enclosure))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,7 @@ import numpy as np
 
 from layerjam.conversion import unit_factor
 from layerjam.errors import MissingExtraError, QuantityError
-from layerjam.units import QuantitySpec, show, usual_unit
+from layerjam.units import show, usual_unit
 
 if TYPE_CHECKING:
     import pandas
@@ -22,6 +23,8 @@ ROWS = 12
 """Most rows of an array result that are printed."""
 MOST_CURVES = 24
 """Most curves of an array result that one figure shows."""
+MOST_ELEMENTS = 10_000_000
+"""Most combinations of array arguments in one call; more would not fit into memory."""
 
 
 Coordinate = tuple[tuple[str, ...], Any, Mapping[str, Any]]
@@ -151,24 +154,6 @@ def usual_factor(si: str) -> float:
     return float(unit_factor(unit, si) or 1) if unit else 1.0
 
 
-def elements(value: Any, spec: QuantitySpec, name: str) -> Any:
-    """Return an array of SI numbers within the bounds of `spec`; a DataArray stays one.
-
-    Elements may be text or quantity objects. Raises QuantityError.
-    """
-    if hasattr(value, "dims"):
-        values = value.astype(float)
-    elif getattr(value, "dtype", None) is None or np.asarray(value).dtype.kind in "OUS":
-        objects = np.asarray(value, dtype=object)
-        numbers = [spec.si(element, name) for element in objects.ravel()]
-        values = np.array(numbers, dtype=float).reshape(objects.shape)
-    else:
-        values = np.asarray(value, dtype=float)
-    for edge in (values.min(), values.max()) if values.size else ():
-        spec.check(float(edge), name)
-    return values
-
-
 def align(arguments: dict[str, Any], units: Mapping[str, str]) -> Grid | None:
     """Return the grid that those arguments span that have units, None if all are single numbers.
 
@@ -190,6 +175,7 @@ def align(arguments: dict[str, Any], units: Mapping[str, str]) -> Grid | None:
                 f"xarray.DataArray({bare[0]}, dims='{bare[0]}')",
             )
         grid = _labelled(labelled, values, units)
+        _check_size(grid.shape, arrays)
         arguments |= grid.inputs
         return grid
     try:
@@ -201,6 +187,7 @@ def align(arguments: dict[str, Any], units: Mapping[str, str]) -> Grid | None:
             f"shapes do not broadcast: {shapes}; give equal lengths, or name the dimensions with "
             "xarray.DataArray(..., dims=...) for every combination",
         ) from None
+    _check_size(shape, arrays)
     inputs = {name: np.asarray(value, float) for name, value in values.items()}
     dimensions: list[str] = []
     coordinates: dict[str, Coordinate] = {}
@@ -223,17 +210,33 @@ def align(arguments: dict[str, Any], units: Mapping[str, str]) -> Grid | None:
     return Grid(inputs, dict(units), tuple(dimensions), shape, coordinates)
 
 
+def _check_size(shape: tuple[int, ...], arrays: Mapping[str, Any]) -> None:
+    """Raise QuantityError for more combinations than fit into memory."""
+    if (size := math.prod(shape)) > MOST_ELEMENTS:
+        raise QuantityError.of(
+            next(iter(arrays)),
+            f"{' and '.join(arrays)} span {size:,} combinations; at most {MOST_ELEMENTS:,} are "
+            "computed in one call, so give them in parts",
+        )
+
+
 def _labelled(
     labelled: Mapping[str, Any], values: Mapping[str, Any], units: Mapping[str, str]
 ) -> Grid:
     """Return the grid of labelled arrays."""
     import xarray
 
+    for name, array in labelled.items():
+        if len(set(array.dims)) < array.ndim:
+            raise QuantityError.of(name, f"two of its dimensions have one name: {array.dims}")
     try:
         arrays = xarray.align(*labelled.values(), join="exact", copy=False)
-    except ValueError as error:
+    except ValueError:
+        sizes_of = " and ".join(f"{name} {dict(a.sizes)}" for name, a in labelled.items())
         raise QuantityError.of(
-            next(iter(labelled)), f"coordinates of the arrays differ: {error}"
+            next(iter(labelled)),
+            f"coordinates of the arrays differ: {sizes_of}; along a dimension of one name all need "
+            "the same coordinates",
         ) from None
     by_name = dict(zip(labelled, xarray.broadcast(*arrays), strict=True))
     first = next(iter(by_name.values()))

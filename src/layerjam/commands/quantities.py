@@ -128,12 +128,12 @@ def record_file(
         file = kind.of(given)
     else:
         raise QuantityError(
-            f"{kind.holds}: {type(given).__name__} is no {kind.holds}; give a name of the "
+            f"{kind.holds}: {type(given).__name__} is not a {kind.holds}; give a name of the "
             f"catalogue, the path of its file, or what layerjam.{read.__name__} returns"
         )
     if atmosphere is None:
         return file
-    pressure = si(atmosphere, ATMOSPHERE, "atmosphere")
+    pressure = ATMOSPHERE.si(atmosphere, "atmosphere")
     site = replace(file.record.site, atmosphere=pressure)
     made = replace(file.record, site=site)
     kind.check(made)
@@ -171,13 +171,6 @@ def with_share(file: BrakeFile, share: Any) -> BrakeFile:
     stated = {"vacuum_share": Source(kind="unstated", text="given with the command")}
     made = replace(file.brake, vacuum_share=share)
     return replace(file, brake=made, sources={**file.sources, **stated})
-
-
-def si(value: float | str, spec: QuantitySpec, name: str) -> float:
-    """The SI value of text, or of a number that is SI already, checked against its bounds."""
-    if isinstance(value, str):
-        return float(spec.read(value, name))
-    return float(spec.check(float(value), name))
 
 
 def parse_options(cls: type[T], given: Mapping[str, Any]) -> T:

@@ -16,7 +16,7 @@ from layerjam.units import spec_of
 
 
 @runtime_checkable
-class Frame(Protocol):
+class DataFrame(Protocol):
     """A pandas DataFrame."""
 
     columns: Any
@@ -28,7 +28,7 @@ Measured = str | Path | Trace
 """A file of a test machine, or a trace that was read (and perhaps cut) in Python."""
 SPECIMEN = spec_of(ReadingOptions, "specimen")
 NORMAL_FORCE = replace(spec_of(Facts, "normal_force"), example="2.45N")
-AnyFiles = Sequence[Measured | Frame] | Measured | Frame
+AnyFiles = Sequence[Measured | DataFrame] | Measured | DataFrame
 
 
 def several(files: AnyFiles) -> list[Measured]:
@@ -39,14 +39,14 @@ def several(files: AnyFiles) -> list[Measured]:
 def _measured(files: AnyFiles, given: Mapping[str, Any]) -> list[Measured]:
     """Return paths and traces; data frames are read as `given` options say."""
     options = next((one for one in given.values() if isinstance(one, ReadingOptions)), None)
-    each = [files] if isinstance(files, str | Path | Trace | Frame) else list(files)
+    each = [files] if isinstance(files, str | Path | Trace | DataFrame) else list(files)
     return [
-        _trace(one, options or ReadingOptions(), number) if isinstance(one, Frame) else one
+        _trace(one, options or ReadingOptions(), number) if isinstance(one, DataFrame) else one
         for number, one in enumerate(each, 1)
     ]
 
 
-def _trace(frame: Frame, options: ReadingOptions, number: int) -> Trace:
+def _trace(frame: DataFrame, options: ReadingOptions, number: int) -> Trace:
     from layerjam.measure.readers.frame import trace_of_frame
 
     return trace_of_frame(frame, options, number)
@@ -105,7 +105,7 @@ class FileOptions(TableOptions):
         Help("What the machine counts with the opposite sign.", metavar="force|elongation"),
     ] = ()
     column: Annotated[
-        Sequence[str],
+        Sequence[str] | Mapping[str, str],
         Help(
             "Which column is force, elongation or time, in which unit.",
             metavar="ROLE[:UNIT]=NAME",

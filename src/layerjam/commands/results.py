@@ -12,9 +12,11 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transform
 
+from layerjam.commands.arguments import check_kind
+from layerjam.commands.lookup import prefixed, value_of
 from layerjam.commands.wording import in_words, printable, superscripts, wrapped
 from layerjam.device.load import write_whole
-from layerjam.errors import FileError, LayerjamError, MissingExtraError, Notice
+from layerjam.errors import FileError, LayerjamError, MissingExtraError, Notice, UnknownNameError
 from layerjam.outputs import ENDS, declare, fact, number
 from layerjam.report.folder import plain
 from layerjam.units import show
@@ -77,7 +79,7 @@ class Result:
         has where it may be None. Raises TypeError for a key without value or default.
         """
         for f in cls.keys():  # noqa: SIM118
-            value = _named(f.name, (given, *known))
+            value = value_of(f.name, (given, *known))
             if value is not MISSING:
                 lost = isinstance(value, float) and not math.isfinite(value)
                 given[f.name] = None if lost else value
@@ -201,6 +203,8 @@ class Result:
         from layerjam.report import chart
         from layerjam.report.style import drawing_into, save
 
+        check_kind(path, str | Path | None, "path")
+        check_kind(beside, Mapping[str, Result] | None, "beside")
         quiet = {label: other.quiet_curves() for label, other in (beside or {}).items()}
         for label, curves in quiet.items():
             if not curves or not self.takes_beside(type((beside or {})[label])):
@@ -256,6 +260,7 @@ class Result:
 
         Raises FileError where the file exists and `force` is not set, or the ending is not known.
         """
+        check_kind(path, str | Path, "path")
         path = Path(path)
         ending = path.suffix.lower()
         if ending == ".json":
@@ -289,7 +294,13 @@ class Result:
         }
 
     def interval(self, name: str) -> tuple[float | None, float | None]:
-        """The 95 % interval of a number that has one; None is an open or unknown end."""
+        """The 95 % interval of a number that has one; None is an open or unknown end.
+
+        Raises UnknownNameError for a number without an interval.
+        """
+        if not hasattr(self, f"{name}_{ENDS[0]}"):
+            known = [f.name for f in self.keys() if f.metadata["interval"]]
+            raise UnknownNameError("number with an interval", name, known)
         low, high = (getattr(self, f"{name}_{end}") for end in ENDS)
         return low, high
 
@@ -391,32 +402,6 @@ class Result:
             lines = self.grid.lines(self._numbers(), self.units)
             table = f"<pre>{escape(chr(10).join(lines))}</pre>"
         return f"<table>{rows}</table>{table}{notes}"
-
-
-@dataclass(frozen=True)
-class _Prefixed:
-    prefix: str
-    records: tuple[object, ...]
-
-
-def prefixed(prefix: str, *records: object) -> object:
-    """Records for `Result.of` whose field `slip` is the key `tuned_slip`, with "tuned_"."""
-    return _Prefixed(prefix, records)
-
-
-def _named(name: str, records: Iterable[object]) -> Any:
-    """What the first record or mapping that has this name has by it; MISSING where none has."""
-    for one in records:
-        if isinstance(one, _Prefixed):
-            mine = name.startswith(one.prefix)
-            value = _named(name.removeprefix(one.prefix), one.records) if mine else MISSING
-        elif isinstance(one, Mapping):
-            value = one.get(name, MISSING)
-        else:
-            value = getattr(one, name, MISSING)
-        if value is not MISSING:
-            return value
-    return MISSING
 
 
 MARKS = {"passed": "ok  ", "note": "note", "warning": "LOOK", "failed": "FAIL"}

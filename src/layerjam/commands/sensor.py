@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from layerjam.commands.declare import Help, Input, options
-from layerjam.commands.quantities import parse_options, si
+from layerjam.commands.quantities import parse_options
 from layerjam.commands.results import Judged, Result, fact, number, result
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, QuantityError
@@ -60,7 +60,7 @@ def _rise(value: float | str, given: Mapping[str, Any]) -> float:
         raise QuantityError(
             f"allowed rise: '{value[:40]}' is a temperature; a temperature rise is given in K"
         )
-    return si(value, ALLOWED_RISE, "allowed rise")
+    return ALLOWED_RISE.si(value, "allowed rise")
 
 
 @options
@@ -237,7 +237,7 @@ def heating(
     how = parse_options(Warmth, asked) if warmth is None else warmth
     rise = DEFAULT_RISE if how.allowed_rise is None else how.allowed_rise
     film = DEFAULT_FILM_COEFFICIENT if how.film_coefficient is None else how.film_coefficient
-    joule, brake = si(heat, QuantitySpec("J", "heat of a stop"), "heat"), file.brake
+    joule, brake = QuantitySpec("J", "heat of a stop").si(heat, "heat"), file.brake
     judged = Heating(allowed_rise=rise, film_coefficient=film)
     if brake.film.specific_heat is None:
         unknown = f"{file.name} does not say the film's specific heat: no temperature rise"

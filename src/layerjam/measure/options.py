@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
-from layerjam.errors import QuantityError
+from layerjam.errors import QuantityError, explain_arguments
 from layerjam.measure.readers.unit_words import ROLES, convert, weight_unit
 from layerjam.measure.sidecar import READ, places, text_of
 from layerjam.records.reader import Reader
@@ -33,6 +33,7 @@ class ColumnEntry:
     index: int | None
 
 
+@explain_arguments
 @dataclass(frozen=True, kw_only=True)
 class ReadingOptions:
     """Options for ambiguities of a file; empty or None leaves a choice to the file.
@@ -48,7 +49,7 @@ class ReadingOptions:
     """
 
     negative: Sequence[str] = value(ListSpec(each=TextSpec(choices=tuple(ROLES)), single=True), ())
-    column: Sequence[str] = value(ListSpec(each=TextSpec(), single=True), ())
+    column: Sequence[str] | Mapping[str, str] = value(ListSpec(each=TextSpec(), single=True), ())
     columns: str | None = value(TextSpec(), None)
     decimal: str | None = value(TextSpec(choices=(".", ",")), None)
     specimen: int | None = quantity("1", "number of the specimen", lo=1, whole=True, default=None)

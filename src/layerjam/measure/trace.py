@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from layerjam.errors import FileError, QuantityError, UnknownNameError
+from layerjam.errors import FileError, QuantityError, UnknownNameError, explain_arguments
 from layerjam.measure.sidecar import Facts
 from layerjam.units import show
 
@@ -19,6 +19,7 @@ FEWEST_ROWS = 10
 _LARGEST = {"force": (1e8, "N"), "elongation": (1e3, "m"), "time": (1e11, "s")}
 
 
+@explain_arguments
 @dataclass(frozen=True, eq=False)
 class Trace:
     """One pull or friction test as recorded by a machine, in SI units.

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from layerjam.device.file import BrakeFile
-from layerjam.errors import PrecisionError, QuantityError
+from layerjam.errors import ArgumentError, PrecisionError, QuantityError, abbreviate
 from layerjam.mechanics.compilation import keep_compiled_code
 from layerjam.units import RECORDS, FlagSpec
 
@@ -91,18 +91,31 @@ def law(function: F) -> F:
     register_records()
     compiled, places = jax.jit(function), inspect.signature(function)
 
+    def call(placed: Any) -> Any:
+        try:
+            return compiled(*map(_as_argument, placed))
+        except (TypeError, ValueError, AttributeError):
+            if not _tracing(placed):
+                _explain(function.__name__, places, placed)
+            raise
+
     @functools.wraps(function)
     def wrapper(*args: Any, **named: Any) -> Any:
         if len(_registered) < len(RECORDS):  # a new effect
             register_records()
         # by place, so that a call by name does not compile a second time
-        placed = places.bind(*args, **named).args if named else args
+        try:
+            exact = not named and len(args) == len(places.parameters)
+            placed = args if exact else places.bind(*args, **named).args
+        except TypeError:
+            takes = ", ".join(places.parameters)
+            raise ArgumentError(f"{function.__name__}() takes {takes}") from None
         if jax.config.jax_enable_x64:
-            return compiled(*map(_as_argument, placed))
+            return call(placed)
         if _tracing(placed):
             raise PrecisionError
         with double_precision():
-            made = compiled(*map(_as_argument, placed))
+            made = call(placed)
         return jax.tree.map(lambda leaf: np.asarray(leaf)[()], made)
 
     return wrapper  # type: ignore[return-value]
@@ -137,7 +150,39 @@ def _as_argument(given: Any) -> Any:
             f"laws take numbers in SI, not '{str(given)[:60]}'; convert it first, such as with "
             ".to('Pa').magnitude, or call the function of a command, which converts it"
         )
+    if getattr(getattr(given, "dtype", None), "kind", "f") not in "fiub":
+        raise TypeError
     return jnp.asarray(given, dtype=jnp.float64)
+
+
+def _explain(name: str, places: inspect.Signature, placed: Any) -> None:
+    """Raise QuantityError for arguments that no law takes, if they are why a call failed."""
+    records = {cls.__name__ for cls in RECORDS}
+    arguments = dict(zip(places.parameters, placed, strict=False))
+    for key, given in arguments.items():
+        parameter = places.parameters[key]
+        wants_record = parameter.annotation in records
+        if wants_record and type(given) not in _registered and not isinstance(given, BrakeFile):
+            kind = f"a {parameter.annotation}, such as layerjam.load(NAME).brake"
+        elif not wants_record and not _is_real(given) and parameter.default is parameter.empty:
+            kind = "a number in SI or an array of them"
+        else:
+            continue
+        raise QuantityError.of(f"{name}, {key}", f"{abbreviate(given)} is not {kind}")
+    shapes = {k: np.shape(v) for k, v in arguments.items() if type(v) not in _registered}
+    try:
+        np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        text = " and ".join(f"{key} {shape}" for key, shape in shapes.items() if shape)
+        raise QuantityError.of(name, f"shapes do not broadcast: {text}") from None
+
+
+def _is_real(given: Any) -> bool:
+    """Return whether a value is a real number or an array of them."""
+    try:
+        return np.asarray(given).dtype.kind in "fiub"
+    except ValueError:  # rows of different lengths
+        return False
 
 
 @fused

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec
 import numpy as np
 
 from layerjam.device.load import write_whole
-from layerjam.errors import LayerjamError, MissingExtraError
+from layerjam.errors import FileError, LayerjamError, MissingExtraError
 
 if TYPE_CHECKING:
     from matplotlib import axes as _axes
@@ -138,6 +138,9 @@ def drawing_into(axes: Any) -> Iterator[None]:
         if isinstance(axes, list | tuple)
         else [axes]
     )
+    if not all(hasattr(one, "figure") for one in flat):
+        kind = type(axes).__name__
+        raise LayerjamError(f"ax: {kind} is not Matplotlib axes, such as plt.subplots()[1]")
     token = _own_axes.set(flat)
     try:
         yield
@@ -342,6 +345,8 @@ def scheme(names: Sequence[str]) -> dict[str, str]:
 def save(figure: Figure, path: Path, force: bool = False) -> Path:
     """Write .svg, .png or .pdf, whole or not at all; the same figure gives the same bytes."""
     kind = path.suffix.lower().lstrip(".")
+    if kind not in ("svg", "png", "pdf"):
+        raise FileError(path, f"the ending '{path.suffix}' is not known; use .svg, .png, .pdf")
     when = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
     with look():
         return write_whole(path, lambda p: figure.savefig(p, format=kind, metadata=when), force)

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.errors import QuantityError, UnknownNameError
+from layerjam.errors import QuantityError, UnknownNameError, explain_arguments
 from layerjam.simulate.record import DropRecord, Outcome, column
 from layerjam.simulate.speed import follows_speed
 from layerjam.units import check, quantity, show
@@ -43,6 +43,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 Signal = DropRecord | tuple[Any, Any]
 
 
+@explain_arguments
 @dataclass(frozen=True, kw_only=True)
 class Accelerometer:
     """Accelerometer and its converter, along the pull; None is no limit.

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
-from layerjam.errors import LayerjamError, ProcedureError
+from layerjam.errors import LayerjamError, ProcedureError, abbreviate
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, VACUUM
 from layerjam.units import QuantitySpec, check, exact_text
 
@@ -174,6 +174,8 @@ def parse_procedure(text: str) -> Procedure:
     that contradict each other.
     """
     steps: list[Step] = []
+    if not isinstance(text, str):
+        raise ProcedureError(f"procedure: {abbreviate(text)} is not text, such as 'vent'")
     for part in text.split(";"):
         sentence = " ".join(part.split())
         if not sentence:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from layerjam.device.brake import Brake
-from layerjam.errors import QuantityError
+from layerjam.errors import QuantityError, explain_arguments
 from layerjam.mechanics.enclosure import enclosure_at
 from layerjam.mechanics.fan import Fan, is_flat
 from layerjam.mechanics.friction import friction_per_contact, sheets_at, static_at
@@ -101,6 +101,7 @@ def fanned_friction(
     return FannedFriction(flat, length, ratio, plain, fan_static if static else plain)
 
 
+@explain_arguments
 @dataclass(frozen=True, kw_only=True)
 class Interfaces:
     """Differences of the n - 1 interfaces; each entry is one number or one per interface.
@@ -137,6 +138,7 @@ class Interfaces:
         return cls(vacuum=1 - (1 - middle) * (1 - place**2))
 
 
+@explain_arguments
 @dataclass(frozen=True, kw_only=True)
 class Housing:
     """Stiff housing that rubs on the outer side of the outermost sheets (layerjam's assumption).

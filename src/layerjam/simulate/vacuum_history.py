@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.errors import QuantityError
+from layerjam.errors import QuantityError, explain_arguments
 from layerjam.fluid.closed_forms import holding_time
 from layerjam.simulate.quantities import VACUUM
 from layerjam.units import QuantitySpec, show
@@ -17,6 +17,7 @@ LEAK_SAMPLES = 2048
 TIME = QuantitySpec("s", "time from the taut rope", lo=-1e9, hi=1e9)
 
 
+@explain_arguments
 @dataclass(frozen=True, eq=False)
 class History:
     """Changing vacuum: samples [Pa] over time from the taut rope [s], straight in between.

@@ -29,7 +29,18 @@ def trace_of_frame(frame: Any, options: ReadingOptions, number: int = 1) -> Trac
     text = table.to_csv(index=False, header=names)
     if frame.empty:
         raise FileError(path, "is empty")
-    known = specimens(Source(path, text.encode(), "utf-8", decimal="."), options)
+    try:
+        known = specimens(Source(path, text.encode(), "utf-8", decimal="."), options)
+    except FileError as error:
+        if error.line or error.asks:
+            raise
+        raise FileError(
+            path,
+            f"has the columns {', '.join(names)[:200]}; name force and elongation with their "
+            "units, such as 'Force [N]' and 'Elongation [mm]', or say which they are",
+            how=", such as column={'force:N': NAME, 'elongation:mm': NAME}",
+            asks="columns",
+        ) from None
     if len(known) > 1:
         raise FileError(path, f"holds {len(known)} specimens; give a DataFrame for each of them")
     trace = known[0].read(options)
