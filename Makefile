@@ -8,9 +8,10 @@ SIMULATORS := $(VENV)/interop
 EMULATOR := $(VENV)/emulator
 
 INSTRUMENTS := $(VENV)/instruments
+PACKAGERS := $(VENV)/packagers
 
 .PHONY: demo test slow bench bench-checks interop electronics firmware firmware-checks docs lint mutants coverage \
-  alarms fuzz lock clean
+  alarms fuzz versions lock clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -54,6 +55,12 @@ alarms: $(STAMP)
 
 fuzz: $(STAMP)
 	LAYERJAM_FUZZ=100000 $(BIN)/python -m pytest -q -n 2 -m slow tests/measure/test_fuzz.py
+
+# The demo and the quick tests of the core with the lowest versions that pyproject.toml allows, then
+# with the newest, each in a fresh environment: half an hour.
+versions: $(PACKAGERS)/.installed
+	$(PACKAGERS)/bin/python tests/install/versions.py lowest $(VENV)/lowest
+	$(PACKAGERS)/bin/python tests/install/versions.py newest $(VENV)/newest
 
 # The brake in simulators that are too heavy for `make test`, in an environment of their own, and the
 # C kernel on other processors. Debian's cross compilers and emulators are installed where that is
@@ -141,6 +148,12 @@ $(INSTRUMENTS)/.installed: tests/rig/checks/requirements.lock $(STAMP)
 	@$(INSTRUMENTS)/bin/python -m pip install -q --disable-pip-version-check --require-hashes -r tests/rig/checks/requirements.lock
 	@touch $@
 
+$(PACKAGERS)/.installed: tests/install/requirements.lock $(STAMP)
+	@echo "installing uv and twine into $(PACKAGERS) (once)"
+	@$(PYTHON) -m venv $(PACKAGERS)
+	@$(PACKAGERS)/bin/python -m pip install -q --disable-pip-version-check --require-hashes -r tests/install/requirements.lock
+	@touch $@
+
 # uv writes no registry host with these options; a test greps for one.
 lock:
 	printf 'hatchling>=1.27\neditables\n' > build.in
@@ -161,6 +174,9 @@ lock:
 	uv pip compile --universal --generate-hashes --no-header --no-annotate \
 	  --no-emit-index-url --no-emit-find-links --python-version 3.11 \
 	  tests/rig/checks/requirements.in --output-file tests/rig/checks/requirements.lock
+	uv pip compile --universal --generate-hashes --no-header --no-annotate \
+	  --no-emit-index-url --no-emit-find-links --python-version 3.11 -c requirements.lock \
+	  tests/install/requirements.in --output-file tests/install/requirements.lock
 
 clean:
 	rm -rf $(VENV) out

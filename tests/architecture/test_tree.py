@@ -103,6 +103,7 @@ def test_no_registry_host_and_no_path_of_one_machine() -> None:
 
 LOCKS = (
     "requirements.lock",
+    "tests/install/requirements.lock",
     "tests/interop/requirements.lock",
     "tests/rig/checks/requirements.lock",
 )
