@@ -186,6 +186,7 @@ def test_no_false_alarm_behind_random_tubes(kind: str) -> None:
             assert (made.fault == 0).all(), (of, target, made.fault, made.fault_time)
 
 
+@pytest.mark.slow
 def test_faults_behind_random_tubes_are_said_in_their_time() -> None:
     """What is promised of a fault while the pump runs full is kept, whenever it begins."""
     random, tried = np.random.default_rng(3), dict.fromkeys(("NO_VACUUM", "WEAK_PUMP"), 0)

@@ -38,7 +38,10 @@ INSTEAD = {
     "recompute": f"layerjam recompute {ROOT}/tests/dataset/published-0.1.0.zip",
 }
 """What is run in place of a command's first example, for it takes less time or no C compiler."""
-LONG = ("demo", "reproduce", "publish", "recompute")
+LONG = (
+    *("demo", "reproduce", "publish", "recompute", "report", "build"),
+    *("design", "sweep", "drop", "tune", "stick-slip"),
+)
 WITHOUT_JSON = {"workbench", "bench serve", "bench flash"}
 COMMANDS = {
     name: INSTEAD.get(name, entry.examples[0])

@@ -82,6 +82,7 @@ def test_an_accepted_failure_is_stated_by_every_page(tmp_path: Path) -> None:
         assert why in " ".join(words.split()), name
 
 
+@pytest.mark.slow
 def test_what_the_brakes_file_accepted_travels_into_the_folder(tmp_path: Path) -> None:
     text = KAPTON.text + (
         '\n[[accepted]]\ncheck = "repeats"\nreason = "new operator"\ndate = "2026-01-02"\n'

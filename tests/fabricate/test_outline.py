@@ -41,6 +41,7 @@ def test_the_polygon_lies_within_its_chord_and_is_valid(part: Outline) -> None:
     assert coarse.hausdorff_distance(shapely.Polygon(part.points(1e-3)).exterior) < 0.501
 
 
+@pytest.mark.slow
 @given(sheets())
 def test_the_rim_is_the_least_material_beside_a_hole(part: Outline) -> None:
     shape = polygon(part, 1e-3)

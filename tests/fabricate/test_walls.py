@@ -131,6 +131,7 @@ def test_the_rims_beside_a_short_necks_tie_are_found() -> None:
     assert measured(KAPTON.brake, thin, np.random.default_rng(2)) == pytest.approx(0.25, abs=0.01)
 
 
+@pytest.mark.slow
 def test_four_random_brakes() -> None:
     rng = np.random.default_rng(3)
     known = zip(some_brakes(31, 4), some_builds(32, 4), strict=True)

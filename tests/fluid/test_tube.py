@@ -125,6 +125,7 @@ def test_the_wave_arrives_when_it_should():
     assert made.imbalance < 1e-12
 
 
+@pytest.mark.slow
 def test_cells_and_one_volume_agree_where_waves_do_not_matter():
     """A short tube: the rise time is that of the lumped one, and does not hang on the cells."""
     lumped = air_rise_time(40e3, with_tube(0, 0.3))[0]

@@ -101,6 +101,7 @@ def hold_pulls(seed: int, scatter: float = 0.02) -> Spec:
     )
 
 
+@pytest.mark.slow
 def test_the_virtual_laboratorys_truth_is_covered() -> None:
     """Synthetic records, read as files are; most of 20 campaigns' intervals hold the truth."""
     inside = 0

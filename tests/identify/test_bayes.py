@@ -86,6 +86,7 @@ def failed(found: BayesFit) -> set[str]:
     return {c.name for c in found.checks if not c.passed}
 
 
+@pytest.mark.slow
 def test_each_curve_and_the_sleeve_come_back(fit: BayesFit) -> None:
     own = np.median(fit.curve_scale_factor, axis=(0, 1))
     assert own == pytest.approx(OWN[:, 0], rel=1e-3)
@@ -94,6 +95,7 @@ def test_each_curve_and_the_sleeve_come_back(fit: BayesFit) -> None:
     assert np.abs(np.median(fit.slack, axis=(0, 1))).max() < 5e-6
 
 
+@pytest.mark.slow
 def test_the_brake_is_what_a_grid_says_of_three_repeats(fit: BayesFit) -> None:
     # curves are known far better than they scatter: the posterior of (ln a, ln sd) is a plain one
     y = np.log(np.median(fit.curve_scale_factor, axis=(0, 1)))
@@ -117,6 +119,7 @@ def test_the_brake_is_what_a_grid_says_of_three_repeats(fit: BayesFit) -> None:
     assert np.median(np.log(fit.scale_factor_sd)) == pytest.approx(middle, abs=0.15)
 
 
+@pytest.mark.slow
 def test_the_next_pull_scatters_more_than_the_brake(fit: BayesFit) -> None:
     rows = fit.summary()
     assert rows["next_scale_factor"].sd > 1.3 * rows["scale_factor"].sd
@@ -126,6 +129,7 @@ def test_the_next_pull_scatters_more_than_the_brake(fit: BayesFit) -> None:
     assert spread == pytest.approx(expected, rel=0.4)
 
 
+@pytest.mark.slow
 def test_same_seed_same_bits_and_ctrl_c_keeps_what_is_done(fit: BayesFit) -> None:
     told: list[tuple[int, int]] = []
 
@@ -148,6 +152,7 @@ def test_same_seed_same_bits_and_ctrl_c_keeps_what_is_done(fit: BayesFit) -> Non
         fit_bayes(CURVES, KAPTON, draws=400, seed=2, progress=at_once)
 
 
+@pytest.mark.slow
 def test_verdicts(fit: BayesFit) -> None:
     data = reduce_curves(CURVES)
     assert failed(fit) <= {"draws", "chains agree"}, "few draws were taken"
@@ -169,12 +174,14 @@ def test_verdicts(fit: BayesFit) -> None:
     assert "trend over slip" in found(enclosure_factor=2 * fit.enclosure_factor)
 
 
+@pytest.mark.slow
 def test_every_check_is_a_sentence(fit: BayesFit) -> None:
     for check in fit.checks:
         assert check.sentence and check.sentence[0] != " " and "_" not in check.sentence
     assert {"identifiable", "prior", "divergences", "repeats"} <= {c.name for c in fit.checks}
 
 
+@pytest.mark.slow
 def test_draws_are_written(fit: BayesFit, tmp_path: Path) -> None:
     pytest.importorskip("xarray")
     import xarray
@@ -191,6 +198,7 @@ def test_draws_are_written(fit: BayesFit, tmp_path: Path) -> None:
         assert (back["slack"].values == fit.slack).all()
 
 
+@pytest.mark.slow
 def test_figures_say_what_they_show(fit: BayesFit) -> None:
     pytest.importorskip("matplotlib")
     texts = {}

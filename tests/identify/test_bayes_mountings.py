@@ -28,6 +28,7 @@ from strategies import KAPTON
 pytest.importorskip("numpyro")
 
 
+@pytest.mark.slow
 def test_curves_of_one_mounting_are_correlated() -> None:
     """The potential's change with the curves' own values is that of scipy's normal density."""
     flat, guess, known = guessed(PAIR)

@@ -64,6 +64,7 @@ def test_the_chance_is_what_it_says() -> None:
     assert abs(share - SURE) < 4 * (SURE * (1 - SURE) / runs) ** 0.5
 
 
+@pytest.mark.slow
 def test_as_many_as_are_sure_are_enough_in_four_of_five_campaigns() -> None:
     random, within, enough, asked = np.random.default_rng(9), 0.012, 0, 0
     for _ in range(400):

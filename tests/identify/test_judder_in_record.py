@@ -120,6 +120,7 @@ def _innocent(seed: int) -> tuple[str, np.ndarray, np.ndarray]:
     return kind, u, 0.6 + 0.1 * wave + 10 ** rng.uniform(-4, -1.5) * white
 
 
+@pytest.mark.slow
 def test_nothing_else_passes_for_stick_slip() -> None:
     """500 records without it: at most 2 are taken for it."""
     wrong = []

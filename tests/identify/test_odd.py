@@ -67,6 +67,7 @@ def test_the_verdict_knows_no_unit_and_no_zero(
     assert find_outliers(x * scaled + moved, 0.05, 1e-3 * scaled) == find_outliers(x, 0.05, 1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [4, 6, 12, 24])
 def test_false_alarms_among_like_values(count: int) -> None:
     """The stated share at most, and not far below: three standard errors of 1,500 draws."""

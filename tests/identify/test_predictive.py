@@ -45,6 +45,7 @@ def population(spread: float, draws: int = 4000, seed: int = 1, **of: Any) -> Po
     )
 
 
+@pytest.mark.slow
 def test_without_spread_every_quantile_is_the_law() -> None:
     same = population(0.0)
     u, force = np.linspace(0, 0.04, 30), np.array([20.0, 60.0, 120.0])

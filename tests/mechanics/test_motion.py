@@ -204,6 +204,7 @@ def test_a_falling_vacuum_is_of_second_order_and_keeps_its_books():
     assert slips[-1] > float(stop(1.0, 2.5, FULL, SPRING, G, KAPTON).slip)
 
 
+@pytest.mark.slow
 def test_a_rising_vacuum_lies_between_its_ends_and_keeps_its_books():
     samples = np.array([60e3, 60e3, 94.5e3])
     ends = stop(1.0, 2.5, np.array([94.5e3, 60e3]), SPRING, G, KAPTON).slip

@@ -69,6 +69,7 @@ def linear_rubber(modulus: float, strain: float) -> Hyperelastic:
     return Hyperelastic(strain=strain, c10=c10, c01=c01, c20=c20, c30=c30, **ogden)
 
 
+@pytest.mark.slow
 def test_rubber_with_a_straight_stress_takes_the_time_of_one_modulus() -> None:
     """Slips on both sides of the saturation, and both of the point where the weight is met."""
     film = replace(KAPTON.film, friction_on_silicone=0.04)

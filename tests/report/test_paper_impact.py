@@ -10,6 +10,7 @@ from layerjam.studies.choi2018 import impact as paper
 from layerjam.studies.choi2018.claims import Verdict
 
 
+@pytest.mark.slow
 def test_no_filter_and_no_rope_makes_the_papers_peaks() -> None:
     claims = paper.claims()
     assert [c.verdict for c in claims] == [Verdict.DIFFERS] * 3

@@ -423,6 +423,7 @@ def test_a_run_states_its_lease_first(tmp_path: Path, capsys: pytest.CaptureFixt
     assert first.startswith("layerjam: lease 600 s:") and "safe state (release)" in first
 
 
+@pytest.mark.slow
 def test_a_log_and_its_resume(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = ["bench", "log", FAST, "--out", str(tmp_path / "a.ljrun"), "--duration", "5 s"]
     first = said(out, capsys)

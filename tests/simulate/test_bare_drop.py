@@ -12,6 +12,7 @@ from layerjam.simulate.rope_alone import damped_rope_only, simulate_bare_drop
 MASSES, SPEEDS, SPRINGS = st.floats(0.05, 20), st.floats(0.1, 10), st.floats(1e2, 1e6)
 
 
+@pytest.mark.slow
 @given(MASSES, SPEEDS, SPRINGS, st.sampled_from([0.0, 9.81]))
 def test_an_undamped_rope_pulls_by_its_stretch(mass, speed, spring, gravity):
     made = simulate_bare_drop(mass, speed, spring, 0.0, gravity, 9.81)

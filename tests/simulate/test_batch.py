@@ -39,6 +39,7 @@ def test_the_compiled_loop_is_the_law(brake):
     assert made.attrs["spring"] == SPRING
 
 
+@pytest.mark.slow
 def test_odd_drops_too():
     """Wide over all decades: soft springs, weak vacuums, no gravity, what three steps miss."""
     random, n = np.random.default_rng(4), 20000
@@ -67,6 +68,7 @@ def test_impossible_input_is_nan_as_in_the_law():
     assert np.isfinite(made.slip[2]).all()
 
 
+@pytest.mark.slow
 def test_fields_of_the_device_sweep_too():
     made = batch(
         stop, SWEEP | {"vacuum": 9e4, "brake.film.kinetic": np.array([0.2, 0.24])}, brake=KAPTON,

@@ -86,6 +86,7 @@ def test_boyles_law_and_the_energy_of_a_brake_without_sleeve():
     assert made.gas_force == pytest.approx(start * area)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("polytropic", [1.0, 1.4])
 def test_gas_and_energy_are_accounted_for(polytropic):
     line = stretching(

@@ -187,6 +187,7 @@ def test_a_history_that_does_not_change_is_the_constant_vacuum_bit_for_bit():
     assert drop_in_time(FILE, vacuum=held, **CASE)[0] == constant
 
 
+@pytest.mark.slow
 def test_a_step_up_within_the_stop_converges():
     """Steps end at the samples, so that the jump does not lie anywhere within one."""
     jump = History([0.0, 0.01, 0.010001, 1.0], [60e3, 60e3, 94.5e3, 94.5e3])

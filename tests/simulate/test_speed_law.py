@@ -247,6 +247,7 @@ def test_a_line_whose_vacuum_hardly_changes_gives_the_stop_at_constant_vacuum() 
     assert coupled.timed.peak_force == pytest.approx(coupled.constant.peak_force, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_answers_say_whether_friction_depends_on_speed() -> None:
     keys = {
         "none": [n.key for n in lj.drop(PTFE, vacuum=94.5e3, **CASE).warnings if hasattr(n, "key")],

@@ -133,6 +133,7 @@ def test_batched_runs_equal_single_ones() -> None:
         assert np.allclose(one.table, many.table[i], rtol=1e-9, equal_nan=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [0.05, 0.6])
 @pytest.mark.parametrize("pace", [0.0, 1e-9])
 def test_judder_dies_at_the_critical_speed(ratio: float, pace: float) -> None:
@@ -188,6 +189,7 @@ def test_kapton_saws_and_ptfe_goes_slack() -> None:
         assert (np.diff(record.events.force_high) < 0).all()
 
 
+@pytest.mark.slow
 def test_amplitude_map() -> None:
     brake = KAPTON.brake
     mass, spring = moving_mass(brake), series_stiffness(brake)

@@ -179,6 +179,7 @@ def test_closed_by_sleeve(file: BrakeFile, closes_below: float) -> None:
         balanced(record)
 
 
+@pytest.mark.slow
 def test_too_many_nested_turns_are_refused() -> None:
     steps, low, high = ["evacuate to 20 kPa"], 25.0, 40.0
     for _ in range(40):
