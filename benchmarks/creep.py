@@ -202,7 +202,7 @@ def figure(path: Path, made: dict[str, np.ndarray]) -> None:
         ticks = {0: "0", 1e-3: "0.001", 0.1: "0.1", 10: "10", 1e3: "1 000", 1e5: "100 000"}
         axes.set_yticks(list(ticks), list(ticks.values()))
         style.plain(axes, "x")
-        style.save(picture, path, force=True)
+        style.save(picture, path, overwrite=True)
 
 
 def main() -> None:

@@ -281,6 +281,6 @@ def report(folder: Path) -> str:
     folder.mkdir(parents=True, exist_ok=True)
     figure = draw(rows, f"medians of {ROUNDS} rounds in one run; {machine()}")
     for ending in ("svg", "png"):
-        style.save(figure, folder / f"drops.{ending}", force=True)
+        style.save(figure, folder / f"drops.{ending}", overwrite=True)
     notes.append(f"Picture: {folder / 'drops.svg'}")
     return "\n".join([markdown(rows), "", *filter(None, notes), "", *scaling.report()])

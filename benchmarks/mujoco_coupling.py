@@ -146,7 +146,7 @@ def figure(path: Path, exact: Any) -> None:
             xlabel="time [s]", ylabel="moved since the first second [µm]", yscale="log",
             xlim=(0, 60), ylim=(0.05, 3e6),
         )  # fmt: skip
-        style.save(picture, path, force=True)
+        style.save(picture, path, overwrite=True)
 
 
 def main() -> None:

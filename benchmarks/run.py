@@ -69,7 +69,7 @@ def command_line() -> list[Row]:
         ),
     ]  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
-        seconds = process(*command, "reproduce", "--force", "--out", folder, runs=3)
+        seconds = process(*command, "reproduce", "--overwrite", "--out", folder, runs=3)
     rows.append(Row("layerjam reproduce", seconds, 20.0))
     return rows
 

@@ -27,7 +27,7 @@ def draw(name: str, path: Path) -> Path:
 
     here = {"device": device, "kapton": kapton, "engines": engines, "rise": fluid_figures.fig5}
     figure = here[name]() if name in here else getattr(line_pictures, name)()
-    return style.save(figure, path, force=True)
+    return style.save(figure, path, overwrite=True)
 
 
 def device() -> Figure:

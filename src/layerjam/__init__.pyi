@@ -165,7 +165,7 @@ def ageing(
     partial: bool = ...,
     options: _FileOptions = ...,
     progress: _Callable[[str, float], None] | None = ...,
-    force: bool = ...,
+    overwrite: bool = ...,
 ) -> _Ageing:
     """How static friction grows while the films rest under load, from pulls after holds.
 
@@ -302,7 +302,7 @@ def bench_export(
     out: str | _Path,
     start: float | str | None = ...,
     end: float | str | None = ...,
-    force: bool = ...,
+    overwrite: bool = ...,
 ) -> _RunExported:
     """Write a run for other programs: CSV with its sidecar, Parquet, or NetCDF.
 
@@ -317,7 +317,7 @@ def bench_log(
     out: str | _Path,
     duration: float | str | None = ...,
     resume: bool = ...,
-    force: bool = ...,
+    overwrite: bool = ...,
 ) -> _RunLogged:
     """Record every sample of a bench that others command.
 
@@ -338,7 +338,7 @@ def bench_run(
     drop: _DropRigOptions = ...,
     out: str | _Path,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
-    force: bool = ...,
+    overwrite: bool = ...,
 ) -> _RunRecorded:
     """Carry out a procedure on a bench and record every sample.
 
@@ -394,7 +394,7 @@ def build(
     coupons: bool = ...,
     no_step: bool = ...,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
-    force: bool = ...,
+    overwrite: bool = ...,
     progress: _Callable[[str, float], None] = ...,
 ) -> _Built:
     """Write what a workshop needs to make a brake: patterns, parts, mould, instructions.
@@ -422,7 +422,7 @@ def calibrate(
     options: _FileOptions = ...,
     sampling: _Sampling = ...,
     progress: _Callable[[str, float], None] | None = ...,
-    force: bool = ...,
+    overwrite: bool = ...,
 ) -> _BrakeCalibration:
     """Scale factor and stiffness of a brake from one or several pulls.
 
@@ -494,14 +494,14 @@ def export_c(
     precision: Literal["double", "single"] = ...,
     rope_stiffness: float | str | None = ...,
     strict: bool = ...,
-    force: bool = ...,
+    overwrite: bool = ...,
 ) -> _Exported:
     """Write the brake as C source for a microcontroller or a simulator.
 
     C99 that allocates nothing, keeps no global data and needs `sqrt` alone (`pow` too with a
     pressure exponent). A rope counts in series with the brake's stiffness. The law holds c L2 at
-    rest; static friction above it is not exported. Raises FileError where a file exists and `force`
-    is not set, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure.
+    rest; static friction above it is not exported. Raises FileError if a file exists unless
+    `overwrite`, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure.
     """
 
 def export_fmu(
@@ -513,15 +513,15 @@ def export_fmu(
     sources_only: bool = ...,
     rope_stiffness: float | str | None = ...,
     strict: bool = ...,
-    force: bool = ...,
+    overwrite: bool = ...,
 ) -> _ExportedFmu:
     """Write the brake as a functional mock-up unit for Simulink, Dymola, OpenModelica and others.
 
     FMI 3.0 or 2.0, co-simulation and model exchange, compiled C: no Python at the target. Inputs
     are elongation, velocity and vacuum, outputs force, slip and energies; parameters carry the
-    brake file's own names, units and bounds. Raises FileError where the file exists and `force` is
-    not set, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure, or a
-    platform that is not known; CompilerError where no compiler is found.
+    brake file's own names, units and bounds. Raises FileError if the file exists unless
+    `overwrite`, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure, or
+    a platform that is not known; CompilerError where no compiler is found.
     """
 
 def export_mujoco(
@@ -534,14 +534,14 @@ def export_mujoco(
     no_build: bool = ...,
     rope_stiffness: float | str | None = ...,
     strict: bool = ...,
-    force: bool = ...,
+    overwrite: bool = ...,
 ) -> _ExportedMujoco:
     """Write the brake as an actuator plugin of MuJoCo whose control is the vacuum.
 
     `actuator.xml` is for `<include>` in a model that has the tendon, `brake.xml` is a model to look
-    at. The library is compiled for the MuJoCo that is installed. Raises FileError where a file
-    exists and `force` is not set, CompilerError, MissingExtraError, QuantityError for sheets that
-    fan out, a speed law or a hyperelastic enclosure.
+    at. The library is compiled for the MuJoCo that is installed. Raises FileError if a file
+    exists unless `overwrite`, CompilerError, MissingExtraError, QuantityError for sheets that fan
+    out, a speed law or a hyperelastic enclosure.
     """
 
 def follow(
@@ -572,7 +572,7 @@ def friction(
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     options: _FileOptions = ...,
     progress: _Callable[[str, float], None] | None = ...,
-    force: bool = ...,
+    overwrite: bool = ...,
 ) -> _Friction:
     """Static and kinetic friction from friction tests: as the paper, ASTM D1894 or ISO 8295 has it.
 
@@ -627,7 +627,7 @@ def write_campaign(
     out: str | _Path | None = ...,
     example: bool = ...,
     seed: int | str | None = ...,
-    force: bool = ...,
+    overwrite: bool = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _PracticeFiles:
     """Practice files of a virtual laboratory: the truth is known, the machine has its faults.
@@ -635,7 +635,7 @@ def write_campaign(
     The files of a campaign and the truth beside them are written into the folder `out`. `spec` is
     the path of a TOML file, a Spec, or "practice", which is built in; `seed` counts instead of its
     own. Every file says that it is synthetic. Stopped by the keyboard, the files written are whole
-    and the result says so. Raises FileError where `out` is not empty and `force` is not set.
+    and the result says so. Raises FileError where `out` is not empty and `overwrite` is not set.
     """
 
 def leak(
@@ -714,11 +714,11 @@ def new(
     start: str | _Path,
     out: str | _Path,
     *,
-    force: bool = ...,
+    overwrite: bool = ...,
 ) -> _NewBrake:
     """Write a commented brake file to edit, starting from another brake.
 
-    Raises FileError where `out` exists and `force` is not set, or the name will not do.
+    Raises FileError where `out` exists and `overwrite` is not set, or the name will not do.
     """
 
 def show(
@@ -761,7 +761,7 @@ def publish(
     title: str | None = ...,
     licence: str | None = ...,
     author: _Sequence[str] = ...,
-    force: bool = ...,
+    overwrite: bool = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _Published:
     """Write one campaign as a dataset that stands alone, so that others can recompute its numbers.
@@ -774,7 +774,7 @@ def publish(
     written; `accept` accepts failed checks by name, {check: reason}, and the dataset states them.
     Raises FileError where the
     folder does not say which brake was tested and `brake` does not either, or where `out` exists
-    and is not a dataset to be replaced with `force`.
+    and is not a dataset to be replaced with `overwrite`.
     """
 
 def recompute(
@@ -924,7 +924,7 @@ def write_report(
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     options: _FileOptions = ...,
     issued: _Issued = ...,
-    force: bool = ...,
+    overwrite: bool = ...,
     command: str = ...,
     date: str | None = ...,
     names: _Mapping[str, str] | None = ...,
@@ -943,7 +943,7 @@ def write_report(
     what the report calls it} serves files that lie under other names than their own.
     `report_number` and `customer` appear on the pages; sidecars may state them instead. If a check
     fails, nothing is written; `accept` accepts failed checks by name, {check: reason}. Raises
-    FileError where a report exists and `force` is not set.
+    FileError where a report exists and `overwrite` is not set.
     """
 
 def schema(
@@ -992,7 +992,7 @@ def sleeve(
     partial: bool = ...,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     options: _TableOptions = ...,
-    force: bool = ...,
+    overwrite: bool = ...,
 ) -> _SiliconeFit:
     """Modulus and hyperelastic fit of the enclosure's silicone from ASTM D412 curves.
 
@@ -1133,13 +1133,13 @@ def validate(
 def reproduce(
     out: str | _Path,
     *,
-    force: bool = ...,
+    overwrite: bool = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _Reproduction:
     """Recompute the paper and compare every claim with our result.
 
     Writes report.html, results.json and the figures. Raises FileError if the report exists and
-    `force` is not set, or the folder cannot be created.
+    `overwrite` is not set, or the folder cannot be created.
     """
 
 def apply(
@@ -1147,7 +1147,7 @@ def apply(
     *,
     out: str | _Path | None = ...,
     names: bool = ...,
-    force: bool = ...,
+    overwrite: bool = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _MachineResult:
     """Check a machine of the paper's Fig. 13 against its limits.

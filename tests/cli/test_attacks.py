@@ -48,7 +48,7 @@ def test_pipes_and_folders_do_not_hang_or_lose_files(
     (tmp_path / "taken.svg").mkdir()
     words = ["tensile", "choi2018-kapton", "--vacuum", "9kPa", "--speed", "1mm/s", "--travel"]
     words += ["20mm", "--out", str(tmp_path / "z.csv"), "--figure", str(tmp_path / "taken.svg")]
-    assert main([*words, "--force"]) == 2
+    assert main([*words, "--overwrite"]) == 2
     assert not (tmp_path / "z.csv").exists()
     assert main(["new", "x", "--from", "choi2018-ptfe", "--out", str(tmp_path / "y") * 99]) == 2
     (tmp_path / "gone.toml").symlink_to(tmp_path / "nowhere.toml")

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
 
+import layerjam as lj
+from layerjam.commands.index import commands
+from layerjam.errors import FileError
 from layerjam.simulate.record import read_header
 
 from .conftest import Files, Run, contents
 
 Refuses = Callable[..., str]
+Words = tuple[str, ...]
 KAPTON = "choi2018-kapton"
 FORCE = ("force", KAPTON, "--slip", "20mm", "--vacuum", "94.5kPa")
 PULL = ("tensile", KAPTON, "--vacuum", "94.5kPa", "--speed", "13mm/s", "--travel", "40mm")
@@ -58,9 +63,61 @@ def test_an_old_figure_stays(
     path = tmp_path / "mine.svg"
     path.write_text("mine")
     words = (*drawing(command, files), "--figure", path)
-    assert "exists already" in refuses(*words)
-    again = "--replace" if command == "vacuum" else "--force"
-    assert run(*words, again).code == 0 and path.read_bytes().startswith(MAGIC["svg"])
+    assert "exists already; --overwrite replaces it" in refuses(*words)
+    assert run(*words, "--overwrite").code == 0 and path.read_bytes().startswith(MAGIC["svg"])
+
+
+@pytest.mark.parametrize(
+    ("words", "old"),
+    [
+        ((*FORCE, "--figure", "x.svg"), ("--force", "--replace")),
+        (
+            ("vacuum", KAPTON, "--slip", "20mm", "--force", "100N", "--figure", "x.svg"),
+            ("--replace",),
+        ),
+        (("new", "x", "--from", KAPTON, "--out", "x.toml"), ("--force", "--replace")),
+        ((*PULL, "--out", "x.csv"), ("--force", "--replace")),
+    ],
+    ids=("figure", "newtons", "file", "record"),
+)
+def test_former_names_of_overwrite_still_replace(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: Words, old: Words
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / words[-1]
+    for name in old:
+        path.write_text("mine")
+        ran = run(*words, name)
+        assert ran.code == 0 and path.stat().st_size > 400
+        assert ran.err == f"layerjam: {name} is now called --overwrite\n"
+
+
+def test_former_names_of_overwrite_are_hidden(run: Run) -> None:
+    writes = 0
+    for name in commands():
+        shown = run(*name.split(), "--help").out
+        assert "--replace" not in shown
+        assert ("--force Q" in shown) == (name == "vacuum") and "--force  " not in shown
+        writes += "--overwrite " in shown
+    assert writes > 30
+
+
+def test_python_takes_the_former_keyword_of_overwrite(tmp_path: Path) -> None:
+    brake, pulled = tmp_path / "x.toml", lj.tensile(KAPTON, vacuum="9 kPa", speed=0.01, travel=0.02)
+    for write in (
+        partial(lj.new, "x", KAPTON, brake),
+        partial(pulled.save, tmp_path / "x.json"),
+        partial(pulled.save, tmp_path / "x.csv"),
+        partial(pulled.plot, tmp_path / "x.svg"),
+        partial(pulled.record.to_csv, tmp_path / "y.csv"),
+        partial(pulled.record.save, tmp_path / "z.csv"),
+        partial(lj.example_campaign, tmp_path / "spec.toml"),
+    ):
+        write()
+        with pytest.raises(FileError, match="--overwrite replaces it"):
+            write()
+        write(overwrite=True)
+        write(force=True)
 
 
 @pytest.mark.parametrize("name", ["x.jpg", "x", "x.svg.exe", ".svg"])
@@ -87,7 +144,7 @@ def test_an_old_record_stays(refuses: Refuses, run: Run, tmp_path: Path, ending:
     path = tmp_path / f"run.{ending}"
     path.write_text("mine")
     assert "exists already" in refuses(*PULL, "--out", path)
-    assert run(*PULL, "--out", path, "--force").code == 0
+    assert run(*PULL, "--out", path, "--overwrite").code == 0
     assert path.stat().st_size > 5000
 
 
@@ -101,7 +158,7 @@ def test_an_old_brake_stays(refuses: Refuses, run: Run, files: Files, tmp_path: 
     ):
         path.write_text("mine")
         assert "exists already" in refuses(*words)
-        assert run(*words, "--force").code == 0 and "[sheets]" in path.read_text()
+        assert run(*words, "--overwrite").code == 0 and "[sheets]" in path.read_text()
 
 
 @pytest.mark.parametrize(

@@ -203,7 +203,7 @@ def test_new_in_python(tmp_path: Path) -> None:
     assert answer.file == str(tmp_path / "mine.toml")
     with pytest.raises(FileError, match="exists already"):
         layerjam.new("mine", "choi2018-ptfe", tmp_path / "mine.toml")
-    layerjam.new("other", "choi2018-kapton", tmp_path / "mine.toml", force=True)
+    layerjam.new("other", "choi2018-kapton", tmp_path / "mine.toml", overwrite=True)
     assert layerjam.load(tmp_path / "mine.toml").name == "other"
 
 

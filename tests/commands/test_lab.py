@@ -43,7 +43,7 @@ def test_the_answer(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="is not empty"):
         lab(SPEC, out=tmp_path / "d")
     (tmp_path / "d" / "old.csv").write_text("")
-    again = lab(SPEC, out=tmp_path / "d", force=True)
+    again = lab(SPEC, out=tmp_path / "d", overwrite=True)
     assert any("1 other file in" in w for w in again.warnings)
 
 
@@ -79,16 +79,16 @@ def test_the_whole_way_on_the_command_line(
     ]  # fmt: skip
     assert answer["pulls"] == 18 and len(answer["files"]) == 21 and answer["faulty"] == 1
     assert entry.main(["lab", str(spec), "--out", str(folder)]) == 2
-    assert "is not empty; --force" in capsys.readouterr().err
-    assert entry.main(["lab", str(spec), "--out", str(folder), "--force", "--seed", "3"]) == 0
+    assert "is not empty; --overwrite" in capsys.readouterr().err
+    assert entry.main(["lab", str(spec), "--out", str(folder), "--overwrite", "--seed", "3"]) == 0
     shown = capsys.readouterr().out
     assert "21, each with its sidecar" in shown and "layerjam calibrate" in shown
     for wrong, words in (
         ([], "SPEC and --out are needed"),
         ([str(spec)], "SPEC and --out are needed"),
         (["--example", "--out", "x"], "does not end in .toml"),
-        (["--example", "practice"], "takes --out and --force only"),
-        (["--example", "--out", str(spec)], "exists already; --force"),
+        (["--example", "practice"], "takes --out and --overwrite only"),
+        (["--example", "--out", str(spec)], "exists already; --overwrite"),
         ([str(tmp_path / "no.toml"), "--out", str(tmp_path / "e")], "No such file"),
     ):
         assert entry.main(["lab", *wrong]) == 2

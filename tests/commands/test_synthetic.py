@@ -141,7 +141,7 @@ def test_a_calibration_on_synthetic_pulls_marks_what_it_found(tmp_path: Path) ->
     out = tmp_path / "fitted.toml"
     calibrate(KAPTON, alone(tmp_path, pull()), vacuum="94.5 kPa", out=out)
     assert set(load(out).synthetic) == {"scale_factor", "stiffness_measured"}
-    calibrate(out, alone(tmp_path, pull(), False), vacuum="94.5 kPa", out=out, force=True)
+    calibrate(out, alone(tmp_path, pull(), False), vacuum="94.5 kPa", out=out, overwrite=True)
     assert load(out).synthetic == []
 
 
@@ -188,7 +188,7 @@ def logs(folder: Path, said: str) -> dict[str, Result]:
     strain = np.linspace(0.01, 3, 300)
     stress = 6e4 * (strain + 1 - (strain + 1) ** -2)
     drawn = table(folder / "drawn.csv", f"{said}Strain [1],Stress [Pa]", strain, stress)
-    options = {"brake": "choi2018-kapton", "out": folder / "sleeve.toml", "force": True}
+    options = {"brake": "choi2018-kapton", "out": folder / "sleeve.toml", "overwrite": True}
     return {
         "leak": leak(held, volume="100 mL"),
         "crash": crash(hit),

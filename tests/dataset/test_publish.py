@@ -230,12 +230,12 @@ def test_only_a_dataset_is_replaced(tests: Path, published: Published, tmp_path:
     mine = tmp_path / "mine"
     mine.mkdir()
     (mine / "thesis.txt").write_text("mine")
-    for force in (False, True):
+    for overwrite in (False, True):
         with pytest.raises(FileError, match="no dataset"):
-            publish(tests, out=mine, brake=BRAKE, force=force)
+            publish(tests, out=mine, brake=BRAKE, overwrite=overwrite)
     with pytest.raises(FileError, match="own folder"):
         publish(tests, out=tests / "dataset", brake=BRAKE)
-    with pytest.raises(FileError, match="--force"):
+    with pytest.raises(FileError, match="--overwrite"):
         publish(tests, out=published.folder, brake=BRAKE)
     assert [p.name for p in mine.parent.iterdir()] == ["mine"]
 

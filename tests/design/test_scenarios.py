@@ -132,5 +132,5 @@ def test_the_page_stands_whole_with_its_pictures(tmp_path: Path) -> None:
     kept = json.loads((tmp_path / "page" / "results.json").read_text(encoding="utf-8"))
     assert kept["brakes_needed"] == answer.brakes_needed
     assert len(list((tmp_path / "page" / "figures").iterdir())) == 2
-    with pytest.raises(FileError, match="--force"):
+    with pytest.raises(FileError, match="--overwrite"):
         apply("ankle-clutch", out=tmp_path / "page")

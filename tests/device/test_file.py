@@ -176,7 +176,7 @@ def test_a_file_with_a_byte_order_mark_is_read(tmp_path):
 def test_written_whole_or_not_at_all(tmp_path):
     place = tmp_path / "out.txt"
     assert write_whole(place, lambda p: p.write_text("a")) == place and place.read_text() == "a"
-    with pytest.raises(FileError, match="--force"):
+    with pytest.raises(FileError, match="--overwrite"):
         write_whole(place, lambda p: p.write_text("b"))
     write_whole(place, lambda p: p.write_text("b"), force=True)
 

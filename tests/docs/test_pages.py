@@ -96,8 +96,8 @@ def _link(name: Path, source: Path) -> None:
 
 def _overwriting(name: str) -> list[str]:
     """The flag to replace files, of a command that has it."""
-    flags = [p for p in load(name).parameters if p.name == "force" and p.type is bool]
-    return ["--force"] if flags else []
+    flags = [p for p in load(name).parameters if p.name == "overwrite"]
+    return ["--overwrite"] if flags else []
 
 
 def _typed(example: str) -> list[str]:

@@ -83,7 +83,7 @@ def test_rope_counts_in_series_and_files_stay_unless_forced(tmp_path):
     (tmp_path / "a" / "mine.c").write_text("kept")
     with pytest.raises(FileError, match="exists already"):
         export_c("choi2018-kapton", out=tmp_path / "a")
-    export_c("choi2018-ptfe", out=tmp_path / "a", force=True)
+    export_c("choi2018-ptfe", out=tmp_path / "a", overwrite=True)
     assert "ptfe" in (tmp_path / "a" / "brake.h").read_text()
     assert (tmp_path / "a" / "mine.c").read_text() == "kept"
 

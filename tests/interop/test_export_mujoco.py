@@ -52,7 +52,7 @@ def test_the_keys_on_the_command_line(tmp_path, capsys):
     assert said["kind"] == "mujoco" and said["plugin"] == "layerjam.brake"
     assert main(given) == 2
     assert "exists already" in capsys.readouterr().err
-    assert main([*given, "--force"]) == 0
+    assert main([*given, "--overwrite"]) == 0
 
 
 def test_bad_inputs_leave_nothing(tmp_path, monkeypatch):

@@ -98,7 +98,7 @@ def test_a_brake_that_could_snap_is_written_with_a_warning_and_not_when_strict(
     said = json.loads(capsys.readouterr().out)
     assert any("985 N/m" in one and "2.77 kN/m" in one for one in said["warnings"]) or said
     assert (tmp_path / "made").exists()
-    assert main([*soft, "--strict", "--force"]) == 1
+    assert main([*soft, "--strict", "--overwrite"]) == 1
     said = json.loads(capsys.readouterr().out)
     assert said["files"] == [] and "snap" in said["reason"]
 

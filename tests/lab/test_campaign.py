@@ -268,7 +268,7 @@ def test_a_brake_of_ones_own_is_copied_along(tmp_path: Path) -> None:
 
 def test_full_folders_are_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("mine")
-    with pytest.raises(FileError, match="is not empty; --force"):
+    with pytest.raises(FileError, match="is not empty; --overwrite"):
         write_campaign(campaign(SMALL), tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["thesis.txt"]
     assert write_campaign(campaign(SMALL), tmp_path, force=True).strangers == 1

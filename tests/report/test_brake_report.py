@@ -296,10 +296,10 @@ def test_whole_or_not_at_all(files: Campaign, tmp_path: Path) -> None:
     made(files, out, validate=())
     assert {p.name for p in out.iterdir()} == {*FILES, "mine.txt"}
     before = {p: p.read_bytes() for p in out.rglob("*") if p.is_file()}
-    with pytest.raises(FileError, match="exists already; --force replaces it"):
+    with pytest.raises(FileError, match="exists already; --overwrite replaces it"):
         made(files, out, validate=())
     assert {p: p.read_bytes() for p in out.rglob("*") if p.is_file()} == before
-    made(files, out, pulls=(), validate=(), force=True)  # friction alone
+    made(files, out, pulls=(), validate=(), overwrite=True)  # friction alone
     assert {p.name for p in (out / "figures").iterdir()} == {"friction.svg"}
     assert (out / "mine.txt").read_text() == "mine"
     assert [p.name for p in tmp_path.iterdir()] == ["out"]

@@ -264,7 +264,7 @@ def test_an_old_report_stays(tmp_path: Path, name: str, capfd: pytest.CaptureFix
     (tmp_path / name).write_text("mine")
     assert main(["reproduce", "--out", str(tmp_path)]) == 2
     out, err = capfd.readouterr()
-    assert out == "" and err.count("\n") == 1 and "exists already; --force" in err
+    assert out == "" and err.count("\n") == 1 and "exists already; --overwrite" in err
     assert [p.name for p in tmp_path.iterdir()] == [name]
     assert (tmp_path / name).read_text() == "mine"
 
@@ -276,7 +276,7 @@ def test_the_command_twice_gives_the_same(
     assert main(["reproduce", "--out", str(tmp_path), "--json"]) == 0
     found = json.loads(capfd.readouterr().out)
     assert {"units", "warnings", "report", "results"} <= set(found)
-    assert main(["reproduce", "--out", str(tmp_path), "--force"]) == 0
+    assert main(["reproduce", "--out", str(tmp_path), "--overwrite"]) == 0
     for path in sorted(folder.rglob("*.*")):
         again = tmp_path / path.relative_to(folder)
         assert again.read_bytes() == path.read_bytes(), path.name

@@ -101,7 +101,7 @@ def test_a_run_says_what_was_done(
     assert not run.columns["pump"][after].any() and (run.columns["flags"][after] & 1).all()
     # an existing run is not overwritten
     assert main([*RUN, "--procedure", PROCEDURE, "--out", str(path)]) == 2
-    assert "--force" in capsys.readouterr().err
+    assert "--overwrite" in capsys.readouterr().err
 
 
 def test_the_rise_is_that_of_the_line(recorded: Path) -> None:

@@ -112,7 +112,7 @@ def test_an_existing_file_stays_unless_forced(
     with pytest.raises(FileError, match="exists already"):
         record.save(path)
     assert path.read_text() == "mine"
-    record.save(path, force=True)
+    record.save(path, overwrite=True)
     assert path.stat().st_size > 1000 and list(tmp_path.iterdir()) == [path]
 
 
@@ -132,7 +132,7 @@ def test_files_appear_whole_or_not_at_all(
     else:
         monkeypatch.setattr(os, when, full)
     with pytest.raises(FileError, match="cannot be written: No space left on device"):
-        record.save(path, force=True)
+        record.save(path, overwrite=True)
     monkeypatch.undo()
     assert path.read_text() == "mine" and list(tmp_path.iterdir()) == [path]
 
@@ -142,7 +142,7 @@ def test_the_folder_must_exist(record: TensileRecord, tmp_path: Path) -> None:
         record.save(tmp_path / "nowhere" / "run.csv")
     (tmp_path / "run.csv").mkdir()
     with pytest.raises(FileError, match="folder"):
-        record.save(tmp_path / "run.csv", force=True)
+        record.save(tmp_path / "run.csv", overwrite=True)
     assert [p.name for p in tmp_path.iterdir()] == ["run.csv"]
 
 

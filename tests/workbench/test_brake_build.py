@@ -121,7 +121,7 @@ def test_what_is_copied_writes_the_folder():
     (call,) = page.calls()
     assert call.command() == (
         "layerjam build choi2018-kapton --cutter knife --coupons --out choi2018-kapton-build "
-        "--force"
+        "--overwrite"
     )
     assert 'lj.build("choi2018-kapton", cutter="knife", coupons=True, out=' in call.python()
     assert [c.name for c in page_of(part="brake").calls()] == ["show", "force"]
@@ -132,7 +132,7 @@ def test_every_input_of_the_command_is_offered():
     part = page_of().making
     offered = {p.name for p in part.more.inputs} | {"cutter", "coupons"}
     declared = {p.name for p in parameters("build").values() if not p.positional}
-    assert offered == declared - {"out", "force", "progress"}
+    assert offered == declared - {"out", "overwrite", "progress"}
     assert list(part.more.files) == ["workshop"]
 
 

@@ -33,7 +33,7 @@ them as well."""
 FILES = "files are chosen, divided and corrected one by one on the page"
 NAMED = {
     ("*", "out"): "the page downloads what the command writes",
-    ("*", "force"): "nothing of the user's is overwritten by a download",
+    ("*", "overwrite"): "nothing of the user's is overwritten by a download",
     ("drop", "no_brake"): "the table's first column is it",
     ("drop", "vacuum"): "the choice of what is shown, and its slider",
     ("drop", "horizontal"): "the choice of the direction",

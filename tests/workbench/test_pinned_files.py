@@ -176,7 +176,7 @@ def test_figure_and_python_hold_it(page, tmp_path, monkeypatch):
     page.desk.put("pull", "model", "judder")  # over time there is nothing to compare
     assert pinned(page) == []
     assert list(page.copies()[1]) == list(taken.beside), "the page shows what was computed last"
-    assert 'result.plot("tensile.svg", force=True, beside=pinned)' in taken.python()
+    assert 'result.plot("tensile.svg", overwrite=True, beside=pinned)' in taken.python()
 
 
 def packed(data: bytes) -> str:

@@ -10,6 +10,7 @@ import tempfile
 import time
 from collections.abc import Callable, Container, Sequence
 from contextvars import ContextVar
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -24,7 +25,9 @@ from layerjam.commands.declare import (
     Parameter,
     Progress,
     PythonOnly,
+    parameter,
 )
+from layerjam.commands.quantities import Overwrite
 from layerjam.errors import FileError, QuantityError
 from layerjam.records.windows import refusal
 
@@ -67,9 +70,9 @@ class Ticker:
 PICTURES = (".svg", ".png", ".pdf")
 
 
-def check_figure(path: Path | None, force: bool, flag: str = "--force") -> None:
+def check_figure(path: Path | None, overwrite: bool) -> None:
     """Refuse a figure that could not be drawn or written, before any computation."""
-    check_target(path, force, PICTURES, flag)
+    check_target(path, overwrite, PICTURES)
     if path is not None:
         from layerjam.report.style import look
 
@@ -77,10 +80,8 @@ def check_figure(path: Path | None, force: bool, flag: str = "--force") -> None:
             pass
 
 
-def check_target(
-    path: Path | None, force: bool, endings: tuple[str, ...], flag: str = "--force"
-) -> None:
-    """Refuse an output file of another kind, or one that exists unless `force` (option `flag`)."""
+def check_target(path: Path | None, overwrite: bool, endings: tuple[str, ...]) -> None:
+    """Refuse an output file of another kind, or one that exists unless `overwrite`."""
     if path is None:
         return
     if path.suffix.lower() not in endings:
@@ -90,8 +91,8 @@ def check_target(
         exists = os.path.lexists(path)
         if exists and not path.is_file():
             raise FileError(path, "is a folder or not a regular file")
-        if exists and not force:
-            raise FileError(path, f"exists already; {flag} replaces it")
+        if exists and not overwrite:
+            raise FileError(path, "exists already; --overwrite replaces it")
         if not path.parent.is_dir():
             raise FileError(path, f"cannot be written: there is no folder {path.parent}")
         if not os.access(path.parent, os.W_OK):
@@ -107,16 +108,22 @@ def check_target(
         raise FileError(str(path)[:200], f"cannot be written: {reason}") from None
 
 
-FIGURE, RECORD, JSON, REPLACE = "figure_", "record_", "json_", "replace_"
+FIGURE, RECORD, JSON = "figure_", "record_", "json_"
 """Options that the command line adds to those of the function."""
 
 
 def build(entry: Command) -> Callable[..., int]:
     """Return a function for typer with one parameter for each option of a command."""
     options = [p for p in entry.parameters if p.type not in (Progress, PYTHON_ONLY)]
+    names = {p.name for p in options}
+    if "overwrite" not in names and (entry.result.drawable() or entry.record_endings):
+        overwrite = parameter("overwrite", Overwrite, False)
+        # in `vacuum`, --force are newtons
+        old = tuple(o for o in overwrite.help.old if o not in {p.option for p in options})
+        options.append(replace(overwrite, help=replace(overwrite.help, old=old)))
     places = [_place(p) for p in options]
     places += [_former(p, old) for p in options for old in p.help.old]
-    places += _common(entry, {p.name for p in options})
+    places += _common(entry, names)
     mandatory = [p for p in places if p.default is inspect.Parameter.empty]
     optional = [p for p in places if p.default is not inspect.Parameter.empty]
 
@@ -167,11 +174,8 @@ def _place(p: Parameter) -> inspect.Parameter:
     if p.stands_alone:
         note = typer.Argument(metavar=p.metavar or None, help=sentence)
     else:
-        names: tuple[str, ...] = (p.option,)
-        if p.name == "force" and kind is bool:
-            names = ("--force", "--replace")
         note = typer.Option(
-            *names,
+            p.option,
             metavar=None if kind is bool else p.metavar or None,
             help=sentence,
             show_default=kind is not bool,
@@ -219,7 +223,7 @@ def _former_name(p: Parameter, old: str) -> str:
 
 
 def _common(entry: Command, names_used: set[str]) -> list[inspect.Parameter]:
-    """Return --out of a record, --figure, --json, and --force if something is written."""
+    """Return --out of a record, --figure and --json."""
     draws, endings = entry.result.drawable(), entry.record_endings
     options = []
     if endings and "out" not in names_used:
@@ -231,34 +235,26 @@ def _common(entry: Command, names_used: set[str]) -> list[inspect.Parameter]:
         options.append(_keyword(FIGURE, Path | None, None, note))
     note = typer.Option("--json", help="One JSON object in SI units, nothing else.")
     options.append(_keyword(JSON, bool, False, note))
-    if (draws or endings) and not _overwrites(entry):
-        names = ("--replace",) if "force" in names_used else ("--force", "--replace")
-        note = typer.Option(*names, help="Replace files that exist.")
-        options.append(_keyword(REPLACE, bool, False, note))
     return options
-
-
-def _overwrites(entry: Command) -> bool:
-    """Whether the function itself has the flag to replace files."""
-    return any(p.name == "force" and p.type is bool for p in entry.parameters)
 
 
 def _run(entry: Command, options: list[Parameter], values: dict[str, Any]) -> int:
     figure, record = values.pop(FIGURE, None), values.pop(RECORD, None)
-    as_json, replaces = values.pop(JSON), values.pop(REPLACE, False)
+    as_json = values.pop(JSON)
     _take_former(options, values)
-    if _overwrites(entry):
-        replaces = values["force"]
-    flag = "--replace" if "force" in values and not _overwrites(entry) else "--force"
-    check_figure(figure, replaces, flag)
-    check_target(record, replaces, entry.record_endings, flag)
+    overwrite = values.get("overwrite", False)
+    check_figure(figure, overwrite)
+    check_target(record, overwrite, entry.record_endings)
     for p in options:
         if isinstance(p.help, OutFile):
-            check_target(values[p.name], replaces, p.help.endings, flag)
+            check_target(values[p.name], overwrite, p.help.endings)
     if entry.computes:
         engine()
-    required = {p.name for p in options if p.required}
-    arguments = {k: v for k, v in values.items() if v is not None or k in required}
+    arguments = {
+        p.name: values[p.name]
+        for p in entry.parameters
+        if p.name in values and (values[p.name] is not None or p.required)
+    }
     ticker = Ticker()
     for p in entry.parameters:
         if p.type is Progress:
@@ -270,9 +266,9 @@ def _run(entry: Command, options: list[Parameter], values: dict[str, Any]) -> in
         if record is not None:
             if not hasattr(result.record, "save"):
                 raise QuantityError("out: this result has no record to write")
-            result.record.save(record, force=replaces)
+            result.record.save(record, overwrite=overwrite)
         if figure is not None and result.has_curve:
-            result.plot(figure, force=replaces)
+            result.plot(figure, overwrite=overwrite)
     return say(result, as_json)
 
 

@@ -69,7 +69,7 @@ def ageing(
     partial: Partial = False,
     options: FileOptions = FileOptions(),
     progress: Progress | None = None,
-    force: Overwrite = False,
+    overwrite: Overwrite = False,
 ) -> Ageing:
     """How static friction grows while the films rest under load, from pulls after holds.
 
@@ -100,7 +100,7 @@ def ageing(
     used, refused = each(files, use, options, progress)
     found = fit_ageing([h for _, h, _ in used], [s for _, _, s in used], hold)
     written, why = write_brake(
-        out, lambda name: _written(brake, found, used, name), force, bool(refused), partial
+        out, lambda name: _written(brake, found, used, name), overwrite, bool(refused), partial
     )
     table = [{"file": t.path, "hold": h, "static": s} for t, h, s in used]
     return Ageing.of(

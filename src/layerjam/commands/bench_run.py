@@ -142,7 +142,7 @@ def bench_run(
         str | Path, OutFile("File of the run.", metavar="FILE.ljrun", endings=(".ljrun",))
     ],
     accept: Accept = None,
-    force: Overwrite = False,
+    overwrite: Overwrite = False,
 ) -> RunRecorded:
     """Carry out a procedure on a bench and record every sample.
 
@@ -172,7 +172,7 @@ def bench_run(
         meta["line_toml"] = line.render(line.name)
         meta["accepted"] = json.dumps([one.to_toml() for one in verdict.decisions])
         made = bench.run(
-            steps, out=out, crosshead=moved, meta=meta, force=force, rig=rig, say=_report
+            steps, out=out, crosshead=moved, meta=meta, force=overwrite, rig=rig, say=_report
         )
     notices += simulated_notice(made.simulated) + companion_notice(made.file)
     if made.shots is not None and not made.shots:
@@ -299,7 +299,7 @@ def bench_log(
         float | None, RECORDED, Help("Time to record; until Ctrl-C unless given.")
     ] = None,
     resume: Annotated[bool, Help("Go on in a file that an interrupted log has left.")] = False,
-    force: Overwrite = False,
+    overwrite: Overwrite = False,
 ) -> RunLogged:
     """Record every sample of a bench that others command.
 
@@ -314,7 +314,7 @@ def bench_log(
         out,
         duration=duration,
         resume=resume,
-        force=force,
+        force=overwrite,
         say=_report,
     )
     notices = simulated_notice(made.simulated) + companion_notice(Path(made.file))
@@ -337,7 +337,7 @@ def bench_export(
     ],
     start: Start = None,
     end: End = None,
-    force: Overwrite = False,
+    overwrite: Overwrite = False,
 ) -> RunExported:
     """Write a run for other programs: CSV with its sidecar, Parquet, or NetCDF.
 
@@ -348,7 +348,7 @@ def bench_export(
     from layerjam.rig.export import export
 
     first, last = window(start, end)
-    made = export(run, out, start=first, end=last, force=force)
+    made = export(run, out, start=first, end=last, force=overwrite)
     return RunExported.of(
         Verdict(decisions=made.run.decisions),
         made.run,

@@ -134,7 +134,7 @@ def build(
     coupons: Annotated[bool, Help("A comb for the kerf and strips for the friction too.")] = False,
     no_step: Annotated[bool, Help("No STEP files.")] = False,
     accept: Accept = None,
-    force: Overwrite = False,
+    overwrite: Overwrite = False,
     progress: Progress = lambda what, share: None,
 ) -> Built:
     """Write what a workshop needs to make a brake: patterns, parts, mould, instructions.
@@ -149,7 +149,7 @@ def build(
 
     rows, row = _counts(parallel, series)
     chosen = _chosen(brake, workshop, cutter, kerf, stock, laser_bed, print_bed)
-    check_folder(out, force)
+    check_folder(out, overwrite)
     require()
     with_step = not no_step and _can_write_step()
     progress("drawing", 0.1)
@@ -165,7 +165,7 @@ def build(
     names = sorted([*content, LIST])
     done = replace(found, files=names, warnings=notices)
     content[LIST] = _listed(done, brake)
-    write_folder(Path(out), content, force)
+    write_folder(Path(out), content, overwrite)
     return done
 
 

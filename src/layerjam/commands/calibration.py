@@ -225,7 +225,7 @@ def calibrate(
     options: FileOptions = FileOptions(),
     sampling: Sampling = Sampling(),
     progress: Progress | None = None,
-    force: Overwrite = False,
+    overwrite: Overwrite = False,
 ) -> BrakeCalibration:
     """Scale factor and stiffness of a brake from one or several pulls.
 
@@ -256,7 +256,7 @@ def calibrate(
     verdict = judge(found.checks, accept, list(found.sources), out)
     kept = {"excluded": excluded, "files": source["files"], "accepted": verdict.decisions}
     text = bound(calibrated_text, brake, found, depth, **kept)
-    written, said = write_brake(out, text, force, bool(refused), partial, verdict)
+    written, said = write_brake(out, text, overwrite, bool(refused), partial, verdict)
     return BrakeCalibration.of(
         found.values,
         found,

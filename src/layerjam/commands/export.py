@@ -81,14 +81,14 @@ def export_c(
     ] = "double",
     rope_stiffness: RopeStiffness | None = None,
     strict: Strict = False,
-    force: Overwrite = False,
+    overwrite: Overwrite = False,
 ) -> Exported:
     """Write the brake as C source for a microcontroller or a simulator.
 
     C99 that allocates nothing, keeps no global data and needs `sqrt` alone (`pow` too with a
     pressure exponent). A rope counts in series with the brake's stiffness. The law holds c L2 at
-    rest; static friction above it is not exported. Raises FileError where a file exists and `force`
-    is not set, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure.
+    rest; static friction above it is not exported. Raises FileError if a file exists unless
+    `overwrite`, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure.
     """
     from layerjam.interop.source import NAMES, c_files
     from layerjam.kernel.kernel import state_bytes
@@ -96,7 +96,7 @@ def export_c(
     from layerjam.report.folder import check_folder, write_folder
 
     numbers = parameters(brake, rope_stiffness)
-    check_folder(Path(out), force, NAMES)
+    check_folder(Path(out), overwrite, NAMES)
     known = export_facts("c", brake, numbers, strict)
     if known["feasible"]:
         write_folder(Path(out), dict(c_files(brake.name, numbers, precision, brake.mark())))
@@ -150,15 +150,15 @@ def export_fmu(
     ] = False,
     rope_stiffness: RopeStiffness | None = None,
     strict: Strict = False,
-    force: Overwrite = False,
+    overwrite: Overwrite = False,
 ) -> ExportedFmu:
     """Write the brake as a functional mock-up unit for Simulink, Dymola, OpenModelica and others.
 
     FMI 3.0 or 2.0, co-simulation and model exchange, compiled C: no Python at the target. Inputs
     are elongation, velocity and vacuum, outputs force, slip and energies; parameters carry the
-    brake file's own names, units and bounds. Raises FileError where the file exists and `force` is
-    not set, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure, or a
-    platform that is not known; CompilerError where no compiler is found.
+    brake file's own names, units and bounds. Raises FileError if the file exists unless
+    `overwrite`, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure, or
+    a platform that is not known; CompilerError where no compiler is found.
     """
     from layerjam.device.load import write_whole
     from layerjam.interop import fmi as units
@@ -175,7 +175,7 @@ def export_fmu(
     if known["feasible"]:
         binaries = {o: units.binary(fmi, o) for o in chosen}
         made = units.fmu(fmi, brake.name, values, binaries, brake.mark())
-        write_whole(out, made, force)
+        write_whole(out, made, overwrite)
         size = len(made)
     own = units.own_platform() in chosen
     return ExportedFmu(
@@ -262,14 +262,14 @@ def export_mujoco(
     no_build: Annotated[bool, Help("Sources only; needs neither MuJoCo nor a compiler.")] = False,
     rope_stiffness: RopeStiffness | None = None,
     strict: Strict = False,
-    force: Overwrite = False,
+    overwrite: Overwrite = False,
 ) -> ExportedMujoco:
     """Write the brake as an actuator plugin of MuJoCo whose control is the vacuum.
 
     `actuator.xml` is for `<include>` in a model that has the tendon, `brake.xml` is a model to look
-    at. The library is compiled for the MuJoCo that is installed. Raises FileError where a file
-    exists and `force` is not set, CompilerError, MissingExtraError, QuantityError for sheets that
-    fan out, a speed law or a hyperelastic enclosure.
+    at. The library is compiled for the MuJoCo that is installed. Raises FileError if a file
+    exists unless `overwrite`, CompilerError, MissingExtraError, QuantityError for sheets that fan
+    out, a speed law or a hyperelastic enclosure.
     """
     from layerjam.interop import mjcf
     from layerjam.interop.source import plugin_files
@@ -288,7 +288,7 @@ def export_mujoco(
     library, version = (None, None) if no_build else _library()
     if library is not None:
         content[library.name] = library.content
-    check_folder(Path(out), force, list(content))
+    check_folder(Path(out), overwrite, list(content))
     known = export_facts("mujoco", brake, numbers, strict)
     if known["feasible"]:
         write_folder(Path(out), content)

@@ -132,7 +132,7 @@ def friction(
     accept: Accept = None,
     options: FileOptions = FileOptions(),
     progress: Progress | None = None,
-    force: Overwrite = False,
+    overwrite: Overwrite = False,
 ) -> Friction:
     """Static and kinetic friction from friction tests: as the paper, ASTM D1894 or ISO 8295 has it.
 
@@ -173,7 +173,7 @@ def friction(
     written = None
     if brake is not None:
         text, more = with_friction(brake, found, Path(str(out)).stem, verdict.decisions)
-        written, why = write_brake(out, lambda _: text, force, bool(refused), partial, verdict)
+        written, why = write_brake(out, lambda _: text, overwrite, bool(refused), partial, verdict)
         warnings += more if written else why
     return Friction.of(
         found,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from layerjam.commands.declare import Help, Progress, command
 from layerjam.commands.quantities import Overwrite
 from layerjam.commands.results import Result, fact, number, result
-from layerjam.device.load import write_whole
+from layerjam.device.load import takes_force, write_whole
 from layerjam.errors import Notice, QuantityError
 from layerjam.lab.spec import Spec
 from layerjam.simulate.quantities import SEED
@@ -64,10 +64,11 @@ class PracticeFiles(Result):
         return json.dumps({"example": self.text, "units": {}, "warnings": []}, indent=2)
 
 
-def lab_example(out: str | Path | None = None, *, force: bool = False) -> str:
+@takes_force
+def lab_example(out: str | Path | None = None, *, overwrite: bool = False) -> str:
     """The built-in campaign as commented TOML to edit; written to the file `out` if it is given.
 
-    Raises FileError where that exists and `force` is not set.
+    Raises FileError where that exists and `overwrite` is not set.
     """
     from layerjam.lab.text import example, spec_text
 
@@ -75,7 +76,7 @@ def lab_example(out: str | Path | None = None, *, force: bool = False) -> str:
     if out is not None:
         if Path(out).suffix != ".toml":
             raise QuantityError(f"out: '{out}' does not end in .toml")
-        write_whole(out, text, force)
+        write_whole(out, text, overwrite)
     return text
 
 
@@ -98,7 +99,7 @@ def lab(
         bool, Help("Print a commented campaign to edit, or write it to --out.")
     ] = False,
     seed: Annotated[int | None, SEED, Help("Seed instead of the campaign's own.")] = None,
-    force: Overwrite = False,
+    overwrite: Overwrite = False,
     progress: Progress | None = None,
 ) -> PracticeFiles:
     """Practice files of a virtual laboratory: the truth is known, the machine has its faults.
@@ -106,7 +107,7 @@ def lab(
     The files of a campaign and the truth beside them are written into the folder `out`. `spec` is
     the path of a TOML file, a Spec, or "practice", which is built in; `seed` counts instead of its
     own. Every file says that it is synthetic. Stopped by the keyboard, the files written are whole
-    and the result says so. Raises FileError where `out` is not empty and `force` is not set.
+    and the result says so. Raises FileError where `out` is not empty and `overwrite` is not set.
     """
     from layerjam.lab.campaign import campaign
     from layerjam.lab.campaign_files import commands, write_campaign
@@ -114,8 +115,8 @@ def lab(
 
     if example:
         if spec is not None or seed is not None:
-            raise QuantityError("--example: takes --out and --force only")
-        text = lab_example(out, force=force)
+            raise QuantityError("--example: takes --out and --overwrite only")
+        text = lab_example(out, overwrite=overwrite)
         return PracticeFiles(text=f"Edit it, then: layerjam lab {out} --out DIR" if out else text)
     if spec is None or out is None:
         raise QuantityError(
@@ -124,7 +125,7 @@ def lab(
         )
     shipped = not isinstance(spec, Spec) and str(spec) == PRACTICE and not Path(spec).exists()
     made = campaign(built_in() if shipped else spec, seed)
-    written = write_campaign(made, out, force, progress)
+    written = write_campaign(made, out, overwrite, progress)
     warnings = [Notice("the files are synthetic: written by a program, not measured", "synthetic")]
     if written.stopped:
         said = f"{len(written.files)} of {len(made.tests)} files were written; those are whole"

@@ -73,17 +73,17 @@ def new(
     start: Annotated[str | Path, Help("Brake to start from.", metavar="BRAKE", option="--from")],
     out: OutBrake,
     *,
-    force: Overwrite = False,
+    overwrite: Overwrite = False,
 ) -> NewBrake:
     """Write a commented brake file to edit, starting from another brake.
 
-    Raises FileError where `out` exists and `force` is not set, or the name will not do.
+    Raises FileError where `out` exists and `overwrite` is not set, or the name will not do.
     """
     # the title names the brake it was; the new one is its owner's to name
     file = replace(load(start), title="")
     text = file.render(name)
     BrakeFile.read(text, f"brake named '{name[:80]}'")
-    write_whole(out, text, force)
+    write_whole(out, text, overwrite)
     return NewBrake(name=name, file=str(out)).judged_by([file])
 
 

@@ -94,7 +94,7 @@ def publish(
         str | None, Help("Licence of the data, such as CC-BY-4.0.", metavar="SPDX")
     ] = None,
     author: Author = (),
-    force: Overwrite = False,
+    overwrite: Overwrite = False,
     progress: Progress | None = None,
 ) -> Published:
     """Write one campaign as a dataset that stands alone, so that others can recompute its numbers.
@@ -107,7 +107,7 @@ def publish(
     written; `accept` accepts failed checks by name, {check: reason}, and the dataset states them.
     Raises FileError where the
     folder does not say which brake was tested and `brake` does not either, or where `out` exists
-    and is not a dataset to be replaced with `force`.
+    and is not a dataset to be replaced with `overwrite`.
     """
     from layerjam.commands.publishing import write
     from layerjam.dataset.people import Stated, author_of
@@ -131,7 +131,7 @@ def publish(
     )
     tell = progress or (lambda _what, _share: None)
     file, made = write(
-        Path(campaign), Path(out), brake, line, measurements, how, stated, force, tell
+        Path(campaign), Path(out), brake, line, measurements, how, stated, overwrite, tell
     )
     return Published.of(made["record"].verdict, **made).judged_by([file])
 

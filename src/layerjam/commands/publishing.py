@@ -158,7 +158,7 @@ def _writable(folder: Path, out: Path, force: bool) -> None:
             if not (out / RECIPE).is_file():
                 raise FileError(out, "is not empty and no dataset; name another folder")
             if not force:
-                raise FileError(out, "exists already; --force replaces it")
+                raise FileError(out, "exists already; --overwrite replaces it")
     if out.resolve().is_relative_to(folder.resolve()):
         raise FileError(out, f"lies in the campaign's own folder {folder}; name one beside it")
 

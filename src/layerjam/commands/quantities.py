@@ -83,7 +83,7 @@ Held = Annotated[
 ]
 Tuned = Literal["tuned"]
 Horizontal = Annotated[bool, Help("No gravity along the pull.")]
-Overwrite = Annotated[bool, Help("Replace files that exist.")]
+Overwrite = Annotated[bool, Help("Replace files that exist.", old=("--force", "--replace"))]
 OutBrake = Annotated[
     str | Path, OutFile("Brake file to write.", metavar="FILE.toml", endings=(".toml",))
 ]

@@ -139,7 +139,7 @@ def report(
     accept: Accept = None,
     options: FileOptions = FileOptions(),
     issued: Issued = Issued(),
-    force: Overwrite = False,
+    overwrite: Overwrite = False,
     command: Annotated[
         str, PythonOnly("What the page says it was made with.", typed=True)
     ] = "layerjam.report(...) in Python",
@@ -162,14 +162,14 @@ def report(
     what the report calls it} serves files that lie under other names than their own.
     `report_number` and `customer` appear on the pages; sidecars may state them instead. If a check
     fails, nothing is written; `accept` accepts failed checks by name, {check: reason}. Raises
-    FileError where a report exists and `force` is not set.
+    FileError where a report exists and `overwrite` is not set.
     """
     from layerjam.report.brake_files import check_folder, write
     from layerjam.report.page import check_extras
 
     out, tell = Path(out), progress or (lambda _what, _share: None)
     check_extras()
-    check_folder(out, force)
+    check_folder(out, overwrite)
     content = stages(
         brake,
         measurements,
@@ -189,7 +189,7 @@ def report(
     )
     content.number, content.customer = issued.report_number, issued.customer
     failed = content.verdict.failed
-    written = None if failed else write(content, out, force, lambda what: tell(what, 0.9))
+    written = None if failed else write(content, out, overwrite, lambda what: tell(what, 0.9))
     return _result(content, written)
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transf
 from layerjam.commands.arguments import check_kind
 from layerjam.commands.lookup import prefixed, value_of
 from layerjam.commands.wording import in_words, printable, superscripts, wrapped
-from layerjam.device.load import write_whole
+from layerjam.device.load import takes_force, write_whole
 from layerjam.errors import FileError, LayerjamError, MissingExtraError, Notice, UnknownNameError
 from layerjam.outputs import ENDS, declare, fact, number
 from layerjam.report.folder import plain
@@ -184,12 +184,13 @@ class Result:
         """Whether curves of another kind of result are drawn beside those of this one."""
         return other is cls
 
+    @takes_force
     def plot(
         self,
         path: str | Path | None = None,
         *,
         ax: Any = None,
-        force: bool = False,
+        overwrite: bool = False,
         beside: Mapping[str, Result] | None = None,
     ) -> Figure:
         """The figure; written to `path` (.svg, .png or .pdf) if one is given.
@@ -197,8 +198,8 @@ class Result:
         It is drawn into `ax`, Matplotlib axes or a list or array of as many as the figure has.
         `beside` maps labels to other results of the command, drawn as quiet curves under its own;
         a `tensile` takes those of `pull` too, drawn as points.
-        Raises FileError where the file exists and `force` is not set, and LayerjamError for results
-        that have no such curve.
+        Raises FileError if the file exists unless `overwrite`, and LayerjamError for results that
+        have no such curve.
         """
         from layerjam.report import chart
         from layerjam.report.style import drawing_into, save
@@ -212,7 +213,7 @@ class Result:
         with contextlib.nullcontext() if ax is None else drawing_into(ax):
             figure = self.draw_panes(chart.beside(self.panes(), quiet)) if quiet else self.draw()
         if path is not None:
-            save(figure, Path(path), force)
+            save(figure, Path(path), overwrite)
         return figure
 
     def to_frame(self) -> pandas.DataFrame:
@@ -255,21 +256,22 @@ class Result:
             data[name].attrs["units"] = self.units[str(name)]
         return data
 
-    def save(self, path: str | Path, *, force: bool = False) -> Path:
+    @takes_force
+    def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write it: .json, a figure (.svg, .png, .pdf), or the record (.csv, .nc).
 
-        Raises FileError where the file exists and `force` is not set, or the ending is not known.
+        Raises FileError if the file exists unless `overwrite`, or if the ending is not known.
         """
         check_kind(path, str | Path, "path")
         path = Path(path)
         ending = path.suffix.lower()
         if ending == ".json":
-            return write_whole(path, self.json() + "\n", force)
+            return write_whole(path, self.json() + "\n", overwrite)
         if ending in PICTURES and self.drawable():
-            self.plot(path, force=force)
+            self.plot(path, overwrite=overwrite)
             return path
         if hasattr(self.record, "save"):
-            made: Path = self.record.save(path, force=force)
+            made: Path = self.record.save(path, overwrite=overwrite)
             return made
         known = [".json", *(PICTURES if self.drawable() else ())]
         raise FileError(path, f"the ending '{path.suffix}' is not known; use {', '.join(known)}")

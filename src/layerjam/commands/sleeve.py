@@ -141,7 +141,7 @@ def sleeve(
     partial: Partial = False,
     accept: Accept = None,
     options: TableOptions = TableOptions(),
-    force: Overwrite = False,
+    overwrite: Overwrite = False,
 ) -> SiliconeFit:
     """Modulus and hyperelastic fit of the enclosure's silicone from ASTM D412 curves.
 
@@ -167,7 +167,7 @@ def sleeve(
     warnings += [] if alike else [SEVERAL_MATERIALS]
     changed = _changes(values, done, brake, hyperelastic)
     verdict = judge(specimen_checks(rows, values, hyperelastic), accept, list(changed), out)
-    written, said = _write(brake, out, changed, force, bool(refused), partial, verdict)
+    written, said = _write(brake, out, changed, overwrite, bool(refused), partial, verdict)
     return SiliconeFit.of(
         values,
         verdict,

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import secrets
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
+from typing import ParamSpec, TypeVar
 
 from layerjam.device.brake import Brake, validate
 from layerjam.device.file import BrakeFile, materials
@@ -15,6 +16,8 @@ from layerjam.errors import FileError
 from layerjam.records.shipped import shipped, text_of
 from layerjam.records.windows import reason, refusal
 
+P = ParamSpec("P")
+R = TypeVar("R")
 READING = "-eq9"
 """Ending of a brake that has the factor and stiffness given for the paper's eq. 8 and 9."""
 
@@ -45,7 +48,7 @@ def load(brake: str | Path) -> BrakeFile:
     return replace(file, sources=dict(file.sources), notes=dict(file.notes))
 
 
-@cache
+@functools.cache
 def _load_shipped(name: str) -> BrakeFile:
     return BrakeFile.read(*text_of("brake", name, _texts()))
 
@@ -60,6 +63,18 @@ def brake_of(anything: str | Path | BrakeFile | Brake) -> Brake:
     brake = anything.brake if isinstance(anything, BrakeFile) else anything
     validate(brake)
     return brake
+
+
+def takes_force(function: Callable[P, R]) -> Callable[P, R]:
+    """Let a function take `force`, the former name of its parameter `overwrite`."""
+
+    @functools.wraps(function)
+    def call(*args: P.args, **named: P.kwargs) -> R:
+        if "force" in named:
+            named["overwrite"] = named.pop("force")
+        return function(*args, **named)
+
+    return call
 
 
 def write_whole(
@@ -77,7 +92,7 @@ def write_whole(
     except (OSError, ValueError) as err:
         raise FileError(str(path)[:200], f"cannot be written: {err}") from None
     if exists and not force:
-        raise FileError(path, "exists already; --force replaces it")
+        raise FileError(path, "exists already; --overwrite replaces it")
     if path.is_dir():
         raise FileError(path, "is a folder, not a file")
     if problem := refusal(path):

@@ -53,7 +53,7 @@ def _validate(path: Path, force: bool) -> Path:
         pass  # os.access is not reliable for an administrator: try it
     if path.is_dir():
         if not force:
-            raise FileError(path, "exists already; --force replaces it")
+            raise FileError(path, "exists already; --overwrite replaces it")
         strange = sorted(_list_files(path) - _read_list(path))
         if strange:
             others = f" and {len(strange) - 1} more" if len(strange) > 1 else ""

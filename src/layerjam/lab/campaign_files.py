@@ -99,7 +99,7 @@ def _prepare(folder: Path, force: bool) -> None:
             raise FileError(folder, "is a file, not a folder")
         folder.mkdir(parents=True, exist_ok=True)
         if any(folder.iterdir()) and not force:
-            raise FileError(folder, "is not empty; --force writes into it all the same")
+            raise FileError(folder, "is not empty; --overwrite writes into it all the same")
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise FileError(str(folder)[:200], f"cannot be written: {reason}") from None

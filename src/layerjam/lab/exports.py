@@ -185,7 +185,7 @@ def write_pair(
     if not force:
         for file in (sidecar_file, Path(path)):
             if file.exists():
-                raise FileError(file, "exists already; --force replaces it")
+                raise FileError(file, "exists already; --overwrite replaces it")
     # write the sidecar first, so that a data file always has its facts
     if sidecar:
         write_facts(path, replace(trace.facts, synthetic=True), force)

@@ -24,7 +24,7 @@ def check_folder(out: Path, force: bool, names: Sequence[str] = NAMES) -> None:
             raise FileError(out, "is a file, not a folder")
         for name in names:
             if os.path.lexists(out / name) and not force:
-                raise FileError(out / name, "exists already; --force replaces it")
+                raise FileError(out / name, "exists already; --overwrite replaces it")
         there = _nearest(out)
         if not os.access(there, os.W_OK):
             raise FileError(out, f"cannot be made: the folder {there} is read-only")

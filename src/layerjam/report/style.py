@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec
 
 import numpy as np
 
-from layerjam.device.load import write_whole
+from layerjam.device.load import takes_force, write_whole
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
 
 if TYPE_CHECKING:
@@ -342,14 +342,15 @@ def scheme(names: Sequence[str]) -> dict[str, str]:
     return dict(zip(names, shades, strict=True))
 
 
-def save(figure: Figure, path: Path, force: bool = False) -> Path:
+@takes_force
+def save(figure: Figure, path: Path, overwrite: bool = False) -> Path:
     """Write .svg, .png or .pdf, whole or not at all; the same figure gives the same bytes."""
     kind = path.suffix.lower().lstrip(".")
     if kind not in ("svg", "png", "pdf"):
         raise FileError(path, f"the ending '{path.suffix}' is not known; use .svg, .png, .pdf")
     when = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
     with look():
-        return write_whole(path, lambda p: figure.savefig(p, format=kind, metadata=when), force)
+        return write_whole(path, lambda p: figure.savefig(p, format=kind, metadata=when), overwrite)
 
 
 def drawn(figure: Figure, words: bool = False) -> str:

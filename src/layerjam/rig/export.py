@@ -55,12 +55,12 @@ def export(
         run_ = run_.between(start, end)
     shot_files = {} if ending == ".nc" else {shot_file(out, s): s for s in run_.shots}
     if (existing := next((path for path in shot_files if path.exists()), None)) and not force:
-        raise FileError(existing, "exists already; --force replaces it")
+        raise FileError(existing, "exists already; --overwrite replaces it")
     sidecar = None
     if ending == ".csv":
         sidecar_file = sidecar_path(out)
         if sidecar_file.exists() and not force:
-            raise FileError(sidecar_file, "exists already; --force replaces it")
+            raise FileError(sidecar_file, "exists already; --overwrite replaces it")
         write_whole(out, csv_text(run_), force)
         sidecar = write_facts(out, facts_of(run_), force)
     elif ending == ".parquet":

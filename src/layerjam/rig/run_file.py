@@ -96,7 +96,7 @@ class RunFile:
         try:
             lock = os.open(path, flags, 0o644)
         except FileExistsError:
-            raise FileError(path, "exists already; --force replaces it") from None
+            raise FileError(path, "exists already; --overwrite replaces it") from None
         except OSError as error:
             raise FileError(path, f"cannot be written: {error.strerror}") from None
         try:

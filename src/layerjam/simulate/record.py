@@ -13,7 +13,7 @@ import numpy as np
 
 from layerjam._version import __version__
 from layerjam.device.file import BrakeFile
-from layerjam.device.load import write_whole
+from layerjam.device.load import takes_force, write_whole
 from layerjam.errors import FileError, MissingExtraError
 from layerjam.records.table_text import comment, plain_comment
 from layerjam.units import QuantitySpec
@@ -95,7 +95,8 @@ class Record:
             "brake": self.brake.render(self.brake.name),
         }
 
-    def to_csv(self, path: str | Path, *, force: bool = False) -> Path:
+    @takes_force
+    def to_csv(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write CSV: '#' header with the procedure and the whole brake, then columns with units."""
         head = self.header()
         lines = [comment(head.pop("made_by"))]
@@ -108,20 +109,22 @@ class Record:
         table = np.column_stack([values for _, values, _ in self.columns()])
         # repr gives the shortest digits that read back to the same number
         text.writelines(",".join(map(repr, row)) + "\n" for row in table.tolist())
-        return write_whole(path, text.getvalue(), force)
+        return write_whole(path, text.getvalue(), overwrite)
 
-    def to_netcdf(self, path: str | Path, *, force: bool = False) -> Path:
+    @takes_force
+    def to_netcdf(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write NetCDF 3 through xarray and scipy."""
         dataset = self.to_xarray()
-        return write_whole(path, lambda p: dataset.to_netcdf(p, engine="scipy"), force)
+        return write_whole(path, lambda p: dataset.to_netcdf(p, engine="scipy"), overwrite)
 
-    def save(self, path: str | Path, *, force: bool = False) -> Path:
+    @takes_force
+    def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write .csv or .nc, by the path's ending; raises FileError for any other."""
         suffix = Path(path).suffix.lower()
         if suffix == ".csv":
-            return self.to_csv(path, force=force)
+            return self.to_csv(path, overwrite=overwrite)
         if suffix == ".nc":
-            return self.to_netcdf(path, force=force)
+            return self.to_netcdf(path, overwrite=overwrite)
         raise FileError(path, f"the ending '{suffix}' is not known; use .csv or .nc")
 
 

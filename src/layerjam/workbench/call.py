@@ -117,7 +117,7 @@ class Call:
         """The call in Python, without what it is called on."""
         parts = [_literal(_shown(v)) for v in self._alone()]
         parts += [f"{key}={_literal(_shown(v))}" for key, v in self.options.items()]
-        parts += [f"out={_literal(self.out)}", "force=True"] if self.out else []
+        parts += [f"out={_literal(self.out)}", "overwrite=True"] if self.out else []
         return f"lj.{load(self.name).python_name}({', '.join(parts)})"
 
     def _drawn(self, file: str, beside: Mapping[str, Call], display: bool) -> str:
@@ -126,7 +126,7 @@ class Call:
         kind = load(self.name).result
         if not kind.drawable():
             return text
-        more = "force=True"
+        more = "overwrite=True"
         if beside:
             more += ", beside=pinned"
             pins = "".join(f"    {_literal(k)}: {call.asked()},\n" for k, call in beside.items())
@@ -150,7 +150,7 @@ class Call:
                 words += [declared.option, *_words(_shown(value))]
             elif value is not False:
                 words += [w for one in _words(_shown(value)) for w in (declared.option, one)]
-        words += ["--out", self.out, "--force"] if self.out else []
+        words += ["--out", self.out, "--overwrite"] if self.out else []
         return _head([self]) + " ".join(shlex.quote(word) for word in words)
 
 

@@ -34,19 +34,19 @@ class Reproduction(Result):
 def reproduce(
     out: Annotated[str | Path, Help("Folder for the report.", metavar="DIR", option="--out")],
     *,
-    force: Overwrite = False,
+    overwrite: Overwrite = False,
     progress: Progress | None = None,
 ) -> Reproduction:
     """Recompute the paper and compare every claim with our result.
 
     Writes report.html, results.json and the figures. Raises FileError if the report exists and
-    `force` is not set, or the folder cannot be created.
+    `overwrite` is not set, or the folder cannot be created.
     """
     from layerjam.studies.choi2018.claims import Verdict
     from layerjam.studies.choi2018.paper_report import write_report
 
     folder = Path(out)
-    counts = write_report(folder, force=force, progress=progress)
+    counts = write_report(folder, force=overwrite, progress=progress)
     return Reproduction(
         report=str(folder / "report.html"),
         results=str(folder / "results.json"),

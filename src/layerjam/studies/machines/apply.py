@@ -102,7 +102,7 @@ def apply(
     names: Annotated[
         bool, Help("Name the scenarios that come with the program.", option="--list")
     ] = False,
-    force: Overwrite = False,
+    overwrite: Overwrite = False,
     progress: Progress | None = None,
 ) -> MachineResult:
     """Check a machine of the paper's Fig. 13 against its limits.
@@ -127,7 +127,7 @@ def apply(
     machine = load_scenario(scenario)
     if out is not None:
         check_extras()
-        check_folder(Path(out), force)
+        check_folder(Path(out), overwrite)
     tell: Progress = progress or (lambda *_: None)
     tell(f"machine {machine.machine}", 0.0)
     analysis = machine.analyse()

@@ -85,7 +85,7 @@ class Watched:
 
     def python(self) -> str:
         """Lines that hold what was seen and draw it."""
-        saving = f'style.save(figure, Path("{self.name}.svg"), force=True)'
+        saving = f'style.save(figure, Path("{self.name}.svg"), overwrite=True)'
         return f"from pathlib import Path\n{self._lines()}{saving}\n"
 
     def notebook(self) -> str:

@@ -54,7 +54,7 @@ COUPONS = Choice(
     "Test pieces too",
     "A comb for the kerf and strips for the friction",
 )
-OWN = ("cutter", "coupons", "out", "force")
+OWN = ("cutter", "coupons", "out", "overwrite")
 """Inputs of the command that have a control of their own or none; the rest is in the fold."""
 DRAWN = Choice(
     "drawn",

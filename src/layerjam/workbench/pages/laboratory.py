@@ -55,8 +55,8 @@ BY_FILE = (
     *("normal_force", "vacuum", "exclude", "because"),
 )
 """Inputs that the page has for each file alone, as its facts, corrections or role."""
-OWN_FRICTION = (*BY_FILE, "standard", "accept_stick_slip", "brake", "partial", "force")
-OWN_CALIBRATION = (*BY_FILE, "depth", "free", "partial", "force")
+OWN_FRICTION = (*BY_FILE, "standard", "accept_stick_slip", "brake", "partial", "overwrite")
+OWN_CALIBRATION = (*BY_FILE, "depth", "free", "partial", "overwrite")
 OWN_REPORT = tuple(parameters("report").keys() - {"report_number", "customer"})
 """Inputs of the commands that have a control of their own, or none; the rest is in the folds."""
 LOOK = 0.2

@@ -181,7 +181,7 @@ def carried_out(call: Call, folder: Path, tell: Progress) -> Done:
         tell(f"{call.name}: {what}", share)
 
     place = folder / call.out
-    more: dict[str, Any] = {"out": place, "force": True} if call.out else {}
+    more: dict[str, Any] = {"out": place, "overwrite": True} if call.out else {}
     if call.name == "report":
         more |= {"names": call.names, "command": call.command().splitlines()[-1]}
     try:
