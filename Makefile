@@ -11,7 +11,7 @@ INSTRUMENTS := $(VENV)/instruments
 PACKAGERS := $(VENV)/packagers
 
 .PHONY: demo test slow bench bench-checks interop electronics firmware firmware-checks docs lint mutants coverage \
-  alarms fuzz versions lock clean
+  alarms fuzz versions dist lock clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -63,6 +63,10 @@ fuzz: $(STAMP)
 versions: $(PACKAGERS)/.installed
 	$(PACKAGERS)/bin/python tests/install/versions.py lowest $(VENV)/lowest
 	$(PACKAGERS)/bin/python tests/install/versions.py newest $(VENV)/newest
+
+# Wheel and source archive into out/dist, built twice with the same bytes.
+dist: $(PACKAGERS)/.installed
+	$(PACKAGERS)/bin/python tests/install/dist.py out/dist
 
 # The brake in simulators that are too heavy for `make test`, in an environment of their own, and the
 # C kernel on other processors. Debian's cross compilers and emulators are installed where that is

@@ -34,10 +34,20 @@ def main() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     python = folder / "bin" / "python"
     uv = (sys.executable, "-m", "uv")
-    env = {**os.environ, "XDG_CACHE_HOME": str(folder / "cache")}
-    env.pop("PYTHONPATH", None)
+    env = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+    fresh = {**env, "XDG_CACHE_HOME": str(folder / "cache")}  # uv keeps its downloads
     # a version without a wheel would need compilers
-    install = ("pip", "install", "-q", "--python", str(python), "--only-binary", ":all:")
+    install = (
+        "pip",
+        "install",
+        "-q",
+        "--python",
+        str(python),
+        "--only-binary",
+        ":all:",
+        "--no-binary",
+        "layerjam",
+    )
     shutil.rmtree(folder, ignore_errors=True)
     for words in (
         (*uv, "venv", "-q", "--python", sys.executable, str(folder)),
@@ -48,7 +58,8 @@ def main() -> None:
          *(f"tests/{name}" for name in CORE)),
     ):  # fmt: skip
         print("$", *words, flush=True)
-        subprocess.run(words, cwd=ROOT, env=env, check=True)
+        own = words[0] == str(python)
+        subprocess.run(words, cwd=ROOT, env=fresh if own else env, check=True)
 
 
 if __name__ == "__main__":
