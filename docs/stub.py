@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args, get_origin
 
+import layerjam
 from layerjam.commands.declare import (
     FLATTENED,
     PYTHON_ONLY,
@@ -22,6 +23,7 @@ from layerjam.commands.declare import (
     parameter,
     union,
 )
+from layerjam.commands.results import Result
 
 PACKAGE = Path(inspect.getfile(sys.modules["layerjam"])).parent
 NAMES = PACKAGE / "_names.pyi"
@@ -40,6 +42,7 @@ class Stub:
 
     def __init__(self) -> None:
         self.imports: dict[str, str] = {}
+        self.classes: dict[str, list[str]] = {}
 
     def name(self, module: str, name: str) -> str:
         """The private alias of a class of the package; raises ValueError for two of one name."""
@@ -85,13 +88,15 @@ class Stub:
             else self.name(kind.__module__, kind.__name__)
         )
 
-    def given(self, p: Parameter, kind: Any, module: str) -> str:
-        """What a caller may give for a parameter."""
+    def given(self, p: Parameter, kind: Any, module: str, arrays: bool = True) -> str:
+        """What a caller may give for a parameter, with or without arrays."""
         words = [f"Literal[{word!r}]" for word in p.words]
         if p.spec is not None:
             plain = [*words, "int" if p.spec.whole else "float", "str"]
-            if p.array:
+            if arrays and p.array:
                 plain.append(self.name("numpy.typing", "ArrayLike"))
+            if arrays or not p.array:
+                plain.append(self.name("layerjam.conversion", "HasUnit"))
         elif isinstance(p.help, Input) and p.help.convert is not None:
             plain = [self.text(p.type, p.help.convert.__module__)]
         else:
@@ -99,7 +104,21 @@ class Stub:
         return " | ".join(dict.fromkeys([*plain, *(["None"] if p.optional else [])]))
 
     def function(self, name: str, command: Command) -> Iterator[str]:
-        """Lines of a command's function."""
+        """Lines of a command's function; one that takes arrays has a result for them."""
+        result = self.result(command.result)
+        if any(p.array for p in command.parameters):
+            yield "@overload"
+            first, *rest = self.signature(name, command, result, arrays=False)
+            yield f"{first}  # type: ignore[overload-overlap]"
+            yield from rest
+            yield "    ..."
+            yield "@overload"
+            result = self.arrays(command.result)
+        yield from self.signature(name, command, result, arrays=True)
+        yield from self.doc(command.doc)
+
+    def signature(self, name: str, command: Command, result: str, arrays: bool) -> Iterator[str]:
+        """Lines of a function up to its colon."""
         known = {p.name: p for p in command.parameters}
         yield f"def {name}("
         keyword_only = False
@@ -107,7 +126,7 @@ class Stub:
             kind = command._annotation(at.annotation)
             kind = at.annotation if kind is PYTHON_ONLY else kind
             if parameter_name in known:
-                words = self.given(known[parameter_name], kind, command.module)
+                words = self.given(known[parameter_name], kind, command.module, arrays)
             else:
                 words = self.text(kind, command.module)
             several = at.kind is inspect.Parameter.VAR_POSITIONAL
@@ -116,8 +135,43 @@ class Stub:
             keyword_only = keyword_only or several or at.kind is inspect.Parameter.KEYWORD_ONLY
             default = "" if at.default is inspect.Parameter.empty else " = ..."
             yield f"    {'*' if several else ''}{parameter_name}: {words}{default},"
-        yield f") -> {self.name(command.result.__module__, command.result.__name__)}:"
-        yield from self.doc(command.doc)
+        yield f") -> {result}:"
+
+    def result(self, cls: type[Result]) -> str:
+        """The class of a result; `require` of one with optional keys returns one without them."""
+        plain = self.name(cls.__module__, cls.__name__)
+        optional = {f.name: str(f.type) for f in cls.keys() if "None" in str(f.type)}  # noqa: SIM118
+        if not optional:
+            return plain
+        known, made = f"{plain}Known", f"{plain}Result"
+        self.classes[made] = [
+            f"class {made}({plain}):",
+            f"    def require(self) -> {known}: ...",
+            f"class {known}({made}):",
+            *(f"    {name}: {self.without_none(kind, cls)}" for name, kind in optional.items()),
+        ]
+        return made
+
+    def without_none(self, kind: str, cls: type[Result]) -> str:
+        """An optional annotation of a result without None."""
+        module = next(
+            base.__module__
+            for base in cls.__mro__
+            if kind in vars(base).get("__annotations__", {}).values()
+        )
+        text = self.text(kind, module)
+        return " | ".join(word for word in text.split(" | ") if word != "None")
+
+    def arrays(self, cls: type[Result]) -> str:
+        """The class of an array result, whose numbers may be NumPy's or xarray's arrays."""
+        made = f"_{cls.__name__}Array"
+        keys = cls.keys()
+        names = [f.name for f in keys if f.metadata["quantity"] or f.name == "feasible"]
+        self.classes[made] = [
+            f"class {made}({self.name(cls.__module__, cls.__name__)}):",
+            *(f"    {name}: Any" for name in names),
+        ]
+        return made
 
     def options(self, name: str, cls: type) -> Iterator[str]:
         """Lines of a record of options, which takes text too."""
@@ -154,7 +208,7 @@ def imported_from(module: str, name: str) -> str:
 
 def stub() -> str:
     """The text of `__init__.pyi`."""
-    made, lines, imports = Stub(), list[str](), ["from typing import Any, Literal"]
+    made, lines, imports = Stub(), list[str](), ["from typing import Any, Literal, overload"]
     for node in ast.parse(NAMES.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.Assign):
             lines = [ast.unparse(node), *lines]
@@ -168,7 +222,11 @@ def stub() -> str:
             else:
                 imports.append(f"from {module} import {alias.name} as {public}")
     imports += [f"from {m} import {name[1:]} as {name}" for name, m in made.imports.items()]
-    text = HEAD + "\n".join([*imports, *lines, ""])
+    laws = layerjam._names("laws.py").keys() - set(layerjam.__all__)
+    imports += [f"from layerjam.laws import {name} as {name}" for name in laws]
+    aliases = [f"{folder} = {name}" for folder, name in layerjam._FOLDERS.items()]
+    classes = [line for one in made.classes.values() for line in one]
+    text = HEAD + "\n".join([*imports, *classes, *lines, *aliases, ""])
     for words in (["check", "--select", "F401,I", "--fix", "-q"], ["format", "-q"]):
         command = [RUFF, *words, "--stdin-filename", str(STUB), "-"]
         done = subprocess.run(command, input=text, capture_output=True, text=True, check=True)

@@ -45,9 +45,9 @@ _FOLDERS = {"design": "design_brake", "lab": "write_campaign", "report": "write_
 """Folders that have the name of a command; calling the module runs the command."""
 
 
-def _public() -> dict[str, tuple[str, str]]:
-    """Return {name: (module, name there)} of the names listed in `_names.pyi`."""
-    tree = ast.parse(Path(__file__).with_name("_names.pyi").read_text(encoding="utf-8"))
+def _names(file: str) -> dict[str, tuple[str, str]]:
+    """Return {name: (module, name there)} of what a file of imports offers."""
+    tree = ast.parse(Path(__file__).with_name(file).read_text(encoding="utf-8"))
     return {
         alias.asname or alias.name: (str(node.module), alias.name)
         for node in tree.body
@@ -56,7 +56,7 @@ def _public() -> dict[str, tuple[str, str]]:
     }
 
 
-_EXPORTS = _public()
+_EXPORTS = _names("_names.pyi")
 _OLD = {
     entry.split(":")[0]: (module, entry.split(":")[-1])
     for module, entries in _FORMER.items()
@@ -98,4 +98,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return sorted({*__all__, *_FOLDERS, *_names("laws.py")})

@@ -8,7 +8,7 @@ from collections.abc import Collection as _Collection
 from collections.abc import Mapping as _Mapping
 from collections.abc import Sequence as _Sequence
 from pathlib import Path as _Path
-from typing import Literal
+from typing import Any, Literal, overload
 
 from numpy.typing import ArrayLike as _ArrayLike
 
@@ -91,6 +91,7 @@ from layerjam.commands.tensile import Tensile as _Tensile
 from layerjam.commands.tuning import TunedVacuum as _TunedVacuum
 from layerjam.commands.vacuum_line import VacuumRise as _VacuumRise
 from layerjam.commands.validation import ModelErrors as _ModelErrors
+from layerjam.conversion import HasUnit as _HasUnit
 from layerjam.design.requirements import DesignSpecification as _DesignSpecification
 from layerjam.design.specification import load_spec as load_spec
 from layerjam.device.brake import Brake as Brake
@@ -113,6 +114,75 @@ from layerjam.fluid.line import Line as _Line
 from layerjam.identify.friction.standards import Standard as Standard
 from layerjam.lab.campaign import Campaign as Campaign
 from layerjam.lab.spec import Spec as _Spec
+from layerjam.laws import WetFilm as WetFilm
+from layerjam.laws import aged_holding_force as aged_holding_force
+from layerjam.laws import aged_static as aged_static
+from layerjam.laws import amplification as amplification
+from layerjam.laws import bending_stiffness_free as bending_stiffness_free
+from layerjam.laws import bending_stiffness_jammed as bending_stiffness_jammed
+from layerjam.laws import brake_cycle as brake_cycle
+from layerjam.laws import brake_force as brake_force
+from layerjam.laws import buckling_force as buckling_force
+from layerjam.laws import buckling_moment as buckling_moment
+from layerjam.laws import cantilever_deflection as cantilever_deflection
+from layerjam.laws import cantilever_force as cantilever_force
+from layerjam.laws import capstan_ratio as capstan_ratio
+from layerjam.laws import clamp_stress as clamp_stress
+from layerjam.laws import critical_speed as critical_speed
+from layerjam.laws import enclosure_bending_stiffness as enclosure_bending_stiffness
+from layerjam.laws import enclosure_cycle as enclosure_cycle
+from layerjam.laws import enclosure_force as enclosure_force
+from layerjam.laws import enclosure_mass as enclosure_mass
+from layerjam.laws import enclosure_stretch as enclosure_stretch
+from layerjam.laws import energy_capacity as energy_capacity
+from layerjam.laws import force_at_elongation as force_at_elongation
+from layerjam.laws import force_limits as force_limits
+from layerjam.laws import holding_force as holding_force
+from layerjam.laws import joint_friction as joint_friction
+from layerjam.laws import joint_sheet_force as joint_sheet_force
+from layerjam.laws import least_stiffness as least_stiffness
+from layerjam.laws import local_rise as local_rise
+from layerjam.laws import mass as mass
+from layerjam.laws import mount_stiffness as mount_stiffness
+from layerjam.laws import peak as peak
+from layerjam.laws import peak_vacuum as peak_vacuum
+from layerjam.laws import pull_work as pull_work
+from layerjam.laws import saturation_slip as saturation_slip
+from layerjam.laws import scale_factor_of_peak as scale_factor_of_peak
+from layerjam.laws import self_closing_vacuum as self_closing_vacuum
+from layerjam.laws import shear_at_first_slip as shear_at_first_slip
+from layerjam.laws import shear_at_full_slip as shear_at_full_slip
+from layerjam.laws import sheet_friction as sheet_friction
+from layerjam.laws import sheet_mass as sheet_mass
+from layerjam.laws import sheet_stress as sheet_stress
+from layerjam.laws import sliding_force as sliding_force
+from layerjam.laws import slip_at_elongation as slip_at_elongation
+from layerjam.laws import slip_heat as slip_heat
+from layerjam.laws import slip_moment as slip_moment
+from layerjam.laws import slip_work as slip_work
+from layerjam.laws import slow_saw as slow_saw
+from layerjam.laws import speed_at_slip as speed_at_slip
+from layerjam.laws import stable_speed as stable_speed
+from layerjam.laws import stiffness_before_slip as stiffness_before_slip
+from layerjam.laws import stiffness_sliding as stiffness_sliding
+from layerjam.laws import stiffness_without_stick_slip as stiffness_without_stick_slip
+from layerjam.laws import stop as stop
+from layerjam.laws import stop_in_time as stop_in_time
+from layerjam.laws import stops_per_minute as stops_per_minute
+from layerjam.laws import stribeck_friction as stribeck_friction
+from layerjam.laws import temperature_rise as temperature_rise
+from layerjam.laws import temperature_rise_of_sheets as temperature_rise_of_sheets
+from layerjam.laws import time_at_slip as time_at_slip
+from layerjam.laws import travel_left as travel_left
+from layerjam.laws import tuned_vacuum as tuned_vacuum
+from layerjam.laws import turning_moment as turning_moment
+from layerjam.laws import turning_stiffness_free as turning_stiffness_free
+from layerjam.laws import turning_stiffness_jammed as turning_stiffness_jammed
+from layerjam.laws import undamped_saw as undamped_saw
+from layerjam.laws import vacuum_eq10 as vacuum_eq10
+from layerjam.laws import vacuum_for_force as vacuum_for_force
+from layerjam.laws import wet_force as wet_force
+from layerjam.laws import wet_stress as wet_stress
 from layerjam.measure.history import read_history as read_history
 from layerjam.measure.log import read_log as read_log
 from layerjam.measure.options import ReadingOptions as ReadingOptions
@@ -140,6 +210,545 @@ from layerjam.simulate.vacuum_history import History as _History
 from layerjam.studies.choi2018.reproduce import Reproduction as _Reproduction
 from layerjam.studies.machines.apply import MachineResult as _MachineResult
 
+class _AgeingResult(_Ageing):
+    def require(self) -> _AgeingKnown: ...
+
+class _AgeingKnown(_AgeingResult):
+    file: str
+
+class _ArrayPullResult(_ArrayPull):
+    def require(self) -> _ArrayPullKnown: ...
+
+class _ArrayPullKnown(_ArrayPullResult):
+    until: float
+
+class _BenchClearedResult(_BenchCleared):
+    def require(self) -> _BenchClearedKnown: ...
+
+class _BenchClearedKnown(_BenchClearedResult):
+    fault: str
+    vacuum: float
+
+class _BenchStateResult(_BenchState):
+    def require(self) -> _BenchStateKnown: ...
+
+class _BenchStateKnown(_BenchStateResult):
+    fault: str
+    vacuum: float
+    safe_state: str
+    vent_rest: str
+    zero_age: float
+
+class _BenchCheckedResult(_BenchChecked):
+    def require(self) -> _BenchCheckedKnown: ...
+
+class _BenchCheckedKnown(_BenchCheckedResult):
+    leak: float
+    rate: float
+    top: float
+    zero: float
+    reason: str
+
+class _SoakResult(_Soak):
+    def require(self) -> _SoakKnown: ...
+
+class _SoakKnown(_SoakResult):
+    heap_growth: int
+
+class _BoardFlashedResult(_BoardFlashed):
+    def require(self) -> _BoardFlashedKnown: ...
+
+class _BoardFlashedKnown(_BoardFlashedResult):
+    image_sha256: str
+    identity: str
+
+class _RunExportedResult(_RunExported):
+    def require(self) -> _RunExportedKnown: ...
+
+class _RunExportedKnown(_RunExportedResult):
+    outcome: str
+    sidecar: str
+
+class _RunLoggedResult(_RunLogged):
+    def require(self) -> _RunLoggedKnown: ...
+
+class _RunLoggedKnown(_RunLoggedResult):
+    reason: str
+
+class _RunRecordedResult(_RunRecorded):
+    def require(self) -> _RunRecordedKnown: ...
+
+class _RunRecordedKnown(_RunRecordedResult):
+    reason: str
+    fault: str
+    fault_time: float
+    file: str
+    shots: _Sequence[_Mapping[str, Any]]
+
+class _BoardWiringResult(_BoardWiring):
+    def require(self) -> _BoardWiringKnown: ...
+
+class _BoardWiringKnown(_BoardWiringResult):
+    out: str
+
+class _BendResult(_Bend):
+    def require(self) -> _BendKnown: ...
+
+class _BendKnown(_BendResult):
+    buckling_moment: float
+    least_radius: float
+    joint_friction: float
+    joint_friction_off: float
+    amplification: float
+    sheet_stress: float
+    end_force_ratio: float
+
+class _BuiltResult(_Built):
+    def require(self) -> _BuiltKnown: ...
+
+class _BuiltKnown(_BuiltResult):
+    reason: str
+    mass: float
+    fittings_mass: float
+    pin_to_pin: float
+    overall_length: float
+    sleeve_length: float
+    strap_length: float
+    film_pieces: int
+    film_area: float
+    film_used: float
+    cut_length: float
+    silicone_volume: float
+    silicone_mass: float
+    silicone_parts: _Mapping[str, float]
+    printed_volume: float
+    screw: str
+    preload: float
+    torque: float
+    yoke_moment: float
+    mass_parts: _Sequence[_Mapping[str, Any]]
+    mass_missing: _Sequence[str]
+
+class _BrakeCalibrationResult(_BrakeCalibration):
+    def require(self) -> _BrakeCalibrationKnown: ...
+
+class _BrakeCalibrationKnown(_BrakeCalibrationResult):
+    scale_factor_eq8: float
+    stiffness_eq9: float
+    peak_force: float
+    peak_elongation: float
+    enclosure_factor: float
+    pressure_exponent: float
+    speed_slope: float
+    reference_pressure: float
+    reference_speed: float
+    bootstrap: _Mapping[str, Any]
+    leave_one_out: _Mapping[str, Any]
+    identifiability: _Mapping[str, Any]
+    posterior: _Mapping[str, Any]
+    more_pulls: _Mapping[str, Any]
+    file: str
+
+class _CrashFoundResult(_CrashFound):
+    def require(self) -> _CrashFoundKnown: ...
+
+class _CrashFoundKnown(_CrashFoundResult):
+    hic: float
+    hic_window: _Sequence[float]
+
+class _DesignResultResult(_DesignResult):
+    def require(self) -> _DesignResultKnown: ...
+
+class _DesignResultKnown(_DesignResultResult):
+    feasible: bool
+    reason: str
+    examined: int
+    feasible_designs: int
+    killed_by: str
+    reachable: float
+    excludes: _Sequence[str]
+    chosen: _Mapping[str, Any]
+    refined: _Mapping[str, Any]
+    runner_up: _Mapping[str, Any]
+    runner_up_lost: str
+    binding: _Sequence[str]
+    forbidden: _Sequence[_Mapping[str, Any]]
+    front_size: int
+    front: _Sequence[_Mapping[str, Any]]
+    sensitivities: _Mapping[str, _Mapping[str, Any]]
+    robustness: _Mapping[str, _Mapping[str, Any]]
+
+class _ExportedResult(_Exported):
+    def require(self) -> _ExportedKnown: ...
+
+class _ExportedKnown(_ExportedResult):
+    reason: str
+
+class _ExportedFmuResult(_ExportedFmu):
+    def require(self) -> _ExportedFmuKnown: ...
+
+class _ExportedFmuKnown(_ExportedFmuResult):
+    reason: str
+    bytes: int
+    compiler: str
+
+class _ExportedMujocoResult(_ExportedMujoco):
+    def require(self) -> _ExportedMujocoKnown: ...
+
+class _ExportedMujocoKnown(_ExportedMujocoResult):
+    reason: str
+    library: str
+    mujoco_version: str
+
+class _FollowedForceResult(_FollowedForce):
+    def require(self) -> _FollowedForceKnown: ...
+
+class _FollowedForceKnown(_FollowedForceResult):
+    bandwidth: float
+    bode: list[dict[str, float]]
+
+class _FrictionResult(_Friction):
+    def require(self) -> _FrictionKnown: ...
+
+class _FrictionKnown(_FrictionResult):
+    kinetic: float
+    static_sd: float
+    kinetic_sd: float
+    stick_slip: _Mapping[str, Any]
+    file: str
+
+class _StopResult(_Stop):
+    def require(self) -> _StopKnown: ...
+
+class _StopKnown(_StopResult):
+    slip: float
+    peak_force: float
+    peak_deceleration: float
+    peak_g: float
+    stopping_time: float
+    dissipated_energy: float
+    end_speed: float
+    crash_force: float
+    crash_g: float
+    vacuum: float
+    outcome: str
+    speed: float
+    reason: str
+    least_stiffness: float
+    slip_at_end: float
+    outcome_at_end: str
+    measured_peak: float
+    measured_peak_g: float
+    measured_peak_time: float
+    peak_loss: float
+    measured_rate: float
+    accelerometer: str
+    filter: str
+    saturated: bool
+    temperature_rise: float
+    temperature_rise_of_sheets: float
+    stops_per_minute: float
+    allowed_rise: float
+    film_coefficient: float
+
+class _PracticeFilesResult(_PracticeFiles):
+    def require(self) -> _PracticeFilesKnown: ...
+
+class _PracticeFilesKnown(_PracticeFilesResult):
+    folder: str
+    files: _Sequence[str]
+    friction_tests: int
+    pulls: int
+    samples: int
+    faulty: int
+    seed: int
+    truth: str
+    next: _Sequence[str]
+    stopped: bool
+
+class _LeakFoundResult(_LeakFound):
+    def require(self) -> _LeakFoundKnown: ...
+
+class _LeakFoundKnown(_LeakFoundResult):
+    time_constant: float
+    time_constant_low: float
+    time_constant_high: float
+    conductance: float
+    leak_rate: float
+    leak_rate_low: float
+    leak_rate_high: float
+    leak_rate_sccm: float
+    zero_fitted: float
+
+class _CollisionPlanResult(_CollisionPlan):
+    def require(self) -> _CollisionPlanKnown: ...
+
+class _CollisionPlanKnown(_CollisionPlanResult):
+    reason: str
+    needed: float
+    safe_vacuum: float
+    slip: float
+    peak_force: float
+    peak_g: float
+    end_speed: float
+    dissipated_energy: float
+    vacuum_change: float
+    slip_change: float
+    peak_change: float
+    coupling_matters: bool
+    tuned_slip: float
+    tuned_peak_force: float
+    tuned_peak_g: float
+    tuned_vacuum_change: float
+    tuned_slip_change: float
+    tuned_peak_change: float
+    tuned_coupling_matters: bool
+    coupling_rounds: int
+    coupling_remaining: float
+    full_expected_g: float
+    full_g_95: float
+    tuned_expected_g: float
+    tuned_g_95: float
+    expected_g_error: float
+    warning_needed: float
+    warning_needed_reason: str
+    reservoir_needed: float
+    reservoir_needed_reason: str
+    conductance_needed: float
+    conductance_needed_reason: str
+    standing_needed: float
+    standing_needed_reason: str
+    cv_needed: float
+    reservoir_conductance: float
+    conductance_volume: float
+    standing_needed_power: float
+    standing_needed_electric: float
+    standing_needed_force: float
+    pump_energy: float
+    standing_power: float
+    standing_electric: float
+    heat_per_work: float
+    heat_per_pump_energy: float
+
+class _BrakeForceArray(_BrakeForce):
+    sheet_friction: Any
+    enclosure_force: Any
+    force: Any
+
+class _BrakeSummaryResult(_BrakeSummary):
+    def require(self) -> _BrakeSummaryKnown: ...
+
+class _BrakeSummaryKnown(_BrakeSummaryResult):
+    drawn_mass: float
+    stiffness_measured: float
+    stiffness_mount: float
+    film_strength: float
+
+class _VacuumForForceResult(_VacuumForForce):
+    def require(self) -> _VacuumForForceKnown: ...
+
+class _VacuumForForceKnown(_VacuumForForceResult):
+    vacuum: float
+    reason: str
+
+class _VacuumForForceArray(_VacuumForForce):
+    vacuum: Any
+    feasible: Any
+    least_force: Any
+    greatest_force: Any
+
+class _PublishedResult(_Published):
+    def require(self) -> _PublishedKnown: ...
+
+class _PublishedKnown(_PublishedResult):
+    folder: str
+    crate: str
+    checksums: str
+    fingerprint: str
+    report: str
+    licence: str
+
+class _RecomputedResult(_Recomputed):
+    def require(self) -> _RecomputedKnown: ...
+
+class _RecomputedKnown(_RecomputedResult):
+    fingerprint: str
+
+class _PumpFoundResult(_PumpFound):
+    def require(self) -> _PumpFoundKnown: ...
+
+class _PumpFoundKnown(_PumpFoundResult):
+    rate_with_volume: float
+    volume: float
+    volume_low: float
+    volume_high: float
+    flow: float
+    flow_low: float
+    flow_high: float
+    compliance_ratio: float
+    compliance_ratio_low: float
+    compliance_ratio_high: float
+    compliance: float
+
+class _RegulationResult(_Regulation):
+    def require(self) -> _RegulationKnown: ...
+
+class _RegulationKnown(_RegulationResult):
+    rise_time: float
+    steady_error: float
+    ripple: float
+    fault_time: float
+    fault: str
+    fault_at: float
+    broken: str
+    said_after: float
+    gain: float
+    integral_time: float
+    identified: _Mapping[str, Any]
+    detection: _Mapping[str, float | None]
+
+class _ReportResult(_Report):
+    def require(self) -> _ReportKnown: ...
+
+class _ReportKnown(_ReportResult):
+    report: str
+    pdf: str
+    numbers: str
+    results: str
+    friction: _Mapping[str, Any]
+    calibration: _Mapping[str, Any]
+    validation: _Mapping[str, Any]
+
+class _SiliconeFitResult(_SiliconeFit):
+    def require(self) -> _SiliconeFitKnown: ...
+
+class _SiliconeFitKnown(_SiliconeFitResult):
+    material: str
+    specimens: int
+    modulus_100: float
+    modulus_100_sd: float
+    data_sheet: float
+    difference: float
+    initial_modulus: float
+    initial_modulus_sd: float
+    modulus_300: float
+    strength: float
+    strain_at_end: float
+    model: str
+    parameters: _Mapping[str, float]
+    why: str
+    model_modulus: float
+    strain_range: _Sequence[float]
+    rmse: float
+    error_at_100: float
+    stable: bool
+    models: _Mapping[str, Any]
+    file: str
+
+class _StickSlipResult(_StickSlip):
+    def require(self) -> _StickSlipKnown: ...
+
+class _StickSlipKnown(_StickSlipResult):
+    amplitude: float
+    relative_amplitude: float
+    force_high: float
+    force_low: float
+    slip_per_event: float
+    period: float
+    critical_speed: float
+    stable_speed: float
+    stiffness_needed: float
+
+class _DesignSweepResult(_DesignSweep):
+    def require(self) -> _DesignSweepKnown: ...
+
+class _DesignSweepKnown(_DesignSweepResult):
+    feasible: bool
+    reason: str
+    examined: int
+    feasible_designs: int
+    killed_by: str
+    reachable: float
+    excludes: _Sequence[str]
+    chosen: _Mapping[str, Any]
+    refined: _Mapping[str, Any]
+    runner_up: _Mapping[str, Any]
+    runner_up_lost: str
+    binding: _Sequence[str]
+    forbidden: _Sequence[_Mapping[str, Any]]
+    front_size: int
+    front: _Sequence[_Mapping[str, Any]]
+    sensitivities: _Mapping[str, _Mapping[str, Any]]
+    robustness: _Mapping[str, _Mapping[str, Any]]
+
+class _TensileResult(_Tensile):
+    def require(self) -> _TensileKnown: ...
+
+class _TensileKnown(_TensileResult):
+    samples: int
+    seed: int
+    scatter: float
+    peak_mean: float
+    peak_sd: float
+    stiffness_mean: float
+    stiffness_sd: float
+    onset_mean: float
+    onset_sd: float
+
+class _TunedVacuumResult(_TunedVacuum):
+    def require(self) -> _TunedVacuumKnown: ...
+
+class _TunedVacuumKnown(_TunedVacuumResult):
+    vacuum: float
+    vacuum_eq10: float
+    reason: str
+    floor_g: float
+    least_speed: float
+    greatest_speed: float
+    travel_needed: float
+    sheets_needed: int
+    brakes_needed: int
+
+class _VacuumRiseResult(_VacuumRise):
+    def require(self) -> _VacuumRiseKnown: ...
+
+class _VacuumRiseKnown(_VacuumRiseResult):
+    rise_time: float
+    fall_time: float
+    fall_by: str
+    reason: str
+    closed_form: float
+    closed_form_fall: float
+    gas_work: float
+    tube_delay: float
+    tube_lag: float
+
+class _ModelErrorsResult(_ModelErrors):
+    def require(self) -> _ModelErrorsKnown: ...
+
+class _ModelErrorsKnown(_ModelErrorsResult):
+    mape_sd: float
+    mape_conditions_sd: float
+    r_squared: float
+    scatter: _Mapping[str, Any]
+    uncalibrated: _Mapping[str, Any]
+
+class _MachineResultResult(_MachineResult):
+    def require(self) -> _MachineResultKnown: ...
+
+class _MachineResultKnown(_MachineResultResult):
+    machine: str
+    scenario: str
+    feasible: bool
+    reason: str
+    conclusion: str
+    brakes_needed: int
+    mass: float
+    limits: _Sequence[_Mapping[str, Any]]
+    page: str
+    results: _Mapping[str, Any]
+    scenarios: _Sequence[str]
+
 __all__ = ["design_brake", "example_campaign", "write_campaign", "write_report"]
 
 def demo(
@@ -159,14 +768,14 @@ def ageing(
     files: _Sequence[str | _Path | _Trace | _DataFrame] | str | _Path | _Trace | _DataFrame,
     *,
     test: _FrictionTest = ...,
-    hold: float | str | None = ...,
+    hold: float | str | _HasUnit | None = ...,
     brake: str | _Path | _BrakeFile | _Brake | None = ...,
     out: str | _Path | None = ...,
     partial: bool = ...,
     options: _FileOptions = ...,
     progress: _Callable[[str, float], None] | None = ...,
     overwrite: bool = ...,
-) -> _Ageing:
+) -> _AgeingResult:
     """How static friction grows while the films rest under load, from pulls after holds.
 
     Each file is a friction test whose sidecar states its `hold`; static friction is read as
@@ -177,12 +786,12 @@ def ageing(
 def array(
     brake: str | _Path | _BrakeFile | _Brake,
     *,
-    parallel: int | str = ...,
-    series: int | str = ...,
-    vacuum: float | str | None = ...,
-    until: float | str | None = ...,
-    atmosphere: float | str | None = ...,
-) -> _ArrayPull:
+    parallel: int | str | _HasUnit = ...,
+    series: int | str | _HasUnit = ...,
+    vacuum: float | str | _HasUnit | None = ...,
+    until: float | str | _HasUnit | None = ...,
+    atmosphere: float | str | _HasUnit | None = ...,
+) -> _ArrayPullResult:
     """Pull equal brakes side by side and in series, slowly.
 
     At the site's full vacuum unless another is given, to the elongation `until` or to the end of
@@ -193,7 +802,7 @@ def array(
 
 def bench_clear(
     address: str,
-) -> _BenchCleared:
+) -> _BenchClearedResult:
     """Clear the latched fault of a bench, its error queue and its registers; starts nothing.
 
     The bench is in SAFE afterwards. Find the cause first: `bench check` looks after the wiring.
@@ -203,7 +812,7 @@ def bench_clear(
 def bench_serve(
     address: str,
     *,
-    port: int | str = ...,
+    port: int | str | _HasUnit = ...,
     host: str = ...,
     token_file: str | _Path | None = ...,
     pty: str | _Path | None = ...,
@@ -216,7 +825,7 @@ def bench_serve(
 
 def bench_status(
     address: str,
-) -> _BenchState:
+) -> _BenchStateResult:
     """What a bench is and does now.
 
     Asks only. On the board's own line it is the only client; where a gateway runs, use its `tcp:`
@@ -228,7 +837,7 @@ def bench_check(
     *,
     line: str | _Path | _LineFile | _Line | None = ...,
     vent_rest: Literal["open", "closed"] | None = ...,
-) -> _BenchChecked:
+) -> _BenchCheckedResult:
     """Look after a bench's wiring: drive pump and vent for ten seconds, and say what moves.
 
     Nothing may hang on the brake meanwhile. `line` is what the pump's rate and the leak are held
@@ -252,8 +861,8 @@ def bench_faults(
     address: str = ...,
     *,
     only: _Sequence[str] = ...,
-    runs: int | str = ...,
-    seed: int | str = ...,
+    runs: int | str | _HasUnit = ...,
+    seed: int | str | _HasUnit = ...,
     mismatch: bool = ...,
     progress: _Callable[[str, float], None] = ...,
 ) -> _FaultCampaign:
@@ -271,11 +880,11 @@ def bench_faults(
 def bench_soak(
     *,
     line: str = ...,
-    hours: float | str = ...,
+    hours: float | str | _HasUnit = ...,
     kind: Literal["bang-bang", "pi", "scheduled"] = ...,
-    seed: int | str = ...,
+    seed: int | str | _HasUnit = ...,
     progress: _Callable[[str, float], None] = ...,
-) -> _Soak:
+) -> _SoakResult:
     """Let a virtual board regulate for hours of its own time, in which nothing may happen.
 
     Targets, releases and holds are drawn from the seed. A day takes minutes. Raises QuantityError
@@ -288,7 +897,7 @@ def bench_flash(
     board: str = ...,
     image: str | _Path | None = ...,
     settings: str | _Path | None = ...,
-) -> _BoardFlashed:
+) -> _BoardFlashedResult:
     """Put firmware and wiring onto a board.
 
     With an image the board's boot loader takes it; a board with plain MicroPython gets the
@@ -300,10 +909,10 @@ def bench_export(
     run: str | _Path,
     *,
     out: str | _Path,
-    start: float | str | None = ...,
-    end: float | str | None = ...,
+    start: float | str | _HasUnit | None = ...,
+    end: float | str | _HasUnit | None = ...,
     overwrite: bool = ...,
-) -> _RunExported:
+) -> _RunExportedResult:
     """Write a run for other programs: CSV with its sidecar, Parquet, or NetCDF.
 
     Friction, calibrate, leak, pump-down and regulate read the CSV as it is. Each drop in the run is
@@ -315,10 +924,10 @@ def bench_log(
     address: str,
     *,
     out: str | _Path,
-    duration: float | str | None = ...,
+    duration: float | str | _HasUnit | None = ...,
     resume: bool = ...,
     overwrite: bool = ...,
-) -> _RunLogged:
+) -> _RunLoggedResult:
     """Record every sample of a bench that others command.
 
     A sample is acknowledged to the board only after it is on disk. A killed process loses nothing
@@ -339,7 +948,7 @@ def bench_run(
     out: str | _Path,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     overwrite: bool = ...,
-) -> _RunRecorded:
+) -> _RunRecordedResult:
     """Carry out a procedure on a bench and record every sample.
 
     The regulator is made for the line, at the highest vacuum of the procedure, and given to the
@@ -354,7 +963,7 @@ def bench_wiring(
     board: str | _Path,
     *,
     out: str | _Path | None = ...,
-) -> _BoardWiring:
+) -> _BoardWiringResult:
     """List a board's wires and parts, calculate their worst case, and draw the circuit.
 
     Raises FileError for a file that is no board's, or that is there already; UnknownNameError for
@@ -364,13 +973,13 @@ def bench_wiring(
 def bend(
     brake: str | _Path | _BrakeFile | _Brake,
     *,
-    vacuum: float | str,
-    angle: float | str,
-    slip: float | str = ...,
-    radius: float | str | None = ...,
-    limb_friction: float | str | None = ...,
-    atmosphere: float | str | None = ...,
-) -> _Bend:
+    vacuum: float | str | _HasUnit,
+    angle: float | str | _HasUnit,
+    slip: float | str | _HasUnit = ...,
+    radius: float | str | _HasUnit | None = ...,
+    limb_friction: float | str | _HasUnit | None = ...,
+    atmosphere: float | str | _HasUnit | None = ...,
+) -> _BendResult:
     """Bend a brake between its caps: how soft it is when off, how stiff when jammed.
 
     The caps turn against each other by `angle` and may approach. With the `radius` of a joint also
@@ -385,18 +994,18 @@ def build(
     out: str | _Path,
     workshop: str | _Path | None = ...,
     cutter: str | None = ...,
-    kerf: float | str | None = ...,
+    kerf: float | str | _HasUnit | None = ...,
     stock: str | _Collection[float] | None = ...,
     laser_bed: str | _Collection[float] | None = ...,
     print_bed: str | _Collection[float] | None = ...,
-    parallel: int | str = ...,
-    series: int | str = ...,
+    parallel: int | str | _HasUnit = ...,
+    series: int | str | _HasUnit = ...,
     coupons: bool = ...,
     no_step: bool = ...,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     overwrite: bool = ...,
     progress: _Callable[[str, float], None] = ...,
-) -> _Built:
+) -> _BuiltResult:
     """Write what a workshop needs to make a brake: patterns, parts, mould, instructions.
 
     The folder appears whole or not at all, and the same brake gives the same bytes. `feasible` is
@@ -412,18 +1021,18 @@ def calibrate(
     *,
     depth: Literal["exact", "curves", "bayesian"] = ...,
     free: _Sequence[str] = ...,
-    vacuum: float | str | None = ...,
+    vacuum: float | str | _HasUnit | None = ...,
     out: str | _Path | None = ...,
     partial: bool = ...,
-    atmosphere: float | str | None = ...,
+    atmosphere: float | str | _HasUnit | None = ...,
     left_out: _LeftOut = ...,
-    within: float | str | None = ...,
+    within: float | str | _HasUnit | None = ...,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     options: _FileOptions = ...,
     sampling: _Sampling = ...,
     progress: _Callable[[str, float], None] | None = ...,
     overwrite: bool = ...,
-) -> _BrakeCalibration:
+) -> _BrakeCalibrationResult:
     """Scale factor and stiffness of a brake from one or several pulls.
 
     `files` are paths or traces, several or one. `depth` "exact" takes the numbers from each pull's
@@ -439,8 +1048,8 @@ def calibrate(
 
 def compare(
     *brakes: _Sequence[str | _Path | _BrakeFile | _Brake],
-    vacuum: float | str | None = ...,
-    atmosphere: float | str | None = ...,
+    vacuum: float | str | _HasUnit | None = ...,
+    atmosphere: float | str | _HasUnit | None = ...,
 ) -> _Comparison:
     """Force over mass of brakes, beside what others make.
 
@@ -455,15 +1064,15 @@ def crash(
     file: str | _Path,
     *,
     filter_class: str = ...,
-    sampling: float | str | None = ...,
-    before: float | str | None = ...,
+    sampling: float | str | _HasUnit | None = ...,
+    before: float | str | _HasUnit | None = ...,
     sensor_range: float | str | None = ...,
     falling: bool = ...,
-    hic: float | str | None = ...,
-    shot: int | str | None = ...,
+    hic: float | str | _HasUnit | None = ...,
+    shot: int | str | _HasUnit | None = ...,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     options: _TableOptions = ...,
-) -> _CrashFound:
+) -> _CrashFoundResult:
     """Peak, filtered peak, velocity change and duration of an impact in an accelerometer's log.
 
     The greatest pulse of the log counts. `filter_class` is none, cfc60, cfc180, cfc600 or cfc1000;
@@ -478,7 +1087,7 @@ def design_brake(
     *,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     progress: _Callable[[str, float], None] | None = ...,
-) -> _DesignResult:
+) -> _DesignResultResult:
     """Find the best brake for a set of requirements.
 
     Beside it: the front, the runner-up and why it lost, what forbids better ones. `feasible` is
@@ -492,10 +1101,10 @@ def export_c(
     *,
     out: str | _Path,
     precision: Literal["double", "single"] = ...,
-    rope_stiffness: float | str | None = ...,
+    rope_stiffness: float | str | _HasUnit | None = ...,
     strict: bool = ...,
     overwrite: bool = ...,
-) -> _Exported:
+) -> _ExportedResult:
     """Write the brake as C source for a microcontroller or a simulator.
 
     C99 that allocates nothing, keeps no global data and needs `sqrt` alone (`pow` too with a
@@ -511,10 +1120,10 @@ def export_fmu(
     fmi: Literal["3", "2"] = ...,
     platforms: str | None = ...,
     sources_only: bool = ...,
-    rope_stiffness: float | str | None = ...,
+    rope_stiffness: float | str | _HasUnit | None = ...,
     strict: bool = ...,
     overwrite: bool = ...,
-) -> _ExportedFmu:
+) -> _ExportedFmuResult:
     """Write the brake as a functional mock-up unit for Simulink, Dymola, OpenModelica and others.
 
     FMI 3.0 or 2.0, co-simulation and model exchange, compiled C: no Python at the target. Inputs
@@ -529,13 +1138,13 @@ def export_mujoco(
     *,
     out: str | _Path,
     tendon: str = ...,
-    vacuum_lag: float | str | None = ...,
+    vacuum_lag: float | str | _HasUnit | None = ...,
     coupling: Literal["limited", "explicit", "implicit"] = ...,
     no_build: bool = ...,
-    rope_stiffness: float | str | None = ...,
+    rope_stiffness: float | str | _HasUnit | None = ...,
     strict: bool = ...,
     overwrite: bool = ...,
-) -> _ExportedMujoco:
+) -> _ExportedMujocoResult:
     """Write the brake as an actuator plugin of MuJoCo whose control is the vacuum.
 
     `actuator.xml` is for `<include>` in a model that has the tendon, `brake.xml` is a model to look
@@ -551,11 +1160,11 @@ def follow(
     profile: str | _Path,
     swing: _Swing = ...,
     settings: _ScheduledSettings = ...,
-    slip_noise: float | str = ...,
-    model_error: float | str = ...,
-    seed: int | str = ...,
-    atmosphere: float | str | None = ...,
-) -> _FollowedForce:
+    slip_noise: float | str | _HasUnit = ...,
+    model_error: float | str | _HasUnit = ...,
+    seed: int | str | _HasUnit = ...,
+    atmosphere: float | str | _HasUnit | None = ...,
+) -> _FollowedForceResult:
     """Make a sliding brake's force follow a profile, and say what it cannot follow.
 
     The profile is drawn between the forces `low` and `high` with a `period` while the brake slips
@@ -573,7 +1182,7 @@ def friction(
     options: _FileOptions = ...,
     progress: _Callable[[str, float], None] | None = ...,
     overwrite: bool = ...,
-) -> _Friction:
+) -> _FrictionResult:
     """Static and kinetic friction from friction tests: as the paper, ASTM D1894 or ISO 8295 has it.
 
     `files` are paths or traces, several or one. `normal_force` may come from the files' sidecars,
@@ -587,27 +1196,27 @@ def friction(
 def drop(
     brake: str | _Path | _BrakeFile | _Brake,
     *,
-    mass: float | str,
-    speed: float | str | None = ...,
-    height: float | str | None = ...,
-    vacuum: Literal["tuned"] | float | str | None = ...,
-    travel: float | str | None = ...,
-    rope_stiffness: float | str | None = ...,
-    rope_damping: float | str | None = ...,
+    mass: float | str | _HasUnit,
+    speed: float | str | _HasUnit | None = ...,
+    height: float | str | _HasUnit | None = ...,
+    vacuum: Literal["tuned"] | float | str | _HasUnit | None = ...,
+    travel: float | str | _HasUnit | None = ...,
+    rope_stiffness: float | str | _HasUnit | None = ...,
+    rope_damping: float | str | _HasUnit | None = ...,
     vacuum_history: str | _Path | _History | None = ...,
     log: _LogOptions = ...,
-    vacuum_share: float | str | None = ...,
-    leak_time: float | str | None = ...,
-    held: float | str | None = ...,
-    duration: float | str | None = ...,
+    vacuum_share: float | str | _HasUnit | None = ...,
+    leak_time: float | str | _HasUnit | None = ...,
+    held: float | str | _HasUnit | None = ...,
+    duration: float | str | _HasUnit | None = ...,
     sensing: _Sensing = ...,
     warmth: _Warmth = ...,
     no_brake: bool = ...,
     horizontal: bool = ...,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
-    atmosphere: float | str | None = ...,
+    atmosphere: float | str | _HasUnit | None = ...,
     progress: _Callable[[str, float], None] | None = ...,
-) -> _Stop:
+) -> _StopResult:
     """Stop a falling mass with the brake, at a vacuum or at "tuned" for a travel (slip).
 
     Without `rope_stiffness` the mass hangs on the brake alone; with `no_brake` on the rope alone.
@@ -626,10 +1235,10 @@ def write_campaign(
     *,
     out: str | _Path | None = ...,
     example: bool = ...,
-    seed: int | str | None = ...,
+    seed: int | str | _HasUnit | None = ...,
     overwrite: bool = ...,
     progress: _Callable[[str, float], None] | None = ...,
-) -> _PracticeFiles:
+) -> _PracticeFilesResult:
     """Practice files of a virtual laboratory: the truth is known, the machine has its faults.
 
     The files of a campaign and the truth beside them are written into the folder `out`. `spec` is
@@ -641,15 +1250,15 @@ def write_campaign(
 def leak(
     file: str | _Path,
     *,
-    volume: float | str | None = ...,
+    volume: float | str | _HasUnit | None = ...,
     temperature: float | str | None | None = ...,
-    zero: float | str | None = ...,
-    start: float | str | None = ...,
-    end: float | str | None = ...,
+    zero: float | str | _HasUnit | None = ...,
+    start: float | str | _HasUnit | None = ...,
+    end: float | str | _HasUnit | None = ...,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
-    atmosphere: float | str | None = ...,
+    atmosphere: float | str | _HasUnit | None = ...,
     options: _LogOptions = ...,
-) -> _LeakFound:
+) -> _LeakFoundResult:
     """Leak of a closed chamber from a pressure-hold log.
 
     `reading` says what the pressure counts from (absolute, gauge, vacuum) where the file does not.
@@ -669,24 +1278,24 @@ def plan(
     line: str | _Path | _LineFile | _Line,
     brake: str | _Path | _BrakeFile | _Brake,
     *,
-    mass: float | str,
-    speed: float | str,
-    warning: float | str,
-    travel: float | str,
-    mass_sd: float | str = ...,
-    speed_sd: float | str = ...,
-    standing: float | str = ...,
-    stored: float | str | None = ...,
-    rope_stiffness: float | str | None = ...,
+    mass: float | str | _HasUnit,
+    speed: float | str | _HasUnit,
+    warning: float | str | _HasUnit,
+    travel: float | str | _HasUnit,
+    mass_sd: float | str | _HasUnit = ...,
+    speed_sd: float | str | _HasUnit = ...,
+    standing: float | str | _HasUnit = ...,
+    stored: float | str | _HasUnit | None = ...,
+    rope_stiffness: float | str | _HasUnit | None = ...,
     horizontal: bool = ...,
     fluid: Literal["air", "water"] = ...,
-    vacuum_share: float | str | None = ...,
-    leak_time: float | str | None = ...,
-    samples: int | str = ...,
-    seed: int | str = ...,
+    vacuum_share: float | str | _HasUnit | None = ...,
+    leak_time: float | str | _HasUnit | None = ...,
+    samples: int | str | _HasUnit = ...,
+    seed: int | str | _HasUnit = ...,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
-    atmosphere: float | str | None = ...,
-) -> _CollisionPlan:
+    atmosphere: float | str | _HasUnit | None = ...,
+) -> _CollisionPlanResult:
     """Whether the vacuum is there when a collision comes, and what to build if not.
 
     The estimate is the mean of mass and speed. The reservoir begins as low as pump and leak come
@@ -694,14 +1303,24 @@ def plan(
     `leak_time` is a laminar leak of the chamber, which goes on during the stop.
     """
 
+@overload
+def force(  # type: ignore[overload-overlap]
+    brake: str | _Path | _BrakeFile | _Brake,
+    *,
+    slip: float | str,
+    vacuum: float | str,
+    sliding_speed: float | str | _HasUnit | None = ...,
+    atmosphere: float | str | _HasUnit | None = ...,
+) -> _BrakeForce: ...
+@overload
 def force(
     brake: str | _Path | _BrakeFile | _Brake,
     *,
-    slip: float | str | _ArrayLike,
-    vacuum: float | str | _ArrayLike,
-    sliding_speed: float | str | None = ...,
-    atmosphere: float | str | None = ...,
-) -> _BrakeForce:
+    slip: float | str | _ArrayLike | _HasUnit,
+    vacuum: float | str | _ArrayLike | _HasUnit,
+    sliding_speed: float | str | _HasUnit | None = ...,
+    atmosphere: float | str | _HasUnit | None = ...,
+) -> _BrakeForceArray:
     """Force of the sliding brake at a slip and a vacuum.
 
     Arrays of slip and vacuum broadcast. Without a `sliding_speed` it is the force at the speed at
@@ -724,18 +1343,28 @@ def new(
 def show(
     brake: str | _Path | _BrakeFile | _Brake,
     *,
-    atmosphere: float | str | None = ...,
-) -> _BrakeSummary:
+    atmosphere: float | str | _HasUnit | None = ...,
+) -> _BrakeSummaryResult:
     """What a brake weighs, holds, stores and bears, and where each of its numbers comes from."""
 
+@overload
+def vacuum(  # type: ignore[overload-overlap]
+    brake: str | _Path | _BrakeFile | _Brake,
+    *,
+    slip: float | str,
+    force: float | str,
+    sliding_speed: float | str | _HasUnit | None = ...,
+    atmosphere: float | str | _HasUnit | None = ...,
+) -> _VacuumForForceResult: ...
+@overload
 def vacuum(
     brake: str | _Path | _BrakeFile | _Brake,
     *,
-    slip: float | str | _ArrayLike,
-    force: float | str | _ArrayLike,
-    sliding_speed: float | str | None = ...,
-    atmosphere: float | str | None = ...,
-) -> _VacuumForForce:
+    slip: float | str | _ArrayLike | _HasUnit,
+    force: float | str | _ArrayLike | _HasUnit,
+    sliding_speed: float | str | _HasUnit | None = ...,
+    atmosphere: float | str | _HasUnit | None = ...,
+) -> _VacuumForForceArray:
     """Vacuum that makes the sliding brake resist with a force at a slip.
 
     `feasible` is False, with a `reason`, for a force below the enclosure's own or above that at
@@ -753,8 +1382,8 @@ def publish(
     measurements: _Measurements = ...,
     test: _FrictionTest = ...,
     depth: Literal["exact", "curves"] = ...,
-    vacuum: float | str | None = ...,
-    atmosphere: float | str | None = ...,
+    vacuum: float | str | _HasUnit | None = ...,
+    atmosphere: float | str | _HasUnit | None = ...,
     left_out: _LeftOut = ...,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     options: _FileOptions = ...,
@@ -763,7 +1392,7 @@ def publish(
     author: _Sequence[str] = ...,
     overwrite: bool = ...,
     progress: _Callable[[str, float], None] | None = ...,
-) -> _Published:
+) -> _PublishedResult:
     """Write one campaign as a dataset that stands alone, so that others can recompute its numbers.
 
     The raw files are copied untouched, with their sidecars and all else that lies in the folder
@@ -781,7 +1410,7 @@ def recompute(
     dataset: str | _Path,
     *,
     progress: _Callable[[str, float], None] | None = ...,
-) -> _Recomputed:
+) -> _RecomputedResult:
     """Compute a published dataset again from its raw files, and list everything that differs.
 
     Numbers, tables, page, PDF, figures, calibrated brake and description are derived again. Two
@@ -809,17 +1438,17 @@ def pump_down(
     file: str | _Path,
     with_volume: str | _Path | None = ...,
     *,
-    volume: float | str | None = ...,
-    flow: float | str | None = ...,
-    added_volume: float | str | None = ...,
-    compliance: Literal["fit"] | float | str | None = ...,
-    zero: float | str | None = ...,
-    start: float | str | None = ...,
-    end: float | str | None = ...,
+    volume: float | str | _HasUnit | None = ...,
+    flow: float | str | _HasUnit | None = ...,
+    added_volume: float | str | _HasUnit | None = ...,
+    compliance: Literal["fit"] | float | str | _HasUnit | None = ...,
+    zero: float | str | _HasUnit | None = ...,
+    start: float | str | _HasUnit | None = ...,
+    end: float | str | _HasUnit | None = ...,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
-    atmosphere: float | str | None = ...,
+    atmosphere: float | str | _HasUnit | None = ...,
     options: _LogOptions = ...,
-) -> _PumpFound:
+) -> _PumpFoundResult:
     """Volume and pump flow from pump-down logs, as far as they tell them.
 
     One log gives flow over volume. `volume`, `flow`, or the log `with_volume` of the same line with
@@ -884,9 +1513,9 @@ def records_withdraw(
 def regulate(
     line: str | _Path | _LineFile | _Line,
     *,
-    target: float | str,
+    target: float | str | _HasUnit,
     settings: _RegulatorSettings = ...,
-    duration: float | str | None = ...,
+    duration: float | str | _HasUnit | None = ...,
     recorded: _RecordedStep = ...,
     fault: Literal[
         "pump-dead",
@@ -898,11 +1527,11 @@ def regulate(
         "sensor-offset",
     ]
     | None = ...,
-    fault_at: float | str | None = ...,
-    seed: int | str = ...,
+    fault_at: float | str | _HasUnit | None = ...,
+    seed: int | str | _HasUnit = ...,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
-    atmosphere: float | str | None = ...,
-) -> _Regulation:
+    atmosphere: float | str | _HasUnit | None = ...,
+) -> _RegulationResult:
     """Bring a line to a vacuum and hold it there, in closed loop with a noisy sensor.
 
     With a recorded `step` gains, detectors and the line simulated are those that the log shows
@@ -918,8 +1547,8 @@ def write_report(
     measurements: _Measurements = ...,
     test: _FrictionTest = ...,
     depth: Literal["exact", "curves"] = ...,
-    vacuum: float | str | None = ...,
-    atmosphere: float | str | None = ...,
+    vacuum: float | str | _HasUnit | None = ...,
+    atmosphere: float | str | _HasUnit | None = ...,
     left_out: _LeftOut = ...,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     options: _FileOptions = ...,
@@ -929,7 +1558,7 @@ def write_report(
     date: str | None = ...,
     names: _Mapping[str, str] | None = ...,
     progress: _Callable[[str, float], None] | None = ...,
-) -> _Report:
+) -> _ReportResult:
     """Measurements of one brake as a page: friction, calibration, validation, HTML and PDF.
 
     Writes report.html, report.pdf, figures, numbers.csv and results.json into the folder `out`.
@@ -963,8 +1592,8 @@ class Sensing(_Sensing):
         *,
         accelerometer: str | _Accelerometer = ...,
         filter_class: str | None = ...,
-        low_pass: float | str | None = ...,
-        sampling: float | str | None = ...,
+        low_pass: float | str | _HasUnit | None = ...,
+        sampling: float | str | _HasUnit | None = ...,
     ) -> None: ...
 
 class Warmth(_Warmth):
@@ -974,17 +1603,17 @@ class Warmth(_Warmth):
         self,
         *,
         allowed_rise: float | str | None = ...,
-        film_coefficient: float | str | None = ...,
+        film_coefficient: float | str | _HasUnit | None = ...,
     ) -> None: ...
 
 def sleeve(
     files: _Sequence[str | _Path] | str | _Path,
     *,
-    area: float | str | None = ...,
-    gauge_length: float | str | None = ...,
-    start: float | str = ...,
-    end: float | str = ...,
-    fit_to: float | str | None = ...,
+    area: float | str | _HasUnit | None = ...,
+    gauge_length: float | str | _HasUnit | None = ...,
+    start: float | str | _HasUnit = ...,
+    end: float | str | _HasUnit = ...,
+    fit_to: float | str | _HasUnit | None = ...,
     material: str | None = ...,
     brake: str | _Path | _BrakeFile | _Brake | None = ...,
     out: str | _Path | None = ...,
@@ -993,7 +1622,7 @@ def sleeve(
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     options: _TableOptions = ...,
     overwrite: bool = ...,
-) -> _SiliconeFit:
+) -> _SiliconeFitResult:
     """Modulus and hyperelastic fit of the enclosure's silicone from ASTM D412 curves.
 
     `start` and `end` bound the strain of the initial slope, `fit_to` is the greatest strain that is
@@ -1005,17 +1634,17 @@ def sleeve(
 def stick_slip(
     brake: str | _Path | _BrakeFile | _Brake,
     *,
-    vacuum: float | str,
-    speed: float | str,
-    mass: float | str | None = ...,
-    mount_stiffness: float | str | None = ...,
-    damping: float | str = ...,
-    stribeck_speed: float | str = ...,
-    static: float | str | None = ...,
-    slip: float | str = ...,
-    travel: float | str | None = ...,
-    atmosphere: float | str | None = ...,
-) -> _StickSlip:
+    vacuum: float | str | _HasUnit,
+    speed: float | str | _HasUnit,
+    mass: float | str | _HasUnit | None = ...,
+    mount_stiffness: float | str | _HasUnit | None = ...,
+    damping: float | str | _HasUnit = ...,
+    stribeck_speed: float | str | _HasUnit = ...,
+    static: float | str | _HasUnit | None = ...,
+    slip: float | str | _HasUnit = ...,
+    travel: float | str | _HasUnit | None = ...,
+    atmosphere: float | str | _HasUnit | None = ...,
+) -> _StickSlipResult:
     """Pull a brake at one speed and see whether it sticks and slips, and what would stop it.
 
     It starts from rest at `slip`. Amplitude and forces are those of the last slip of the run.
@@ -1032,7 +1661,7 @@ def sweep(
     block: int | None = ...,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     progress: _Callable[[str, float], None] | None = ...,
-) -> _DesignSweep:
+) -> _DesignSweepResult:
     """Compute every design of a specification, in blocks on disk.
 
     The folder is new, empty or that of the same sweep, which then goes on: `blocks_found` of its
@@ -1045,23 +1674,23 @@ def sweep(
 def tensile(
     brake: str | _Path | _BrakeFile | _Brake,
     *,
-    vacuum: float | str | None = ...,
-    speed: float | str | None = ...,
-    travel: float | str | None = ...,
+    vacuum: float | str | _HasUnit | None = ...,
+    speed: float | str | _HasUnit | None = ...,
+    travel: float | str | _HasUnit | None = ...,
     procedure: str | _Procedure | None = ...,
     model: Literal["lumped", "stack"] = ...,
     static: bool = ...,
     one_by_one: bool = ...,
     interfaces: _Interfaces | None = ...,
     housing: _Housing | None = ...,
-    scatter: float | str | None = ...,
-    samples: int | str | None = ...,
-    seed: int | str | None = ...,
-    vacuum_share: float | str | None = ...,
-    leak_time: float | str | None = ...,
+    scatter: float | str | _HasUnit | None = ...,
+    samples: int | str | _HasUnit | None = ...,
+    seed: int | str | _HasUnit | None = ...,
+    vacuum_share: float | str | _HasUnit | None = ...,
+    leak_time: float | str | _HasUnit | None = ...,
     progress: _Callable[[str, float], None] | None = ...,
-    atmosphere: float | str | None = ...,
-) -> _Tensile:
+    atmosphere: float | str | _HasUnit | None = ...,
+) -> _TensileResult:
     """Pull a brake in a simulated test machine.
 
     Either vacuum, speed and travel (elongation of the crosshead), or a procedure. Only for the
@@ -1078,14 +1707,14 @@ def tensile(
 def tune(
     brake: str | _Path | _BrakeFile | _Brake,
     *,
-    mass: float | str,
-    travel: float | str,
-    speed: float | str | None = ...,
-    height: float | str | None = ...,
-    rope_stiffness: float | str | None = ...,
+    mass: float | str | _HasUnit,
+    travel: float | str | _HasUnit,
+    speed: float | str | _HasUnit | None = ...,
+    height: float | str | _HasUnit | None = ...,
+    rope_stiffness: float | str | _HasUnit | None = ...,
     horizontal: bool = ...,
-    atmosphere: float | str | None = ...,
-) -> _TunedVacuum:
+    atmosphere: float | str | _HasUnit | None = ...,
+) -> _TunedVacuumResult:
     """Vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
 
     The mass arrives with `speed` or falls from `height`. Where there is no such vacuum, `reason`
@@ -1096,11 +1725,11 @@ def tune(
 def rise(
     line: str | _Path | _LineFile | _Line,
     *,
-    target: float | str,
+    target: float | str | _HasUnit,
     fluid: Literal["air", "water"] = ...,
-    atmosphere: float | str | None = ...,
+    atmosphere: float | str | _HasUnit | None = ...,
     progress: _Callable[[str, float], None] | None = ...,
-) -> _VacuumRise:
+) -> _VacuumRiseResult:
     """How fast a line brings a vacuum, and how fast it lets go of it.
 
     The pump runs full on until the target is reached. `rise_time` is None, `feasible` False and
@@ -1115,13 +1744,13 @@ def validate(
     brake: str | _Path | _BrakeFile | _Brake,
     files: _Sequence[str | _Path | _Trace | _DataFrame] | str | _Path | _Trace | _DataFrame,
     *,
-    vacuum: float | str | None = ...,
-    atmosphere: float | str | None = ...,
+    vacuum: float | str | _HasUnit | None = ...,
+    atmosphere: float | str | _HasUnit | None = ...,
     left_out: _LeftOut = ...,
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     options: _FileOptions = ...,
     progress: _Callable[[str, float], None] | None = ...,
-) -> _ModelErrors:
+) -> _ModelErrorsResult:
     """How far the brake's model lies from measured pulls.
 
     `files` are paths or traces, several or one. identify.validation.metrics says over which window.
@@ -1149,7 +1778,7 @@ def apply(
     names: bool = ...,
     overwrite: bool = ...,
     progress: _Callable[[str, float], None] | None = ...,
-) -> _MachineResult:
+) -> _MachineResultResult:
     """Check a machine of the paper's Fig. 13 against its limits.
 
     It is a seat belt, neck guard, ankle clutch or rehabilitation orthosis with its loads and
@@ -1159,3 +1788,7 @@ def apply(
     machine's own keys; `units` the unit of each. Raises FileError for an invalid file,
     QuantityError for values out of bounds.
     """
+
+design = design_brake
+lab = write_campaign
+report = write_report

@@ -7,9 +7,42 @@ import math
 import re
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from layerjam.errors import QuantityError
+
+T = TypeVar("T")
+
+
+class HasUnit(Protocol):
+    """A quantity object of pint."""
+
+    @property
+    def magnitude(self) -> Any:
+        """Number or array."""
+
+    @property
+    def units(self) -> Any:
+        """Unit of the number."""
+
+
+class HasDtype(Protocol):
+    """An array: NumPy, JAX, astropy, pandas or xarray."""
+
+    @property
+    def dtype(self) -> Any:
+        """Type of the elements."""
+
+
+class Quantity(Generic[T]):
+    """Type of a field of a record: its constructor takes text and objects with units, too."""
+
+    if TYPE_CHECKING:
+
+        def __get__(self, instance: object, owner: object) -> T: ...
+
+        def __set__(self, instance: object, value: T | str | HasUnit | HasDtype) -> None: ...
+
 
 _UNIT = re.compile(r"[A-Za-zµ°%\"'/*^·²³⁻¹\s()0-9-]{1,40}")
 

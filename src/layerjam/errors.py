@@ -132,6 +132,12 @@ def explain_arguments(cls: type[T]) -> type[T]:
     return cls
 
 
+class NotKnownError(LayerjamError, ValueError):
+    """A number that is not known, or a result that is infeasible, from which one was required."""
+
+    key = "not-known"
+
+
 class PrecisionError(LayerjamError):
     """A law was called while JAX works in single precision."""
 

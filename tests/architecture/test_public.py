@@ -16,7 +16,9 @@ def test_every_public_name_can_be_had() -> None:
     assert len(layerjam.__all__) == len(set(layerjam.__all__)) > 40
     for name in layerjam.__all__:
         assert getattr(layerjam, name) is not None
-    assert dir(layerjam) == sorted(layerjam.__all__)
+    listed = dir(layerjam)
+    assert {*layerjam.__all__, "design", "lab", "report", "brake_force", "peak"} <= {*listed}
+    assert listed == sorted(set(listed)) and all(getattr(layerjam, n) is not None for n in listed)
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
         _ = layerjam.nonsense
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ast
+import json
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -11,10 +13,13 @@ from pathlib import Path
 
 import pytest
 
+import layerjam
+
 ROOT = Path(__file__).parents[2]
 BIN = Path(sys.executable).parent
 LARGEST = 450
 SCREEN = 70
+USER = Path(__file__).with_name("typed_user.py")
 SCRIPT = """
 import layerjam as lj
 
@@ -32,9 +37,9 @@ lj.drop("choi2018-kapton", weight="1 kg")
 stop.peak_farce
 """
 REVEALED = (
-    "layerjam.commands.impact.Stop",
+    "layerjam._StopResult",
     "float | None",
-    "float",
+    "Any",
     "float",
     "layerjam.device.file.BrakeFile",
     "Sequence[str]",
@@ -153,7 +158,7 @@ def test_the_tree_and_a_users_script_are_typed(tmp_path: Path) -> None:
     assert (ROOT / "src" / "layerjam" / "py.typed").is_file()
     done = subprocess.run(
         [str(BIN / "mypy"), "--cache-dir", str(ROOT / ".mypy_cache"),
-         "src/layerjam", str(tmp_path / "script.py")],
+         "src/layerjam", str(USER), str(tmp_path / "script.py")],
         cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
     lines = done.stdout.splitlines()
@@ -167,6 +172,30 @@ def test_the_tree_and_a_users_script_are_typed(tmp_path: Path) -> None:
     of_tree = [line for line in lines[:-1] if line not in of_script]
     assert of_tree == [], done.stdout[-3000:]
     assert lines[-1].startswith(f"Found {len(WRONG)} errors in 1 file"), lines[-1]
+
+
+def test_the_users_code_names_everything() -> None:
+    """Names of an attribute of `lj` in the code that both type checkers read."""
+    used = {
+        node.attr
+        for node in ast.walk(ast.parse(USER.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "lj"
+    }
+    assert set(dir(layerjam)) - used == {"__version__"}
+
+
+@pytest.mark.slow
+def test_pyright_reads_the_users_code(tmp_path: Path) -> None:
+    """In its strict mode; `make lint` does not install pyright, for it is a program of Node."""
+    pyright = shutil.which("pyright")
+    if pyright is None:
+        pytest.skip("pyright is not installed: pip install pyright")
+    settings = {"extraPaths": [str(ROOT / "src")], "typeCheckingMode": "strict"}
+    settings |= {"venvPath": str(BIN.parents[1]), "venv": BIN.parent.name}
+    (tmp_path / "pyrightconfig.json").write_text(json.dumps(settings), encoding="utf-8")
+    shutil.copy(USER, tmp_path)
+    done = subprocess.run([pyright], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and "0 errors" in done.stdout, done.stdout[-3000:] + done.stderr
 
 
 def test_warnings_are_errors_for_every_test() -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transform
 
 from layerjam.commands.arguments import check_kind
+from layerjam.commands.known import Known
 from layerjam.commands.lookup import prefixed, value_of
 from layerjam.commands.wording import in_words, printable, superscripts, wrapped
 from layerjam.device.load import takes_force, write_whole
@@ -92,6 +93,14 @@ class Result:
                     given["checks"] = plain(one.checks)
                 given["warnings"] = [*given.get("warnings", ()), *one.notices()]
         return cls(**given)
+
+    def require(self) -> Self:
+        """Return the same result for numbers that can be relied on: none of them is None.
+
+        Raises NotKnownError with the reason if the result is infeasible, and if a number is read
+        that is not known.
+        """
+        return Known(self)  # type: ignore[return-value]
 
     @property
     def values(self) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from math import atan, pi
 from typing import Any, Protocol
 
+from layerjam.conversion import Quantity
 from layerjam.device.enclosure import Enclosure
 from layerjam.device.fan import check_exponent_of_fan
 from layerjam.device.hyperelastic import Hyperelastic, validate_hyperelastic
@@ -32,30 +33,32 @@ class Brake:
     film: Film = nested(Film)
     enclosure: Enclosure = nested(Enclosure)
     mount: Mount = nested(Mount)
-    fittings_mass: float = quantity("kg", "mass of caps, screws, ties and tube fittings", hi=100)
-    weighed_mass: float | None = quantity(
+    fittings_mass: Quantity[float] = quantity(
+        "kg", "mass of caps, screws, ties and tube fittings", hi=100
+    )
+    weighed_mass: Quantity[float | None] = quantity(
         "kg", "mass of the whole brake from a balance", lo=1e-6, hi=1000, default=None
     )
-    scale_factor: float = quantity(
+    scale_factor: Quantity[float] = quantity(
         "1", "calibration factor on the sheets' friction", lo=1e-3, hi=100, symbol="a", default=1.0
     )
-    amplification_held: float | None = quantity(
+    amplification_held: Quantity[float | None] = quantity(
         "1",
         "self-amplification that the scale factor already holds, of the brake it was fitted on",
         lo=1,
         hi=1000,
         default=None,
     )
-    stiffness_measured: float | None = quantity(
+    stiffness_measured: Quantity[float | None] = quantity(
         "N/m", "measured stiffness of brake and rig", lo=100, hi=1e9, symbol="k", default=None
     )
-    pressure_exponent: float | None = quantity(
+    pressure_exponent: Quantity[float | None] = quantity(
         "1", "exponent of the friction over pressure", lo=-0.9, hi=2, symbol="m", default=None
     )
-    test_pressure: float | None = quantity(
+    test_pressure: Quantity[float | None] = quantity(
         "Pa", "contact pressure of the friction test", lo=1, hi=1e7, symbol="P_test", default=None
     )
-    lowest_pressure: float | None = quantity(
+    lowest_pressure: Quantity[float | None] = quantity(
         "Pa",
         "lowest contact pressure at which the exponent was measured; below it friction keeps its "
         "coefficient (sheets that fan out only)",
@@ -65,7 +68,7 @@ class Brake:
     )
     speed_law: SpeedLaw | None = nested(SpeedLaw, default=None)
     hyperelastic: Hyperelastic | None = nested(Hyperelastic, default=None)
-    vacuum_share: float | None = quantity(
+    vacuum_share: Quantity[float | None] = quantity(
         "1",
         "share of the gauge's vacuum that presses the sheets on average; all of it if not given",
         lo=0.01,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from layerjam.conversion import Quantity
 from layerjam.units import quantity, record
 
 FORCE_UNCERTAINTY = 0.3
@@ -17,12 +18,14 @@ product, which gives 0.27, rounded up.
 class Enclosure:
     """Enclosure of the stack; two of its faces carry load (paper, section II-B)."""
 
-    wall: float = quantity("m", "wall thickness of the enclosure", lo=1e-5, hi=0.05, symbol="w_e")
-    modulus: float = quantity(
+    wall: Quantity[float] = quantity(
+        "m", "wall thickness of the enclosure", lo=1e-5, hi=0.05, symbol="w_e"
+    )
+    modulus: Quantity[float] = quantity(
         "Pa", "modulus of the enclosure at 100 % stretch", lo=1e3, hi=1e9, symbol="E_e"
     )
-    density: float = quantity("kg/m^3", "density of the enclosure", lo=100, hi=5000)
-    force_uncertainty: float | None = quantity(
+    density: Quantity[float] = quantity("kg/m^3", "density of the enclosure", lo=100, hi=5000)
+    force_uncertainty: Quantity[float | None] = quantity(
         "1",
         "standard uncertainty of the enclosure's force, over its value; 30 % if not stated",
         hi=2,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from layerjam.conversion import Quantity
 from layerjam.errors import QuantityError
 from layerjam.units import quantity, record
 
@@ -22,30 +23,34 @@ class Hyperelastic:
     W_max))/r (1999, Proc. R. Soc. Lond. A 455, 2861).
     """
 
-    strain: float = quantity(
+    strain: Quantity[float] = quantity(
         "1", "greatest strain that was fitted; the law is not used beyond", lo=1e-3, hi=30
     )
-    c10: float | None = quantity(
+    c10: Quantity[float | None] = quantity(
         "Pa", "coefficient of I1 - 3", lo=-_LIMIT, hi=_LIMIT, symbol="C10", default=None
     )
-    c01: float | None = quantity(
+    c01: Quantity[float | None] = quantity(
         "Pa", "coefficient of I2 - 3", lo=-_LIMIT, hi=_LIMIT, symbol="C01", default=None
     )
-    c20: float | None = quantity(
+    c20: Quantity[float | None] = quantity(
         "Pa", "coefficient of (I1 - 3)^2", lo=-_LIMIT, hi=_LIMIT, symbol="C20", default=None
     )
-    c30: float | None = quantity(
+    c30: Quantity[float | None] = quantity(
         "Pa", "coefficient of (I1 - 3)^3", lo=-_LIMIT, hi=_LIMIT, symbol="C30", default=None
     )
-    mu1: float | None = quantity(
+    mu1: Quantity[float | None] = quantity(
         "Pa", "stress of the first Ogden term", lo=-_LIMIT, hi=_LIMIT, default=None
     )
-    alpha1: float | None = quantity("1", "its exponent", lo=-_STEEPEST, hi=_STEEPEST, default=None)
-    mu2: float | None = quantity(
+    alpha1: Quantity[float | None] = quantity(
+        "1", "its exponent", lo=-_STEEPEST, hi=_STEEPEST, default=None
+    )
+    mu2: Quantity[float | None] = quantity(
         "Pa", "stress of the second Ogden term", lo=-_LIMIT, hi=_LIMIT, default=None
     )
-    alpha2: float | None = quantity("1", "its exponent", lo=-_STEEPEST, hi=_STEEPEST, default=None)
-    softening_r: float | None = quantity(
+    alpha2: Quantity[float | None] = quantity(
+        "1", "its exponent", lo=-_STEEPEST, hi=_STEEPEST, default=None
+    )
+    softening_r: Quantity[float | None] = quantity(
         "1",
         "softening after the first loading: 1/r is the most that the stress loses",
         lo=1.001,
@@ -53,10 +58,10 @@ class Hyperelastic:
         symbol="r",
         default=None,
     )
-    softening_m: float | None = quantity(
+    softening_m: Quantity[float | None] = quantity(
         "Pa", "energy a volume by which the stress has softened", lo=1, hi=_LIMIT, default=None
     )
-    softening_beta: float | None = quantity(
+    softening_beta: Quantity[float | None] = quantity(
         "1", "share of the greatest energy so far that is added to m", hi=100, default=None
     )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from layerjam.conversion import Quantity
 from layerjam.units import flag, quantity, record
 
 WIDTH_OF_A_SCREW = 20e-3
@@ -14,9 +15,11 @@ WIDTH_OF_A_SCREW = 20e-3
 class Mount:
     """Clamp of the sheets in the caps."""
 
-    clamped_length: float = quantity("m", "length of a sheet inside the cap", lo=0, hi=1)
-    screw_hole: float = quantity("m", "diameter of the screw's hole through the sheets", hi=0.1)
-    screws: int | None = quantity(
+    clamped_length: Quantity[float] = quantity("m", "length of a sheet inside the cap", lo=0, hi=1)
+    screw_hole: Quantity[float] = quantity(
+        "m", "diameter of the screw's hole through the sheets", hi=0.1
+    )
+    screws: Quantity[int | None] = quantity(
         "1",
         "screws in each cap, side by side (one for every 20 mm of width if not given)",
         lo=1,
@@ -41,23 +44,23 @@ class Mount:
 class Rope:
     """The rope between a falling mass and the brake; it only pulls (paper, section III-E)."""
 
-    stiffness: float = quantity(
+    stiffness: Quantity[float] = quantity(
         "N/m",
         "stiffness of the rope of the paper's drop test; commands take --rope-stiffness",
         lo=1,
         hi=1e9,
         symbol="k_r",
     )
-    damping: float = quantity("N s/m", "damping of the rope", hi=1e6, default=0.0)
+    damping: Quantity[float] = quantity("N s/m", "damping of the rope", hi=1e6, default=0.0)
 
 
 @record
 class Site:
     """Surroundings of the brake."""
 
-    atmosphere: float = quantity(
+    atmosphere: Quantity[float] = quantity(
         "Pa", "atmospheric pressure at the site", lo=1e4, hi=1.2e5, symbol="p_atm", default=101325.0
     )
-    gravity: float = quantity(
+    gravity: Quantity[float] = quantity(
         "m/s^2", "gravity at the site", lo=0, hi=100, symbol="g", default=9.80665
     )

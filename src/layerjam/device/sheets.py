@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from layerjam.conversion import Quantity
 from layerjam.units import quantity, record
 
 
@@ -9,50 +10,58 @@ from layerjam.units import quantity, record
 class Sheets:
     """Geometry of the stack (paper, section II-A)."""
 
-    count: int = quantity(
+    count: Quantity[int] = quantity(
         "1", "number of interleaved sheets, both sides", lo=2, hi=10000, symbol="n", whole=True
     )
-    width: float = quantity("m", "sheet width", lo=1e-3, hi=0.5, symbol="W")
-    thickness: float = quantity("m", "thickness of one sheet", lo=1e-6, hi=0.01, symbol="t")
-    length: float = quantity("m", "full length of one sheet, clamped part included", lo=1e-3, hi=5)
-    overlap: float = quantity("m", "overlap at rest", lo=1e-3, hi=5, symbol="L2")
-    free_left: float = quantity(
+    width: Quantity[float] = quantity("m", "sheet width", lo=1e-3, hi=0.5, symbol="W")
+    thickness: Quantity[float] = quantity(
+        "m", "thickness of one sheet", lo=1e-6, hi=0.01, symbol="t"
+    )
+    length: Quantity[float] = quantity(
+        "m", "full length of one sheet, clamped part included", lo=1e-3, hi=5
+    )
+    overlap: Quantity[float] = quantity("m", "overlap at rest", lo=1e-3, hi=5, symbol="L2")
+    free_left: Quantity[float] = quantity(
         "m", "length of the left sheets between cap and overlap", lo=1e-4, hi=5, symbol="L1"
     )
-    free_right: float = quantity(
+    free_right: Quantity[float] = quantity(
         "m", "length of the right sheets between cap and overlap", lo=1e-4, hi=5, symbol="L3"
     )
-    usable_travel: float = quantity("m", "slip the brake may be used to", lo=1e-4, hi=5)
+    usable_travel: Quantity[float] = quantity("m", "slip the brake may be used to", lo=1e-4, hi=5)
 
 
 @record
 class Film:
     """The sheets' material and its friction against itself and against the enclosure."""
 
-    modulus: float = quantity("Pa", "tensile modulus of the film", lo=1e6, hi=1e12, symbol="E")
-    density: float = quantity("kg/m^3", "density of the film", lo=100, hi=25000, symbol="rho")
-    static: float = quantity(
+    modulus: Quantity[float] = quantity(
+        "Pa", "tensile modulus of the film", lo=1e6, hi=1e12, symbol="E"
+    )
+    density: Quantity[float] = quantity(
+        "kg/m^3", "density of the film", lo=100, hi=25000, symbol="rho"
+    )
+    static: Quantity[float] = quantity(
         "1", "static friction of the film on itself", lo=1e-4, hi=5, symbol="mu_s"
     )
-    kinetic: float = quantity(
+    kinetic: Quantity[float] = quantity(
         "1", "kinetic friction of the film on itself", lo=1e-4, hi=5, symbol="mu_k"
     )
-    friction_on_silicone: float = quantity(
+    friction_on_silicone: Quantity[float] = quantity(
         "1", "friction of the film on the enclosure", lo=1e-4, hi=5, symbol="mu_e"
     )
-    ageing: float | None = quantity(
+    ageing: Quantity[float | None] = quantity(
         "1", "growth of static friction for ten times the hold", lo=-1, hi=1, default=None
     )
-    static_hold: float | None = quantity(
+    static_hold: Quantity[float | None] = quantity(
         "s",
         "hold under load after which static friction is film.static",
         lo=1e-3,
         hi=1e8,
         default=None,
     )
-    strength: float | None = quantity(
+    strength: Quantity[float | None] = quantity(
         "Pa", "stress the film bears without lasting stretch", lo=1e5, hi=1e11, default=None
     )
-    specific_heat: float | None = quantity(
+    specific_heat: Quantity[float | None] = quantity(
         "J/(kg K)", "specific heat of the film", lo=50, hi=10000, default=None
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from layerjam.conversion import Quantity
 from layerjam.units import quantity, record
 
 
@@ -13,15 +14,15 @@ class SpeedLaw:
     film's kinetic friction and the scale factor are those at `test_speed`.
     """
 
-    power: float = quantity(
+    power: Quantity[float] = quantity(
         "1", "power of the sliding speed in the friction", lo=0, hi=1, symbol="n"
     )
-    test_speed: float = quantity(
+    test_speed: Quantity[float] = quantity(
         "m/s", "sliding speed at which the friction was measured", hi=100, symbol="v_test"
     )
-    rest_speed: float = quantity(
+    rest_speed: Quantity[float] = quantity(
         "m/s", "speed far below which friction no longer changes", lo=1e-7, hi=10, symbol="v_0"
     )
-    fastest: float | None = quantity(
+    fastest: Quantity[float | None] = quantity(
         "m/s", "fastest sliding speed of the measurement", lo=1e-7, hi=1000, default=None
     )

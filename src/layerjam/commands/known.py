@@ -1,0 +1,37 @@
+"""A result whose numbers can be relied on to be there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from layerjam.errors import NotKnownError
+
+
+class Known:
+    """A feasible result; reading a value of it that is not known raises NotKnownError."""
+
+    def __init__(self, answer: Any) -> None:
+        """Wrap a result; raises NotKnownError if it is infeasible, or an element of it is."""
+        feasible = getattr(answer, "feasible", True)
+        if not getattr(feasible, "all", lambda: feasible)():
+            raise NotKnownError(getattr(answer, "reason", None) or "the result is infeasible")
+        self.__dict__["answer"] = answer
+
+    @property  # type: ignore[misc]
+    def __class__(self) -> type:
+        return type(self.__dict__["answer"])
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        answer = self.__dict__["answer"]
+        value = getattr(answer, name)
+        if value is None and any(f.name == name for f in answer.keys()):  # noqa: SIM118
+            raise NotKnownError(f"{name.replace('_', ' ')}: it is not known for this case")
+        return value
+
+    def __repr__(self) -> str:
+        return repr(self.__dict__["answer"])
+
+    def __reduce__(self) -> tuple[type[Known], tuple[Any]]:
+        return Known, (self.__dict__["answer"],)
