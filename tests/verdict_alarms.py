@@ -273,7 +273,7 @@ STUDIES = (
         {"opened": "a valve opens in the log", "short": "an eighth of a time constant"},
     ),
     Study(
-        "sleeve",
+        "enclosure",
         specimens,
         {"newtons": "N read as lbf in one", "area": "area 3.3 times too large in all"},
     ),

@@ -20,6 +20,7 @@ from layerjam._version import __version__ as __version__
 _FORMER = {
     "layerjam.commands.design": "brake_of",
     "layerjam.commands.lab": "lab_example",
+    "layerjam.commands.sleeve": "sleeve:enclosure",
     "layerjam.commands.stick_slip": "judder",
     "layerjam.design.antagonist": "neutral_stiffness pair",
     "layerjam.design.arrays": "Array Member grid in_parallel in_series single totals",
@@ -38,7 +39,7 @@ _FORMER = {
     "layerjam.simulate.stack_layout": "stack_of",
     "layerjam.simulate.stack_spread": "Spread peak_spread",
     "layerjam.simulate.stick_slip": "JudderRecord:StickSlipRecord amplitude_map",
-    "layerjam.studies.machines.apply": "machines",
+    "layerjam.studies.machines.apply": "apply:scenario machines",
 }
 """Former names of the package, {module: names, `old:new` if renamed}; they still work."""
 _FOLDERS = {"design": "design_brake", "lab": "write_campaign", "report": "write_report"}

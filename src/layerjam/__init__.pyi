@@ -1606,7 +1606,7 @@ class Warmth(_Warmth):
         film_coefficient: float | str | _HasUnit | None = ...,
     ) -> None: ...
 
-def sleeve(
+def enclosure(
     files: _Sequence[str | _Path] | str | _Path,
     *,
     area: float | str | _HasUnit | None = ...,
@@ -1771,7 +1771,7 @@ def reproduce(
     `overwrite` is not set, or the folder cannot be created.
     """
 
-def apply(
+def scenario(
     scenario: str | _Path | None = ...,
     *,
     out: str | _Path | None = ...,

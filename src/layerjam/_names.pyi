@@ -61,7 +61,7 @@ from layerjam.commands.sensor import Sensing as Sensing
 from layerjam.commands.sensor import Warmth as Warmth
 from layerjam.commands.sensor import heating as heating
 from layerjam.commands.sensor import reading as reading
-from layerjam.commands.sleeve import sleeve as sleeve
+from layerjam.commands.sleeve import enclosure as enclosure
 from layerjam.commands.stick_slip import stick_slip as stick_slip
 from layerjam.commands.sweep import sweep as sweep
 from layerjam.commands.tensile import tensile as tensile
@@ -103,6 +103,6 @@ from layerjam.simulate.stack_layout import Housing as Housing
 from layerjam.simulate.stack_layout import Interfaces as Interfaces
 from layerjam.simulate.vacuum_history import History as History
 from layerjam.studies.choi2018.reproduce import reproduce as reproduce
-from layerjam.studies.machines.apply import apply as apply
+from layerjam.studies.machines.apply import scenario as scenario
 
 __all__ = ["design_brake", "example_campaign", "write_campaign", "write_report"]

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import layerjam as lj
 from layerjam.cli.main import MOST_USED, main
 from layerjam.commands.index import commands, load
 
@@ -39,6 +40,19 @@ def test_the_whole_list_and_one_command(capsys: pytest.CaptureFixture[str]) -> N
     assert "bench run" in capsys.readouterr().out
     assert main(["help", "forse"]) == 2
     assert "did you mean force" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("old", "name"), [("sleeve", "enclosure"), ("apply", "scenario"), ("judder", "stick-slip")]
+)
+def test_former_names_of_commands(old: str, name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert getattr(lj, old) is getattr(lj, name.replace("-", "_"))
+    assert main([old, "--help"]) == 0
+    shown = capsys.readouterr()
+    assert shown.err == f"layerjam: {old} is now called {name}\n" and "Usage:" in shown.out
+    assert main(["help", "all"]) == 0
+    out = capsys.readouterr().out
+    assert f"  {name} " in out and f"  {old} " not in out
 
 
 def test_python_runs_the_package_as_a_module() -> None:

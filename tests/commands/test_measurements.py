@@ -1,4 +1,4 @@
-"""`sleeve`, `leak`, `pump-down` and `crash` as a user asks for them, in Python and typed."""
+"""`enclosure`, `leak`, `pump-down` and `crash` as a user asks for them, in Python and typed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from layerjam.commands.predict import force as brake_force
 from layerjam.commands.predict import show
 from layerjam.commands.pressure_log import temperature_of
 from layerjam.commands.pump_down import pump_down
-from layerjam.commands.sleeve import sleeve
+from layerjam.commands.sleeve import enclosure
 from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError, QuantityError
 from layerjam.identify.logs.leak import pressure as leaked
@@ -78,7 +78,7 @@ def impact(tmp_path, name="drop.csv", unit="g"):
 
 def test_the_sleeve_of_repeats(tmp_path):
     files = [curve(tmp_path / f"{k}.csv", 30e3 + 500 * k, k) for k in range(3)]
-    found = sleeve(files, material="ecoflex-00-30")
+    found = enclosure(files, material="ecoflex-00-30")
     assert found.modulus_100 == pytest.approx(2 * 30.5e3 * 1.75, rel=0.01)
     assert found.modulus_100_sd == pytest.approx(500 * 3.5, rel=0.2)
     assert found.model == "neo-hookean"
@@ -89,28 +89,28 @@ def test_the_sleeve_of_repeats(tmp_path):
 
 def test_fewer_strains_fit_another_range(tmp_path):
     path = curve(tmp_path / "a.csv")
-    assert sleeve([path]).strain_range[1] == pytest.approx(3.0)
-    assert sleeve([path], fit_to="150 %").strain_range[1] == pytest.approx(1.5, rel=0.01)
+    assert enclosure([path]).strain_range[1] == pytest.approx(3.0)
+    assert enclosure([path], fit_to="150 %").strain_range[1] == pytest.approx(1.5, rel=0.01)
     with pytest.raises(LayerjamError, match="20 are needed"):
-        sleeve([path], fit_to="5 %")
+        enclosure([path], fit_to="5 %")
 
 
 def test_the_modulus_goes_into_a_brake(tmp_path):
     out = tmp_path / "mine.toml"
-    found = sleeve([curve(tmp_path / "a.csv")], brake="choi2018-kapton", out=out)
+    found = enclosure([curve(tmp_path / "a.csv")], brake="choi2018-kapton", out=out)
     made = load(out)
     assert made.brake.enclosure.modulus == found.modulus_100
     assert made.sources["enclosure.modulus"].kind == "measured"
     assert "a.csv (SHA-256 " in made.sources["enclosure.modulus"].text
     assert any("calibrate" in w for w in found.warnings)
     with pytest.raises(FileError, match="exists"):
-        sleeve([tmp_path / "a.csv"], brake="choi2018-kapton", out=out)
+        enclosure([tmp_path / "a.csv"], brake="choi2018-kapton", out=out)
 
 
 def test_the_model_goes_into_a_brake_where_it_is_asked_for(tmp_path):
     path = curve(tmp_path / "a.csv")
     once, twice = tmp_path / "once.toml", tmp_path / "twice.toml"
-    found = sleeve([path], brake="choi2018-kapton", out=once, hyperelastic=True)
+    found = enclosure([path], brake="choi2018-kapton", out=once, hyperelastic=True)
     law = load(once).brake.hyperelastic
     strain = np.linspace(0, law.strain, 30)
     due = hyperelastic.stress(found.model, found.parameters, strain)
@@ -123,14 +123,14 @@ def test_the_model_goes_into_a_brake_where_it_is_asked_for(tmp_path):
     assert other.enclosure_force != pytest.approx(one.enclosure_force, rel=1e-3)
     # another test replaces the whole law, and does not leave it beside a new modulus
     with pytest.raises(QuantityError, match="--hyperelastic"):
-        sleeve([path], brake=once, out=twice)
-    again = sleeve([path], brake=once, out=twice, hyperelastic=True, fit_to="150 %")
+        enclosure([path], brake=once, out=twice)
+    again = enclosure([path], brake=once, out=twice, hyperelastic=True, fit_to="150 %")
     new = load(twice).brake.hyperelastic
     assert new.strain == pytest.approx(1.5, rel=0.01)
     due = hyperelastic.stress(again.model, again.parameters, 1.0)
     assert float(rubber_stress(1.0, new)) == pytest.approx(float(due), rel=1e-6)
     with pytest.raises(QuantityError, match="give brake and out too"):
-        sleeve([path], hyperelastic=True)
+        enclosure([path], hyperelastic=True)
     with pytest.raises(QuantityError, match="hyperelastic.strain says was measured"):
         brake_force(twice, slip=0.06, vacuum=9e4)
     assert any(w.key == "one-modulus" for w in show(once).warnings)
@@ -140,19 +140,19 @@ def test_one_bad_file_is_named_and_the_brake_waits(tmp_path):
     good, bad = curve(tmp_path / "a.csv"), tmp_path / "b.csv"
     bad.write_text("nothing,here\n")
     out = tmp_path / "mine.toml"
-    found = sleeve([good, bad], brake="choi2018-kapton", out=out)
+    found = enclosure([good, bad], brake="choi2018-kapton", out=out)
     assert list(found.refused) == [str(bad)] and not out.exists()
-    found = sleeve([good, bad], brake="choi2018-kapton", out=out, partial=True)
+    found = enclosure([good, bad], brake="choi2018-kapton", out=out, partial=True)
     assert out.exists() and found.file == str(out)
     same = tmp_path / "again.csv"
     same.write_bytes(good.read_bytes())
-    assert "same measurement" in sleeve([good, same]).refused[str(same)]
+    assert "same measurement" in enclosure([good, same]).refused[str(same)]
 
 
 @pytest.mark.skipif(not (REAL / "silicone_tensile").is_dir(), reason="no real files here")
 def test_real_silicones_beside_their_data_sheets():
     files = sorted((REAL / "silicone_tensile").glob("*.csv"))
-    found = sleeve(files)
+    found = enclosure(files)
     assert found.modulus_100 is None and any("several materials" in w for w in found.warnings)
     off = {row["material"]: round(100 * row["difference"]) for row in found.files.values()}
     assert off == {
@@ -258,8 +258,9 @@ def test_a_crash_in_g_and_in_si(tmp_path):
 
 
 KEYS = {
-    "sleeve": "material specimens modulus_100 modulus_100_sd data_sheet difference initial_modulus "
-    "initial_modulus_sd modulus_300 strength strain_at_end model parameters why model_modulus "
+    "enclosure": "material specimens modulus_100 modulus_100_sd data_sheet difference "
+    "initial_modulus initial_modulus_sd modulus_300 strength strain_at_end model parameters why "
+    "model_modulus "
     "strain_range rmse error_at_100 stable models window files understood refused file",
     "leak": "model distinct rate rate_low rate_high time_constant time_constant_low "
     "time_constant_high conductance leak_rate leak_rate_low leak_rate_high leak_rate_sccm "
@@ -278,7 +279,7 @@ KEYS = {
 
 def files(tmp_path):
     return {
-        "sleeve": curve(tmp_path / "a.csv"), "leak": hold(tmp_path),
+        "enclosure": curve(tmp_path / "a.csv"), "leak": hold(tmp_path),
         "pump-down": emptied(tmp_path, "p.csv", 0.44), "crash": impact(tmp_path),
     }  # fmt: skip
 
@@ -318,11 +319,11 @@ def test_bad_files_are_refused_in_one_sentence(run, tmp_path, command, text, wor
 @pytest.mark.parametrize(
     ("command", "words", "says"),
     [
-        ("sleeve", ["--area", "18"], "has no unit"),
-        ("sleeve", ["--from", "30%", "--to", "10%"], "is not below"),
-        ("sleeve", ["--material", "ecoflex-30"], "did you mean"),
-        ("sleeve", ["--brake", "choi2018-kapton"], "give both"),
-        ("sleeve", ["--columns", "strain:mm,stress:MPa"], "not a unit of strain"),
+        ("enclosure", ["--area", "18"], "has no unit"),
+        ("enclosure", ["--from", "30%", "--to", "10%"], "is not below"),
+        ("enclosure", ["--material", "ecoflex-30"], "did you mean"),
+        ("enclosure", ["--brake", "choi2018-kapton"], "give both"),
+        ("enclosure", ["--columns", "strain:mm,stress:MPa"], "not a unit of strain"),
         ("leak", ["--volume", "3 mm"], "units of m^3"),
         ("leak", ["--volume", "0 mL"], "is not allowed"),
         ("leak", ["--temperature", "23"], "no temperature"),
@@ -347,5 +348,5 @@ def test_wrong_input_as_a_user_would_give_it(run, tmp_path, command, words, says
 def test_exit_3_where_some_files_are_refused(run, tmp_path):
     bad = tmp_path / "b.csv"
     bad.write_text("x\n")
-    code, out, _ = run("sleeve", curve(tmp_path / "a.csv"), bad)
+    code, out, _ = run("enclosure", curve(tmp_path / "a.csv"), bad)
     assert code == 3 and "refused:" in out

@@ -18,7 +18,7 @@ from layerjam.commands.friction import FrictionTest, friction
 from layerjam.commands.leak import leak
 from layerjam.commands.predict import force, show
 from layerjam.commands.results import Result
-from layerjam.commands.sleeve import sleeve
+from layerjam.commands.sleeve import enclosure
 from layerjam.commands.tensile import tensile
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
@@ -174,7 +174,7 @@ def table(path: Path, head: str, *columns: np.ndarray) -> Path:
 
 
 def logs(folder: Path, said: str) -> dict[str, Result]:
-    """`leak`, `crash` and `sleeve` of logs with this above their columns."""
+    """`leak`, `crash` and `enclosure` of logs with this above their columns."""
     t = np.arange(0, 200, 1.0)
     held = table(
         folder / "hold.csv",
@@ -192,7 +192,7 @@ def logs(folder: Path, said: str) -> dict[str, Result]:
     return {
         "leak": leak(held, volume="100 mL"),
         "crash": crash(hit),
-        "sleeve": sleeve(drawn, **options),
+        "enclosure": enclosure(drawn, **options),
     }
 
 

@@ -95,7 +95,7 @@ def test_one_specimen_in_another_unit_is_named_and_no_brake_is_written(
 ) -> None:
     paths = [specimen(tmp_path / f"s{n}.csv", f) for n, f in enumerate((1.0, 1.04, 0.97))]
     out = tmp_path / "brake.toml"
-    words = ["sleeve", *map(str, paths), "--material", "ecoflex-00-30"]
+    words = ["enclosure", *map(str, paths), "--material", "ecoflex-00-30"]
     words += ["--brake", "choi2018-kapton", "--out", str(out)]
     assert main([*words, "--json"]) == 0 and out.exists()
     assert json.loads(capsys.readouterr().out)["verdict"] == "passed"

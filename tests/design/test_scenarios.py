@@ -12,7 +12,7 @@ import pytest
 
 from layerjam.cli.main import main
 from layerjam.errors import FileError, QuantityError
-from layerjam.studies.machines.apply import apply
+from layerjam.studies.machines.apply import scenario
 from layerjam.studies.machines.registry import MACHINES, load_scenario, scenarios
 from layerjam.studies.machines.scenario import Curve, read_scenario
 from layerjam.studies.machines.verdict import Limit, deciding
@@ -100,7 +100,7 @@ def test_a_curve_is_numbers_and_a_unit() -> None:
 
 
 def test_the_command_answers_cannot_with_its_json(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["apply", "ankle-clutch", "--json"]) == 1
+    assert main(["scenario", "ankle-clutch", "--json"]) == 1
     answer = json.loads(capsys.readouterr().out)
     for key in (
         "machine", "feasible", "reason", "conclusion", "brakes_needed", "mass", "limits", "units",
@@ -109,15 +109,15 @@ def test_the_command_answers_cannot_with_its_json(capsys: pytest.CaptureFixture[
         assert key in answer
     assert answer["machine"] == "ankle-clutch" and answer["feasible"] is False
     assert set(answer["limits"][0]) >= {"name", "value", "limit", "unit", "met"}
-    assert main(["apply", "--list"]) == 0
+    assert main(["scenario", "--list"]) == 0
     assert capsys.readouterr().out.split() == scenarios()
-    assert main(["apply", "ancle-clutch"]) == 2
+    assert main(["scenario", "ancle-clutch"]) == 2
     assert "did you mean ankle-clutch" in capsys.readouterr().err
-    assert main(["apply"]) == 2
+    assert main(["scenario"]) == 2
 
 
 def test_the_page_stands_whole_with_its_pictures(tmp_path: Path) -> None:
-    answer = apply("ankle-clutch", out=tmp_path / "page")
+    answer = scenario("ankle-clutch", out=tmp_path / "page")
     page = (tmp_path / "page" / "report.html").read_text(encoding="utf-8")
     assert answer.page == str(tmp_path / "page" / "report.html")
     assert (
@@ -133,4 +133,4 @@ def test_the_page_stands_whole_with_its_pictures(tmp_path: Path) -> None:
     assert kept["brakes_needed"] == answer.brakes_needed
     assert len(list((tmp_path / "page" / "figures").iterdir())) == 2
     with pytest.raises(FileError, match="--overwrite"):
-        apply("ankle-clutch", out=tmp_path / "page")
+        scenario("ankle-clutch", out=tmp_path / "page")

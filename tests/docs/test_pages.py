@@ -31,7 +31,7 @@ MEASURED = Path("out/demo/measurements")
 INSTEAD = {
     "plan": "layerjam plan choi2018 choi2018-kapton --mass 1kg --speed 2.5m/s --warning 6s "
     "--travel 40mm --samples 1000",
-    "apply": "layerjam apply slow-stop",
+    "scenario": "layerjam scenario slow-stop",
     "export fmu": "layerjam export fmu choi2018-kapton --out kapton.fmu --sources-only",
     "demo": "layerjam demo --out shown",
     "publish": "layerjam publish campaign --brake choi2018-kapton --out campaign-dataset",

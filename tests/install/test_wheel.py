@@ -27,7 +27,7 @@ NEEDS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("figures", ("force", BRAKE, *AT, "--figure", "new.svg")),
     ("labelled", ("tensile", BRAKE, "--vacuum", "50kPa", "--speed", "1mm/s", "--travel", "4mm",
                   "--out", "new.nc")),
-    ("report", ("apply", "slow-stop", "--out", "new")),
+    ("report", ("scenario", "slow-stop", "--out", "new")),
     ("publish", ("publish", "campaign", "--brake", BRAKE, "--out", "new")),
     ("excel", ("pull", "book.xlsx")),
     ("bayes", ("calibrate", BRAKE, f"practice/{PULL}", "--depth", "bayesian")),

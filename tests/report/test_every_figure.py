@@ -239,7 +239,7 @@ def struck() -> Any:
 
 
 def specimens(tmp_path: Path, count: int) -> Any:
-    from layerjam.commands.sleeve import sleeve
+    from layerjam.commands.sleeve import enclosure
     from layerjam.identify.rubber import hyperelastic
 
     strain, files = np.linspace(0.01, 3, 300), []
@@ -248,7 +248,7 @@ def specimens(tmp_path: Path, count: int) -> Any:
         rows = (f"{e * 100:.4f};{s / 1e6:.8f}" for e, s in zip(strain, stress, strict=True))
         files.append(tmp_path / f"specimen-{number}.csv")
         files[-1].write_text("\n".join(["Strain (%);Stress (MPa)", *rows]), encoding="utf-8")
-    record = sleeve(files).record
+    record = enclosure(files).record
     return record, {path: 1.1e5 for path in record}
 
 

@@ -106,8 +106,7 @@ def test_a_run_says_what_was_done(
 
 def test_the_rise_is_that_of_the_line(recorded: Path) -> None:
     """Full pump into a constant volume: an exponential, by the line's own numbers."""
-    plant = behind(address_of(FAST + "&at=40kPa")).plant
-    run = read_run(recorded)
+    plant, run = behind(address_of(FAST + "&at=40kPa")).plant, read_run(recorded)
     full = run.columns["pump"] == 255
     time, vacuum = run.columns["time"][full], run.columns["vacuum"][full]
     pole, reach = plant.rate + plant.leak, plant.rate * plant.top / (plant.rate + plant.leak)

@@ -16,7 +16,7 @@ from layerjam.design.specification import examples
 from layerjam.device.load import load
 from layerjam.errors import FileError
 from layerjam.report.design_figures import seen_over
-from layerjam.studies.machines.apply import apply
+from layerjam.studies.machines.apply import scenario
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages import design_front as front
@@ -169,7 +169,7 @@ def test_pictures_hold_what_was_answered():
 
 
 def test_limits_of_a_machine_are_told():
-    answer = apply("slow-stop")
+    answer = scenario("slow-stop")
     said = limits_table(answer)
     assert said.count("<tr>") == 1 + len(answer.limits) and said.count(">met<") == len(
         answer.limits

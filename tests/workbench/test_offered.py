@@ -26,7 +26,7 @@ BEHIND = (
     ("design", {"part": "need"}, ("design",)),
     ("design", {"part": "arrays"}, ("array",)),
     ("design", {"part": "density"}, ("compare",)),
-    ("design", {"part": "machines"}, ("apply",)),
+    ("design", {"part": "machines"}, ("scenario",)),
 )
 """(page, what is set there, commands of which it then offers every input); other pages may use
 them as well."""
@@ -39,7 +39,7 @@ NAMED = {
     ("drop", "horizontal"): "the choice of the direction",
     ("tune", "horizontal"): "the choice of the direction",
     ("compare", "vacuum"): "the slider of the vacuum of ours",
-    ("apply", "names"): "the menu of the scenarios is it",
+    ("scenario", "names"): "the menu of the scenarios is it",
     ("friction", "brake"): "the brake on the desk",
     ("friction", "partial"): "always: what is refused is said beside its file",
     ("calibrate", "partial"): "always: what is refused is said beside its file",

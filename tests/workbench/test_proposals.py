@@ -159,10 +159,10 @@ EXPORTS = [  # file, what is said of it, clicks until it is used, or None: refus
     ("pneumatic_friction_leak/friction_Circle_1bar.csv", "Click the head", None),
     ("pneumatic_friction_leak/airchamber_Prusa.csv", "Click the head", None),
     ("pneumatic_friction_leak/airchamber_Aluminium.csv", "Click the head", None),
-    ("silicone_tensile/Dragon_Skin_30.csv", "layerjam sleeve", None),
-    ("silicone_tensile/Dragon_Skin_20.csv", "layerjam sleeve", None),
-    ("silicone_tensile/Ecoflex_00-10.csv", "layerjam sleeve", None),
-    ("silicone_tensile/Ecoflex_00-30.csv", "layerjam sleeve", None),
+    ("silicone_tensile/Dragon_Skin_30.csv", "layerjam enclosure", None),
+    ("silicone_tensile/Dragon_Skin_20.csv", "layerjam enclosure", None),
+    ("silicone_tensile/Ecoflex_00-10.csv", "layerjam enclosure", None),
+    ("silicone_tensile/Ecoflex_00-30.csv", "layerjam enclosure", None),
 ]  # fmt: skip
 
 

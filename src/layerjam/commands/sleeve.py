@@ -1,4 +1,4 @@
-"""`sleeve`: modulus and hyperelastic fit of the enclosure's silicone."""
+"""`enclosure`: modulus and hyperelastic fit of the enclosure's silicone."""
 
 from __future__ import annotations
 
@@ -107,10 +107,11 @@ class SiliconeFit(FromFiles, Judged):
 @command(
     "test",
     place=60,
-    examples=("layerjam sleeve silicone-*.csv --area 18mm^2 --gauge-length 33mm",),
+    examples=("layerjam enclosure silicone-*.csv --area 18mm^2 --gauge-length 33mm",),
+    old=("sleeve",),
     computes=False,
 )
-def sleeve(
+def enclosure(
     files: Annotated[
         Sequence[str | Path] | str | Path, Help("Exports of a test machine.", metavar="FILE...")
     ],

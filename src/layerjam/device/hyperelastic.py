@@ -73,7 +73,7 @@ NAMES: Mapping[str, Mapping[str, str]] = {
     "yeoh": {"C1": "c10", "C2": "c20", "C3": "c30"},
     "ogden-2": {"mu1": "mu1", "alpha1": "alpha1", "mu2": "mu2", "alpha2": "alpha2"},
 }
-"""Names of the parameters here, for each model that `sleeve` fits, from few to many."""
+"""Names of the parameters here, for each model that `enclosure` fits, from few to many."""
 _STEPS = 2000
 _SOFTENING = ("softening_r", "softening_m", "softening_beta")
 

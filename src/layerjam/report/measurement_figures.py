@@ -1,4 +1,4 @@
-"""Figures of `ageing`, `sleeve`, `leak`, `pump-down` and `crash`: what was measured and fitted."""
+"""Figures of `ageing`, `enclosure`, `leak`, `pump-down` and `crash`: measurement and fit."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ class Elsewhere:
 ELSEWHERE = MappingProxyType(
     {
         "silicone": Elsewhere(
-            "A tensile curve of the enclosure's silicone", "layerjam sleeve FILE"
+            "A tensile curve of the enclosure's silicone", "layerjam enclosure FILE"
         ),
         "pressure": Elsewhere(
             "A log of pressure over time", "layerjam leak FILE, or layerjam pump-down FILE"

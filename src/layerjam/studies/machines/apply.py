@@ -1,4 +1,4 @@
-"""`apply`: a machine with brakes, from a scenario file, and whether it can work."""
+"""`scenario`: a machine with brakes, from a scenario file, and whether it can work."""
 
 from __future__ import annotations
 
@@ -86,11 +86,12 @@ class MachineResult(Result):
     "design",
     place=30,
     examples=(
-        "layerjam apply seat-belt --out page",
-        "layerjam apply --list",
+        "layerjam scenario seat-belt --out page",
+        "layerjam scenario --list",
     ),
+    old=("apply",),
 )
-def apply(
+def scenario(
     scenario: Annotated[
         str | Path | None,
         Input("Name of a scenario, or path of its TOML file.", metavar="SCENARIO"),

@@ -126,7 +126,7 @@ class Machines(Part):
     @cached_property
     def choice(self) -> Choice:
         """The scenarios by name."""
-        titles = Call("apply", options={"names": True}).run().titles
+        titles = Call("scenario", options={"names": True}).run().titles
         names = {name: f"{name}: {title}" for name, title in titles.items()}
         return Choice("scenario", names, "seat-belt", help="What the brakes are built into")
 
@@ -142,13 +142,13 @@ class Machines(Part):
             self.results = ui.html("", sanitize=False).classes("w-full")
         hint(
             "Computed from a model of the scenario's own brakes; nothing here was measured. A "
-            "scenario of your own: layerjam apply FILE.toml."
+            "scenario of your own: layerjam scenario FILE.toml."
         )
         self.notes = Notes()
 
     def calls(self) -> Sequence[Call]:
         """The chosen machine."""
-        return [Call("apply", (Subject(self.word(self.choice)),))]
+        return [Call("scenario", (Subject(self.word(self.choice)),))]
 
     def compute(self) -> Shown:
         """The result and its drawings; each machine once a tab."""
