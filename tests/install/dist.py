@@ -15,6 +15,8 @@ import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+KERNELS = 5
+"""Linux and macOS on two processors each, and Windows."""
 REQUIRED = ("LICENSE", "layerjam/py.typed", "layerjam/__init__.pyi", "layerjam/_names.pyi")
 
 
@@ -58,6 +60,10 @@ def main() -> None:
         (folder / name).write_bytes(data)
         if found := faults(contents(folder / name)):
             raise SystemExit(f"{name}: {'; '.join(found)}")
+    (wheel,) = folder.glob("layerjam-*.whl")
+    kernels = [name for name in contents(wheel) if "/kernel/built/" in name]
+    if len(kernels) != KERNELS:
+        raise SystemExit(f"the wheel contains {len(kernels)} kernels instead of {KERNELS}")
     paths = [str(folder / name) for name in files]
     subprocess.run((sys.executable, "-m", "twine", "check", "--strict", *paths), check=True)
 

@@ -150,6 +150,10 @@ app = typer.Typer(
 def _show_version(value: bool) -> None:
     if value:
         print(f"layerjam {__version__}")
+        if "--verbose" in TYPED.get():
+            from layerjam.kernel.engine import describe_engine
+
+            print(f"engine  {describe_engine()}")
         raise Exit(0)
 
 
@@ -158,6 +162,9 @@ def _common(
     version: Annotated[
         bool,
         typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version."),
+    ] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", help="With --version: print the engine of pulls, too.")
     ] = False,
 ) -> None:
     pass

@@ -16,7 +16,7 @@ from layerjam.errors import QuantityError
 from layerjam.interop.fmi_variables import parameter_list
 from layerjam.interop.fmi_xml import MODEL, Version, build_description, model_description
 from layerjam.interop.source import KERNEL, WRAPPERS
-from layerjam.kernel.compiler import SOURCES, library
+from layerjam.kernel.compiler import SOURCES, TARGETS, library
 from layerjam.kernel.parameters import brake_of
 from layerjam.mechanics.stiffness import working_stiffness
 
@@ -31,11 +31,11 @@ class Platform(NamedTuple):
 
 
 PLATFORMS: Mapping[str, Platform] = {
-    "linux": Platform("x86_64-linux", "linux64", ".so", "x86_64-linux-gnu.2.17"),
-    "linux-arm": Platform("aarch64-linux", None, ".so", "aarch64-linux-gnu.2.17"),
-    "windows": Platform("x86_64-windows", "win64", ".dll", "x86_64-windows-gnu"),
-    "macos": Platform("x86_64-darwin", "darwin64", ".dylib", "x86_64-macos"),
-    "macos-arm": Platform("aarch64-darwin", None, ".dylib", "aarch64-macos"),
+    "linux": Platform("x86_64-linux", "linux64", ".so", TARGETS["linux", "x86_64"]),
+    "linux-arm": Platform("aarch64-linux", None, ".so", TARGETS["linux", "aarch64"]),
+    "windows": Platform("x86_64-windows", "win64", ".dll", TARGETS["win32", "AMD64"]),
+    "macos": Platform("x86_64-darwin", "darwin64", ".dylib", TARGETS["darwin", "x86_64"]),
+    "macos-arm": Platform("aarch64-darwin", None, ".dylib", TARGETS["darwin", "arm64"]),
 }
 FLAGS = ("-fvisibility=hidden",)
 EPOCH = (1980, 1, 1, 0, 0, 0)

@@ -23,6 +23,17 @@ FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno")
 """No contraction: a fused multiply-add gives different last bits on other processors."""
 KNOWN = ("cc", "gcc", "clang")
 ENDINGS = {"darwin": ".dylib", "win32": ".dll"}
+KERNEL = (SOURCES / "layerjam.c", SOURCES / "history.c")
+SHIPPED = Path(__file__).parent / "built"
+"""Folder of the kernels that a wheel contains; `hatch_build.py` compiles them."""
+TARGETS = {
+    ("linux", "x86_64"): "x86_64-linux-gnu.2.17",
+    ("linux", "aarch64"): "aarch64-linux-gnu.2.17",
+    ("win32", "AMD64"): "x86_64-windows-gnu",
+    ("darwin", "x86_64"): "x86_64-macos",
+    ("darwin", "arm64"): "aarch64-macos",
+}
+"""{(sys.platform, platform.machine()): target of the cross-compiler}."""
 
 
 def compiler() -> tuple[str, ...]:
@@ -116,6 +127,35 @@ def library(
     return path
 
 
+def build_shipped(folder: Path) -> list[Path]:
+    """Compile the kernel for every machine of TARGETS into a folder, the same bytes each time.
+
+    Raises CompilerError if the Python package ziglang is missing.
+    """
+    paths = []
+    for machine, target in TARGETS.items():
+        path = folder / _shipped_name(KERNEL, (), machine)
+        # no debug information: it would contain the folder of the sources
+        options = (*FLAGS, "-g0", "-s", "-shared", *(() if machine[0] == "win32" else ("-fPIC",)))
+        if machine[0] == "darwin":  # otherwise the temporary folder
+            options = (*options, f"-Wl,-install_name,@rpath/{path.name}")
+        words = [*cross_compiler(target), *options, f"-I{SOURCES}", *map(str, KERNEL)]
+        build(words, path, libraries=("-lm",))
+        paths.append(path)
+    return paths
+
+
+def find_shipped(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path | None:
+    """Return the library of exactly these sources that came with layerjam, or None."""
+    path = SHIPPED / _shipped_name(sources, defines, (sys.platform, platform.machine()))
+    return path if path.exists() else None
+
+
+def _shipped_name(sources: Sequence[Path], defines: Sequence[str], machine: tuple[str, str]) -> str:
+    name = _name(sources, (), [*FLAGS, *(f"-D{d}" for d in defines)], machine)
+    return name + ENDINGS.get(machine[0], ".so")
+
+
 def find_built(sources: Sequence[Path], defines: Sequence[str] = ()) -> Path | None:
     """Return a library of these sources in the cache, from any compiler, or None."""
     name = _name(sources, (), [*FLAGS, *(f"-D{d}" for d in defines)])
@@ -127,9 +167,15 @@ def _folders(sources: Sequence[Path], includes: Sequence[Path]) -> list[Path]:
     return list(dict.fromkeys([*(source.parent for source in sources), *includes]))
 
 
-def _name(sources: Sequence[Path], includes: Sequence[Path], options: Sequence[str]) -> str:
-    """Return the name of a library, a digest of its content and its machine."""
-    parts = [sys.platform, platform.machine(), *options, *(source.name for source in sources)]
+def _name(
+    sources: Sequence[Path],
+    includes: Sequence[Path],
+    options: Sequence[str],
+    machine: tuple[str, str] | None = None,
+) -> str:
+    """Return the name of a library, a digest of its content and its machine (this one if None)."""
+    machine = machine or (sys.platform, platform.machine())
+    parts = [*machine, *options, *(source.name for source in sources)]
     stamp = hashlib.sha256("\n".join(parts).encode())
     for folder in _folders(sources, includes):
         for file in sorted(folder.glob("*.[ch]")):

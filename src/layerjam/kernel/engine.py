@@ -10,13 +10,14 @@ import math
 import os
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import CompilerError, QuantityError
-from layerjam.kernel.compiler import compiler_on_path, find_built, library
+from layerjam.kernel.compiler import SHIPPED, compiler_on_path, find_built, find_shipped, library
 from layerjam.kernel.kernel import CODE, Kernel, load_library
 from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.hysteresis import brake_cycle
@@ -79,6 +80,20 @@ def in_blocks(run: Callable[..., Cycle], *histories: Array) -> Cycle:
     return Cycle(*(np.asarray(values)[:count] for values in run(*longer)))
 
 
+def describe_engine() -> str:
+    """Return which engine follows histories in this process, and the reason.
+
+    Raises QuantityError for an unknown value of LAYERJAM_KERNEL.
+    """
+    if not _switched_on():
+        return f"law ({SWITCH}=off)"
+    if not _is_there():
+        return "law (no compiled kernel for this machine, and no C compiler that builds it)"
+    path = Path(load_library("double")[0]._name)
+    came = "it came with layerjam" if path.parent == SHIPPED else "it was compiled here"
+    return f"kernel ({came}: {path})"
+
+
 def _switched_on() -> bool:
     setting = os.environ.get(SWITCH, "")
     if setting not in ("", "on", "off"):
@@ -90,7 +105,7 @@ def _switched_on() -> bool:
 def _is_there() -> bool:
     """Whether the library exists or can be built at once; checked once per process."""
     try:
-        if find_built(CODE) is None:
+        if find_shipped(CODE) is None and find_built(CODE) is None:
             if compiler_on_path() is None:
                 return False
             library(CODE, limit=LONGEST)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import re
 from pathlib import Path
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import CompilerError, QuantityError
-from layerjam.kernel.compiler import SOURCES, find_built, library
+from layerjam.kernel.compiler import KERNEL, SOURCES, find_built, find_shipped, library
 from layerjam.kernel.parameters import parameters
 from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.threads import once
@@ -56,16 +57,20 @@ def state_bytes(precision: Precision) -> int:
     return ctypes.sizeof(_Structures(precision).state)
 
 
-CODE = (SOURCES / "layerjam.c", SOURCES / "history.c")
+CODE = KERNEL
 
 
 @once
 def load_library(precision: Precision) -> tuple[Any, _Structures]:
-    """Return the library, compiled if necessary, and its structures.
+    """Return the library that came with layerjam, else one compiled here, and its structures.
 
     Raises CompilerError if it cannot be compiled or loaded.
     """
     defines = () if precision == "double" else ("LJ_SINGLE",)
+    shipped = find_shipped(CODE, defines)
+    if shipped is not None:
+        with contextlib.suppress(OSError):  # such as a system with another C library
+            return bound(shipped, precision)
     path = find_built(CODE, defines) or library(CODE, defines)
     try:
         return bound(path, precision)
