@@ -240,15 +240,15 @@ class QuantitySpec:
         number = self.check(math.inf if huge else float(value), name)
         return int(number) if self.whole else number
 
-    def array(self, value: Any, name: str) -> Any:
-        """Return an array of SI numbers within the bounds; a DataArray stays one.
+    def array(self, value: Any, name: str, bounded: bool = True) -> Any:
+        """Return an array of SI numbers, within the bounds if `bounded`; a DataArray stays one.
 
         Elements may be text or quantity objects. Raises QuantityError.
         """
         import numpy as np
 
         if hasattr(value, "dims"):
-            return value.copy(data=self.array(value.data, name))
+            return value.copy(data=self.array(value.data, name, bounded))
         if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
             raise QuantityError.of(name, "some elements are masked; leave them out, or fill them")
         kind = getattr(getattr(value, "dtype", None), "kind", "O")
@@ -259,9 +259,9 @@ class QuantitySpec:
         if kind not in ("fiub" if isinstance(self, FlagSpec) else "fiu"):
             raise QuantityError.of(name, f"elements of the type {value.dtype} are not real numbers")
         values = np.asarray(value, dtype=None if self.whole else float)
-        if not values.size:
+        if bounded and not values.size:
             raise QuantityError.of(name, "the array is empty; give at least one number")
-        for edge in (values.min(), values.max()):
+        for edge in (values.min(), values.max()) if bounded else ():
             self.check(edge.item(), name)
         return values
 
@@ -343,7 +343,8 @@ def record(cls: type[T]) -> type[T]:
     """Return a frozen, keyword-only dataclass of quantities (SI floats) and nested records.
 
     Its constructor reads text and quantity objects, and raises QuantityError for a number that a
-    file could not hold. What JAX traces is taken as it is. So are numbers from code of layerjam
+    file could not hold. An array may hold any numbers, NaN for a case that has none. What JAX
+    traces is taken as it is. So are numbers from code of layerjam
     itself, such as a step of a fit: it checks where input enters.
     """
     cls.__post_init__ = _take_quantities  # type: ignore[attr-defined]
@@ -369,7 +370,7 @@ def _take_quantities(rec: Any) -> None:
         elif isinstance(value, Real):
             spec.check(value, name)  # type: ignore[arg-type]
         elif hasattr(value := without_unit(value, spec.unit, name), "dtype"):
-            values = value if is_traced(value) else spec.array(value, name)
+            values = value if is_traced(value) else spec.array(value, name, bounded=False)
             object.__setattr__(rec, name, values)
         else:
             object.__setattr__(rec, name, spec.si(value, name))

@@ -163,7 +163,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "no fields": (lambda: lj.Sheets(count=3), "Sheets() needs width, thickness, length"),
     "one by place": (lambda: lj.Sheets(11), "Sheets() takes count, width, thickness"),
     "many dates": (lambda: sheets(width=DATES), "width: elements of the type datetime64[D]"),
-    "too narrow": (lambda: sheets(width=np.array([-1.0, 0.1])), "width: -1 m is not allowed"),
+    "too narrow": (lambda: sheets(width=-1.0), "width: -1 m is not allowed"),
     "options": (lambda: lj.Sensing(foo=1), "Sensing() has no field 'foo'; did you mean"),
     "trace": (lj.Trace, "Trace() needs force, elongation, time"),
     "law, text": (
