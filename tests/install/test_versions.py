@@ -43,3 +43,18 @@ def test_typst_below_015_is_not_allowed() -> None:
 def test_what_the_versions_are_tried_with_exists() -> None:
     assert all((ROOT / "tests" / name).is_dir() for name in CORE)
     assert {Requirement(text).name for text in requirements(PROJECT)} == set(RUNNERS)
+
+
+def names_of(extra: str) -> set[str]:
+    """Distributions and extras that an extra asks for, through other extras too."""
+    found = {extra}
+    for one in map(Requirement, EXTRAS[extra]):
+        inner = one.extras if one.name == "layerjam" else set()
+        found |= {one.name}.union(*map(names_of, inner))
+    return found
+
+
+def test_all_leaves_out_the_library_for_step_files() -> None:
+    heavy = "cadquery-ocp-novtk"
+    assert heavy in names_of("step") and heavy in names_of("test")
+    assert heavy not in names_of("all") and {"build", "manifold3d", "ezdxf"} <= names_of("all")
