@@ -47,7 +47,7 @@ _FOLDERS = {"design": "design_brake", "lab": "write_campaign", "report": "write_
 
 
 def _names(file: str) -> dict[str, tuple[str, str]]:
-    """Return {name: (module, name there)} of what a file of imports offers."""
+    """Return {name: (module, name there)} of the names that a file of imports offers."""
     tree = ast.parse(Path(__file__).with_name(file).read_text(encoding="utf-8"))
     return {
         alias.asname or alias.name: (str(node.module), alias.name)

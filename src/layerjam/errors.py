@@ -118,14 +118,16 @@ def explain_arguments(cls: type[T]) -> type[T]:
         except TypeError as error:
             if error.__traceback__ is None or error.__traceback__.tb_next is not None:
                 raise  # inside the constructor
-            known = {f.name: f for f in fields(cls)}  # type: ignore[arg-type]
-            unknown = [name for name in named if name not in known]
-            needed = [n for n, f in known.items() if f.default is f.default_factory is MISSING]
-            missing = ", ".join(name for name in needed if name not in named)
-            words = f"needs {missing}" if missing and not args else f"takes {', '.join(known)}"
+            all_fields = {f.name: f for f in fields(cls)}  # type: ignore[arg-type]
+            unknown = [name for name in named if name not in all_fields]
+            without_default = [
+                n for n, f in all_fields.items() if f.default is f.default_factory is MISSING
+            ]
+            missing = ", ".join(name for name in without_default if name not in named)
+            words = f"needs {missing}" if missing and not args else f"takes {', '.join(all_fields)}"
             if unknown:
-                near = difflib.get_close_matches(unknown[0], known, n=2) or known
-                words = f"has no field '{unknown[0]}'; did you mean {' or '.join(near)}?"
+                suggestions = difflib.get_close_matches(unknown[0], all_fields, n=2) or all_fields
+                words = f"has no field '{unknown[0]}'; did you mean {' or '.join(suggestions)}?"
             raise ArgumentError(f"{cls.__name__}() {words}") from None
 
     cls.__init__ = initialise  # type: ignore[method-assign]

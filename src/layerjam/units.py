@@ -77,8 +77,8 @@ def parse(text: object, si: str, name: str) -> float:
     factor = unit_factor(unit, si) if unit else Fraction(1)
     if factor is None:
         hint = "no unit or %" if si == "1" else f"a unit such as {examples(si)}"
-        wanted = _dimension(si)
-        raise QuantityError.of(name, f"{abbreviate(text)} is not {wanted}; give {hint}")
+        dimension = _dimension(si)
+        raise QuantityError.of(name, f"{abbreviate(text)} is not {dimension}; give {hint}")
     exact = Fraction(number) * factor
     try:
         value = float(exact)
@@ -234,8 +234,8 @@ class QuantitySpec:
             return self.read(value, name)
         if isinstance(value, bool) or not isinstance(value, Real):
             kind = "a pure number" if self.unit == "1" else "a number or a text with a unit"
-            such = f", such as {examples(self.unit, '1')}" if self.unit != "1" else ""
-            raise QuantityError.of(name, f"{abbreviate(value)} is not {kind}{such}")
+            example = f", such as {examples(self.unit, '1')}" if self.unit != "1" else ""
+            raise QuantityError.of(name, f"{abbreviate(value)} is not {kind}{example}")
         huge = abs(value) > 1e300  # type: ignore[operator]
         number = self.check(math.inf if huge else float(value), name)
         return int(number) if self.whole else number
@@ -343,8 +343,8 @@ def record(cls: type[T]) -> type[T]:
     """Return a frozen, keyword-only dataclass of quantities (SI floats) and nested records.
 
     Its constructor reads text and quantity objects, and raises QuantityError for a number that a
-    file could not hold. An array may hold any numbers, NaN for a case that has none. What JAX
-    traces is taken as it is. So are numbers from code of layerjam
+    file could not hold. An array may hold any numbers, NaN for a case that has none. Values that
+    JAX traces are taken as they are. So are numbers from code of layerjam
     itself, such as a step of a fit: it checks where input enters.
     """
     cls.__post_init__ = _take_quantities  # type: ignore[attr-defined]

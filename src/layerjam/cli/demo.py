@@ -167,15 +167,15 @@ def _demo(out: Path) -> DemoResult:
     print("The brake of Choi et al. (2018), from test files to a report, in 11 steps. The files")
     print("are synthetic, for the paper publishes no raw curve: a virtual machine writes them.\n")
     steps = _Steps(out / LOG)
-    mine, fitted = out / "my-brake.toml", out / "my-brake-calibrated.toml"
+    mine, calibrated_path = out / "my-brake.toml", out / "my-brake-calibrated.toml"
     with steps.step("measure: write the files of a virtual test machine"):
         files = _files(out / "measurements")
-    for content, words in _commands(out, mine, fitted, files).items():
+    for content, words in _commands(out, mine, calibrated_path, files).items():
         steps.run(content, *map(str, words))
     with steps.step("reproduce: the paper's claims and figures on one page"):
         print(f"\n$ layerjam reproduce --out {out}", flush=True)
-        run, numbers = _main_job(load(mine), load(fitted), files)
-        extra = [_glance(load(fitted)), run]
+        run, numbers = _main_job(load(mine), load(calibrated_path), files)
+        extra = [_glance(load(calibrated_path)), run]
         claims = write_report(
             out, progress=lambda what, _: print(f"  {what}"), extra=extra, numbers=numbers
         )
@@ -190,7 +190,7 @@ def _demo(out: Path) -> DemoResult:
         report=str(out / "report.html"),
         pictures=str(out / "figures"),
         log=str(steps.path),
-        brake=str(fitted),
+        brake=str(calibrated_path),
         build=str(out / BUILD),
         run=str(out / RUN),
         dataset=str(out / DATASET),
@@ -198,7 +198,9 @@ def _demo(out: Path) -> DemoResult:
     )
 
 
-def _commands(out: Path, mine: Path, fitted: Path, files: Files) -> dict[str, tuple[object, ...]]:
+def _commands(
+    out: Path, mine: Path, calibrated_path: Path, files: Files
+) -> dict[str, tuple[object, ...]]:
     """Return {content: words} of the steps that are commands."""
     from layerjam.studies.choi2018.lab import NORMAL_FORCE
 
@@ -210,21 +212,21 @@ def _commands(out: Path, mine: Path, fitted: Path, files: Files) -> dict[str, tu
         ),
         "calibrate: scale factor and stiffness from one pull": (
             *("calibrate", mine, pull),
-            *("--out", fitted),
+            *("--out", calibrated_path),
         ),
-        "validate: the model against 6 other pulls": ("validate", fitted, *others),
+        "validate: the model against 6 other pulls": ("validate", calibrated_path, *others),
         "vacuum: the vacuum that holds 100 N at 20 mm of slip": (
-            *("vacuum", fitted),
+            *("vacuum", calibrated_path),
             *("--slip", show(SLIP, "m"), "--force", show(FORCE, "N")),
         ),
-        "show: draw the brake": ("show", fitted, "--figure", out / "brake.svg"),
+        "show: draw the brake": ("show", calibrated_path, "--figure", out / "brake.svg"),
         "build: film patterns, printed parts, instructions": (
-            *("build", fitted),
+            *("build", calibrated_path),
             *("--out", out / BUILD, "--no-step"),
         ),
         "bench run: evacuate to 40 kPa and vent on a virtual bench": (
             *BENCH,
-            *("--brake", fitted, "--out", out / RUN),
+            *("--brake", calibrated_path, "--out", out / RUN),
         ),
         "publish: the test files as a dataset": (
             *("publish", out / "measurements", "--brake", BRAKE, "--calibrate-on", pull),
@@ -235,12 +237,12 @@ def _commands(out: Path, mine: Path, fitted: Path, files: Files) -> dict[str, tu
 
 
 def _main_job(
-    mine: BrakeFile, fitted: BrakeFile, files: Files
+    mine: BrakeFile, calibrated_brake: BrakeFile, files: Files
 ) -> tuple[Part, list[tuple[str, str]]]:
     """Return the page's part about the main job, and its five numbers.
 
-    `mine` has the measured friction, `fitted` also the calibration; `files` are friction tests,
-    calibration pulls and validation pulls.
+    `mine` has the measured friction, `calibrated_brake` also the calibration; `files` are
+    friction tests, calibration pulls and validation pulls.
     """
     from layerjam.commands.predict import vacuum
     from layerjam.identify.calibration.peaks import calibrate
@@ -254,8 +256,8 @@ def _main_job(
     traces = [read_trace(test) for test in tests]
     friction = reduce_friction(traces, NORMAL_FORCE)
     calibration = calibrate(read_pulls(pulls), mine.brake)
-    validation = validate_pulls(read_pulls(others), fitted.brake)
-    needed = float(vacuum(fitted, slip=SLIP, force=FORCE).record[-1])
+    validation = validate_pulls(read_pulls(others), calibrated_brake.brake)
+    needed_vacuum = float(vacuum(calibrated_brake, slip=SLIP, force=FORCE).record[-1])
     numbers = [
         (
             f"{friction.kinetic:.4f}",
@@ -264,9 +266,11 @@ def _main_job(
         (f"{calibration.scale_factor:.4f}", "scale factor with that friction"),
         (show(calibration.stiffness, "N/m"), "stiffness of brake and rig (truth 131 kN/m)"),
         (f"{validation.mape:.2%}", "MAPE on pulls the calibration has not seen"),
-        (show(needed, "Pa"), "vacuum for 100 N at 20 mm of slip"),
+        (show(needed_vacuum, "Pa"), "vacuum for 100 N at 20 mm of slip"),
     ]
-    part = main_job(fitted, traces, friction, calibration, validation, (SLIP, FORCE, needed))
+    part = main_job(
+        calibrated_brake, traces, friction, calibration, validation, (SLIP, FORCE, needed_vacuum)
+    )
     return part, numbers
 
 

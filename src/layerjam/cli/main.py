@@ -238,10 +238,12 @@ def _describe_missing(error: Any) -> str:
     if not option.startswith("-"):
         option, lines = error.param.metavar, entry.examples
     else:
-        given = {word.partition("=")[0] for word in TYPED.get()}
+        options = {word.partition("=")[0] for word in TYPED.get()}
         missing = [p for p in entry.parameters if p.required and not p.stands_alone]
-        more = [w for p in missing if p.option not in given for w in (p.option, _sample(entry, p))]
-        lines = (shlex.join(["layerjam", *TYPED.get(), *more]),)
+        words = [
+            w for p in missing if p.option not in options for w in (p.option, _sample(entry, p))
+        ]
+        lines = (shlex.join(["layerjam", *TYPED.get(), *words]),)
     return f"{option} is missing ({error.param.help.rstrip('.')}); type, for example: {lines[0]}"
 
 

@@ -45,7 +45,7 @@ def bind(
         meanings = "; ".join(f"{name} ({needed[name].rstrip('.')})" for name in missing)
         order = [n for n, p in signature.parameters.items() if p.kind is p.POSITIONAL_OR_KEYWORD]
         twice = [name for name in order[: len(args)] if name in named]
-        rest = [name for name in signature.parameters if name not in order]
+        keywords = [name for name in signature.parameters if name not in order]
         if missing:
             words = f"needs {meanings}"
         elif twice:
@@ -53,30 +53,30 @@ def bind(
         else:
             words = (
                 f"takes {', '.join(order) or 'nothing'} without a name, not {len(args)} values; "
-                f"write the others by name, such as {(rest or order)[0]}=..."
+                f"write the others by name, such as {(keywords or order)[0]}=..."
             )
         raise ArgumentError(f"{function}() {words}") from None
 
 
 def settings_of(
-    name: str, cls: type, given: Any, loose: Mapping[str, Any], known: Sequence[str]
+    name: str, cls: type, record: Any, loose: Mapping[str, Any], options: Sequence[str]
 ) -> Mapping[str, Any]:
-    """Return the `known` options of a record, `given` as a whole or `loose`, by name.
+    """Return the `options` of a record, `record` as a whole or `loose`, by name.
 
     Raises ArgumentError for both, UnknownNameError for an option that the record does not have, and
-    QuantityError for what is not such a record.
+    QuantityError for an object that is not such a record.
     """
-    if isinstance(given, Mapping):
-        given, loose = None, {**given, **loose}
-    if unknown := [key for key in loose if key not in known]:
-        raise UnknownNameError(f"option of {name}", str(unknown[0]), known)
-    if given is None:
+    if isinstance(record, Mapping):
+        record, loose = None, {**record, **loose}
+    if unknown := [key for key in loose if key not in options]:
+        raise UnknownNameError(f"option of {name}", str(unknown[0]), options)
+    if record is None:
         return loose
     if loose:
         raise ArgumentError(f"give {name} or {', '.join(loose)}, not both")
-    if not all(hasattr(given, key) for key in known):
-        raise QuantityError.of(name, f"{abbreviate(given)} is not a {cls.__name__} or a mapping")
-    return {key: getattr(given, key) for key in known}
+    if not all(hasattr(record, key) for key in options):
+        raise QuantityError.of(name, f"{abbreviate(record)} is not a {cls.__name__} or a mapping")
+    return {key: getattr(record, key) for key in options}
 
 
 def several(value: Any, kind: Any) -> Any:
@@ -96,7 +96,7 @@ def fits(value: Any, kind: Any) -> bool:
     """Return whether an argument is of a declared type; what only type checkers know fits all."""
     origin, inside = get_origin(kind), get_args(kind)
     if origin in (typing.Union, types.UnionType):
-        return any(fits(value, one) for one in inside)
+        return any(fits(value, member) for member in inside)
     if origin is typing.Literal:
         return value in inside
     if origin is Callable:
@@ -104,10 +104,16 @@ def fits(value: Any, kind: Any) -> bool:
     if origin is Mapping:
         return isinstance(value, Mapping)
     if origin in (Sequence, Collection):
-        each = isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping)
-        return each and not hasattr(value, "columns") and all(fits(one, inside[0]) for one in value)
+        is_list = isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping)
+        return (
+            is_list
+            and not hasattr(value, "columns")
+            and all(fits(member, inside[0]) for member in value)
+        )
     if kind is float:  # its specification checks it, in each unit
         return not isinstance(value, str | list | tuple | Mapping)
+    if kind is str:  # a path is text too
+        return isinstance(value, str | os.PathLike)
     if kind is Path:
         return isinstance(value, os.PathLike)
     if kind is bool:
@@ -119,13 +125,13 @@ def describe(kind: Any) -> str:
     """Return a declared type as a phrase, such as "text, a path or a list of them"."""
     words: dict[Any, str] = {str: "text", Path: "a path", bool: "True or False", float: "a number"}
     words |= {Callable: "a function", Mapping: "a mapping"}
-    members = [one for one in union(kind) if one is not types.NoneType]
-    lists = [one for one in members if get_origin(one) in (Sequence, Collection)]
-    names = ((get_origin(one) or one) for one in members if one not in lists)
+    members = [member for member in union(kind) if member is not types.NoneType]
+    lists = [member for member in members if get_origin(member) in (Sequence, Collection)]
+    names = ((get_origin(member) or member) for member in members if member not in lists)
     phrases = list(dict.fromkeys(words.get(name) or f"a {name.__name__}" for name in names))
-    for (each,) in map(get_args, lists):
-        same = phrases and set(union(each)) <= set(members)
-        phrases.append(f"a list of {'them' if same else describe(each)}")
+    for (inner,) in map(get_args, lists):
+        same = phrases and set(union(inner)) <= set(members)
+        phrases.append(f"a list of {'them' if same else describe(inner)}")
     return " or ".join(filter(None, [", ".join(phrases[:-1]), phrases[-1]]))
 
 

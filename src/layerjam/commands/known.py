@@ -7,7 +7,7 @@ from typing import Any
 from layerjam.errors import NotKnownError
 
 
-class Known:
+class KnownResult:
     """A feasible result; reading a value of it that is not known raises NotKnownError."""
 
     def __init__(self, answer: Any) -> None:
@@ -33,5 +33,5 @@ class Known:
     def __repr__(self) -> str:
         return repr(self.__dict__["answer"])
 
-    def __reduce__(self) -> tuple[type[Known], tuple[Any]]:
-        return Known, (self.__dict__["answer"],)
+    def __reduce__(self) -> tuple[type[KnownResult], tuple[Any]]:
+        return KnownResult, (self.__dict__["answer"],)

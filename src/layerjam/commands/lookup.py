@@ -19,15 +19,15 @@ def prefixed(prefix: str, *records: object) -> object:
 
 
 def value_of(name: str, records: Iterable[object]) -> Any:
-    """What the first record or mapping that has this name has by it; MISSING where none has."""
-    for one in records:
-        if isinstance(one, _Prefixed):
-            mine = name.startswith(one.prefix)
-            value = value_of(name.removeprefix(one.prefix), one.records) if mine else MISSING
-        elif isinstance(one, Mapping):
-            value = one.get(name, MISSING)
+    """Return the value of the first record or mapping with this name; MISSING if none has it."""
+    for record in records:
+        if isinstance(record, _Prefixed):
+            mine = name.startswith(record.prefix)
+            value = value_of(name.removeprefix(record.prefix), record.records) if mine else MISSING
+        elif isinstance(record, Mapping):
+            value = record.get(name, MISSING)
         else:
-            value = getattr(one, name, MISSING)
+            value = getattr(record, name, MISSING)
         if value is not MISSING:
             return value
     return MISSING

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transform
 
 from layerjam.commands.arguments import check_kind
-from layerjam.commands.known import Known
+from layerjam.commands.known import KnownResult
 from layerjam.commands.lookup import prefixed, value_of
 from layerjam.commands.wording import in_words, printable, superscripts, wrapped
 from layerjam.device.load import takes_force, write_whole
@@ -100,7 +100,7 @@ class Result:
         Raises NotKnownError with the reason if the result is infeasible, and if a number is read
         that is not known.
         """
-        return Known(self)  # type: ignore[return-value]
+        return KnownResult(self)  # type: ignore[return-value]
 
     @property
     def values(self) -> dict[str, Any]:
@@ -282,8 +282,8 @@ class Result:
         if hasattr(self.record, "save"):
             made: Path = self.record.save(path, overwrite=overwrite)
             return made
-        known = [".json", *(PICTURES if self.drawable() else ())]
-        raise FileError(path, f"the ending '{path.suffix}' is not known; use {', '.join(known)}")
+        endings = [".json", *(PICTURES if self.drawable() else ())]
+        raise FileError(path, f"the ending '{path.suffix}' is not known; use {', '.join(endings)}")
 
     def json(self) -> str:
         """The JSON of the command line's contract."""

@@ -67,10 +67,10 @@ def load_library(precision: Precision) -> tuple[Any, _Structures]:
     Raises CompilerError if it cannot be compiled or loaded.
     """
     defines = () if precision == "double" else ("LJ_SINGLE",)
-    shipped = find_shipped(CODE, defines)
-    if shipped is not None:
+    wheel_kernel = find_shipped(CODE, defines)
+    if wheel_kernel is not None:
         with contextlib.suppress(OSError):  # such as a system with another C library
-            return bound(shipped, precision)
+            return bound(wheel_kernel, precision)
     path = find_built(CODE, defines) or library(CODE, defines)
     try:
         return bound(path, precision)

@@ -15,7 +15,7 @@ THRESHOLDS = {
     "jax_persistent_cache_min_compile_time_secs": (1.0, 0.0),
     "jax_persistent_cache_min_entry_size_bytes": (0, -1),
 }
-"""{setting of JAX: (its default, ours)}: hundreds of small programs count together."""
+"""{setting of JAX: (default, value here)}: hundreds of small programs count together."""
 COMPILED = "/jax/core/compile/backend_compile_duration"
 LOADED = "/jax/compilation_cache/cache_retrieval_time_sec"
 

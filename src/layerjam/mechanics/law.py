@@ -91,12 +91,12 @@ def law(function: F) -> F:
     register_records()
     compiled, places = jax.jit(function), inspect.signature(function)
 
-    def call(placed: Any) -> Any:
+    def call(values: Any) -> Any:
         try:
-            return compiled(*map(_as_argument, placed))
+            return compiled(*map(_as_argument, values))
         except (TypeError, ValueError, AttributeError):
-            if not _tracing(placed):
-                _explain(function.__name__, places, placed)
+            if not _tracing(values):
+                _explain(function.__name__, places, values)
             raise
 
     @functools.wraps(function)
@@ -155,20 +155,20 @@ def _as_argument(given: Any) -> Any:
     return jnp.asarray(given, dtype=jnp.float64)
 
 
-def _explain(name: str, places: inspect.Signature, placed: Any) -> None:
+def _explain(name: str, places: inspect.Signature, values: Any) -> None:
     """Raise QuantityError for arguments that no law takes, if they are why a call failed."""
     records = {cls.__name__ for cls in RECORDS}
-    arguments = dict(zip(places.parameters, placed, strict=False))
-    for key, given in arguments.items():
+    arguments = dict(zip(places.parameters, values, strict=False))
+    for key, value in arguments.items():
         parameter = places.parameters[key]
         wants_record = parameter.annotation in records
-        if wants_record and type(given) not in _registered and not isinstance(given, BrakeFile):
+        if wants_record and type(value) not in _registered and not isinstance(value, BrakeFile):
             kind = f"a {parameter.annotation}, such as layerjam.load(NAME).brake"
-        elif not wants_record and not _is_real(given) and parameter.default is parameter.empty:
+        elif not wants_record and not _is_real(value) and parameter.default is parameter.empty:
             kind = "a number in SI or an array of them"
         else:
             continue
-        raise QuantityError.of(f"{name}, {key}", f"{abbreviate(given)} is not {kind}")
+        raise QuantityError.of(f"{name}, {key}", f"{abbreviate(value)} is not {kind}")
     shapes = {k: np.shape(v) for k, v in arguments.items() if type(v) not in _registered}
     try:
         np.broadcast_shapes(*shapes.values())
@@ -177,10 +177,10 @@ def _explain(name: str, places: inspect.Signature, placed: Any) -> None:
         raise QuantityError.of(name, f"shapes do not broadcast: {text}") from None
 
 
-def _is_real(given: Any) -> bool:
+def _is_real(value: Any) -> bool:
     """Return whether a value is a real number or an array of them."""
     try:
-        return np.asarray(given).dtype.kind in "fiub"
+        return np.asarray(value).dtype.kind in "fiub"
     except ValueError:  # rows of different lengths
         return False
 

@@ -138,7 +138,7 @@ def drawing_into(axes: Any) -> Iterator[None]:
         if isinstance(axes, list | tuple)
         else [axes]
     )
-    if not all(hasattr(one, "figure") for one in flat):
+    if not all(hasattr(item, "figure") for item in flat):
         kind = type(axes).__name__
         raise LayerjamError(f"ax: {kind} is not Matplotlib axes, such as plt.subplots()[1]")
     token = _own_axes.set(flat)

@@ -150,8 +150,8 @@ class Bed:
             plant.vacuum = plant.side = plant.shown = 0.0
             time.sleep(1e-3)
         # the board must have read the healed sensor: the answer to one sample precedes the next
-        healed = plant.asked + 2
-        while plant.asked < healed:
+        fresh = plant.asked + 2
+        while plant.asked < fresh:
             bench.ask("*OPC?")
         bench.lease = LONG_LEASE
         bench.regulator = plan.case.regulator
