@@ -224,7 +224,9 @@ def stub() -> str:
     imports += [f"from {m} import {name[1:]} as {name}" for name, m in made.imports.items()]
     laws = layerjam._names("laws.py").keys() - set(layerjam.__all__)
     imports += [f"from layerjam.laws import {name} as {name}" for name in laws]
-    aliases = [f"{folder} = {name}" for folder, name in layerjam._FOLDERS.items()]
+    # as an expression: mkdocstrings would take an assignment for all that the folder holds
+    pairs = layerjam._FOLDERS.items()
+    aliases = [f"({folder} := {name})  # noqa: PLW0131" for folder, name in pairs]
     classes = [line for one in made.classes.values() for line in one]
     text = HEAD + "\n".join([*imports, *classes, *lines, *aliases, ""])
     for words in (["check", "--select", "F401,I", "--fix", "-q"], ["format", "-q"]):

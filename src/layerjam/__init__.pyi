@@ -1789,6 +1789,6 @@ def scenario(
     QuantityError for values out of bounds.
     """
 
-design = design_brake
-lab = write_campaign
-report = write_report
+(design := design_brake)  # noqa: PLW0131
+(lab := write_campaign)  # noqa: PLW0131
+(report := write_report)  # noqa: PLW0131
