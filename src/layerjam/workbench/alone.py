@@ -57,8 +57,8 @@ def alone(work: Callable[..., T], *given: Any, tell: Tell) -> T:
 
 
 def _settings() -> dict[str, Any]:
-    jax = sys.modules.get("jax")
-    return {} if jax is None else {name: getattr(jax.config, name) for name in ENGINE}
+    config = getattr(sys.modules.get("jax"), "config", None)  # none while a thread imports JAX
+    return {} if config is None else {name: getattr(config, name) for name in ENGINE}
 
 
 def _answer(here: Connection, tell: Tell) -> Any:

@@ -26,8 +26,9 @@ def forget_tab() -> None:
         if hasattr(known, "cache_clear"):
             known.cache_clear()
     if len(Client.instances) <= 1:  # the closed one itself
-        if "jax" in sys.modules:
-            sys.modules["jax"].clear_caches()
+        # none while a thread imports JAX
+        clear = getattr(sys.modules.get("jax"), "clear_caches", lambda: None)
+        clear()
         gc.unfreeze()
         _settled.clear()
 
