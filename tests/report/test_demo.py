@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import re
 from pathlib import Path
@@ -48,6 +50,20 @@ def test_a_step_prints_one_line_and_logs_the_rest(
     assert shown.startswith("  show: no brake ") and shown.endswith("stopped\n") and err == ""
     log = steps.path.read_text(encoding="utf-8")
     assert "\nmass " in log and "'none'" in log.split("$ layerjam show none\n")[1]
+
+
+def test_a_terminal_sees_the_share_of_a_long_step(tmp_path: Path) -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    steps, terminal = _Steps(tmp_path / "demo.log"), Terminal()
+    with contextlib.redirect_stdout(terminal), steps.step("reproduce: a page") as tell:
+        tell("Fig. 9", 0.4)
+    first, share, end = terminal.getvalue().rstrip("\n").split("\r")
+    assert first.strip() == "reproduce: a page" and share.split()[-1] == "40%"
+    assert STEP.fullmatch(end)
+    assert steps.path.read_text(encoding="utf-8") == "  Fig. 9\n"
 
 
 @pytest.mark.slow

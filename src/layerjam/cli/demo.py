@@ -80,21 +80,32 @@ class _Steps:
         self.path = path
 
     @contextlib.contextmanager
-    def step(self, content: str) -> Iterator[None]:
-        """Print the content and the duration of a step; append its output to the log."""
+    def step(self, content: str) -> Iterator[Callable[[str, float], None]]:
+        """Print the content and the duration of a step; append its output to the log.
+
+        What a long step reports of its progress goes into the log, its share to a terminal too.
+        """
+        terminal, began = sys.stdout, time.perf_counter()
+        back = "\r" if terminal.isatty() else ""
         print(f"  {content:<62}", end="", flush=True)
-        began = time.perf_counter()
+
+        def tell(what: str, share: float) -> None:
+            print(f"  {what}")
+            if back:
+                print(f"{back}  {content:<62}{share:6.0%}", end="", file=terminal, flush=True)
+
         try:
             with (
                 self.path.open("a", encoding="utf-8") as log,
                 contextlib.redirect_stdout(log),
                 contextlib.redirect_stderr(log),
             ):
-                yield
+                yield tell
         except BaseException:
             print("stopped")
             raise
-        print(f"{time.perf_counter() - began:6.1f} s")
+        ahead = f"{back}  {content:<62}" if back else ""
+        print(f"{ahead}{time.perf_counter() - began:6.1f} s")
 
     def run(self, content: str, *words: str) -> None:
         """Run a command as one step. Raises LayerjamError if its exit code is not 0."""
@@ -172,13 +183,11 @@ def _demo(out: Path) -> DemoResult:
         files = _files(out / "measurements")
     for content, words in _commands(out, mine, calibrated_path, files).items():
         steps.run(content, *map(str, words))
-    with steps.step("reproduce: the paper's claims and figures on one page"):
+    with steps.step("reproduce: the paper's claims and figures on one page") as tell:
         print(f"\n$ layerjam reproduce --out {out}", flush=True)
         run, numbers = _main_job(load(mine), load(calibrated_path), files)
         extra = [_glance(load(calibrated_path)), run]
-        claims = write_report(
-            out, progress=lambda what, _: print(f"  {what}"), extra=extra, numbers=numbers
-        )
+        claims = write_report(out, progress=tell, extra=extra, numbers=numbers)
     print("\nThe five numbers that matter (from synthetic files):")
     for value, meaning in numbers:
         print(f"  {value:>12}  {meaning}")
