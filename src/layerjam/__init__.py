@@ -20,7 +20,7 @@ from layerjam._version import __version__ as __version__
 _FORMER = {
     "layerjam.commands.design": "brake_of",
     "layerjam.commands.lab": "lab_example",
-    "layerjam.commands.sleeve": "sleeve:enclosure",
+    "layerjam.commands.enclosure": "sleeve:enclosure",
     "layerjam.commands.stick_slip": "judder",
     "layerjam.design.antagonist": "neutral_stiffness pair",
     "layerjam.design.arrays": "Array Member grid in_parallel in_series single totals",

@@ -39,6 +39,7 @@ from layerjam.commands.design import DesignResult as _DesignResult
 from layerjam.commands.drop_rig import DropRigOptions as _DropRigOptions
 from layerjam.commands.edit import edit as edit
 from layerjam.commands.edit import edit_line as edit_line
+from layerjam.commands.enclosure import SiliconeFit as _SiliconeFit
 from layerjam.commands.export import Exported as _Exported
 from layerjam.commands.export import ExportedFmu as _ExportedFmu
 from layerjam.commands.export import ExportedMujoco as _ExportedMujoco
@@ -84,7 +85,6 @@ from layerjam.commands.sensor import Sensing as _Sensing
 from layerjam.commands.sensor import Warmth as _Warmth
 from layerjam.commands.sensor import heating as heating
 from layerjam.commands.sensor import reading as reading
-from layerjam.commands.sleeve import SiliconeFit as _SiliconeFit
 from layerjam.commands.stick_slip import StickSlip as _StickSlip
 from layerjam.commands.sweep import DesignSweep as _DesignSweep
 from layerjam.commands.tensile import Tensile as _Tensile
@@ -378,6 +378,32 @@ class _DesignResultKnown(_DesignResultResult):
     sensitivities: _Mapping[str, _Mapping[str, Any]]
     robustness: _Mapping[str, _Mapping[str, Any]]
 
+class _SiliconeFitResult(_SiliconeFit):
+    def require(self) -> _SiliconeFitKnown: ...
+
+class _SiliconeFitKnown(_SiliconeFitResult):
+    material: str
+    specimens: int
+    modulus_100: float
+    modulus_100_sd: float
+    data_sheet: float
+    difference: float
+    initial_modulus: float
+    initial_modulus_sd: float
+    modulus_300: float
+    strength: float
+    strain_at_end: float
+    model: str
+    parameters: _Mapping[str, float]
+    why: str
+    model_modulus: float
+    strain_range: _Sequence[float]
+    rmse: float
+    error_at_100: float
+    stable: bool
+    models: _Mapping[str, Any]
+    file: str
+
 class _ExportedResult(_Exported):
     def require(self) -> _ExportedKnown: ...
 
@@ -618,32 +644,6 @@ class _ReportKnown(_ReportResult):
     friction: _Mapping[str, Any]
     calibration: _Mapping[str, Any]
     validation: _Mapping[str, Any]
-
-class _SiliconeFitResult(_SiliconeFit):
-    def require(self) -> _SiliconeFitKnown: ...
-
-class _SiliconeFitKnown(_SiliconeFitResult):
-    material: str
-    specimens: int
-    modulus_100: float
-    modulus_100_sd: float
-    data_sheet: float
-    difference: float
-    initial_modulus: float
-    initial_modulus_sd: float
-    modulus_300: float
-    strength: float
-    strain_at_end: float
-    model: str
-    parameters: _Mapping[str, float]
-    why: str
-    model_modulus: float
-    strain_range: _Sequence[float]
-    rmse: float
-    error_at_100: float
-    stable: bool
-    models: _Mapping[str, Any]
-    file: str
 
 class _StickSlipResult(_StickSlip):
     def require(self) -> _StickSlipKnown: ...
@@ -1094,6 +1094,31 @@ def design_brake(
     False with `reason`, `killed_by` and `reachable` where nothing meets the constraints;
     contradictions that follow from bounds are found before anything is swept. `chosen` is the best
     design of the grid, `refined` the best between its steps.
+    """
+
+def enclosure(
+    files: _Sequence[str | _Path] | str | _Path,
+    *,
+    area: float | str | _HasUnit | None = ...,
+    gauge_length: float | str | _HasUnit | None = ...,
+    start: float | str | _HasUnit = ...,
+    end: float | str | _HasUnit = ...,
+    fit_to: float | str | _HasUnit | None = ...,
+    material: str | None = ...,
+    brake: str | _Path | _BrakeFile | _Brake | None = ...,
+    out: str | _Path | None = ...,
+    hyperelastic: bool = ...,
+    partial: bool = ...,
+    accept: _Sequence[str] | _Mapping[str, str] | None = ...,
+    options: _TableOptions = ...,
+    overwrite: bool = ...,
+) -> _SiliconeFitResult:
+    """Modulus and hyperelastic fit of the enclosure's silicone from ASTM D412 curves.
+
+    `start` and `end` bound the strain of the initial slope, `fit_to` is the greatest strain that is
+    fitted. Each file is one specimen; specimens of one material are pooled. `material` names the
+    silicone of the catalogue to compare with, where the files do not. With `brake` and `out` the
+    mean 100 % modulus is written into a copy of the brake, with `hyperelastic` the model too.
     """
 
 def export_c(
@@ -1605,31 +1630,6 @@ class Warmth(_Warmth):
         allowed_rise: float | str | None = ...,
         film_coefficient: float | str | _HasUnit | None = ...,
     ) -> None: ...
-
-def enclosure(
-    files: _Sequence[str | _Path] | str | _Path,
-    *,
-    area: float | str | _HasUnit | None = ...,
-    gauge_length: float | str | _HasUnit | None = ...,
-    start: float | str | _HasUnit = ...,
-    end: float | str | _HasUnit = ...,
-    fit_to: float | str | _HasUnit | None = ...,
-    material: str | None = ...,
-    brake: str | _Path | _BrakeFile | _Brake | None = ...,
-    out: str | _Path | None = ...,
-    hyperelastic: bool = ...,
-    partial: bool = ...,
-    accept: _Sequence[str] | _Mapping[str, str] | None = ...,
-    options: _TableOptions = ...,
-    overwrite: bool = ...,
-) -> _SiliconeFitResult:
-    """Modulus and hyperelastic fit of the enclosure's silicone from ASTM D412 curves.
-
-    `start` and `end` bound the strain of the initial slope, `fit_to` is the greatest strain that is
-    fitted. Each file is one specimen; specimens of one material are pooled. `material` names the
-    silicone of the catalogue to compare with, where the files do not. With `brake` and `out` the
-    mean 100 % modulus is written into a copy of the brake, with `hyperelastic` the model too.
-    """
 
 def stick_slip(
     brake: str | _Path | _BrakeFile | _Brake,

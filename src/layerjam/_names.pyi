@@ -28,6 +28,7 @@ from layerjam.commands.crash import crash as crash
 from layerjam.commands.design import design as design_brake
 from layerjam.commands.edit import edit as edit
 from layerjam.commands.edit import edit_line as edit_line
+from layerjam.commands.enclosure import enclosure as enclosure
 from layerjam.commands.export import export_c as export_c
 from layerjam.commands.export import export_fmu as export_fmu
 from layerjam.commands.export import export_mujoco as export_mujoco
@@ -61,7 +62,6 @@ from layerjam.commands.sensor import Sensing as Sensing
 from layerjam.commands.sensor import Warmth as Warmth
 from layerjam.commands.sensor import heating as heating
 from layerjam.commands.sensor import reading as reading
-from layerjam.commands.sleeve import enclosure as enclosure
 from layerjam.commands.stick_slip import stick_slip as stick_slip
 from layerjam.commands.sweep import sweep as sweep
 from layerjam.commands.tensile import tensile as tensile

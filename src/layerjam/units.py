@@ -344,8 +344,8 @@ def record(cls: type[T]) -> type[T]:
 
     Its constructor reads text and quantity objects, and raises QuantityError for a number that a
     file could not hold. An array may hold any numbers, NaN for a case that has none. Values that
-    JAX traces are taken as they are. So are numbers from code of layerjam
-    itself, such as a step of a fit: it checks where input enters.
+    JAX traces are taken as they are. So are numbers from code of layerjam itself, such as a step of
+    a fit: it checks where input enters.
     """
     cls.__post_init__ = _take_quantities  # type: ignore[attr-defined]
     dataclass_type = explain_arguments(dataclass(frozen=True, kw_only=True)(cls))

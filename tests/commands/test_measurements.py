@@ -10,12 +10,12 @@ import pytest
 from cli.conftest import contents
 from layerjam.cli.main import main
 from layerjam.commands.crash import crash
+from layerjam.commands.enclosure import enclosure
 from layerjam.commands.leak import leak
 from layerjam.commands.predict import force as brake_force
 from layerjam.commands.predict import show
 from layerjam.commands.pressure_log import temperature_of
 from layerjam.commands.pump_down import pump_down
-from layerjam.commands.sleeve import enclosure
 from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError, QuantityError
 from layerjam.identify.logs.leak import pressure as leaked

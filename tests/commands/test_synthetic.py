@@ -13,12 +13,12 @@ import pytest
 
 from layerjam.commands.calibration import calibrate
 from layerjam.commands.crash import crash
+from layerjam.commands.enclosure import enclosure
 from layerjam.commands.export import export_c, export_fmu, export_mujoco
 from layerjam.commands.friction import FrictionTest, friction
 from layerjam.commands.leak import leak
 from layerjam.commands.predict import force, show
 from layerjam.commands.results import Result
-from layerjam.commands.sleeve import enclosure
 from layerjam.commands.tensile import tensile
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile

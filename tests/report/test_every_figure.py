@@ -239,7 +239,7 @@ def struck() -> Any:
 
 
 def specimens(tmp_path: Path, count: int) -> Any:
-    from layerjam.commands.sleeve import enclosure
+    from layerjam.commands.enclosure import enclosure
     from layerjam.identify.rubber import hyperelastic
 
     strain, files = np.linspace(0.01, 3, 300), []

@@ -79,8 +79,8 @@ def settings_of(
     return {key: getattr(record, key) for key in options}
 
 
-def several(value: Any, kind: Any) -> Any:
-    """Return an iterator, or one member where only a list of them is allowed, as a list."""
+def as_list(value: Any, kind: Any) -> Any:
+    """Return an iterator as a list, and one member too if only a list of them is allowed."""
     if isinstance(value, Iterator):
         return list(value)
     return [value] if not fits(value, kind) and fits([value], kind) else value
@@ -93,7 +93,7 @@ def check_kind(value: Any, kind: Any, name: str) -> None:
 
 
 def fits(value: Any, kind: Any) -> bool:
-    """Return whether an argument is of a declared type; what only type checkers know fits all."""
+    """Return whether an argument is of a declared type. Any fits one for type checkers alone."""
     origin, inside = get_origin(kind), get_args(kind)
     if origin in (typing.Union, types.UnionType):
         return any(fits(value, member) for member in inside)

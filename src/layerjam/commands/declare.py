@@ -22,7 +22,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin
 
-from layerjam.commands.arguments import bind, check_kind, settings_of, several, typed, union
+from layerjam.commands.arguments import as_list, bind, check_kind, settings_of, typed, union
 from layerjam.commands.results import Result
 from layerjam.conversion import without_unit
 from layerjam.errors import Notice, QuantityError, UnknownNameError, explain_arguments
@@ -182,7 +182,7 @@ class Parameter:
             raise UnknownNameError(self.label, str(value), self.words)
         if self.spec is not None:
             return self._quantity(self.spec, value, notices)
-        value = several(value, self.type)
+        value = as_list(value, self.type)
         check_kind(value, self.type, self.label)
         if isinstance(self.help, Input) and self.help.convert is not None:
             return self.help.convert(value, given)
