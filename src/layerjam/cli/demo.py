@@ -83,16 +83,16 @@ class _Steps:
     def step(self, content: str) -> Iterator[Callable[[str, float], None]]:
         """Print the content and the duration of a step; append its output to the log.
 
-        What a long step reports of its progress goes into the log, its share to a terminal too.
+        The progress of a long step goes into the log, and its share to a terminal too.
         """
         terminal, began = sys.stdout, time.perf_counter()
-        back = "\r" if terminal.isatty() else ""
+        line = f"\r  {content:<62}" if terminal.isatty() else ""
         print(f"  {content:<62}", end="", flush=True)
 
-        def tell(what: str, share: float) -> None:
-            print(f"  {what}")
-            if back:
-                print(f"{back}  {content:<62}{share:6.0%}", end="", file=terminal, flush=True)
+        def tell(phase: str, share: float) -> None:
+            print(f"  {phase}")
+            if line:
+                print(f"{line}{share:6.0%}", end="", file=terminal, flush=True)
 
         try:
             with (
@@ -104,8 +104,7 @@ class _Steps:
         except BaseException:
             print("stopped")
             raise
-        ahead = f"{back}  {content:<62}" if back else ""
-        print(f"{ahead}{time.perf_counter() - began:6.1f} s")
+        print(f"{line}{time.perf_counter() - began:6.1f} s")
 
     def run(self, content: str, *words: str) -> None:
         """Run a command as one step. Raises LayerjamError if its exit code is not 0."""
