@@ -183,6 +183,10 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
         "brake_force: shapes do not broadcast: slip (2,) and vacuum (3,)",
     ),
     "law, dates": (lambda: lj.brake_force(DATES, 1e4, lj.load(KAPTON)), "brake_force, slip: ndarr"),
+    "law, optional": (
+        lambda: lj.brake_cycle([0.01], 1e4, lj.load(KAPTON), np.array([1j])),
+        "brake_cycle, speed: ndarray of the shape (1,) is not a number in SI",
+    ),
     "law, few": (lambda: lj.brake_force(0.02), "brake_force() takes slip, vacuum, brake"),
     "plot": (lambda: force().plot("a.xyz"), "a.xyz: the ending '.xyz' is not known; use .svg"),
     "axes": (lambda: force().plot(ax=5), "ax: int is not Matplotlib axes"),

@@ -161,14 +161,15 @@ def _explain(name: str, places: inspect.Signature, values: Any) -> None:
     arguments = dict(zip(places.parameters, values, strict=False))
     for key, value in arguments.items():
         parameter = places.parameters[key]
-        wants_record = parameter.annotation in records
-        if wants_record and type(value) not in _registered and not isinstance(value, BrakeFile):
-            kind = f"a {parameter.annotation}, such as layerjam.load(NAME).brake"
-        elif not wants_record and not _is_real(value) and parameter.default is parameter.empty:
-            kind = "a number in SI or an array of them"
+        is_record = type(value) in _registered or isinstance(value, BrakeFile)
+        is_optional = parameter.default is not parameter.empty
+        if parameter.annotation in records:
+            fits, kind = is_record, f"a {parameter.annotation}, such as layerjam.load(NAME).brake"
         else:
-            continue
-        raise QuantityError.of(f"{name}, {key}", f"{abbreviate(value)} is not {kind}")
+            fits = _is_real(value) or (is_optional and (is_record or value is None))
+            kind = "a number in SI or an array of them"
+        if not fits:
+            raise QuantityError.of(f"{name}, {key}", f"{abbreviate(value)} is not {kind}")
     shapes = {k: np.shape(v) for k, v in arguments.items() if type(v) not in _registered}
     try:
         np.broadcast_shapes(*shapes.values())
