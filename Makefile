@@ -11,7 +11,7 @@ INSTRUMENTS := $(VENV)/instruments
 PACKAGERS := $(VENV)/packagers
 
 .PHONY: demo test slow bench bench-checks interop electronics firmware firmware-checks docs lint mutants coverage \
-  alarms fuzz versions dist lock clean
+  alarms fuzz campaigns versions dist lock clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -29,6 +29,10 @@ test: $(STAMP)
 slow: $(STAMP)
 	XLA_FLAGS="$(COMPILES) $(XLA_FLAGS)" $(TEST) -m slow tests
 	$(TEST) tests/paper
+
+# The long tests with all their random cases, of which `make slow` takes a share: two hours.
+campaigns: $(STAMP)
+	LAYERJAM_FULL=1 XLA_FLAGS="$(COMPILES) $(XLA_FLAGS)" $(TEST) -m slow tests
 
 bench: $(NEIGHBOURS)
 	$(BIN)/python -m benchmarks.run

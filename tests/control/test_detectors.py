@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from control.loops import AIR, COARSE, IDEAL, NOISY, WATER, regulator
+from counts import cases
 from layerjam.control.closed_loop import simulate, simulate_many
 from layerjam.control.detection import detection_times
 from layerjam.control.faults import FaultInjection
@@ -187,7 +188,7 @@ def test_no_false_alarm_where_the_target_moves(
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", list(KINDS))
 @pytest.mark.parametrize("sensor", [NOISY, COARSE], ids=["noisy", "coarse"])
-def test_no_false_alarm_in_a_thousand_hours(kind: str, sensor: Sensor) -> None:
+def test_no_false_alarm_in_hundreds_of_hours(kind: str, sensor: Sensor) -> None:
     loop = regulator(kind=kind, sensor=sensor)
-    made = simulate_many(loop, DAY, runs=1000, duration=3600.0, seed=5)
+    made = simulate_many(loop, DAY, runs=cases(1000, 400), duration=3600.0, seed=5)
     assert (made.fault == 0).all()

@@ -16,6 +16,7 @@ from scipy.integrate import solve_ivp
 
 from control.loops import AIR, IDEAL, NOISY, WATER, regulator
 from control.test_tube import line, random_lines
+from counts import cases
 from layerjam.control import law
 from layerjam.control.detection import detection_times
 from layerjam.control.plant import Plant, plant_of
@@ -143,6 +144,10 @@ def each_fault(loop: Regulator, at: float, smaller: tuple[float, ...] = (1.0,)) 
 ALL = {"NO_VACUUM", "WEAK_PUMP", "LINE_BLOCKED"}
 
 
+ROOMS = (1.0, 1.3, 1.6, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0, 16.0, 25.0, 40.0)[:: cases(1, 2)]
+"""Decision steps of room below the pump's vacuum."""
+
+
 def at_room(loop: Regulator, steps: float) -> float:
     """The vacuum with so many decision steps of room below the pump's, where that is tuned for."""
     tube, at = loop.plant.passage, loop.plant.top - steps * loop.decision
@@ -180,7 +185,7 @@ def test_a_block_behind_a_tube_is_named(plant: str, steps: float) -> None:
 @pytest.mark.parametrize("plant", list(PLANTS))
 def test_every_room_stated(plant: str, kind: str, sensor: Any, tolerances: Tolerances) -> None:
     loop = regulator(plant=PLANTS[plant], kind=kind, sensor=sensor, tolerances=tolerances)
-    for steps in (1.0, 1.3, 1.6, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0, 16.0, 25.0, 40.0):
+    for steps in ROOMS:
         at = at_room(loop, steps)
         if at > 0:  # wide steps leave no room for forty of them
             each_fault(loop, at, (1.0, 0.3, 0.01))
@@ -190,7 +195,7 @@ def test_every_room_stated(plant: str, kind: str, sensor: Any, tolerances: Toler
 def test_every_promise_behind_random_tubes() -> None:
     """Many are promised, and what is promised is kept."""
     count = dict.fromkeys(ALL, 0)
-    for of, target in random_lines(40, 6):
+    for of, target in random_lines(cases(40, 20), 6):
         loop = regulator(
             plant=plant_of(of, vacuum=target), kind="bang-bang",
             sample_time=min(0.01, 0.09 / plant_of(of, vacuum=target).rate),
@@ -198,4 +203,4 @@ def test_every_promise_behind_random_tubes() -> None:
         for share in (1.0, 0.3):
             for name in each_fault(loop, share * target):
                 count[name] += 1
-    assert min(count.values()) >= 30, count
+    assert min(count.values()) >= cases(30, 15), count

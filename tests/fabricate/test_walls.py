@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from built_parts import KAPTON, some_brakes
+from counts import cases
 from layerjam.device.brake import Brake
 from layerjam.device.workshop import Build
 from layerjam.errors import LayerjamError
@@ -139,9 +140,10 @@ def test_four_random_brakes() -> None:
 
 
 @pytest.mark.slow
-def test_a_hundred_random_brakes_and_choices() -> None:
+def test_many_random_brakes_and_choices() -> None:
     rng = np.random.default_rng(4)
-    known = zip(some_brakes(41, 170), some_builds(42, 170), strict=True)
+    count = cases(170, 70)
+    known = zip(some_brakes(41, count), some_builds(42, count), strict=True)
     found = [name for brake, build in known if (name := compare(brake, build, rng))]
-    assert len(found) >= 100
+    assert len(found) >= 0.58 * count
     assert len(set(found)) >= 6  # no single wall is the least of all of them

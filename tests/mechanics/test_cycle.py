@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from counts import cases
 from layerjam.mechanics.enclosure import enclosure_force
 from layerjam.mechanics.energy import pull_work
 from layerjam.mechanics.friction import sheet_friction
@@ -230,7 +231,7 @@ def test_games_with_crosshead_and_pump_win_nothing(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(10, 20))
+@pytest.mark.parametrize("seed", range(10, 10 + cases(10, 3)))
 def test_long_games_win_nothing(seed):
     check_games(seed, 3000, 60)
 

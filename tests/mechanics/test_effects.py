@@ -34,7 +34,9 @@ MODELS = {
 }
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize(
+    "model", [pytest.param(m, marks=pytest.mark.slow) if m == "stack" else m for m in MODELS]
+)
 def test_every_model_applies_an_effect_that_none_of_them_knows(model):
     warm, same, cold = (np.asarray(MODELS[model](b), float) for b in (WARM, SAME, COLD))
     assert warm == pytest.approx(same, rel=1e-9) and not np.allclose(warm, cold, rtol=1e-3)

@@ -126,6 +126,7 @@ def test_forces_do_not_change_when_lengths_are_given_in_millimetres(length, expo
     same(limits.clamp_stress, (force,), (force,), -2)
 
 
+@pytest.mark.slow
 def test_histories_in_millimetres():
     u = np.array([0.0, 0.03, 0.02, 0.04, 0.0, 0.035])
     vacuum = np.array([9e4, 9e4, 2e4, 5e3, 1e3, 3e4])

@@ -217,6 +217,7 @@ def test_a_rising_vacuum_lies_between_its_ends_and_keeps_its_books():
     assert _errors(slips)[-1] < 1e-5 * slips[-1]
 
 
+@pytest.mark.slow
 def test_one_that_falls_in_no_time_is_a_lower_vacuum_from_the_start():
     samples, times = np.array([94.5e3, 60e3, 60e3]), np.array([0.0, 1e-9, 1.0])
     run = stop_in_time(1.0, 2.5, samples, times, ROPE, None, G, 1e-6, MANY, KAPTON)

@@ -11,6 +11,7 @@ import jax
 import numpy as np
 import pytest
 
+from counts import cases
 from layerjam.mechanics.hysteresis import brake_cycle
 from strategies import KAPTON, PTFE
 
@@ -56,6 +57,6 @@ def test_compiled_for_one_or_for_many_the_force_is_the_same(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(2, 7))
-def test_a_hundred_thousand_histories(seed):
+@pytest.mark.parametrize("seed", range(2, 2 + cases(5, 2)))
+def test_twenty_thousand_histories(seed):
     check(seed, 20_000, steps=20)

@@ -14,6 +14,7 @@ FULL = 94.5e3
 C = 175.4298
 
 
+@pytest.mark.slow
 def test_many_stacks_are_each_what_one_is():
     random = np.random.default_rng(2)
     for stack in (

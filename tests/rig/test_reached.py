@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import layerjam.rig
+from counts import cases
 from layerjam.control import law
 from layerjam.control.settings import KINDS, Regulator
 from layerjam.rig.address import address_of
@@ -43,7 +44,7 @@ def test_a_healthy_run_reaches_its_target(
 @pytest.mark.parametrize("address", [LEAKY, TIGHT], ids=["leaky", "tight"])
 @pytest.mark.parametrize("kind", list(KINDS))
 def test_every_healthy_run_reaches_its_target(address: str, kind: str, tmp_path: Path) -> None:
-    for target, repeat in itertools.product(TARGETS, range(3)):
+    for target, repeat in itertools.product(TARGETS, range(cases(3, 1))):
         told = outcome(
             f"{address}&seed={repeat}", kind, target, tmp_path / f"{target}-{repeat}.ljrun"
         )

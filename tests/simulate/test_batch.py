@@ -24,6 +24,7 @@ SWEEP = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("brake", [KAPTON, PTFE])
 def test_the_compiled_loop_is_the_law(brake):
     made = batch(stop, SWEEP, brake=brake)

@@ -139,6 +139,7 @@ def test_few_times_to_hand_over_do():
     assert abs(fine - finest) < 1e-4 * finest
 
 
+@pytest.mark.slow
 def test_water_is_a_straight_line():
     line = stretching(4e-6)
     made = coupled_drop(KAPTON, line, **CASE, start=60e3, drive=SHUT, water=True)

@@ -197,6 +197,7 @@ def test_a_step_up_within_the_stop_converges():
     assert timed.slip == pytest.approx(fine.slip, rel=2e-6)
 
 
+@pytest.mark.slow
 def test_a_snap_in_a_rising_history_says_what_it_takes_there():
     soft = {"mass": 30.0, "speed": 2.5, "rope_stiffness": 2.4e3}
     rising = History([0.0, 0.03], [20e3, 94.5e3])
