@@ -140,7 +140,7 @@ class Stub:
     def result(self, cls: type[Result]) -> str:
         """The class of a result; `require` of one with optional keys returns one without them."""
         plain = self.name(cls.__module__, cls.__name__)
-        optional = {f.name: str(f.type) for f in cls.keys() if "None" in str(f.type)}  # noqa: SIM118
+        optional = {f.name: f.type for f in cls.keys() if "None" in str(f.type)}  # noqa: SIM118
         if not optional:
             return plain
         known, made = f"{plain}Known", f"{plain}Result"
@@ -152,12 +152,12 @@ class Stub:
         ]
         return made
 
-    def without_none(self, kind: str, cls: type[Result]) -> str:
+    def without_none(self, kind: Any, cls: type[Result]) -> str:
         """An optional annotation of a result without None."""
         module = next(
             base.__module__
             for base in cls.__mro__
-            if kind in vars(base).get("__annotations__", {}).values()
+            if kind in inspect.get_annotations(base).values()
         )
         text = self.text(kind, module)
         return " | ".join(word for word in text.split(" | ") if word != "None")

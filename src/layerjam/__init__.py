@@ -6,8 +6,6 @@ numbers and return results that print, plot and save themselves; the equations a
 nothing.
 """
 
-from __future__ import annotations
-
 import ast
 import importlib
 import sys

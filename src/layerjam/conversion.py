@@ -1,7 +1,5 @@
 """Factors between units, and numbers out of the quantity objects of other packages."""
 
-from __future__ import annotations
-
 import functools
 import math
 import re

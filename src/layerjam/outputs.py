@@ -1,10 +1,9 @@
 """Output quantities: unit and text of what is computed, once, on the record that holds it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from inspect import get_annotations
 from typing import Any, TypeVar, dataclass_transform
 
 from layerjam.units import QuantitySpec
@@ -71,7 +70,7 @@ def declare(cls: type[T]) -> type[T]:
     bases = [base for base in reversed(cls.__mro__[1:]) if is_dataclass(base)]
     known = {f.name: f for base in bases for f in fields(base)}
     kinds: dict[str, Any] = {}
-    for name, kind in vars(cls).get("__annotations__", {}).items():
+    for name, kind in get_annotations(cls).items():
         kinds[name] = kind
         own = vars(cls).get(name)
         if own is None and name in known:

@@ -5,8 +5,6 @@ with code 4 and writes nothing. A person may accept one failed check by name, wi
 acceptance stays in the file that is written. Every later command that reads the file reports it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace

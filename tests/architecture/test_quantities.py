@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
+import inspect
 import math
 import pkgutil
 import sys
@@ -130,7 +131,7 @@ def _declared() -> dict[str, QuantitySpec]:
         for f in dataclasses.fields(cls):
             spec = f.metadata.get("quantity")
             if spec is not None and "result" not in f.metadata and _bounded(spec):
-                said = (c for c in cls.__mro__ if f.name in vars(c).get("__annotations__", ()))
+                said = (c for c in cls.__mro__ if f.name in inspect.get_annotations(c))
                 found[f"{next(said).__name__}.{f.name}"] = spec
     return found
 

@@ -3,8 +3,6 @@
 A run is read from its own tables. For a file of a test machine only its bytes count here.
 """
 
-from __future__ import annotations
-
 import json
 import sqlite3
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Database of the records: a SQLite file, or a PostgreSQL server by URL."""
 
-from __future__ import annotations
-
 import contextlib
 import re
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Identification of a record: by name or id, or by a key that others cite."""
 
-from __future__ import annotations
-
 from sqlalchemy import Connection, select
 
 from layerjam.archive.database import RecordsError

@@ -1,7 +1,5 @@
 """Content of a file for the database: its record, others inside it, and their sources."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -7,8 +7,6 @@ Times are text, UTC in RFC 3339 with `Z`, because SQLite loses the zone of a tim
 UUID.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime

@@ -1,7 +1,5 @@
 """Additions to the database: files with their records, links between them, withdrawals."""
 
-from __future__ import annotations
-
 import getpass
 import uuid
 from collections.abc import Iterable, Mapping

@@ -1,7 +1,5 @@
 """Views of the database: all records, one with its sources, and a check of the files."""
 
-from __future__ import annotations
-
 import json
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence

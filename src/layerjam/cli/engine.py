@@ -1,7 +1,5 @@
 """JAX for the command line: double precision and working interrupts."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal

@@ -1,7 +1,5 @@
 """The command line of a declared command: the signature for typer, and the call."""
 
-from __future__ import annotations
-
 import inspect
 import os
 import shlex

@@ -1,7 +1,5 @@
 """Entry point: every declared command, and one plain sentence for every error."""
 
-from __future__ import annotations
-
 import contextlib
 import glob
 import os

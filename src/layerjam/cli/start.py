@@ -4,8 +4,6 @@ Python does not search loaded modules (JAX, Matplotlib, compiled code) for garba
 and does not unload them at the end. Together this saves a second.
 """
 
-from __future__ import annotations
-
 import atexit
 import gc
 import os

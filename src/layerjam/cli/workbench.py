@@ -1,7 +1,5 @@
 """`workbench` on the command line."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from layerjam.commands.declare import Help, command

@@ -1,7 +1,5 @@
 """Arguments of a call by name, their errors, and the members of an annotation."""
 
-from __future__ import annotations
-
 import difflib
 import inspect
 import os

@@ -1,7 +1,5 @@
 """`bench check` and `bench zero`: wiring, tightness and the sensor's zero, before the first run."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 

@@ -1,7 +1,5 @@
 """`bench flash`: firmware and wiring onto a board."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

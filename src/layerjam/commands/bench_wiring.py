@@ -1,7 +1,5 @@
 """`bench wiring`: how a board is wired, as a list, a check and a drawing."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path

@@ -84,10 +84,10 @@ class Input(Help):
 
 def accepted(convert: Callable[..., Any]) -> Any:
     """Return the type of what an `Input` converts, as text if only type checkers know it."""
-    text = next(iter(convert.__annotations__.values()))
+    kind = next(iter(convert.__annotations__.values()))
     with contextlib.suppress(NameError):
-        return eval(text, convert.__globals__)  # our own source, never a user's text
-    return text
+        return eval(kind, convert.__globals__) if isinstance(kind, str) else kind  # our own source
+    return kind
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Numbers of a brake or a line changed in its file's own text; comments and sources stay."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -5,8 +5,6 @@ reads their decorator, name and first sentence from the source, in milliseconds;
 is imported when the command is used.
 """
 
-from __future__ import annotations
-
 import ast
 import functools
 import importlib

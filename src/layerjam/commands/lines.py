@@ -1,7 +1,5 @@
 """A vacuum line as an argument of a command, and what fills it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal

@@ -1,7 +1,5 @@
 """Values of a result by name, from the records behind it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Files of one campaign by their use: friction tests, pulls to calibrate and to validate on."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import asdict, replace

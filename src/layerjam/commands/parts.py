@@ -1,7 +1,5 @@
 """`parts`: the catalogue of pumps, valves and sensors for a vacuum line."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """Logs of pressure as commands take them: what the pressure counts from, and which part counts."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Measured files as commands take them: paths or traces, one or several, and how they are read."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

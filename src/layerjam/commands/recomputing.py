@@ -1,7 +1,5 @@
 """`recompute`: derive everything in a published dataset again, and compare file by file."""
 
-from __future__ import annotations
-
 import json
 import tempfile
 from collections.abc import Collection, Iterable, Iterator

@@ -1,7 +1,5 @@
 """`records`: what was built, measured and calibrated, in a database that nobody overwrites."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any

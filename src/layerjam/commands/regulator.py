@@ -1,7 +1,5 @@
 """The regulator of a vacuum line as options of a command, and its plant from one recorded step."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal

@@ -9,6 +9,7 @@ import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from html import escape
+from inspect import get_annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transform
 
@@ -141,12 +142,12 @@ class Result:
         A key that the class names again comes where it does so.
         """
         found = {f.name: f for f in fields(cls) if "result" in f.metadata}
-        own = vars(cls).get("__annotations__", ())
+        own = get_annotations(cls)
         bases = sorted(cls.__mro__, key=lambda base: issubclass(base, Result))
         order = [
             name
             for base in bases
-            for name in vars(base).get("__annotations__", ())
+            for name in get_annotations(base)
             if base is cls or name not in own
         ]
         return tuple(found[name] for name in dict.fromkeys(order) if name in found)

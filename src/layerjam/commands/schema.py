@@ -1,7 +1,5 @@
 """`schema`: a JSON Schema of what every command prints with --json, from its declaration."""
 
-from __future__ import annotations
-
 import builtins
 import inspect
 import sys
@@ -38,8 +36,8 @@ def _names(cls: type) -> _Names:
 
 def _annotation(cls: type, name: str) -> Any:
     """The type of a field, looked up in the module of the class that declares it."""
-    owner = next(base for base in cls.__mro__ if name in vars(base).get("__annotations__", ()))
-    text = vars(owner)["__annotations__"][name]
+    owner = next(base for base in cls.__mro__ if name in inspect.get_annotations(base))
+    text = inspect.get_annotations(owner)[name]
     return eval(text, {}, _names(owner)) if isinstance(text, str) else text  # our own source
 
 

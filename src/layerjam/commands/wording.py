@@ -1,7 +1,5 @@
 """Values and sentences as the command line prints them."""
 
-from __future__ import annotations
-
 import textwrap
 from typing import Any
 

@@ -5,8 +5,6 @@ rise); behind a tube they are integrated (`through_tube.py`). Noise is that of `
 result depends on its seed and number alone, not on how many others run beside it or on which core.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections import deque

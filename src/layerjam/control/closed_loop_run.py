@@ -5,8 +5,6 @@ the slope a - b v of the vacuum a sample of length T adds slope (1 - exp(-b T))/
 first order shows the part of it that its lag lets through. A plant with a tube is integrated.
 """
 
-from __future__ import annotations
-
 import math
 import types
 from pathlib import Path

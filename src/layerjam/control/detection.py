@@ -5,8 +5,6 @@ tolerances of pump, zero and lag in every combination; the longest time counts. 
 raised by the noise beforehand.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The plant between two samples, exact: the text of the compiled loop and of a virtual board."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Faults, by name as a bench would provoke them: what breaks, so that a detector can be tried."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -8,8 +8,6 @@ reported before it is tried: forces outside the brake's range, and vacuums that 
 pump and vent can.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any

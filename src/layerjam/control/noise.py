@@ -8,8 +8,6 @@ Streams are stretches of one sequence of period 2^64 that begin at mixed places:
 of 3.6e5 numbers the chance that any two overlap is 2e-6.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

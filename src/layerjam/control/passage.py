@@ -9,8 +9,6 @@ all rates over the chamber's volume. The rise that the law expects falls straigh
 in proportion to the pump's command; behind a tube it is at most a parabola (`owing`).
 """
 
-from __future__ import annotations
-
 import functools
 from dataclasses import dataclass
 from typing import Any, NamedTuple

@@ -4,8 +4,6 @@ Every size is the root of the same model of the line, bracketed, at constant vac
 (a stretched enclosure draws a little more, which is on the safe side).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Checks of a plan for a collision: a margin at the vacuums it names, and sheets that hold."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -6,8 +6,6 @@ over them is taken on a Fibonacci lattice of quantiles, shifted at random (Cranl
 constant vacuum.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

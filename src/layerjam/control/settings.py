@@ -1,7 +1,5 @@
 """A regulator as a user states it: quantities with units and bounds, and the law's tuples of it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -3,8 +3,6 @@
 With the warning the pump goes full on and, after its delay, the reservoir's valve opens.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

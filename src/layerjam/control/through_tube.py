@@ -4,8 +4,6 @@ Stiff where the tube is short and wide: the Rosenbrock method of order two with 
 error (Shampine and Reichelt, SIAM Journal on Scientific Computing 18, 1997, 1-22: `ode23s`).
 """
 
-from __future__ import annotations
-
 import math
 
 import numba

@@ -3,8 +3,6 @@
 A bench within them causes no false fault, and each fault is detected within its stated time.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from layerjam.units import quantity

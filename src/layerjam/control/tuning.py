@@ -11,8 +11,6 @@ the closed loop's time constant; the rule's tight choice is T_c = theta, ours is
 samples nor a twentieth of the pump's 1/k, so that noise does not drive it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

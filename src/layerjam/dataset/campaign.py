@@ -1,7 +1,5 @@
 """Files in a campaign's folder, and their uses."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path

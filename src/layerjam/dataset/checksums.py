@@ -1,7 +1,5 @@
 """SHA-256 of every file of a dataset, in the form that `sha256sum --check` reads."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path

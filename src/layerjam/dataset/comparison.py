@@ -1,7 +1,5 @@
 """Comparison of published with recomputed files, number by number and word by word."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

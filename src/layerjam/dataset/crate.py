@@ -1,7 +1,5 @@
 """Description of a dataset, for repositories (RO-Crate 1.1) and for people."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Authors of a dataset, and the licence under which others may use it."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Numbers, text and looks of published pages and PDFs."""
 
-from __future__ import annotations
-
 import html
 import importlib.util
 import re

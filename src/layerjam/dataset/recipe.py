@@ -1,7 +1,5 @@
 """Recipe of a dataset: the data with which a program recomputes its numbers from the raw files."""
 
-from __future__ import annotations
-
 import json
 import platform
 from collections.abc import Mapping

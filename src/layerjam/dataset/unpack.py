@@ -1,7 +1,5 @@
 """A dataset from its folder or from a zip file, which may come from a stranger."""
 
-from __future__ import annotations
-
 import contextlib
 import stat
 import tempfile

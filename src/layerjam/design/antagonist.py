@@ -4,8 +4,6 @@ Turning the pulley by an angle pulls one brake and slackens the other. A slack b
 force.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

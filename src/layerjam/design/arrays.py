@@ -4,8 +4,6 @@ An array has chains in parallel. A chain has stages in series. A stage has membe
 brake is one chain of one stage of one member.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple

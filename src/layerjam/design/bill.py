@@ -5,8 +5,6 @@ sheets are arrays. Its lengths come in steps (screws, nuts), so it is neither tr
 interpolated.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any, NamedTuple, Protocol
 

@@ -5,8 +5,6 @@ corner. A box in which no design can meet a constraint is discarded; the others 
 no box is left, nothing meets all constraints.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

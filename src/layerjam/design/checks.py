@@ -1,7 +1,5 @@
 """Checks of a chosen design: strength of the sheets, and the effect of scatter in friction."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 from layerjam.design.robust import Chance

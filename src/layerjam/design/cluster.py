@@ -4,8 +4,6 @@ A task is one block and returns its file's bytes, so workers need no shared disk
 lost worker are computed again on another, to the same bytes.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import functools

@@ -1,7 +1,5 @@
 """Force per mass of brakes, next to published devices (paper III-F, Fig. 12)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

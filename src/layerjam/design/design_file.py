@@ -1,7 +1,5 @@
 """File of a designed brake: the chosen values, those of the base brake, and unknown ones."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace

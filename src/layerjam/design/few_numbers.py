@@ -1,7 +1,5 @@
 """Design requests from a few numbers: a force to hold or a mass to stop."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Force per mass of a brake, and the effect of more sheets (paper, section III-F, Fig. 12)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from layerjam.device.brake import Brake, mass

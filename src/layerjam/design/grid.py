@@ -1,7 +1,5 @@
 """Designs of a specification as one long row: design number to values and back."""
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ series and in parallel. A base brake supplies everything else. The laws of `mech
 forces, which are shared equally among equal brakes.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Published brakes, dampers and clutches: mass and force, each quoted from its source."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache

@@ -4,8 +4,6 @@ JAX differentiates the merits; the search is SciPy's SLSQP on their logarithms. 
 whole numbers and variables that the specification gives as a list or one value stay.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Collection

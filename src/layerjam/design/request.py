@@ -1,7 +1,5 @@
 """Design request, as in its TOML file: read, written, or built in code."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

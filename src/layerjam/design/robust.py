@@ -1,7 +1,5 @@
 """Effect of scatter in friction on a design: the probability that each constraint holds."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

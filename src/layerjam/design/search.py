@@ -4,8 +4,6 @@ A block of designs is cut into chunks that stay in the cache, one core each. The
 depend on the number of cores or the order in which they finish.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Callable, Iterable

@@ -1,7 +1,5 @@
 """Stop requirement of a design: exact for parallel brakes, rigid brakes if in series."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import jax.numpy as jnp

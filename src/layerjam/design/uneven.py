@@ -1,7 +1,5 @@
 """Notice of a comparison between calibrated and uncalibrated brakes. Loads no JAX."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from layerjam.device.file import BrakeFile

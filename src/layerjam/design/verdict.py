@@ -1,7 +1,5 @@
 """Verdict of a search: the chosen design, why the next one lost, and what excludes better ones."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The silicone enclosure around the stack."""
 
-from __future__ import annotations
-
 from layerjam.conversion import Quantity
 from layerjam.units import quantity, record
 

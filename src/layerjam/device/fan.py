@@ -3,8 +3,6 @@
 The law itself is in `mechanics.fan`. A `brake` is a `Brake`, whose module imports this one.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from layerjam.errors import QuantityError

@@ -5,8 +5,6 @@ A quantity is text with its unit (``width = "13 mm"``) or a table that also give
 [film] or [enclosure] takes missing values from a material of the catalogue.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType

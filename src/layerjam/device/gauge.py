@@ -1,7 +1,5 @@
 """Warning for a brake whose sheets have a thickness in which their film is not sold."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from layerjam.device.file import BrakeFile

@@ -1,7 +1,5 @@
 """Hyperelastic law of the enclosure's rubber, in place of its single modulus."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Brakes by catalogue name or path, and files that are written completely or not at all."""
 
-from __future__ import annotations
-
 import functools
 import os
 import secrets

@@ -1,7 +1,5 @@
 """Mount of the brake: the clamp in the caps, the rope of the drop test, and the site."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from layerjam.conversion import Quantity

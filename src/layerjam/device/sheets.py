@@ -1,7 +1,5 @@
 """The interleaved sheets and the film they are cut from."""
 
-from __future__ import annotations
-
 from layerjam.conversion import Quantity
 from layerjam.units import quantity, record
 

@@ -1,7 +1,5 @@
 """Friction of the sheets as a function of their sliding speed."""
 
-from __future__ import annotations
-
 from layerjam.conversion import Quantity
 from layerjam.units import quantity, record
 

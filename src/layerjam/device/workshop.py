@@ -3,8 +3,6 @@
 Nothing here changes a brake's behaviour; these records are separate from Brake and never traced.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Flat parts other than sheets [mm]: the jig, an array's yokes and links, the coupons."""
 
-from __future__ import annotations
-
 from layerjam.fabricate.outline import Circle, Cut, Outline
 
 CORNER = 3.0

@@ -1,7 +1,5 @@
 """Parts list: everything to have on the table, without prices or suppliers."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import astuple, dataclass, fields, replace
 

@@ -3,8 +3,6 @@
 x = 0 at the face of the cap, sheets towards +x; z = 0 in the middle of the stack, plate above.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Checks of a build as drawn: C2 of the printer, C4 to C6, C10, C11 and C14."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from functools import partial

@@ -1,7 +1,5 @@
 """Choices behind a build: the [build] table of a brake or a workshop, with their sources."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace

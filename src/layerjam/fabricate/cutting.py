@@ -1,7 +1,5 @@
 """Films that each cutter may cut: a laser that burns the wrong film poisons its operator."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Mass, amounts and margins of many drawn brakes by closed forms: no file, mesh or library."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial

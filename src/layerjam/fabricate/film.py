@@ -1,7 +1,5 @@
 """Film of a build: parts, pieces of stock, files and checks."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 A path inside the folder never comes from the name of the brake.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Mapping

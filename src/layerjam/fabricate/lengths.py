@@ -6,8 +6,6 @@ the pull, y across the sheets, z through the stack, whose middle is z = 0.
 If the sheets of a brake are arrays, so are all lengths: a search computes many at once.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, ClassVar, TypeVar

@@ -1,7 +1,5 @@
 """Mass of each part of a build as drawn, and the parts whose mass is known only by weighing."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Part as a closed triangle mesh, by manifold3d (extra `build`) [mm]."""
 
-from __future__ import annotations
-
 import functools
 from dataclasses import dataclass
 from typing import Any

@@ -4,8 +4,6 @@ The mould parts at z = 0. Both flanges have bolts; keys replace the middle pair.
 end and two vents at the other, in the length that is cut off. The mould is filled on end.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from layerjam.device.workshop import Build

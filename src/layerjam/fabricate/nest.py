@@ -1,7 +1,5 @@
 """Film parts in rows on the stock, in mm: never turned, as film differs along and across."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Meshes as 3MF and STL, written directly; the same bytes for the same mesh."""
 
-from __future__ import annotations
-
 import io
 import zipfile
 from collections.abc import Sequence

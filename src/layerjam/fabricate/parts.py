@@ -1,7 +1,5 @@
 """Solids of a build: printed parts, with their numbers, and the cast enclosure."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from layerjam.device.workshop import Build

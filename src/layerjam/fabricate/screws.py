@@ -5,8 +5,6 @@ nuts (ISO 4032) come from FreeCAD's fasteners workbench; nuts (BS EN ISO 4032:20
 pitches (ISO 261) from engineersedge; holes (ISO 273) from two tables.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

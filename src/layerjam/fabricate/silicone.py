@@ -3,8 +3,6 @@
 C12 and C13 of the specification.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator

@@ -4,8 +4,6 @@ AP214, product named as the part. A file is the same for the same part and versi
 which its header names.
 """
 
-from __future__ import annotations
-
 import tempfile
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Checks of whether sheets, clamp and cap bear the greatest force (C7 to C9); N and mm, so MPa."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from functools import partial

@@ -1,7 +1,5 @@
 """Flat parts as SVG: one user unit is one mm, hairlines, arcs as arcs."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from xml.sax.saxutils import escape
 

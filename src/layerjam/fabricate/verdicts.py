@@ -1,7 +1,5 @@
 """Checks of a build (C1 to C15): numbers with their limits first, sentences only on request."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ curve has a closed form without leak, stretch by stretch. Water: C P' = F. Times
 pressure is never reached. `lowest` and `reachable` hold for every line.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import Any, NamedTuple

@@ -5,8 +5,6 @@ p_atm/p. Vacuums are those below `STANDARD`. The curve is straight between point
 between falling points, and pumping down has a closed form.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from dataclasses import dataclass
 from itertools import pairwise

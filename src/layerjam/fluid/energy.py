@@ -5,8 +5,6 @@ N = p V at one temperature. Real pumps take many times as much; their electric e
 `pump.power` is.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

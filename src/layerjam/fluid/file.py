@@ -4,8 +4,6 @@
 keys of the table override the part's numbers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Flows of gas through pump, valve, tube and leak, as throughputs [Pa m^3/s]."""
 
-from __future__ import annotations
-
 import math
 
 CRITICAL = 0.528

@@ -9,8 +9,6 @@ carries q N/(p V). A tube in cells adds the pressures along it and the flows bet
 state; their gas is counted together.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Callable

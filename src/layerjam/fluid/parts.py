@@ -5,8 +5,6 @@ sheet are kept for reference (`PRINTED`) and have no effect. Numbers that a line
 prints are marked as assumed (`ASSUMED`).
 """
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Mapping

@@ -6,8 +6,6 @@ curve's free air is counted at that atmosphere. At STANDARD this is the data she
 greatest vacuum is less in proportion to the atmosphere.
 """
 
-from __future__ import annotations
-
 from layerjam.errors import QuantityError
 from layerjam.fluid.curve import STANDARD, free_flow
 from layerjam.fluid.line import Pump

@@ -1,7 +1,5 @@
 """Rise and fall of the vacuum in a line, integrated, and changes that would make it faster."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -9,8 +9,6 @@ with q the throughput: continuity and momentum with laminar friction, without th
 which counts for little far below c. At rest in q it is Poiseuille's law for a gas, exactly.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

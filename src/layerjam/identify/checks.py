@@ -1,7 +1,5 @@
 """Checks of a fit: whether its numbers are plausible, in plain sentences."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Measured pulls as input to a fit over many of them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -5,8 +5,6 @@ scatter it causes. For one value that is Grubbs' test. For two or three it is th
 common removal (Cook and Weisberg 1982, section 2.2), so that two outliers cannot hide each other.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

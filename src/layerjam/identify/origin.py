@@ -1,7 +1,5 @@
 """Origin of a brake's numbers in one word, derived from its file."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType

@@ -1,7 +1,5 @@
 """Mean and 95 % interval over repeats: the repeat is the unit, not the sample."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

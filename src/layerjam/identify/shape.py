@@ -1,7 +1,5 @@
 """A brake with the numbers that a fit over curves varies."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -9,8 +9,6 @@ A single pull with another friction and one with another vacuum look alike. Only
 separate them, but it carries a sixth of the force and scatters too much for that.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Friction of a brake at the speed of a pull, if its file has a speed law."""
 
-from __future__ import annotations
-
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError
 from layerjam.mechanics.friction import at_speed, growth_of

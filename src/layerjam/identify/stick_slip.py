@@ -6,8 +6,6 @@ regularly spaced, they rise for longer than they fall, and all rise equally fast
 film rise and fall alike; so does a vibration.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 

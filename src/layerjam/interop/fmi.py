@@ -1,7 +1,5 @@
 """A brake as a functional mock-up unit: FMI 3.0 or 2.0, model exchange and co-simulation in one."""
 
-from __future__ import annotations
-
 import io
 import platform
 import struct

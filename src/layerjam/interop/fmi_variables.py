@@ -3,8 +3,6 @@
 `python -m layerjam.interop.fmi_variables` writes `c/fmu/variables.h` again; a test compares.
 """
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The description of a functional mock-up unit: `modelDescription.xml` for FMI 3.0 and 2.0."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal
 from xml.sax.saxutils import quoteattr

@@ -4,8 +4,6 @@
 `mechanics.hysteresis`.
 """
 
-from __future__ import annotations
-
 import functools
 from typing import Any, NamedTuple
 

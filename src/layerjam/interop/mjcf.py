@@ -1,7 +1,5 @@
 """MuJoCo models with a brake: the actuator as MJCF, in a mujoco.MjSpec, and an example scene."""
 
-from __future__ import annotations
-
 from importlib.resources import files
 from typing import Any
 from xml.sax.saxutils import quoteattr

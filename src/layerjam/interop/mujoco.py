@@ -9,8 +9,6 @@ The helper moves the rest length of a tendon's spring, which is the slip. The pl
 the vacuum. Both hold a load without creep, bit for bit, unlike `frictionloss`.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from layerjam.errors import CompilerError

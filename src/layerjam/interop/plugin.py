@@ -4,8 +4,6 @@
 model with a brake opens without any code.
 """
 
-from __future__ import annotations
-
 import ctypes
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A brake as C source: the kernel's files, and one with the brake's eight numbers."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from layerjam._version import __version__

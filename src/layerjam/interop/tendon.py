@@ -4,8 +4,6 @@ The tendon is a spring that only pulls, with the brake's stiffness; the upper en
 is the slip. The engine computes k (u - x), and the motion of the slip contains all resistance.
 """
 
-from __future__ import annotations
-
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The machine's C compiler, and a cache of the libraries that it builds."""
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import importlib.util

@@ -4,8 +4,6 @@ Every process traces and compiles `brake_cycle` again for every length; a machin
 kernel once. Both give the same numbers to rounding, so that the choice affects only the time.
 """
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 `python -m layerjam.kernel.formulas` writes `c/formulas.h` again; a test compares.
 """
 
-from __future__ import annotations
-
 import ast
 import inspect
 import textwrap

@@ -1,7 +1,5 @@
 """The C kernel in Python: moves of a brake, a hundred times faster than `brake_cycle`."""
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import re

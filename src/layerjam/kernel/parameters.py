@@ -1,7 +1,5 @@
 """The eight numbers of a brake that the C kernel computes with."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any, NamedTuple
 

@@ -4,8 +4,6 @@ This module writes nothing (`campaign_files` does). `Campaign.traces` gives the 
 reader would, so that a study of thousands of campaigns needs no files.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path

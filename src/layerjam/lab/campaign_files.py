@@ -1,7 +1,5 @@
 """A campaign's folder: the files of the machine, the truth, and a README with the next steps."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ Every file states that it is synthetic, in its own text and in its sidecar. The 
 look of such files; the machines did not write them.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -5,8 +5,6 @@ test and each fault draws its own random numbers, so that one more fault does no
 of the others.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The tests of a campaign before the simulation: their conditions and their scatter."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """Records of a campaign's tests: the true force, then the readings of the machine."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 

@@ -4,8 +4,6 @@ Unit, meaning and bounds of every number are defined once, here and in `faults`.
 its error messages and the commented example use them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from types import MappingProxyType

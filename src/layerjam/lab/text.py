@@ -1,7 +1,5 @@
 """A campaign's TOML: read with file and line in every error, and written with comments."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path

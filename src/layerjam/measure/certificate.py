@@ -1,7 +1,5 @@
 """Calibration certificates of a test's instruments (ISO/IEC 17025, section 7.8.4)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from datetime import date as day

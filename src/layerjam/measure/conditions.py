@@ -1,7 +1,5 @@
 """Conditions of a test: from its sidecar, from one list for a whole folder, from its name."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re

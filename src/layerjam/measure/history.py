@@ -1,7 +1,5 @@
 """Vacuum over time from a file, such as a pump's log or a spreadsheet."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -4,8 +4,6 @@ A command lists the quantities it needs (`Want`). A column is selected by its un
 its name. `ReadingOptions` decide where the file does not.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

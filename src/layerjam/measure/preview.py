@@ -1,7 +1,5 @@
 """Preview of a file: its columns as written, its first rows, and their interpretation."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial

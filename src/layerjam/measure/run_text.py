@@ -1,7 +1,5 @@
 """A run of a bench as the CSV that every command reads, and the facts for its sidecar."""
 
-from __future__ import annotations
-
 import io
 
 from layerjam._version import __version__

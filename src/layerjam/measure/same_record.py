@@ -4,8 +4,6 @@ Repeats of one brake look alike, but the load cell's noise identifies a record. 
 second differences, which contain hardly anything else.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """Facts missing in a measurement's file: NAME.csv.toml next to NAME.csv."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

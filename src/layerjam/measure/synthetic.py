@@ -1,7 +1,5 @@
 """Detection of files that a program wrote: by their own words, or by their sidecar."""
 
-from __future__ import annotations
-
 import re
 
 from layerjam.errors import Notice

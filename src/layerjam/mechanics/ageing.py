@@ -5,8 +5,6 @@ friction was measured after); `layerjam ageing` fits it. The load of the hold is
 the pull, and a slip to wipe the growth out.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

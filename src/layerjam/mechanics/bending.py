@@ -15,8 +15,6 @@ it takes from the other, so that the sum stays as it is to first order, and fric
 flat sheets. What changes is the lever: see `_fanned`.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import jax.numpy as jnp

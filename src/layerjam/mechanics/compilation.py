@@ -1,7 +1,5 @@
 """Compiled code kept between processes, and one line on stderr where compiling takes seconds."""
 
-from __future__ import annotations
-
 import functools
 import os
 import sys

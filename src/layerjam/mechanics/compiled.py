@@ -4,8 +4,6 @@ XLA cuts a long formula into dozens of passes over memory. Where a law is plain 
 one loop of the same source, three times as fast on millions of drops; gradients stay with JAX.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 import sys

@@ -1,7 +1,5 @@
 """What a brake did along an elongation history, whichever law its enclosure follows."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 

@@ -4,8 +4,6 @@ Two faces carry. Pulling stretches a strip of stiffness EA against the friction 
 length; the part that moves grows from both ends until it meets in the middle (saturation).
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp

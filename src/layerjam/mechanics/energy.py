@@ -1,7 +1,5 @@
 """Work and energy of a pull at constant vacuum (paper, eq. 10)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import jax.numpy as jnp

@@ -7,8 +7,6 @@ faces, dT/di = -2 mu T (1/L1 + 1/L3) i t, hence T = T_outer exp(alpha (1 - (i/m)
 sheets of one side's half, alpha = mu t m^2 (1/L1 + 1/L3). Their mean over T_outer is the factor.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple

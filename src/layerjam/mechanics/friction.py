@@ -1,7 +1,5 @@
 """Friction of the jammed sheets (paper, eq. 4 and 7), with all that changes its coefficient."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

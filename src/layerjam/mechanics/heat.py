@@ -8,8 +8,6 @@ gives the heat off to the air.
 Wear is not modelled: neither that of the film nor what a warm or worn surface does to friction.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import jax.numpy as jnp

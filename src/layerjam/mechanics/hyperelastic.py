@@ -13,8 +13,6 @@ without friction. The strain at the end is the one unknown.
 First loading at constant vacuum only; `hyperelastic_cycle` follows what comes later.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import jax

@@ -4,8 +4,6 @@ Tension only: in compression the sheets buckle, the brake carries nothing, and i
 it is while friction holds the enclosure; otherwise the enclosure closes the brake until it does.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import jax

@@ -8,8 +8,6 @@ the arc as lying in the middle of the overlap. Sheets without spacers press on e
 leave the overlap too; that only adds, and is left out.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp

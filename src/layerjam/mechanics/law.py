@@ -1,7 +1,5 @@
 """What every law shares: double precision, broadcasting, compilation."""
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import functools
@@ -157,14 +155,15 @@ def _as_argument(given: Any) -> Any:
 
 def _explain(name: str, places: inspect.Signature, values: Any) -> None:
     """Raise QuantityError for arguments that no law takes, if they are why a call failed."""
-    records = {cls.__name__ for cls in RECORDS}
+    records = {cls.__name__: cls for cls in RECORDS}
     arguments = dict(zip(places.parameters, values, strict=False))
     for key, value in arguments.items():
         parameter = places.parameters[key]
         is_record = type(value) in _registered or isinstance(value, BrakeFile)
         is_optional = parameter.default is not parameter.empty
-        if parameter.annotation in records:
-            fits, kind = is_record, f"a {parameter.annotation}, such as layerjam.load(NAME).brake"
+        record = records.get(parameter.annotation, parameter.annotation)  # a name or the class
+        if record in RECORDS:
+            fits, kind = is_record, f"a {record.__name__}, such as layerjam.load(NAME).brake"
         else:
             fits = _is_real(value) or (is_optional and (is_record or value is None))
             kind = "a number in SI or an array of them"

@@ -1,7 +1,5 @@
 """What a brake must not be asked: compression, stress, travel."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import jax.numpy as jnp

@@ -12,8 +12,6 @@ A vacuum that rises changes no tension. One that falls lets the pieces slide tha
 friction now holds: see `at_vacuum`.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import jax

@@ -4,8 +4,6 @@ With c the sheets' friction a metre of overlap and e the enclosure's root coeffi
 F(x) = c (L2 - x) + e sqrt(x) until the enclosure saturates.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any, NamedTuple
 

@@ -4,8 +4,6 @@ Halvings are never differentiated. Where a gradient is needed, one Newton step a
 carries it (implicit function theorem).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """The brake with a hyperelastic enclosure under a moving crosshead."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import jax

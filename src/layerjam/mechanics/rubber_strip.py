@@ -13,8 +13,6 @@ that work, heat and elastic energy balance exactly; what the cells leave open fa
 of their number.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

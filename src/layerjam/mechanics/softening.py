@@ -6,8 +6,6 @@ the point would give back is then less than W_max by D(W_max); the difference is
 when W_max is reached. D rises with W_max, so that the softening never gives energy.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import jax

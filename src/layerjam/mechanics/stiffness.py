@@ -1,7 +1,5 @@
 """How stiff the brake is before and while it slides (paper, eq. 1, 2, 6)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import jax.numpy as jnp

@@ -1,7 +1,5 @@
 """Threads: how many, what each of them must know, and what is made once for all of them."""
 
-from __future__ import annotations
-
 import functools
 import itertools
 import os

@@ -1,7 +1,5 @@
 """Records and their files with some numbers changed by name, checked like a file."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 from abc import ABC, abstractmethod

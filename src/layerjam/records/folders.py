@@ -1,7 +1,5 @@
 """Folders that are written completely or not at all, and leftovers of killed runs."""
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import os

@@ -1,7 +1,5 @@
 """Suggestion of an existing file in place of a missing one."""
 
-from __future__ import annotations
-
 import difflib
 from pathlib import Path
 

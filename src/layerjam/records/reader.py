@@ -1,7 +1,5 @@
 """One reader for all files of records: units, sources, and the line in every error."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, TypeVar

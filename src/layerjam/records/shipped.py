@@ -1,7 +1,5 @@
 """Files that come with the program, by name, or a user's file, by path."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from functools import cache

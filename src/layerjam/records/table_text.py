@@ -6,8 +6,6 @@ because a spreadsheet splits it at commas, semicolons or tabs. `plain_cell` and 
 remove it again, so that every text is restored exactly.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 

@@ -1,7 +1,5 @@
 """TOML text: parsing, line numbers of keys, and quoting."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from pathlib import Path

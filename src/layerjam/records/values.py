@@ -3,8 +3,6 @@
 `QuantitySpec` has the same methods, so that a reader need not distinguish them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import MISSING, dataclass, field, fields
 from typing import Any, NamedTuple, Protocol

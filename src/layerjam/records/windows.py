@@ -1,7 +1,5 @@
 """Rules of Windows for file names, and its advice for files that another program has open."""
 
-from __future__ import annotations
-
 import os
 from pathlib import PurePath
 

@@ -1,7 +1,5 @@
 """Records as TOML text: complete and commented, or a user's text with some values changed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any

@@ -1,7 +1,5 @@
 """What to do, step by step, in sentences with the numbers of one build."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import dataclass
 

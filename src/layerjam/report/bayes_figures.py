@@ -1,7 +1,5 @@
 """Figures of a Bayesian calibration: posterior, bands over curves, vacuum for a force."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Figures that only a brake's report has: the validation by speed, and each pull's scale factor."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from typing import Any

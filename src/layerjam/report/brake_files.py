@@ -1,7 +1,5 @@
 """A brake's report as files: HTML, PDF, figures, numbers.csv, results.json."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -3,8 +3,6 @@
 Pages show nothing but what stands here, so that the CSV holds every number of a page.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The report of one brake: what stands in it, the same as HTML and as PDF."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

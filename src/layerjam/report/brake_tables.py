@@ -1,7 +1,5 @@
 """The tables of a brake's report: friction, calibration, validation, and what was read."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """The pictures of a build as files: shaded ones as PNG, all of them with their words as SVG."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Pictures of a build for whoever holds the parts: exploded, stacking, mould, assembled."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple

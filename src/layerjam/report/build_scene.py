@@ -4,8 +4,6 @@ x = 0 at the left cap's face, the sheets towards +x, z = 0 in the middle of the 
 side is the left one turned by half a turn about the upright axis, so that both plates lie on top.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The figure of a calibration: pulls, the fitted law with its bands, and what is left of them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Results give `panes`. `draw` makes a figure of them, and the page draws the same
 Panes that share their x axis are below each other, others side by side.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """A regulator on its line, and a force that follows a profile."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Designs: the front, the chosen one and the runner-up."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple

@@ -3,8 +3,6 @@
 Lengths along the pull are to scale; thicknesses are drawn larger, and the figure says so.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from layerjam.device.brake import Brake

@@ -1,7 +1,5 @@
 """Figures of single results: what `--figure` of each command draws."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The vacuum line: Fig. 5 of the paper, and what would make the line faster."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

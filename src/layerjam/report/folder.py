@@ -1,7 +1,5 @@
 """A report as a folder: checked before the work begins, written whole or not at all."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

@@ -1,7 +1,5 @@
 """Computed pulls: steady ones, those of arrays, and those that stick and slip."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figures of stops: one drop, and Fig. 11 of the paper."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -4,8 +4,6 @@ The paper has no regulator; sensor, leak and volume per slip are examples of our
 say so.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Figures of `ageing`, `enclosure`, `leak`, `pump-down` and `crash`: measurement and fit."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

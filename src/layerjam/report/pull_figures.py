@@ -1,7 +1,5 @@
 """Figure of measured pulls with what was found in them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 After ASTM D1894, section 12, and ISO/IEC 17025, section 7.8. Missing statements are named.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping, Sequence

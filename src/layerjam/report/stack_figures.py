@@ -1,7 +1,5 @@
 """Figures of the stack: which sheet slides when, what each carries, how far peaks scatter."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from layerjam.device.load import load

@@ -5,8 +5,6 @@ lines (`level`, `upright`), and closes every axes with `panel`, which names the 
 what they name are placed by the kit, in the colour of the thing, never by coordinates of one brake.
 """
 
-from __future__ import annotations
-
 import functools
 import io
 from collections.abc import Callable, Iterator, Sequence
@@ -26,6 +24,8 @@ if TYPE_CHECKING:
 
     Axes = _axes.Axes
     Figure = _figure.Figure
+else:  # annotations name them before a figure needs Matplotlib
+    Axes = Figure = Any
 
 P = ParamSpec("P")
 # Okabe and Ito's palette, ordered so that neighbours differ in lightness too

@@ -1,7 +1,5 @@
 """Pages as PDF, set by typst: a report from the text of its HTML page, and other templates."""
 
-from __future__ import annotations
-
 import json
 import tempfile
 from collections.abc import Mapping

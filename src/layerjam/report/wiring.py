@@ -1,7 +1,5 @@
 """The wiring of a board as a circuit diagram, drawn with schemdraw from its declaration."""
 
-from __future__ import annotations
-
 import itertools
 import textwrap
 from collections.abc import Iterator

@@ -3,8 +3,6 @@
 `tcp:host:5025?token=FILE` names the file of the gateway's token.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

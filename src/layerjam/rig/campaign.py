@@ -4,8 +4,6 @@ The plant's log of commands decides whether the outputs are safe, never the firm
 The board's clock follows the plant, as fast as samples are computed.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Sequence

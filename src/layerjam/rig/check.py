@@ -3,8 +3,6 @@
 Pump and vent are driven directly (`DIAG:DRIV`) for at most 5 s, without the control law.
 """
 
-from __future__ import annotations
-
 import contextlib
 import time
 from collections.abc import Iterator

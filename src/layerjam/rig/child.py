@@ -3,8 +3,6 @@
 On Windows a child inherits only the first three descriptors, and `select` accepts only sockets.
 """
 
-from __future__ import annotations
-
 import os
 import secrets
 import socket

@@ -1,7 +1,5 @@
 """Circuit around a board: socket, wires, components, parts to order, and contradictions."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass

@@ -3,8 +3,6 @@
 Three methods: `begin` a move, `done` checks its end, `end` cleans up in any case.
 """
 
-from __future__ import annotations
-
 import importlib
 import select
 import sys

@@ -1,7 +1,5 @@
 """A bench in Python: properties in SI units; every write checks the instrument's error queue."""
 
-from __future__ import annotations
-
 import math
 import struct
 import time

@@ -3,8 +3,6 @@
 Formulas and sources are those of docs/electronics.md. All tolerances act against a limit at once.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 In every case the last actions are safe outputs and a closed file.
 """
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Export of a run: CSV with its sidecar, Parquet or NetCDF; each describes the run."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

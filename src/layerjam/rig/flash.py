@@ -5,8 +5,6 @@ returns "OK", the output, Ctrl-D, the traceback and Ctrl-D (MicroPython's docume
 MicroPython Interactive Interpreter Mode").
 """
 
-from __future__ import annotations
-
 import glob
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """The instrument's headers as its firmware has them, with what each does: the SCPI reference."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -4,8 +4,6 @@ A deadline runs from the event to safe outputs. Those of the law's own faults ar
 the others follow from the regulator's settings.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 import tomllib

@@ -1,7 +1,5 @@
 """One serial line to a board: framed queries and responses, repeated if lost."""
 
-from __future__ import annotations
-
 import os
 import re
 import select

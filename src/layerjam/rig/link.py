@@ -1,7 +1,5 @@
 """Access of a driver to its instrument: as the line's owner, or as a client of a gateway."""
 
-from __future__ import annotations
-
 import re
 import socket
 from typing import Any, Protocol

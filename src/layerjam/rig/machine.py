@@ -1,7 +1,5 @@
 """A virtual test machine in the plant of a virtual board, moving in the board's time."""
 
-from __future__ import annotations
-
 import functools
 import math
 from typing import Any

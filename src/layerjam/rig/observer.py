@@ -1,7 +1,5 @@
 """One fault on a virtual board: its random plan, and the plant's log of the outputs."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import random

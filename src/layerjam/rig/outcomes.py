@@ -3,8 +3,6 @@
 The results of the commands inherit unit and text of each quantity.
 """
 
-from __future__ import annotations
-
 from layerjam.outputs import fact, number, outputs
 
 

@@ -5,8 +5,6 @@ board's start and of the sample. A killed recorder loses no acknowledged sample,
 the others for ten seconds.
 """
 
-from __future__ import annotations
-
 import contextlib
 import getpass
 import platform

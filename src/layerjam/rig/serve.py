@@ -5,8 +5,6 @@ only `OUTP OFF`, `ABOR`, `*IDN?` and `SYST:ERR?` are heard. Lines are plain SCPI
 nothing running for a client: if it is silent, the board's lease ends.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import ipaddress

@@ -1,7 +1,5 @@
 """Endurance test of a virtual board: random targets, releases and holds, no sample lost."""
 
-from __future__ import annotations
-
 import random
 import time
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 A program that holds a brake must first make it safe, and a second Ctrl-C must not interrupt that.
 """
 
-from __future__ import annotations
-
 import signal
 import threading
 from typing import Any, Self

@@ -1,7 +1,5 @@
 """Samples from a board: blocks of packed records, and the board's clock in them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Permission to command a bench on the network: a token, compared in constant time."""
 
-from __future__ import annotations
-
 import hmac
 import os
 import re

@@ -1,7 +1,5 @@
 """Settings of an accelerometer's record: rate, duration and trigger."""
 
-from __future__ import annotations
-
 from layerjam.units import QuantitySpec
 
 SOURCES = {"immediate": "IMM", "bus": "BUS", "acceleration": "ACC", "external": "EXT"}

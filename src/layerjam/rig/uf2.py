@@ -3,8 +3,6 @@
 The format is Microsoft's (github.com/microsoft/uf2); family and addresses are the RP2040's.
 """
 
-from __future__ import annotations
-
 import struct
 
 from layerjam.errors import LayerjamError

@@ -1,7 +1,5 @@
 """Flows of a real line: a pump that ripples and dips, and orifices as leak and vent."""
 
-from __future__ import annotations
-
 import math
 import random
 from dataclasses import dataclass

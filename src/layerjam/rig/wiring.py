@@ -1,7 +1,5 @@
 """Wiring of a board: a TOML file of its pins and devices, and the firmware's table."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path

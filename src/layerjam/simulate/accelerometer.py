@@ -9,8 +9,6 @@ converter, then the digital filter of SAE J211-1. Outside the record the signal 
 last value. Before a drop that is exact: the mass falls freely and the reading is 0.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

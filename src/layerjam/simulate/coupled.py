@@ -6,8 +6,6 @@ volume A_s per slip is not added to the brake's law, as the calibration by a pul
 (`gas_force` gives its size).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -4,8 +4,6 @@ No record states the compliance at the end of a brake's travel. layerjam assumes
 rigid end: the rope alone stretches on, from its force and the mass's remaining speed.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Drop of a mass on the brake, in time: a changing vacuum, a damped rope, the rebound."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace

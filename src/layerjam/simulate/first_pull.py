@@ -1,7 +1,5 @@
 """Brake with a hyperelastic enclosure: one pull out at one vacuum, and the cases rejected."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import jax.numpy as jnp

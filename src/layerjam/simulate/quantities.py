@@ -3,8 +3,6 @@
 `replace` changes the meaning or example of one, `units.like` makes it a field.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from layerjam.device.mount import Site

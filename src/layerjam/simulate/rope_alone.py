@@ -6,8 +6,6 @@ overdamped. As (a^2 + 2 d a v + w0^2 v^2) e^(2 d t) is constant, it gives force 
 standstill directly.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Notices of friction that depends on the sliding speed, or was not measured for it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

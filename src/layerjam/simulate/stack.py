@@ -1,7 +1,5 @@
 """Brake pulled sheet by sheet: staggered onset, rounded peak, load of each sheet."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any

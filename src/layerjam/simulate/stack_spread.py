@@ -1,7 +1,5 @@
 """Scatter of peak and stiffness from scatter of interfaces: a Monte Carlo over whole stacks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any

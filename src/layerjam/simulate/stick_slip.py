@@ -4,8 +4,6 @@ The moving cap and its load are one mass, rig and sheets one spring. Friction fo
 and falls with slip as the overlap is used up; the enclosure pulls in parallel.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, NamedTuple
 

@@ -1,7 +1,5 @@
 """Lumped brake in a test machine: quasi-static, any procedure of pulls, returns and vacuum."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

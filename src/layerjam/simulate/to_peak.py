@@ -3,8 +3,6 @@
 The pull is a function: the lumped brake, the stack, or any model with a rising peak.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 Open CASCADE and the typesetter of the instructions hold half a gigabyte once they were used.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import signal
 import sys

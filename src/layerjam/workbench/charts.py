@@ -1,7 +1,5 @@
 """Line charts as ECharts options: axes with units, direct labels, colours of the report."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The first rows of a file; a click on the head of a column says what the column is."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from types import MappingProxyType

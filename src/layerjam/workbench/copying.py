@@ -1,7 +1,5 @@
 """Text that the user takes along: shown, and put into the clipboard where the browser allows it."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from functools import partial

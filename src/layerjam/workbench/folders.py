@@ -4,8 +4,6 @@ A folder holds a file that its program keeps locked. A program that was killed h
 the next workbench deletes what it left. Where there are no such locks (Windows), nothing is swept.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil

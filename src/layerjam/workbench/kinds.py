@@ -1,7 +1,5 @@
 """What a dropped file is, from its content: where it belongs, and what reads it if no page does."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path

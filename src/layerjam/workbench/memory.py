@@ -1,7 +1,5 @@
 """Memory of a server that runs for weeks: closed tabs are released, open ones never paused."""
 
-from __future__ import annotations
-
 import asyncio
 import gc
 import sys

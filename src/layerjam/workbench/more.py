@@ -1,7 +1,5 @@
 """Every other input of a command, as plain fields in a fold: generated from its declaration."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from functools import partial
 from typing import Any

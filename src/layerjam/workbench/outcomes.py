@@ -1,7 +1,5 @@
 """How pulls ended, in a sentence; a drop's and a regulator's stand beside their pages."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any

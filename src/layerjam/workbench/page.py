@@ -1,7 +1,5 @@
 """What every page has: controls, a computation off the event loop, results, things to copy."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """A chart of a page with its pins and its take-away row: all show one computation."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace

@@ -1,7 +1,5 @@
 """The peak of a pull set by hand: the vacuum, or the number of sheets, follows."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

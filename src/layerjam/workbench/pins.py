@@ -1,7 +1,5 @@
 """Pinned curves: what a chart showed once, kept as the call it came from and computed anew."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 

@@ -3,8 +3,6 @@
 Nothing here is applied: a page shows it, and the user accepts.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace

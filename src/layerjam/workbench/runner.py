@@ -1,7 +1,5 @@
 """Computations off the event loop: the latest wins, what was overtaken is never begun."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Awaitable, Callable

@@ -4,8 +4,6 @@ It stands in the desk by the file's digest, so that it can be undone, stands in 
 back when the same file is dropped again. A command is given it as the file's sidecar.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from pathlib import Path

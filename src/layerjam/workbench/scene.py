@@ -1,7 +1,5 @@
 """The stack of sheets as boxes in space: what is drawn where, and the 3-D view that draws it."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass

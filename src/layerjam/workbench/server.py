@@ -1,7 +1,5 @@
 """The server: loopback only unless told otherwise, then behind a token."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import hmac

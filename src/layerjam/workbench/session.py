@@ -3,8 +3,6 @@
 Of dropped files it holds those that are pinned, whole; the others stay where they are.
 """
 
-from __future__ import annotations
-
 import base64
 import binascii
 import json

@@ -1,7 +1,5 @@
 """The frame around the pages: tabs, brake and line, undo, link, copying, light and dark."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The dialog "What you dropped": a row a file with what is proposed, accepted by one click."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

@@ -4,8 +4,6 @@ Fields of a page are called as the option without its dashes (`Parameter.label`)
 say their control by themselves; what a page calls otherwise, or has no control for, stands here.
 """
 
-from __future__ import annotations
-
 import re
 from types import MappingProxyType
 

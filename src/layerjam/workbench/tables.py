@@ -1,7 +1,5 @@
 """Plain tables: a head, rows of text, numbers to the right."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from html import escape
 

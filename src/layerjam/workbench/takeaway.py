@@ -1,7 +1,5 @@
 """The buttons under a chart: its figure, its curves, Python and a notebook that draw it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from operator import methodcaller

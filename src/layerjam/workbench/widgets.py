@@ -1,7 +1,5 @@
 """What the pages are made of: elements with a name for tests, a label and one look."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from html import escape

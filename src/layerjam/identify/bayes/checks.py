@@ -1,7 +1,5 @@
 """Checks of a Bayesian fit: first the sampler, then the model."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -4,8 +4,6 @@
 and stiffnesses. The next pull describes one more pull, which scatters about the brake.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any

@@ -5,8 +5,6 @@ scatter about the brake's, and all curves share the factor on the enclosure's fo
 mounting share a part of that scatter.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 

@@ -6,8 +6,6 @@ the probability of it is reported. An infinite quantile means: with at least tha
 such number exists.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple

@@ -5,8 +5,6 @@ root root' the inverse curvature at the mode. The posterior is then round, and a
 of adaptation are enough.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from typing import Any

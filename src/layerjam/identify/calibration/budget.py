@@ -1,7 +1,5 @@
 """Uncertainty budget of the scale factor: the repeats, and the inputs that all pulls share."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

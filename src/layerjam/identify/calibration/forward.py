@@ -4,8 +4,6 @@ A curve of tens of thousands of samples is reduced to means over short stretches
 where the force bends and wide where it is smooth. A stretch weighs its number of samples.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass

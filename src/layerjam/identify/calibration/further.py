@@ -1,7 +1,5 @@
 """Effect of further pulls on an interval, and the number that reaches a target width."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

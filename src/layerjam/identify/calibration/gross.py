@@ -1,7 +1,5 @@
 """Pulls that no plausible scatter explains: a wrong unit, another brake's file, a wrong vacuum."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from layerjam.device.brake import Brake

@@ -1,7 +1,5 @@
 """Statistics of a value over curves: interval, bootstrap, and the influence of each curve."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence

@@ -8,8 +8,6 @@ badly counts less in it. A curve's misfit is estimated from the curve alone. If 
 while the others act on it, a curve unlike them would count as noise and weigh nothing.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field

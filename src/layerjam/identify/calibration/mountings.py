@@ -5,8 +5,6 @@ Intervals use the means of mountings. If no mounting is known, the scatter betwe
 is compared with that within them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

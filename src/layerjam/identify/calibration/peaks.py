@@ -1,7 +1,5 @@
 """Calibration from the peaks of pulls: exact form, and the paper's eq. 8 and 9."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import permutations

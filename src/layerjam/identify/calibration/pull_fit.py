@@ -1,7 +1,5 @@
 """Result of a calibration on one pull."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from layerjam.identify.pull.features import PullFeatures

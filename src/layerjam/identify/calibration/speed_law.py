@@ -1,7 +1,5 @@
 """The fitted change of friction with speed as the [speed_law] of a brake's file."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from math import log, log10
 

@@ -5,8 +5,6 @@ residual over a stretch), and Student's t over curves tests whether these drift.
 deviation passes if it is too small to matter.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Calibration by least squares over all curves at once: parameters, intervals, verdict."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 

@@ -4,8 +4,6 @@ Static friction is a straight line over the logarithm of the hold, by least squa
 unit. The scatter of the pulls about the line gives the intervals (Student's t, N - 2).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

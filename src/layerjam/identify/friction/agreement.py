@@ -5,8 +5,6 @@ compared with its own repeats. Grubbs' test finds a small error in repeats that 
 repeats give it little power, so that a limit on the distance from the median finds the gross ones.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path

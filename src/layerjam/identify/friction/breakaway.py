@@ -1,7 +1,5 @@
 """Breakaway of a sled: first maximum, start of sliding, and the effect of inertia."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

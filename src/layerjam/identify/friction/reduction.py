@@ -6,8 +6,6 @@ films slide. The result has mean, sample standard deviation and 95 % t interval 
 record with stick–slip has no meaningful mean; its envelope is reported instead.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -7,8 +7,6 @@ comparison with ISO 8295. ISO 8295 has a stated time at rest, since static frict
 No clause is quoted: compare this table with the edition in force before signing a report.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from layerjam.errors import UnknownNameError

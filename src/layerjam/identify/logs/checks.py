@@ -1,7 +1,5 @@
 """Checks of logs: whether a law describes them, and whether they determine its numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np

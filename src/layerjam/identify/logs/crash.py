@@ -5,8 +5,6 @@ gravity too if the sensor was at rest. A sensor in free fall reads 0 g before th
 weight remains in the later signal; `falling` subtracts it from the velocity change.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -16,8 +16,6 @@ Correlated noise makes longer runs: with the correlation r of neighbours, k coun
 + r) samples.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -13,8 +13,6 @@ closed forms above and below the atmosphere. C is the conductance at a small dif
 first two, the sonic conductance for an orifice.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

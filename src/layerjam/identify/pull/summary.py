@@ -1,7 +1,5 @@
 """Summary of one measured pull: slack, preload, onset, peak, plateau, stick–slip, return."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Checks of silicone specimens: against each other, the data sheet, and plausible moduli."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any

@@ -12,8 +12,6 @@ Ogden's terms are fitted with μi αi ≥ 0, which makes them stable in every mo
 two terms of opposite sign can cancel to any curve. The others are unbounded and checked.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

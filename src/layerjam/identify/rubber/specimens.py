@@ -1,7 +1,5 @@
 """Specimens of the enclosure's silicone: one row each, and one result per material."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -4,8 +4,6 @@ The "100 % modulus" of D412 and of data sheets is the engineering stress at 100 
 equals `enclosure.modulus`, stress over strain, because the strain is 1.
 """
 
-from __future__ import annotations
-
 import contextlib
 import re
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Validations as tables: several brakes as one result, and rows for JSON, CSV and the report."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Text of a file, line by line."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Bytes to text: byte-order marks, UTF-16 without one, and the code page of a header."""
 
-from __future__ import annotations
-
 import codecs
 import re
 

@@ -1,7 +1,5 @@
 """A data frame as a measurement: its columns are read like those of a file."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Names and units of columns, from the lines of words above the numbers."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 

@@ -4,8 +4,6 @@ Each layout takes a file's bytes and returns as many lines, so that an error nam
 user's file. A foreign head becomes blank; names and units are joined in one line.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 

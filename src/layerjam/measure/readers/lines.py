@@ -4,8 +4,6 @@ The signs in a line determine its kind, so that 40,000 lines of numbers take mil
 lines with letters and digits are examined field by field.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """Text to floats: the decimal sign, and every number exactly as written."""
 
-from __future__ import annotations
-
 import io
 import re
 from array import array

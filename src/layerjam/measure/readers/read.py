@@ -5,8 +5,6 @@ numbers has its names and units in the words above it (`heads`, `table`), and ea
 becomes a trace (`specimens`). The program's own CSV begins with "# layerjam ...".
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Rows of a table in a text, split into fields one after another."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Bytes of a file as plain lines: encoding, byte-order mark and line ends."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from layerjam.errors import FileError

@@ -1,7 +1,5 @@
 """Specimens in a file: one below the other, next to each other, or one to a sheet."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Tables in a text: blocks of numbers, each with the names and units above it."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -3,8 +3,6 @@
 These outrank the table of all units, which would read `Min` as megainches.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import unicodedata

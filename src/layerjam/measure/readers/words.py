@@ -5,8 +5,6 @@ Latin and Cyrillic words begin a word (`displacement`). German joins them, so it
 (`Standardkraft`). Chinese, Japanese and Korean have no blanks, so theirs may be anywhere.
 """
 
-from __future__ import annotations
-
 import re
 import tomllib
 import unicodedata

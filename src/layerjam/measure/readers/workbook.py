@@ -4,8 +4,6 @@ A sheet is therefore read like every other file. Numbers keep every digit; a cel
 unchanged, without tabs and line ends.
 """
 
-from __future__ import annotations
-
 import io
 import re
 import zipfile

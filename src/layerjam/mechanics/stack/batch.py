@@ -3,8 +3,6 @@
 Each stack is independent of the others, so neither their number nor the threads change its result.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 

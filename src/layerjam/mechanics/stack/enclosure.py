@@ -6,8 +6,6 @@ F_r -/+ 2 f(|x - x_r|/2), until it meets an older loop, which continues as if ne
 kernels use the inverse, gap over force, which is smooth where the square root is not.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -3,8 +3,6 @@
 The kernels are plain loops for numba, as array code is slow with state and branches.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, TypeVar
 

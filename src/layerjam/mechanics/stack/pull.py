@@ -9,8 +9,6 @@ slid and its force has fallen below its kinetic friction. Between jumps heat and
 exact for any increment, as a sliding interface slides at its bound throughout.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple

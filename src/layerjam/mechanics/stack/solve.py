@@ -12,8 +12,6 @@ more unknowns (`respond`, `place`). The two steps alternate until the pattern st
 as it equals that of the last increment.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

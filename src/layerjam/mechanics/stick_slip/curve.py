@@ -1,7 +1,5 @@
 """Stribeck's curve as a record; the laws that use it need JAX (laws.py)."""
 
-from __future__ import annotations
-
 from layerjam.conversion import Quantity
 from layerjam.units import quantity, record
 

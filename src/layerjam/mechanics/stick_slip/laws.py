@@ -9,8 +9,6 @@ and v_s = 0 is the limit in which the static friction is gone at once (the jump 
 forms below are of the jump law unless they say otherwise. Forces count per brake, not per sheet.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp

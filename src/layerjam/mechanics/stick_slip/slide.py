@@ -9,8 +9,6 @@ of state (the mass stops, the spring goes slack or tightens) are located, never 
 The force laws stand in `slide_step`.
 """
 
-from __future__ import annotations
-
 import math
 from functools import partial
 from typing import Any, NamedTuple

@@ -5,8 +5,6 @@ the static excess left at speed v; at rest the bound is that with s = 1. Spring 
 side by side and only pull.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp

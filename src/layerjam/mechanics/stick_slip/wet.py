@@ -10,8 +10,6 @@ All three must be fitted from data of wet sheets; see `layerjam.identify.frictio
 sheets are the same law with a flat curve and neither of the other two.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import jax.numpy as jnp

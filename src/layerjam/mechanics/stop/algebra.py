@@ -4,8 +4,6 @@ Only what both understand stands here: arithmetic, and `where`, `sqrt`, `maximum
 `logical_not` of `jnp`, for which `compiled.scalar` puts scalar ones.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp

@@ -10,8 +10,6 @@ So K falls to where the force falls through the weight, rises until the force ri
 again (if rubber stiffens), and falls from there. Before each of the two falls end, it has one root.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

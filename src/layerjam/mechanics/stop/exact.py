@@ -5,8 +5,6 @@ force has reached Y(0). All is work and energy: K(s), the kinetic energy at slip
 form, and the travel is its first root. In w = sqrt(s) it is a quartic, smooth at the start.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import jax

@@ -5,8 +5,6 @@ in rows that stay in the fastest cache. One long loop is slower: in a drop each 
 one before, and the processor cannot look so far ahead that it begins the next drops meanwhile.
 """
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Exact stops by the million: for which brakes, and over which grid, `loops` runs."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

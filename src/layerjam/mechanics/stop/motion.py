@@ -8,8 +8,6 @@ Without rope damping rope and brake are one spring, as in the exact stop. With i
 spring and a damper side by side (it only pulls) in series with the brake.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import jax

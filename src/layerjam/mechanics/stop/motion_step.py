@@ -3,8 +3,6 @@
 See `motion` for what a step is; here are the states it leads through.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import jax

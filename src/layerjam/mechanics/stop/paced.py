@@ -12,8 +12,6 @@ nothing snaps. Integrated by a Rosenbrock method that a weak dependence does not
 relative tolerance of 1e-7 a step.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import jax

@@ -4,8 +4,6 @@ There is no balance to solve beforehand: friction has seen the speeds of the who
 itself is what the search asks, for many cases at once.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -4,8 +4,6 @@ Rodas of Hairer and Wanner (Solving Ordinary Differential Equations II, IV.7): o
 embedded order 3; no iteration, so that every step costs the same.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -5,8 +5,6 @@ root of the slip, or the strain of the enclosure). The mass may all but stand wh
 force meets its weight, so that pieces are cut there and nodes crowd towards their slow end.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

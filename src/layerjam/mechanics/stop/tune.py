@@ -1,7 +1,5 @@
 """The vacuum that stops a mass within a given slip (paper, eq. 10, and exactly)."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Claims of the paper, our results, and verdicts computed from both."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass

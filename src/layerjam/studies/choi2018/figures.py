@@ -1,7 +1,5 @@
 """The paper's figures drawn from our model, with the paper's printed numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Fig. 11 and possible causes of its difference to the model: filter and rope."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -4,8 +4,6 @@ The paper's raw curves are not published. This module checks whether its procedu
 software on files of a virtual test machine with the paper's result as true value, returns it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Fig. 13 of the paper: its four proposed machines, each computed from a scenario of ours."""
 
-from __future__ import annotations
-
 from layerjam.mechanics.threads import once
 from layerjam.report import style
 from layerjam.studies.choi2018.claims import Claim, claim

@@ -1,7 +1,5 @@
 """Claims that the force laws alone decide."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

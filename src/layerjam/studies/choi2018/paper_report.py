@@ -1,7 +1,5 @@
 """The paper, recomputed: every claim with our result, and the figures, on one page."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from functools import partial

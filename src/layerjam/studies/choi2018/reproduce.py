@@ -1,7 +1,5 @@
 """`reproduce`: the paper, recomputed on one page."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

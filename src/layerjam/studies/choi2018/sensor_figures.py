@@ -1,7 +1,5 @@
 """Accelerometer readings of the paper's stop, and conditions that would give its numbers."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from layerjam.report import style

@@ -1,7 +1,5 @@
 """Claims on stick–slip (Fig. 4) and on wet sheets (Fig. 6), and the study behind the first."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

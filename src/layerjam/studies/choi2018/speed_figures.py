@@ -1,7 +1,5 @@
 """Figures of stick–slip and speed: the map, Fig. 4 explained, Fig. 6."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

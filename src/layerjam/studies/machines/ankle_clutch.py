@@ -7,8 +7,6 @@ zero, pump full on, when the clutch closes. The brakes hold with their kinetic f
 friction is higher, but that margin is not counted.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

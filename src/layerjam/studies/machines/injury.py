@@ -1,7 +1,5 @@
 """Injury criteria of the standards; every constant with its source."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -7,8 +7,6 @@ own stiffness and muscles, the compliance of the shoulders and the head's straig
 out. Brakes hold one direction of turning only.
 """
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any, NamedTuple

@@ -3,8 +3,6 @@
 The pictures show the effect on the person, and the deciding quantity.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Crash and impact pulses: a shape with its change of velocity and its duration, or a record."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Readiness of the vacuum: present beforehand, or made on a warning."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The machines by name, and the scenarios that come with them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from layerjam.records.shipped import shipped, text_of

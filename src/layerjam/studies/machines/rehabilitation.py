@@ -8,8 +8,6 @@ is slack at the next flexion. The body's own torques, the cord's stretch and the
 brace are left out.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

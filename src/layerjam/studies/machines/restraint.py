@@ -17,8 +17,6 @@ law's power.
 In turning the same holds with a lever: payout = lever * angle, mass = inertia / lever^2.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import jax

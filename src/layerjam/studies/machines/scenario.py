@@ -5,8 +5,6 @@ source. There are also words (one of several, or a path) and curves ("0 2.5 4 de
 `kinds/NAME.toml` declares the content of a scenario of a machine, its limits and its pictures.
 """
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Callable, Mapping

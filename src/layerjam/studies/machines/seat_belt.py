@@ -6,8 +6,6 @@ tension, g the payout per metre of chest travel (and so the chest's force over T
 pretensioner, chest compression and the lap belt's share are left out.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Verdict on a machine: every limit with its value, the deciding one, and its factor."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field

@@ -1,7 +1,5 @@
 """The pages in the order of their tabs; a page is loaded when its tab is first opened."""
 
-from __future__ import annotations
-
 import importlib
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Bench: a board that regulates a line, or a virtual one: connect, hold a vacuum, run and keep."""
 
-from __future__ import annotations
-
 import asyncio
 import math
 import shutil

@@ -1,7 +1,5 @@
 """Brake: what it is made of, what it looks like inside, what it weighs, holds and bears."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any

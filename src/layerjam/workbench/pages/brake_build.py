@@ -1,7 +1,5 @@
 """Build, a part of the brake's page: can it be made, and the folder for the workshop."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

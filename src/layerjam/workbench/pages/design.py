@@ -1,7 +1,5 @@
 """Design: from a requirement to a brake, several as one, what others make, four machines."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property

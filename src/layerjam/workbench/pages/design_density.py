@@ -1,7 +1,5 @@
 """Force over mass: the desk's brake, the catalogue's, and what others make."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any

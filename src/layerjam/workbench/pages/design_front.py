@@ -1,7 +1,5 @@
 """The result of a design as a chart to click through and as tables; nothing here computes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any

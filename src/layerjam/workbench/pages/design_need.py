@@ -1,7 +1,5 @@
 """From a requirement to a brake: a specification, the search, and what it found."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import lru_cache, partial

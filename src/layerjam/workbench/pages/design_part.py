@@ -1,7 +1,5 @@
 """What the parts of the page Design have in common."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from layerjam.commands.wording import in_words

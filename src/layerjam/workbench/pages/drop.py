@@ -1,7 +1,5 @@
 """Drop: a mass stopped by the rope alone, by a full brake, and by one tuned to a travel."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Laboratory: drop files in, see what was understood, correct it, and take a calibrated brake."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import lru_cache, partial
 from typing import Any

@@ -3,8 +3,6 @@
 A report of them all is made where it is asked for.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 import threading

@@ -1,7 +1,5 @@
 """What was understood of the files chosen in the table, and how to correct it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path

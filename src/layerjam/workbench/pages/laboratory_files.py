@@ -1,7 +1,5 @@
 """The laboratory's files as the page shows them: understood or refused; and practice files."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """The laboratory's table of files, and the results of each step: numbers, checks, notes, figure."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Pull: force against elongation over vacuum, speed and model, with measured pulls over it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial

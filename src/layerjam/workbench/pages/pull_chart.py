@@ -1,7 +1,5 @@
 """The chart of the page Pull: the force, measured pulls over it, what is left over below it."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType

@@ -1,7 +1,5 @@
 """Measured pulls on the page Pull: dropped in, understood, held against the brake, and pinned."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial

@@ -1,7 +1,5 @@
 """Start: what a layer-jamming brake is, seen in ten seconds, and the ways further in."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Vacuum: how fast a line brings it, a regulator that holds it, and faults to try it with."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType

@@ -5,8 +5,6 @@ signature check of apt from the mirror that this machine is set up with; the com
 machine's own. Our files and the control law are frozen into the image.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import json
