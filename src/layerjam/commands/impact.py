@@ -31,7 +31,7 @@ from layerjam.commands.quantities import (
 from layerjam.commands.reading import LogOptions
 from layerjam.commands.results import fact, number, result
 from layerjam.commands.sensor import Heating, Reading, Sensing, Warmth, heating, reading
-from layerjam.commands.tuning import TunedVacuum, arrival, tune
+from layerjam.commands.tuning import TunedVacuum, arrival, tune, tuning_case
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice, QuantityError
 from layerjam.simulate.crash import Crash, crash
@@ -162,6 +162,8 @@ def drop(
     not stopped when `duration` is over has the outcome FINISHED and no `stopping_time`; one that
     creeps to rest on an overdamped rope has neither.
     """
+    from layerjam.simulate.tuned import tuning_vacuum
+
     site = brake.brake.site
     arrives = arrival(speed, height, horizontal, site.gravity)
     known: dict[str, Any] = {"mass": mass, "speed": arrives, "rope_stiffness": rope_stiffness}
@@ -178,10 +180,10 @@ def drop(
     if vacuum_history is not None:
         pressure = _history(vacuum_history, site.atmosphere, log)
     elif travel is not None:
-        found = tune(brake, travel=travel, horizontal=horizontal, **known)
-        if found.vacuum is None:
-            return not_tuned(found, arrives)
-        pressure = found.vacuum
+        tuned = tuning_vacuum(tuning_case(brake, mass, arrives, travel, rope_stiffness, horizontal))
+        if tuned is None:
+            return not_tuned(tune(brake, travel=travel, horizontal=horizontal, **known), arrives)
+        pressure = tuned
     else:
         pressure = vacuum_within(vacuum, brake.brake)
     at_start = None

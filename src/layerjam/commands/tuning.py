@@ -18,6 +18,7 @@ from layerjam.commands.quantities import (
     StopTravel,
 )
 from layerjam.commands.results import Result, fact, number, result
+from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
 from layerjam.units import exact_text, show
 
@@ -82,28 +83,15 @@ def tune(
     from layerjam.mechanics.stop.tune import vacuum_eq10
     from layerjam.simulate.drop import spring_of
     from layerjam.simulate.speed import follows_speed, stop_notices
-    from layerjam.simulate.tuned import Case, speeds, tuning_vacuum
+    from layerjam.simulate.tuned import speeds, tuning_vacuum
 
     device, g = brake.brake, brake.brake.site.gravity
     arrives = arrival(speed, height, horizontal, g)
-    usable = device.sheets.usable_travel
-    if travel > usable:
-        raise QuantityError(
-            f"travel: {apart(travel, usable, 'm')} is beyond the usable travel of "
-            f"{show(usable, 'm')}"
-        )
-    case = Case(
-        brake=device,
-        mass=mass,
-        speed=arrives,
-        travel=travel,
-        gravity=0.0 if horizontal else g,
-        rope=rope_stiffness,
-    )
+    case = tuning_case(brake, mass, arrives, travel, rope_stiffness, horizontal)
     pressure, reach = tuning_vacuum(case), speeds(case)
     eq10 = float(vacuum_eq10(mass, arrives, travel, device))
     at = pressure or device.site.atmosphere
-    top = float(peak(at, usable, device).force)
+    top = float(peak(at, device.sheets.usable_travel, device).force)
     if follows_speed(device):
         spring = spring_of(device, rope_stiffness)
         top = max(top, float(stop(mass, arrives, at, spring, case.gravity, device).peak_force))
@@ -119,6 +107,30 @@ def tune(
         floor_g=arrives**2 / (2 * g * distance) + (0.0 if horizontal else 1.0) if g else None,
         warnings=[*brake.warnings(), *stop_notices(brake)],
         **more,
+    )
+
+
+def tuning_case(
+    brake: BrakeFile,
+    mass: float,
+    speed: float,
+    travel: float,
+    rope_stiffness: float | None,
+    horizontal: bool,
+) -> Case:
+    """Return the stop that a vacuum is tuned for; QuantityError if the brake has less travel."""
+    from layerjam.simulate.tuned import Case
+
+    device = brake.brake
+    usable = device.sheets.usable_travel
+    if travel > usable:
+        raise QuantityError(
+            f"travel: {apart(travel, usable, 'm')} is beyond the usable travel of "
+            f"{show(usable, 'm')}"
+        )
+    gravity = 0.0 if horizontal else device.site.gravity
+    return Case(
+        brake=device, mass=mass, speed=speed, travel=travel, gravity=gravity, rope=rope_stiffness
     )
 
 

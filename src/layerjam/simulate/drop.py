@@ -183,10 +183,11 @@ def _course(
     """
     case = (mass, speed, vacuum, spring, gravity, brake)
     law = brake.speed_law if follows_speed(brake) else None
+    slid = _slid_samples(end, vacuum, brake) if end > 0 and not law else np.empty(0)
     if law is not None and end > 0:
         first = float(course_of(law, *case)[0])
     else:
-        first = float(time_at_slip(0.0, *case))
+        first, *later = np.asarray(time_at_slip(np.append(0.0, slid), *case)).tolist()
     omega = (spring / mass) ** 0.5
     time = np.linspace(0, first, SAMPLES // 4 + 1)
     sag, swing = gravity / omega**2, speed / omega
@@ -194,14 +195,9 @@ def _course(
     moving = sag * omega * np.sin(omega * time) + speed * np.cos(omega * time)
     slip = np.zeros_like(time)
     force, heat = spring * travel, np.zeros_like(time)
-    if end > 0 and not law:
-        # dense at both ends, where the force bends and the speed drops; the count is the same with
-        # and without the peak, so that the laws compile once
-        top = _peak_share(end, vacuum, brake)
-        share = np.sin(np.linspace(0, np.pi / 2, SAMPLES + 1 - len(top))[1:]) ** 2
-        slid = end * np.unique(np.append(share, top))
+    if slid.size:
         resist = np.asarray(brake_force(slid, vacuum, brake))
-        time = np.append(time, np.asarray(time_at_slip(slid, *case)))
+        time = np.append(time, later)
         moving = np.append(moving, np.asarray(speed_at_slip(slid, *case)))
         travel = np.append(travel, slid + resist / spring)
         slip, force = np.append(slip, slid), np.append(force, resist)
@@ -244,11 +240,16 @@ def _append_slide(
     return joined, float(pace.max()), float(np.max(abs(exact - coarse) / abs(exact)))
 
 
-def _peak_share(slip: float, vacuum: float, brake: Brake) -> list[float]:
-    """Return the place of the greatest force, as a share of the whole slip."""
+def _slid_samples(end: float, vacuum: float, brake: Brake) -> Array:
+    """Return slips [m] up to `end`, dense at both ends, where the force bends and the speed drops.
+
+    The greatest force is among them; the count is the same without, so that the laws compile once.
+    """
     if brake.hyperelastic is not None:
         slip_at_peak, _, inside = first_peak(vacuum, brake)
         top = float(slip_at_peak) if inside else 0.0
     else:
         top = float(peak(vacuum, brake.sheets.usable_travel, brake).slip)
-    return [top / slip] if 0 < top < slip else []
+    peaks = [top / end] if 0 < top < end else []
+    share = np.sin(np.linspace(0, np.pi / 2, SAMPLES + 1 - len(peaks))[1:]) ** 2
+    return end * np.unique(np.append(share, peaks))
