@@ -8,8 +8,8 @@ from __future__ import annotations
 import contextlib
 import difflib
 import functools
-from collections.abc import Iterable, Iterator
-from dataclasses import MISSING, fields
+import inspect
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, ClassVar, Self, TypeVar
 
 T = TypeVar("T")
@@ -107,31 +107,46 @@ class ArgumentError(LayerjamError, TypeError):
     key = "argument"
 
 
-def explain_arguments(cls: type[T]) -> type[T]:
-    """Make a dataclass raise ArgumentError for fields it does not have, or that are missing."""
-    fill = cls.__init__
+def explain_arguments(target: T) -> T:
+    """Make a function or a dataclass raise ArgumentError for arguments that do not fit it."""
+    is_class = isinstance(target, type)
+    call: Any = target.__init__ if is_class else target  # type: ignore[misc]
 
-    @functools.wraps(fill)
-    def initialise(self: Any, *args: Any, **named: Any) -> None:
+    @functools.wraps(call)
+    def wrapper(*args: Any, **named: Any) -> Any:
         try:
-            fill(self, *args, **named)
+            return call(*args, **named)
         except TypeError as error:
             if error.__traceback__ is None or error.__traceback__.tb_next is not None:
-                raise  # inside the constructor
-            all_fields = {f.name: f for f in fields(cls)}  # type: ignore[arg-type]
-            unknown = [name for name in named if name not in all_fields]
-            without_default = [
-                n for n, f in all_fields.items() if f.default is f.default_factory is MISSING
-            ]
-            missing = ", ".join(name for name in without_default if name not in named)
-            words = f"needs {missing}" if missing and not args else f"takes {', '.join(all_fields)}"
-            if unknown:
-                suggestions = difflib.get_close_matches(unknown[0], all_fields, n=2) or all_fields
-                words = f"has no field '{unknown[0]}'; did you mean {' or '.join(suggestions)}?"
-            raise ArgumentError(f"{cls.__name__}() {words}") from None
+                raise  # inside the call
+            words = _explain_arguments(call, is_class, args, named)
+            name = target.__name__ if is_class else call.__qualname__  # type: ignore[attr-defined]
+            raise ArgumentError(f"{name}() {words}") from None
 
-    cls.__init__ = initialise  # type: ignore[method-assign]
-    return cls
+    if not is_class:
+        return wrapper  # type: ignore[return-value]
+    target.__init__ = wrapper  # type: ignore[misc]
+    return target
+
+
+def _explain_arguments(
+    call: Callable[..., Any], is_class: bool, args: tuple[Any, ...], named: Mapping[str, Any]
+) -> str:
+    parameters = dict(inspect.signature(call).parameters)
+    if parameters.pop("self", None):
+        args = args[1:]
+    if any(p.kind is p.VAR_KEYWORD for p in parameters.values()):
+        return "takes values by name alone, such as width='14 mm'"
+    unknown = [name for name in named if name not in parameters]
+    if unknown:
+        suggestions = difflib.get_close_matches(unknown[0], parameters, n=2) or parameters
+        kind = "field" if is_class else "parameter"
+        return f"has no {kind} '{unknown[0]}'; did you mean {' or '.join(suggestions)}?"
+    required = [name for name, p in parameters.items() if p.default is p.empty]
+    missing = [name for name in required if name not in named]
+    if missing and not args:
+        return f"needs {', '.join(missing)}"
+    return f"takes {', '.join(parameters)}"
 
 
 class NotKnownError(LayerjamError, ValueError):

@@ -345,7 +345,8 @@ def record(cls: type[T]) -> type[T]:
     Its constructor reads text and quantity objects, and raises QuantityError for a number that a
     file could not hold. An array may hold any numbers, NaN for a case that has none. Values that
     JAX traces are taken as they are. So are numbers from code of layerjam itself, such as a step of
-    a fit: it checks where input enters.
+    a fit: it checks where input enters. A method `validate` of the class finds fields that
+    contradict each other.
     """
     cls.__post_init__ = _take_quantities  # type: ignore[attr-defined]
     dataclass_type = explain_arguments(dataclass(frozen=True, kw_only=True)(cls))
@@ -374,6 +375,14 @@ def _take_quantities(rec: Any) -> None:
             object.__setattr__(rec, name, values)
         else:
             object.__setattr__(rec, name, spec.si(value, name))
+    if hasattr(rec, "validate") and not _holds_arrays(rec):
+        rec.validate()
+
+
+def _holds_arrays(value: Any) -> bool:
+    if is_dataclass(value):
+        return any(_holds_arrays(getattr(value, f.name)) for f in fields(value))
+    return getattr(value, "ndim", 0) > 0 or is_traced(value)
 
 
 @functools.cache

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import datetime
 import re
 from collections.abc import Callable
@@ -232,3 +233,64 @@ def test_what_is_right_stays_right(tmp_path: Path) -> None:
     widths = sheets(width=np.array(["13 mm", "2 cm"])).width
     assert widths.tolist() == [0.013, 0.02]
     assert issubclass(ArgumentError, TypeError) and issubclass(QuantityError, ValueError)
+
+
+BRAKE = lj.load(KAPTON).brake
+NAMES: list[tuple[Callable[[], object], str]] = [
+    (lambda: lj.edit(KAPTON, width="14 mm"), "edit() has no parameter 'width'"),
+    (lambda: lj.batch(5), "batch() takes law, sweep, brake"),
+    (lj.batch, "batch() needs law, sweep, brake"),
+    (lj.Campaign, "Campaign() needs spec, subjects, tests"),
+    (lambda: lj.Procedure(5), "procedure: 5 is not a tuple of steps"),
+    (lj.Procedure, "Procedure() needs steps"),
+    (lambda: lj.read_trace(5), "path: 5 is not text or a path"),
+    (lambda: BRAKE.with_("13 mm"), "Brake.with_() takes values by name alone"),
+    (lambda: lj.load(KAPTON).with_("13 mm"), "with_() takes values by name alone"),
+]
+
+
+@pytest.mark.parametrize(("call", "words"), NAMES)
+def test_functions_and_classes_explain_arguments_that_do_not_fit(
+    call: Callable[[], object], words: str
+) -> None:
+    assert words in refused(call)
+
+
+CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
+    (
+        {"sheets": {"usable_travel": "70 mm"}},
+        "sheets.usable_travel: 70 mm is more than",
+    ),
+    ({"sheets": {"length": "80 mm"}}, "sheets.length: 80 mm is shorter than"),
+    ({"film": {"kinetic": 0.9}}, "film.kinetic: 0.9 is more than film.static"),
+    ({"test_pressure": "50 kPa"}, "pressure_exponent: give it together with test_pressure"),
+]
+
+
+@pytest.mark.parametrize(("changes", "words"), CONTRADICTIONS)
+def test_a_constructed_brake_does_not_contradict_itself(
+    changes: dict[str, Any], words: str
+) -> None:
+    def construct() -> object:
+        nested = {
+            name: dataclasses.replace(getattr(BRAKE, name), **value)
+            for name, value in changes.items()
+            if isinstance(value, dict)
+        }
+        return dataclasses.replace(BRAKE, **{**changes, **nested})
+
+    assert words in refused(construct)
+
+
+def test_a_constructed_line_does_not_contradict_itself() -> None:
+    line = lj.load_line("choi2018").record
+    both = dataclasses.replace(line.pump, ultimate="101.4 kPa")
+    assert "pump.ultimate: 101.4 kPa is not below" in refused(
+        lambda: dataclasses.replace(line, pump=both)
+    )
+
+
+def test_a_brake_of_arrays_is_not_compared() -> None:
+    """Numbers for a batch may contradict each other in some cases; the laws answer NaN there."""
+    many = dataclasses.replace(BRAKE.sheets, usable_travel=np.array([0.05, 0.07]))
+    assert dataclasses.replace(BRAKE, sheets=many).sheets is many

@@ -8,7 +8,7 @@ from layerjam.commands.quantities import AnyBrake, brake_file
 from layerjam.commands.results import Result, fact, result
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
-from layerjam.errors import Notice, QuantityError, UnknownNameError
+from layerjam.errors import Notice, QuantityError, UnknownNameError, explain_arguments
 from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Line
 from layerjam.fluid.parts import FAMILIES, parts
@@ -36,6 +36,7 @@ class EditedFile(Result):
     text: str = fact("text of its file", listed=False)
 
 
+@explain_arguments
 def edit(
     brake: AnyBrake,
     changes: Mapping[str, Change] | None = None,
@@ -57,6 +58,7 @@ def edit(
     return EditedFile(name=made.name, text=made.text, warnings=notices, record=made)
 
 
+@explain_arguments
 def edit_line(
     line: AnyLine,
     changes: Mapping[str, Change] | None = None,

@@ -13,7 +13,7 @@ from layerjam.device.hyperelastic import Hyperelastic, validate_hyperelastic
 from layerjam.device.mount import Mount, Rope, Site
 from layerjam.device.sheets import Film, Sheets
 from layerjam.device.speed_law import SpeedLaw
-from layerjam.errors import QuantityError
+from layerjam.errors import QuantityError, explain_arguments
 from layerjam.records.changes import Change, with_changes
 from layerjam.units import check, is_traced, nested, quantity, record, show
 
@@ -80,6 +80,7 @@ class Brake:
     effects: tuple[Effect, ...] = ()
     """Further effects on the friction; every law applies them, exports reject them."""
 
+    @explain_arguments
     def with_(self, **changes: Change) -> Brake:
         """Return the brake with some numbers changed by name, such as width="14 mm".
 
@@ -91,6 +92,10 @@ class Brake:
         if not any(map(is_traced, changes.values())):
             validate(brake)
         return brake
+
+    def validate(self) -> None:
+        """Raise QuantityError for values that are out of bounds or contradict each other."""
+        validate(self)
 
 
 def validate(brake: Brake) -> None:

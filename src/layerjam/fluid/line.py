@@ -7,7 +7,7 @@ A flow is a volume per time at the inlet pressure. A throughput q is pressure ti
 from __future__ import annotations
 
 from layerjam.device.mount import Site
-from layerjam.errors import QuantityError
+from layerjam.errors import QuantityError, explain_arguments
 from layerjam.fluid.curve import CURVE, Curve
 from layerjam.records.changes import Change, with_changes
 from layerjam.records.values import value
@@ -169,6 +169,7 @@ class Line:
     )
     site: Site = nested(Site, default=Site())
 
+    @explain_arguments
     def with_(self, **changes: Change) -> Line:
         """Return the line with numbers changed by name: chamber_volume="8 mL", flow="2 L/min".
 
@@ -177,6 +178,10 @@ class Line:
         line = with_changes(self, changes)
         validate(line)
         return line
+
+    def validate(self) -> None:
+        """Raise QuantityError for values that are out of bounds or contradict each other."""
+        validate(self)
 
 
 def validate(line: Line) -> None:

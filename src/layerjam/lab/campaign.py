@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from layerjam.errors import explain_arguments
 from layerjam.lab.plan import Subject, Trial, duration, plan_tests, samples
 from layerjam.lab.records import friction_trace, pull_traces, pulls_at_once
 from layerjam.lab.spec import Spec, check_spec
@@ -18,6 +19,7 @@ _CHUNK = 2_000_000
 """Number of samples that are simulated at once."""
 
 
+@explain_arguments
 @dataclass(frozen=True, kw_only=True)
 class Campaign:
     """The tests of a campaign; `traces` simulates them."""

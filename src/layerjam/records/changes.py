@@ -11,7 +11,7 @@ from html import escape
 from types import MappingProxyType
 from typing import Any, ClassVar, Generic, Self, TypeVar
 
-from layerjam.errors import FileError, QuantityError, UnknownNameError
+from layerjam.errors import FileError, QuantityError, UnknownNameError, explain_arguments
 from layerjam.records.reader import Reader
 from layerjam.records.source import KINDS, Source
 from layerjam.records.toml import quoted
@@ -174,6 +174,7 @@ class RecordFile(ABC, Generic[R]):
         """`accepted` or `passed`; None if no command of layerjam judged the numbers."""
         return "accepted" if self.accepted else "passed" if "verdict" in self.notes else None
 
+    @explain_arguments
     def with_(self, **changes: Change) -> Self:
         """Return the file with some numbers changed by name: width="14 mm", film_modulus="2.5 GPa".
 

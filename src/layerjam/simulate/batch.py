@@ -16,7 +16,7 @@ import numpy as np
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
-from layerjam.errors import MissingExtraError, QuantityError, UnknownNameError
+from layerjam.errors import MissingExtraError, QuantityError, UnknownNameError, explain_arguments
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stop.exact import Stop, stop
 from layerjam.mechanics.stop.many import Axis, constants_of
@@ -65,6 +65,7 @@ class Sweep:
 
 
 @in_double_precision
+@explain_arguments
 def batch(
     law: Callable[..., Any],
     sweep: Mapping[str, Any],

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
-from layerjam.errors import LayerjamError, ProcedureError, abbreviate
+from layerjam.errors import LayerjamError, ProcedureError, abbreviate, explain_arguments
 from layerjam.simulate.quantities import CROSSHEAD_SPEED, VACUUM
 from layerjam.units import QuantitySpec, check, exact_text
 
@@ -93,6 +93,7 @@ class Return(_Step):
 Step = Evacuate | Vent | Hold | Pull | Return
 
 
+@explain_arguments
 @dataclass(frozen=True)
 class Procedure:
     """Steps in order, checked against each other on creation.
@@ -104,6 +105,9 @@ class Procedure:
     steps: tuple[Step, ...]
 
     def __post_init__(self) -> None:
+        known = isinstance(self.steps, tuple | list)
+        if not known or any(not isinstance(step, Step) for step in self.steps):
+            raise ProcedureError(f"procedure: {abbreviate(self.steps)} is not a tuple of steps")
         if not self.steps:
             raise ProcedureError("procedure: it has no step")
         if len(self.steps) > MAX_STEPS:

@@ -11,7 +11,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from layerjam.errors import FileError, LayerjamError
+from layerjam.errors import (
+    FileError,
+    LayerjamError,
+    QuantityError,
+    abbreviate,
+    explain_arguments,
+)
 from layerjam.measure.options import ReadingOptions, options_beside
 from layerjam.measure.readers import words
 from layerjam.measure.readers.columns import PULL, Header, cut, split_unit
@@ -47,6 +53,7 @@ class UnreadSpecimen:
         return replace(trace, understood=notes)
 
 
+@explain_arguments
 def read_trace(path: str | Path, options: ReadingOptions | None = None) -> Trace:
     """Read the trace in a test machine's file.
 
@@ -68,6 +75,7 @@ def read_trace(path: str | Path, options: ReadingOptions | None = None) -> Trace
     return entries[0].read(options or ReadingOptions())
 
 
+@explain_arguments
 def read_traces(path: str | Path, options: ReadingOptions | None = None) -> list[Trace]:
     """Return every specimen of a file as a trace, in the file's order; else as `read_trace`."""
     return [entry.read(options or ReadingOptions()) for entry in open_traces(path, options)]
@@ -79,6 +87,8 @@ def open_traces(path: str | Path, options: ReadingOptions | None = None) -> list
     A damaged specimen therefore does not affect the others. Raises FileError if nothing in the file
     can be a tension test, and for a specimen that does not exist.
     """
+    if not isinstance(path, str | Path):
+        raise QuantityError.of("path", f"{abbreviate(path)} is not text or a path")
     sidecar = options_beside(path)
     every = (options or ReadingOptions()).over(sidecar)
     sources = load_sources(path, every.sheet)
