@@ -36,7 +36,7 @@ def peaks(*vacuums: float) -> list[Peak]:
 
 def test_without_an_enclosure_every_sensitivity_is_one() -> None:
     """a = F/(mu (n-1) W P L2): plus one in the force, minus one in all else."""
-    bare = replace(BRAKE, enclosure=unchecked(BRAKE.enclosure, modulus=1e-9))
+    bare = unchecked(BRAKE, enclosure=unchecked(BRAKE.enclosure, modulus=1e-9))
     at = [Peak(170.0, 94.5e3)]
     known = scatter_line((0.01, 4), 1.0, ""), enclosure_line(at, bare)
     found = budget(at, bare, known, {}, {})

@@ -350,7 +350,8 @@ def test_gradients_are_those_of_differences():
 
 
 def test_with_a_pressure_exponent_the_fan_follows_the_friction():
-    brake = replace(THICK, pressure_exponent=-0.3, test_pressure=2e4, lowest_pressure=1.0)
+    brake = replace(THICK, pressure_exponent=-0.3, test_pressure=2e4, lowest_pressure=1.5e4)
+    brake = replace(THICK, pressure_exponent=-0.3, test_pressure=2e4, lowest_pressure=1.5e4)
     force = laws.brake_force(0.01, np.array([2e4, 8e4]), brake)
     for got, p in zip(force, (2e4, 8e4), strict=True):
         assert float(got) == pytest.approx(plain_force(0.01, p, brake), rel=1e-12)

@@ -108,7 +108,7 @@ def test_what_is_no_case_is_neither_a_number_nor_an_outcome():
     assert np.asarray(result.outcome).tolist() == [NOT_A_CASE] * 3 + [STOPPED]
     assert np.isnan(result.slip[:3]).all()
     film = unchecked(KAPTON.film, kinetic=np.nan)
-    lost = stop(1.0, 2.5, 94.5e3, SPRING, G, dataclasses.replace(KAPTON, film=film))
+    lost = stop(1.0, 2.5, 94.5e3, SPRING, G, unchecked(KAPTON, film=film))
     assert int(lost.outcome) == NOT_A_CASE
     assert all(np.isnan(float(v)) for v in lost[:-1])
 

@@ -62,7 +62,7 @@ def test_impossible_input_is_nan_as_in_the_law():
     assert (made.outcome[:2] == -1).all()
     assert (made.outcome[2] >= 0).all()
     film = unchecked(KAPTON.film, kinetic=np.nan)
-    lost = batch(stop, SWEEP | {"mass": 1.0}, brake=dataclasses.replace(KAPTON, film=film))
+    lost = batch(stop, SWEEP | {"mass": 1.0}, brake=unchecked(KAPTON, film=film))
     assert (lost.outcome == -1).all()
     assert np.isnan(lost.slip).all()
     assert np.isnan(made.slip[:2]).all()
