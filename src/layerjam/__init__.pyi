@@ -246,8 +246,14 @@ class _BenchCheckedKnown(_BenchCheckedResult):
     leak: float
     rate: float
     top: float
+    vent: float
+    lag: float
     zero: float
+    noise: float
+    expected: dict[str, float]
     reason: str
+    tuned: str
+    next_step: str
 
 class _SoakResult(_Soak):
     def require(self) -> _SoakKnown: ...
@@ -837,12 +843,16 @@ def bench_check(
     *,
     line: str | _Path | _LineFile | _Line | None = ...,
     vent_rest: Literal["open", "closed"] | None = ...,
+    tune: str | _Path | None = ...,
+    sensor_range: float | str | _HasUnit | None = ...,
+    overwrite: bool = ...,
 ) -> _BenchCheckedResult:
-    """Look after a bench's wiring: drive pump and vent for ten seconds, and say what moves.
+    """Check the wiring of a bench, and measure pump, leak, vent and the sensor's lag.
 
-    Nothing may hang on the brake meanwhile. `line` is what the pump's rate and the leak are held
-    against. Raises QuantityError where nobody knows the valve's rest, LockedError where another
-    client commands, InstrumentError for a bench that is not in SAFE.
+    Pump and vent are driven for ten seconds; nothing may hang on the brake. The values of `line`
+    are those that `bench run` tunes the regulator to. `tune` writes that line with the measured
+    values. Raises QuantityError if the valve's rest is not known or a value for `tune` is missing,
+    LockedError if another client commands, InstrumentError for a bench that is not in SAFE.
     """
 
 def bench_zero(

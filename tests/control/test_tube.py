@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from layerjam.control.closed_loop import simulate, simulate_many
 from layerjam.control.detection import detection_times
 from layerjam.control.faults import FaultInjection
-from layerjam.control.plant import Plant, plant_of
+from layerjam.control.plant import Plant, match_line, plant_of
 from layerjam.control.settings import KINDS, SAFELY, Regulator, validate
 from layerjam.errors import QuantityError
 from layerjam.fluid.line import Chamber, Leak, Line, Pump, Sensor, Tube, Valve
@@ -257,3 +257,26 @@ def test_without_a_tube_nothing_is_owed_otherwise() -> None:
     assert loop.lost_for == loop.lost_time
     assert plant.joined is plant
     assert plant.up_to(1.0) is plant
+
+
+@pytest.mark.parametrize("length", [None, 5.0])
+def test_a_line_that_matches_a_measured_plant(length: float | None) -> None:
+    # pump 2 s, leak 50 s, vent 0.4 s; 96 kPa; exponent 1.2; both pumps together
+    wanted = Plant(rate=0.5, top=96e3, leak=0.02, vent=2.5)
+    old = line(exponent=1.2) if length else dataclasses.replace(line(exponent=1.2), tube=None)
+    old = dataclasses.replace(
+        old, valve=None,
+        pump=Pump(curve=((0.0, 3e-6), (50e3, 2e-6), (90e3, 0.0)), count=2, backwards=1e-6),
+    )  # fmt: skip
+    made = match_line(old, wanted, vacuum=60e3)
+    volume = 7.5e-6 + (5.0 * math.pi / 4 * 0.8e-3**2 if length else 0.0)
+    assert made.pump.flow == pytest.approx(0.5 * volume / 1.2 / 2)
+    assert made.pump.ultimate == pytest.approx(101325 - 96e3)
+    assert made.valve is not None
+    assert made.valve.conductance == pytest.approx(2.5 * volume / 1.2 / 1e5)
+    # a laminar leak of G lets in G (p_atm^2 - p^2) / 2 p_atm
+    flow = made.leak.laminar * (101325**2 - 41325**2) / (2 * 101325)
+    assert 1.2 * flow / volume / 60e3 == pytest.approx(0.02)
+    found = plant_of(made, vacuum=60e3).joined
+    assert (found.rate, found.top) == pytest.approx((0.5, 96e3))
+    assert (found.leak, found.vent) == pytest.approx((0.02, 2.5))

@@ -1,14 +1,38 @@
 """`bench check` and `bench zero`: wiring, tightness and the sensor's zero, before the first run."""
 
-from collections.abc import Mapping
+import shlex
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 from layerjam.commands.bench import BenchAddress
-from layerjam.commands.declare import Help, Input, command
+from layerjam.commands.declare import Help, Input, OutFile, command
 from layerjam.commands.lines import AnyLine, line_file
-from layerjam.commands.results import Result, result
+from layerjam.commands.quantities import Overwrite
+from layerjam.commands.regulator import SENSOR_RANGE, sensor_of
+from layerjam.commands.results import Result, fact, result
+from layerjam.device.load import write_whole
+from layerjam.errors import QuantityError
 from layerjam.fluid.file import LineFile
+from layerjam.fluid.line import Sensor
+from layerjam.records.source import Source
 from layerjam.rig.outcomes import Checked, Zero
+from layerjam.units import show
+
+MEASURED = MappingProxyType({"rate": "1/s", "top": "Pa", "leak": "1/s", "vent": "1/s", "lag": "s"})
+"""Values of a line that `bench check` measures, and their units."""
+REPLACED = (
+    "pump.flow",
+    "pump.ultimate",
+    "valve.conductance",
+    "leak.laminar",
+    "sensor.lag",
+    "sensor.noise",
+)
+"""Numbers of a line's file that they replace."""
 
 
 def _line(value: AnyLine, _given: Mapping[str, Any]) -> LineFile:
@@ -17,12 +41,26 @@ def _line(value: AnyLine, _given: Mapping[str, Any]) -> LineFile:
 
 @result
 class BenchChecked(Result, Checked):
-    """What a first look at a bench finds."""
+    """Result of a bench check."""
+
+    tuned: str | None = fact("file of the line as measured; null without --tune", default=None)
+    next_step: str | None = fact("command to type next", listed=False, default=None)
+
+    def lines(self) -> Iterator[str]:
+        """Each measured value next to the one that the regulator is tuned to."""
+        if self.expected is not None:
+            yield ""
+            for name, unit in MEASURED.items():
+                value = getattr(self, name)
+                measured = "not measured" if value is None else f"measured {show(value, unit)}"
+                yield f"{name}: {measured}, regulator tuned to {show(self.expected[name], unit)}"
+        if self.next_step is not None:
+            yield from ("", f"next: {self.next_step}")
 
 
 VentRest = Annotated[
     Literal["open", "closed"] | None,
-    Help("The vent valve without power, where the board does not know it."),
+    Help("Position of the vent valve without power, if the board does not know it."),
 ]
 
 
@@ -45,10 +83,10 @@ def bench_zero(address: BenchAddress, *, vent_rest: VentRest = None) -> BenchZer
     date in the calibration's name. Raises QuantityError if the reading is not steady or far from
     zero, LockedError if another client commands, InstrumentError for a bench that is not in SAFE.
     """
-    from layerjam.rig.check import measure_zero
+    from layerjam.rig.check import limit_speed, measure_zero
     from layerjam.rig.driver import open_bench
 
-    with open_bench(address) as bench:
+    with open_bench(limit_speed(address)) as bench:
         return BenchZeroed.of(measure_zero(bench, vent_rest=vent_rest))
 
 
@@ -56,7 +94,11 @@ def bench_zero(address: BenchAddress, *, vent_rest: VentRest = None) -> BenchZer
     "bench",
     place=15,
     under="bench",
-    examples=("layerjam bench check sim:choi2018 --vent-rest open --line choi2018",),
+    examples=(
+        "layerjam bench check sim:choi2018 --vent-rest open --line choi2018",
+        'layerjam bench check "sim:choi2018?speed=20" --vent-rest open --line choi2018 '
+        "--sensor-range 103kPa --tune measured.toml",
+    ),
     computes=False,
 )
 def bench_check(
@@ -64,21 +106,70 @@ def bench_check(
     *,
     line: Annotated[
         LineFile | None,
-        Input("Vacuum line that it should be: name or TOML file.", metavar="LINE", convert=_line),
+        Input("Expected vacuum line: name or TOML file.", metavar="LINE", convert=_line),
     ] = None,
     vent_rest: VentRest = None,
+    tune: Annotated[
+        str | Path | None,
+        OutFile(
+            "Write the line with the measured values, for the regulator of bench run.",
+            metavar="FILE.toml",
+            endings=(".toml",),
+        ),
+    ] = None,
+    sensor_range: Annotated[
+        float | None, SENSOR_RANGE, Help("Greatest vacuum of the sensor, for --tune.")
+    ] = None,
+    overwrite: Overwrite = False,
 ) -> BenchChecked:
-    """Look after a bench's wiring: drive pump and vent for ten seconds, and say what moves.
+    """Check the wiring of a bench, and measure pump, leak, vent and the sensor's lag.
 
-    Nothing may hang on the brake meanwhile. `line` is what the pump's rate and the leak are held
-    against. Raises QuantityError where nobody knows the valve's rest, LockedError where another
-    client commands, InstrumentError for a bench that is not in SAFE.
+    Pump and vent are driven for ten seconds; nothing may hang on the brake. The values of `line`
+    are those that `bench run` tunes the regulator to. `tune` writes that line with the measured
+    values. Raises QuantityError if the valve's rest is not known or a value for `tune` is missing,
+    LockedError if another client commands, InstrumentError for a bench that is not in SAFE.
     """
     from layerjam.control.plant import plant_of
-    from layerjam.rig.check import check_bench
+    from layerjam.rig.check import check_bench, limit_speed
     from layerjam.rig.driver import open_bench
     from layerjam.rig.plant import LINEAR_AT
 
-    plant = plant_of(line.line, vacuum=LINEAR_AT) if isinstance(line, LineFile) else None
-    with open_bench(address) as bench:
-        return BenchChecked.of(check_bench(bench, vent_rest=vent_rest, plant=plant))
+    if tune is not None and line is None:
+        raise QuantityError.of("line", "missing; --tune replaces values of --line")
+    sensor = None if line is None or tune is None else sensor_of(line, sensor_range)
+    plant, lag = None, 0.0
+    if line is not None:
+        plant = plant_of(line.line, vacuum=LINEAR_AT)
+        lag = 0.0 if line.line.sensor is None else line.line.sensor.lag
+    with open_bench(limit_speed(address)) as bench:
+        found = check_bench(bench, vent_rest=vent_rest, plant=plant, lag=lag, tune=tune is not None)
+    if line is None or found.wiring or (tune is not None and not found.feasible):
+        return BenchChecked.of(found)
+    name = line.path if Path(line.path).is_file() else line.name
+    if tune is None or sensor is None:
+        words = ["check", str(address), "--line", name, "--tune", "measured.toml"]
+        words += ["--vent-rest", vent_rest] if vent_rest else []
+        words += [] if line.line.sensor else ["--sensor-range", "103kPa"]
+        return BenchChecked.of(found, next_step=shlex.join(["layerjam", "bench", *words]))
+    tuned = _tune(line, found, sensor, str(address))
+    write_whole(tune, tuned.render(Path(tune).stem), overwrite)
+    words = ["layerjam", "bench", "run", str(address), "--line", str(tune)]
+    return BenchChecked.of(found, tuned=str(tune), next_step=f"{shlex.join(words)} …")
+
+
+def _tune(line: LineFile, found: Checked, sensor: Sensor, address: str) -> LineFile:
+    """Return a line with the measured values and their source; QuantityError if one is missing."""
+    from layerjam.control.plant import Plant, match_line
+    from layerjam.rig.plant import LINEAR_AT
+
+    values = {name: getattr(found, name) for name in (*MEASURED, "noise")}
+    missing = ", ".join(name for name, value in values.items() if value is None)
+    if missing:
+        raise QuantityError.of(missing, "not measured, so that --tune writes nothing")
+    lag, noise = values.pop("lag"), max(sensor.noise, values.pop("noise"))
+    made = match_line(line.line, Plant(**values), vacuum=LINEAR_AT)
+    made = replace(made, sensor=replace(sensor, lag=lag, noise=noise))
+    text = f"bench check of {address}, {datetime.now(UTC).date().isoformat()}"
+    source = Source(kind="synthetic" if found.simulated else "measured", text=text)
+    sources = {**line.sources, **dict.fromkeys(REPLACED, source)}
+    return replace(line, line=made, sources=sources, text="", parts={})

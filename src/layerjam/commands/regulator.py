@@ -77,11 +77,7 @@ def regulator_of(file: LineFile, at: float, how: RegulatorSettings) -> tuple[Reg
     """A regulator for a line, its leak and valve made linear at a vacuum [Pa]; what is assumed."""
     notices = [*file.warnings()]
     plant = plant_of(file.line, vacuum=at, water=how.fluid == "water")
-    if file.line.sensor is None and how.sensor_range is None:
-        raise QuantityError.of(
-            "sensor", f"{file.name} has none; give --sensor-range, the greatest vacuum it shows"
-        )
-    sensor = file.line.sensor or Sensor(range=1.0)
+    sensor = sensor_of(file, how.sensor_range, how.noise)
     if not plant.vent or file.line.valve is None:
         notices.append(
             Notice(
@@ -93,7 +89,7 @@ def regulator_of(file: LineFile, at: float, how: RegulatorSettings) -> tuple[Reg
     notices += _left_out(file, plant)
     made = Regulator(
         plant=plant,
-        sensor=replace(sensor, **_given(range=how.sensor_range, noise=how.noise)),
+        sensor=sensor,
         kind=how.kind,
         safe_state=how.safe_state or "",
         # without a valve there is no other way down
@@ -102,6 +98,15 @@ def regulator_of(file: LineFile, at: float, how: RegulatorSettings) -> tuple[Reg
         **_given(sample_time=how.sample_time, minimum_on=how.least_run, minimum_off=how.least_run),
     )
     return made, notices
+
+
+def sensor_of(file: LineFile, span: float | None, noise: float | None = None) -> Sensor:
+    """Return a line's sensor with a given range and noise [Pa]; QuantityError without a range."""
+    if file.line.sensor is None and span is None:
+        raise QuantityError.of(
+            "sensor", f"{file.name} has none; give --sensor-range, the greatest vacuum it shows"
+        )
+    return replace(file.line.sensor or Sensor(range=1.0), **_given(range=span, noise=noise))
 
 
 def _left_out(file: LineFile, plant: Plant) -> list[Notice]:

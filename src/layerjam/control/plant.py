@@ -16,7 +16,7 @@ from typing import Any
 from layerjam.control.passage import Passage, reached
 from layerjam.errors import QuantityError
 from layerjam.fluid.flow import NORMAL, VAPOUR, leaking, tube_conductance
-from layerjam.fluid.line import Line, water_compliance
+from layerjam.fluid.line import Leak, Line, Valve, validate, water_compliance
 from layerjam.fluid.pump import check_water, displacement_at, lowest_pressure
 from layerjam.fluid.tube import area
 from layerjam.units import check, quantity, show
@@ -67,6 +67,12 @@ class Plant:
             backwards=self.backwards / more,
             passage=None,
         )
+
+    @property
+    def tube_lag(self) -> float:
+        """Time constant after which a full pump draws on the chamber, at no vacuum [s]."""
+        tube = self.passage
+        return 0.0 if tube is None else float(tube.lag(self.rate, tube.atmosphere))
 
     def up_to(self, vacuum: float) -> Plant:
         """The plant with its detectors tuned to `vacuum` [Pa] at the most, where a tube counts."""
@@ -148,6 +154,31 @@ def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
         passage=passage,
     )
     check(made, "plant.")
+    return made
+
+
+def match_line(line: Line, plant: Plant, *, vacuum: float) -> Line:
+    """Return the line with other parts whose `plant_of` at `vacuum` [Pa] is `plant`, in air.
+
+    `plant` has no passage: a tube's gas counts as in `Plant.joined`. The pump becomes one by its
+    displacement, the leak a laminar one. Raises QuantityError if no parts give such a plant.
+    """
+    site, chamber, tube = line.site.atmosphere, line.chamber.volume, 0.0
+    if line.tube is not None:
+        tube = area(line.tube) * line.tube.length
+    # throughput [Pa m^3/s] over a rate [1/s] and a pressure [Pa]
+    volume = (chamber + tube) / line.polytropic
+    pressure = site - vacuum
+    laminar = plant.leak * volume * vacuum / leaking(pressure, site, 1.0, 0.0)
+    flow = plant.rate * volume / line.pump.count
+    valve = line.valve or Valve(conductance=1.0)
+    made = replace(
+        line,
+        pump=replace(line.pump, flow=flow, curve=None, ultimate=max(site - plant.top, 0.0)),
+        valve=replace(valve, conductance=plant.vent * volume / NORMAL),
+        leak=Leak(laminar=laminar),
+    )
+    validate(made)
     return made
 
 

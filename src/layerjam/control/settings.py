@@ -161,12 +161,6 @@ class Regulator:
         return wide if self.decision_step is None else self.decision_step
 
     @property
-    def tube_lag(self) -> float:
-        """Time constant after which a full pump draws on the chamber, at no vacuum [s]."""
-        tube = self.plant.passage
-        return 0.0 if tube is None else float(tube.lag(self.plant.rate, tube.atmosphere))
-
-    @property
     def greatest_noise(self) -> float:
         """Standard deviation of a reading, at the end of its tolerance [Pa]."""
         return self.tolerances.noise * self.sensor.noise
@@ -184,7 +178,7 @@ class Regulator:
     @property
     def lag(self) -> float:
         """Longest lag of sensor and tube together [s]."""
-        return self.slowest + self.tube_lag
+        return self.slowest + self.plant.tube_lag
 
     @property
     def fades_in(self) -> float:

@@ -42,7 +42,13 @@ class Checked:
     leak: float | None = number("1/s", "decay of the vacuum with pump off and vent shut")
     rate: float | None = number("1/s", "flow of the pump over the volume")
     top: float | None = number("Pa", "vacuum at which the pump ends, by its curve")
+    vent: float | None = number("1/s", "decay of the vacuum that the open vent adds")
+    lag: float | None = number("s", "time constant of the sensor's lag")
     zero: float | None = number("Pa", "reading with the vent open")
+    noise: float | None = number("Pa", "standard deviation of that reading")
+    expected: dict[str, float] | None = fact(
+        "rate, top, leak, vent and lag of the line in SI units; null without a line", listed=False
+    )
     feasible: bool = fact("whether the bench can regulate, as the line's file says")
     reason: str | None = fact("why not")
     simulated: bool = fact("whether no hardware is behind it")

@@ -79,6 +79,8 @@ class Bench:
         self.state, self.fault = SAFE, 0
         self.target, self.state_of_law = 0.0, law.fresh()
         self.pump, self.vent, self.sync = 0.0, 0, 0
+        # outputs of DIAG:DRIV, from the next sample on: its record then has the time of the change
+        self.driven = (0.0, 0)
         self.reading, self.raw, self.warmth = math.nan, 0, 0
         self.count = self.micros = 0
         # sample at which a reset was asked for
@@ -256,7 +258,7 @@ class Bench:
         self.until = int(time * 1e6)
         self.state = DRIVE
         self.hal.arm()
-        self.set_output(pump, vent)
+        self.driven = (pump, vent)
 
     def tick(self, late: int) -> None:
         """One sample: read, judge, command, remember; `late` is how late it is [us]."""
@@ -280,6 +282,8 @@ class Bench:
             self.allowed -= passed
             if stopped or self.left == 0 or self.until <= 0 or self.low_supply >= SUPPLY_SAMPLES:
                 self.off()
+            else:
+                self.set_output(*self.driven)
         self.watch_zero()
         if self.capture.tick(self.micros):
             self.tell(127, "of the accelerometer")
