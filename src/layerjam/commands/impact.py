@@ -38,6 +38,7 @@ from layerjam.simulate.crash import Crash, crash
 from layerjam.simulate.quantities import DURATION
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.rope_alone import BareDrop
+from layerjam.simulate.tuned import tuning_vacuum
 from layerjam.simulate.vacuum_history import History
 from layerjam.units import show
 
@@ -162,8 +163,6 @@ def drop(
     not stopped when `duration` is over has the outcome FINISHED and no `stopping_time`; one that
     creeps to rest on an overdamped rope has neither.
     """
-    from layerjam.simulate.tuned import tuning_vacuum
-
     site = brake.brake.site
     arrives = arrival(speed, height, horizontal, site.gravity)
     known: dict[str, Any] = {"mass": mass, "speed": arrives, "rope_stiffness": rope_stiffness}
