@@ -3,8 +3,6 @@
 A message is one plain sentence that names the quantity, its value, its unit and what is allowed.
 """
 
-from __future__ import annotations
-
 import contextlib
 import difflib
 import functools
@@ -20,13 +18,13 @@ class Notice(str):
 
     key: str
 
-    def __new__(cls, sentence: str, key: str = "note") -> Notice:
+    def __new__(cls, sentence: str, key: str = "note") -> "Notice":
         """Return a notice; programs use `key` and never parse the sentence."""
         notice = super().__new__(cls, sentence)
         notice.key = key
         return notice
 
-    def __reduce__(self) -> tuple[type[Notice], tuple[str, str]]:
+    def __reduce__(self) -> "tuple[type[Notice], tuple[str, str]]":
         return (Notice, (str(self), self.key))
 
 

@@ -5,8 +5,6 @@ or ``"94.5kPa"``. pint knows the units and a plain pattern reads the number: exp
 file are never evaluated.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 import re

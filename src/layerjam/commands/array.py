@@ -1,7 +1,5 @@
 """`array`: equal brakes side by side and one behind the other, pulled once, slowly."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
@@ -26,7 +24,7 @@ MOST = 1000
 class ArrayPull(Result):
     """Totals of an array and the outcome of one slow pull; `record` is an ArrayLoading."""
 
-    record: ArrayLoading
+    record: "ArrayLoading"
     brake: str = fact("name of the brake")
     parallel: int = number("1", "chains side by side")
     series: int = number("1", "brakes one behind the other in a chain")
@@ -45,7 +43,7 @@ class ArrayPull(Result):
     stiffness: float = number("N/m", "stiffness before slip")
     force_density: float = number("N/kg", "greatest force over mass")
 
-    def panes(self) -> Sequence[Pane]:
+    def panes(self) -> "Sequence[Pane]":
         """Force over elongation."""
         from layerjam.report import force_figures
 

@@ -1,7 +1,5 @@
 """`bench`: real hardware, or the virtual board, from the command line."""
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path
@@ -120,7 +118,7 @@ def bench_serve(
 
     said: list[BenchServed] = []
 
-    def announce(at: Listening) -> None:
+    def announce(at: "Listening") -> None:
         made = BenchServed(listening=f"{at.host}:{at.port}", pid=at.pid, address=at.address)
         said.append(made)
         keys = {"listening": made.listening, "pid": made.pid, "address": made.address}

@@ -1,7 +1,5 @@
 """`bench faults` and `bench soak`: what the board does when something breaks, and when nothing."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -43,7 +41,7 @@ class FaultCampaign(Result):
     names that the board gave. `deadline` is null where nothing is promised.
     """
 
-    record: tuple[Trial, ...]
+    record: "tuple[Trial, ...]"
     address: str = fact("virtual board that was broken", listed=False)
     board: str = fact("what ran the firmware")
     faults: Sequence[Row] = fact(
@@ -183,7 +181,7 @@ def bench_faults(
     )
 
 
-def row_of(name: str, trials: Sequence[Trial]) -> Row:
+def row_of(name: str, trials: "Sequence[Trial]") -> Row:
     """One fault's runs as a row, the worst of them in full."""
     worst = max(trials, key=lambda trial: trial.share)
     missed = sum(not trial.met for trial in trials)

@@ -1,7 +1,5 @@
 """`bench run`, `bench log`, `bench export`: a procedure on a bench, and the file it leaves."""
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -42,7 +40,7 @@ FINISHED, STOPPED = "FINISHED", "OPERATOR_STOPPED"
 class RunRecorded(Judged):
     """Outcome of a procedure on a bench; `record` is None if a check failed first."""
 
-    record: RunResult | None = None
+    record: "RunResult | None" = None
     outcome: str = fact("FINISHED, or what ended it")
     reason: str | None = fact("why it did not finish")
     run_id: str = fact("number of the run, also in the file")
@@ -232,8 +230,8 @@ def _regulator(
 
 
 def _crosshead(
-    kind: str | None, bench: Bench, brake: BrakeFile, line: LineFile, steps: Procedure
-) -> Crosshead | None:
+    kind: str | None, bench: "Bench", brake: BrakeFile, line: LineFile, steps: Procedure
+) -> "Crosshead | None":
     """What moves the brake's end."""
     from layerjam.rig.crosshead import Manual, Trigger, Virtual
     from layerjam.rig.machine import check_brake

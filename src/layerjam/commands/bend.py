@@ -1,7 +1,5 @@
 """`bend`: how soft a brake is when off, how stiff when jammed, and its pull over a joint."""
 
-from __future__ import annotations
-
 import math
 from typing import TYPE_CHECKING, Annotated
 
@@ -48,7 +46,7 @@ class Bend(Result):
     What a joint adds is None without a radius.
     """
 
-    record: tuple[BrakeFile, float, float, float, float | None]
+    record: "tuple[BrakeFile, float, float, float, float | None]"
     bending_stiffness_free: float = number("N m^2", "E I of the overlap without vacuum")
     bending_stiffness_jammed: float = number("N m^2", "E I of the overlap before it slips")
     stiffness_ratio: float = number("1", "the jammed over the free one")
@@ -79,7 +77,7 @@ class Bend(Result):
     sheet_stress: float | None = number("Pa", "greatest stress of a sheet over the joint")
     end_force_ratio: float | None = number("1", "pull at one cap over that at the other")
 
-    def draw(self) -> Figure:
+    def draw(self) -> "Figure":
         """Moment over the angle, and the pull over the angle of a joint."""
         from layerjam.report import force_figures
 

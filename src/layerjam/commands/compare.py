@@ -1,7 +1,5 @@
 """`compare`: force over mass of layer-jamming brakes, beside what others make."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -61,14 +59,14 @@ class Comparison(Result):
     `record` is (devices, SheetLine list, the catalogue of published devices).
     """
 
-    record: tuple[list[dict[str, Any]], list[SheetLine], PublishedDevices]
+    record: "tuple[list[dict[str, Any]], list[SheetLine], PublishedDevices]"
     devices: Sequence[Mapping[str, Any]] = fact(
         "brakes and devices: mass, greatest force, force density, source", listed=False
     )
     sheet: Mapping[str, Any] = fact(
         "what one more sheet adds to the first brake, beside the paper's words", listed=False
     )
-    sheet_lines: Sequence[SheetLine] = fact(
+    sheet_lines: "Sequence[SheetLine]" = fact(
         "each brake with more sheets", listed=False, key="lines"
     )
     none_found: Mapping[str, str] = fact(
@@ -110,7 +108,7 @@ class Comparison(Result):
     def _shown(self, name: str) -> str:
         return show(self.sheet[name], TABLE_UNITS[name]) if name in TABLE_UNITS else ""
 
-    def draw(self) -> Figure:
+    def draw(self) -> "Figure":
         """Force over mass, both logarithmic, with lines of equal force density."""
         from layerjam.report import density_figures
 

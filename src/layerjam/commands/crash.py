@@ -1,7 +1,5 @@
 """`crash`: an impact in an accelerometer's log."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -98,10 +96,10 @@ def _cut(shot: Shot) -> list[str]:
 class CrashFound(Judged, Pulse):
     """The greatest pulse of a log, its offset taken off; `record` is the Crash."""
 
-    record: Crash
+    record: "Crash"
     understood: Sequence[str] = fact("what was made of the file", listed=False)
 
-    def draw(self) -> Figure:
+    def draw(self) -> "Figure":
         """Acceleration and velocity over time."""
         from layerjam.report import measurement_figures
         from layerjam.report.style import of_synthetic

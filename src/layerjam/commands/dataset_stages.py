@@ -1,7 +1,5 @@
 """The stages of a dataset, from its own files: what `publish` and `recompute` have in common."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
@@ -32,7 +30,7 @@ USES = ("friction", "calibrate", "validate")
 STAGES = ("friction", "calibration", "validation")
 
 
-def derive(root: Path, recipe: Recipe, out: Path, tell: Progress) -> tuple[Recipe, BrakeReport]:
+def derive(root: Path, recipe: Recipe, out: Path, tell: Progress) -> "tuple[Recipe, BrakeReport]":
     """Write into the folder `out` what follows from the inputs of a dataset in `root`.
 
     These are report, calibrated brake, recipe and README. Returns the recipe with the files that
@@ -78,7 +76,7 @@ def derive(root: Path, recipe: Recipe, out: Path, tell: Progress) -> tuple[Recip
 
 
 def describe(
-    root: Path, files: Iterable[str], recipe: Recipe, stated: Stated, content: BrakeReport
+    root: Path, files: Iterable[str], recipe: Recipe, stated: Stated, content: "BrakeReport"
 ) -> str:
     """Text of ro-crate-metadata.json for these files of a dataset in `root`."""
     brake, synthetic = content.file.name, content.synthetic
@@ -86,7 +84,7 @@ def describe(
 
 
 def _apart(
-    root: Path, files: Mapping[str, Sequence[str]], content: BrakeReport
+    root: Path, files: Mapping[str, Sequence[str]], content: "BrakeReport"
 ) -> tuple[list[tuple[str, ...]], dict[str, dict[str, str]]]:
     """The files that served each of USES, and {path: use and reason} of those refused."""
     kept: dict[str, tuple[str, ...]] = {}

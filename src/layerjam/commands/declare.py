@@ -10,8 +10,6 @@ checks of every call, the command line, the page's controls, the copied code, th
 JSON Schema (`commands/schema.py`).
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import inspect
@@ -376,7 +374,7 @@ class Command:
                 made[p.name] = p.read(given.get(p.name, p.default), given, notices)
         return made
 
-    def _grid(self, values: dict[str, Any]) -> Grid | None:
+    def _grid(self, values: dict[str, Any]) -> "Grid | None":
         """Return the grid of the array arguments, None if all are single numbers."""
         units = {p.name: p.spec.unit for p in self.parameters if p.array and p.spec is not None}
         if all(isinstance(values.get(name, 0), int | float) for name in units):

@@ -1,7 +1,5 @@
 """A mass on the brake of a bench, as options: whether its accelerometer is recorded, what falls."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -32,7 +30,7 @@ class DropRigOptions:
         float | None, LEVEL, Help("Acceleration that triggers, in g; 5 unless given.")
     ] = None
 
-    def rig(self, brake: BrakeFile) -> DropRig | None:
+    def rig(self, brake: BrakeFile) -> "DropRig | None":
         """The drop rig, None where no shot is asked for; QuantityError for what needs one."""
         from layerjam.rig.shots import DropRig
 

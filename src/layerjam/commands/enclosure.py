@@ -1,7 +1,5 @@
 """`enclosure`: modulus and hyperelastic fit of the enclosure's silicone."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial as bound
 from pathlib import Path
@@ -57,7 +55,7 @@ class SiliconeFit(FromFiles, Judged):
     {path: (Specimen, Moduli, {model: Fit}, model)}.
     """
 
-    record: dict[str, tuple[Specimen, Moduli, dict[str, Fit], str]]
+    record: "dict[str, tuple[Specimen, Moduli, dict[str, Fit], str]]"
     material: str | None = fact("silicone of the catalogue")
     specimens: int | None = number("1", "specimens that count")
     modulus_100: float | None = number("Pa", "engineering stress at 100 % strain")
@@ -95,7 +93,7 @@ class SiliconeFit(FromFiles, Judged):
                 text += ", material not known (--material compares it with a data sheet)"
             yield f"{text}; {row['model']}"
 
-    def draw(self) -> Figure:
+    def draw(self) -> "Figure":
         """Stress over strain of every specimen with its model."""
         from layerjam.report import measurement_figures as figures
         from layerjam.report.style import of_synthetic

@@ -1,10 +1,8 @@
 """`export`: the brake for other programs and for microcontrollers."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.quantities import BrakeInput, Overwrite, RopeStiffness
@@ -12,12 +10,9 @@ from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.file import BrakeFile
 from layerjam.errors import CompilerError, Notice, QuantityError
 from layerjam.interop.tendon import Coupling
+from layerjam.kernel.parameters import Parameters
 from layerjam.outputs import outputs
 from layerjam.units import QuantitySpec, show
-
-if TYPE_CHECKING:
-    from layerjam.kernel.parameters import Parameters
-
 
 Strict = Annotated[bool, Help("Write nothing if the brake could snap on its stiffness.")]
 

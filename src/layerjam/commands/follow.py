@@ -1,7 +1,5 @@
 """`follow`: a brake whose force follows a profile while it slides on."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -62,7 +60,7 @@ class Swing:
 class FollowedForce(Result):
     """How well the force follows; `record` is (Following, Bode)."""
 
-    record: tuple[Following, Bode | None]
+    record: "tuple[Following, Bode | None]"
     rms_error: float = number("N", "root mean square of the force's error")
     greatest_error: float = number("N", "greatest error of the force")
     possible: float = fact(
@@ -84,7 +82,7 @@ class FollowedForce(Result):
         if self.reasons:
             yield from ("", *(f"cannot: {reason}" for reason in self.reasons))
 
-    def draw(self) -> Figure:
+    def draw(self) -> "Figure":
         """Wanted and true force over time, the vacuum, and the frequency response."""
         from layerjam.report import control_figures
 
@@ -165,7 +163,7 @@ def follow(
     )
 
 
-def _rows(swept: Bode) -> list[dict[str, float]]:
+def _rows(swept: "Bode") -> list[dict[str, float]]:
     names = ("frequency", "magnitude", "phase")
     columns = (swept.frequency, swept.magnitude, swept.phase)
     return [dict(zip(names, map(float, row), strict=True)) for row in zip(*columns, strict=True)]

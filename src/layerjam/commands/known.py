@@ -1,7 +1,5 @@
 """A result whose numbers can be relied on to be there."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from layerjam.errors import NotKnownError
@@ -33,5 +31,5 @@ class KnownResult:
     def __repr__(self) -> str:
         return repr(self.__dict__["answer"])
 
-    def __reduce__(self) -> tuple[type[KnownResult], tuple[Any]]:
+    def __reduce__(self) -> "tuple[type[KnownResult], tuple[Any]]":
         return KnownResult, (self.__dict__["answer"],)

@@ -1,7 +1,5 @@
 """`lab`: practice files of a whole campaign, from a stated truth and a machine with faults."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -29,7 +27,7 @@ class PracticeFiles(Result):
     For an example to edit, `text` holds it, or says what to do with the file, and all else is None.
     """
 
-    record: Campaign | None = None
+    record: "Campaign | None" = None
     folder: str | None = fact("the folder", default=None)
     files: Sequence[str] | None = fact(
         "the files", default=None, shown=lambda files: f"{len(files)}, each with its sidecar"

@@ -1,7 +1,5 @@
 """Array arguments of a command: how they broadcast, and the labels that its result keeps."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -62,7 +60,7 @@ class Grid:
             if np.ndim(value) and np.shape(value) == self.shape
         }
 
-    def to_frame(self, values: Mapping[str, Any]) -> pandas.DataFrame:
+    def to_frame(self, values: Mapping[str, Any]) -> "pandas.DataFrame":
         """Return one row for each element: inputs first, then the numbers that were computed."""
         import pandas
 
@@ -74,7 +72,7 @@ class Grid:
         }
         return pandas.DataFrame(columns)
 
-    def to_xarray(self, values: Mapping[str, Any], units: Mapping[str, str]) -> xarray.Dataset:
+    def to_xarray(self, values: Mapping[str, Any], units: Mapping[str, str]) -> "xarray.Dataset":
         """Return the numbers over the dimensions of the inputs; single numbers stay single."""
         with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
             import xarray
@@ -106,7 +104,7 @@ class Grid:
         for row in rows:
             yield "  ".join(f"{cell:>{width}}" for cell, width in zip(row, wide, strict=True))
 
-    def panes(self, name: str, value: Any, unit: str) -> list[Pane]:
+    def panes(self, name: str, value: Any, unit: str) -> "list[Pane]":
         """Return a number over the first dimension, one curve for each case of the others."""
         from layerjam.report.chart import Curve, Pane
         from layerjam.report.style import CYCLE

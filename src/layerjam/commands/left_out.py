@@ -3,8 +3,6 @@
 A specimen of a file that holds several is named as results name it: `FILE, specimen LABEL`.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -86,7 +84,7 @@ class LeftOut:
         ]
         return kept, without, out
 
-    def among(self, *groups: Sequence[Measured]) -> Iterator[LeftOut]:
+    def among(self, *groups: Sequence[Measured]) -> "Iterator[LeftOut]":
         """The same for each of several groups of files; a name must be in one of them."""
         meant = self._meant([*{_called(f): f for some in groups for f in some}.values()])
         for some in groups:

@@ -1,7 +1,5 @@
 """Notices of `plan`: assumptions and effects left out."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -15,7 +13,7 @@ if TYPE_CHECKING:
     from layerjam.control.plan_build import Build
 
 
-def plan_notices(made: Plan, build: Build | None) -> Iterator[Notice]:
+def plan_notices(made: "Plan", build: "Build | None") -> Iterator[Notice]:
     """Return the assumptions of a plan, and effects that it leaves out."""
     from layerjam.control.plan_spread import SHIFTS
     from layerjam.fluid.closed_forms import lowest

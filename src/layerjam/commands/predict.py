@@ -1,7 +1,5 @@
 """`new`, `show`, `force` and `vacuum`: what a brake is, and what it will do."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -125,7 +123,7 @@ class BrakeSummary(Result):
             rows.append((name, f"{text} (failed check: {'; '.join(checks)})" if checks else text))
         return rows
 
-    def draw(self) -> Figure:
+    def draw(self) -> "Figure":
         """The brake with every named length and force."""
         from layerjam.report.device_drawing import device
 
@@ -204,7 +202,7 @@ class BrakeForce(Result):
     enclosure_force: float = number("N", "force of the enclosure, eq. 5")
     force: float = number("N", "force of the brake, both together")
 
-    def draw(self) -> Figure:
+    def draw(self) -> "Figure":
         """Force over slip, with this slip marked; of arrays over their first dimension."""
         from layerjam.report import figures
 
@@ -293,7 +291,7 @@ class VacuumForForce(Result):
     least_force: float = number("N", "force of the enclosure alone at that slip")
     greatest_force: float = number("N", "force at the site's full vacuum at that slip")
 
-    def draw(self) -> Figure:
+    def draw(self) -> "Figure":
         """Force over vacuum at the slip, with the force marked; of arrays the vacuum over it."""
         from layerjam.report import figures
 

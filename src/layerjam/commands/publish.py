@@ -1,7 +1,5 @@
 """`publish` and `recompute`: a campaign as a dataset, and its numbers computed once more."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -40,7 +38,7 @@ def _names(files: Sequence[str]) -> str:
 class Published(Result):
     """The dataset that was written; `record` is the BrakeReport."""
 
-    record: BrakeReport | None = None
+    record: "BrakeReport | None" = None
     folder: str | None = fact("the dataset; null if it was not written")
     files: Sequence[str] = fact("files in it", shown=lambda files: f"{len(files)} in the folder")
     friction_tests: int = number("1", "friction tests")
@@ -140,7 +138,7 @@ def publish(
 class Recomputed(Result):
     """Whether a dataset's numbers came out again; `record` is the list of differences."""
 
-    record: list[Difference] | None = None
+    record: "list[Difference] | None" = None
     equal: bool = fact("whether every number and every file is as published")
     numbers: int = number("1", "numbers compared")
     differs: Sequence[Mapping[str, Any]] = fact(

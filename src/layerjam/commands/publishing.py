@@ -1,7 +1,5 @@
 """The dataset that `publish` writes."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Iterator
@@ -96,7 +94,7 @@ def _where_it_lies(error: FileError, staging: Path, folder: Path) -> FileError:
     return FileError(folder / own, error.reason, error.line)
 
 
-def _notices(content: BrakeReport) -> Iterator[Notice]:
+def _notices(content: "BrakeReport") -> Iterator[Notice]:
     """Notices about the numbers, for whoever publishes them."""
     if content.synthetic:
         yield Notice("synthetic: written by a program, not measured", "synthetic")
@@ -115,7 +113,7 @@ def _derive(
     how: HowTested,
     stated: Stated,
     tell: Progress,
-) -> tuple[Recipe, BrakeReport]:
+) -> "tuple[Recipe, BrakeReport]":
     """Everything that follows from the raw files, written beside them."""
     options = options_of(how)
     if "exclude" in options:

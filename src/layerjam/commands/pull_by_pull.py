@@ -1,7 +1,5 @@
 """The table pull by pull as commands give it: rows for JSON, lines for people, remarks."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
@@ -17,7 +15,7 @@ TITLE = "pull by pull"
 NONE = "-"
 
 
-def as_rows(pulls: Sequence[SinglePull]) -> list[dict[str, Any]]:
+def as_rows(pulls: "Sequence[SinglePull]") -> list[dict[str, Any]]:
     """The rows as the key `pulls` has them, SI."""
     return [{**asdict(pull), "odd": pull.odd} for pull in pulls]
 
@@ -54,7 +52,7 @@ def pull_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         yield "  ".join([*texts, line[-1]])
 
 
-def one_of_all(pulls: Sequence[SinglePull]) -> Iterator[Notice]:
+def one_of_all(pulls: "Sequence[SinglePull]") -> Iterator[Notice]:
     """That one vacuum, or one speed, is all there is."""
     from layerjam.identify.single_pulls import alike
 

@@ -1,7 +1,5 @@
 """The quantities and arguments that commands share: one definition each, and their checks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -185,7 +183,7 @@ def parse_options(cls: type[T], given: Mapping[str, Any]) -> T:
     )
 
 
-def vacuum_within(value: Any, device: Brake | Line, name: str = "vacuum") -> Any:
+def vacuum_within(value: Any, device: "Brake | Line", name: str = "vacuum") -> Any:
     """A vacuum [Pa], number or array, that the site's atmosphere allows; else QuantityError."""
     import numpy as np
 

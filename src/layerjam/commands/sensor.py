@@ -1,7 +1,5 @@
 """What goes with a drop: what an accelerometer shows of it, and how warm the sheets get."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -99,7 +97,7 @@ class Warmth:
 class Reading(Judged):
     """What an accelerometer shows of a stop; `record` holds the signal after sensor and filter."""
 
-    record: Seen | DropRecord | BareDrop | None = None
+    record: "Seen | DropRecord | BareDrop | None" = None
     measured_peak: float | None = number("m/s^2", "peak that the sensor shows", default=None)
     measured_peak_g: float | None = number("1", "the same in g of the site", default=None)
     measured_peak_time: float | None = number("s", "time of the measured peak", default=None)

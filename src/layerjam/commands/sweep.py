@@ -1,7 +1,5 @@
 """`sweep`: a specification's designs on disk, in blocks that a stop does not lose."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Iterator
 from pathlib import Path
@@ -108,7 +106,7 @@ def sweep(
 
 
 def _made(
-    search: Search, todo: list[int], store: Store, scheduler: str | None
+    search: "Search", todo: list[int], store: "Store", scheduler: str | None
 ) -> Iterator[tuple[int, bytes]]:
     """(index, content) of the blocks, computed here or on the cluster."""
     from layerjam.design.blocks import encode_block

@@ -1,7 +1,5 @@
 """`validate`: how far the model lies from measured pulls."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -36,7 +34,7 @@ class ModelErrors(Judged):
     compare; `traces` are the pulls that were used, thinned.
     """
 
-    record: tuple[BrakeFile, Validation]
+    record: "tuple[BrakeFile, Validation]"
     mape: float = number("1", "mean absolute error of the force, relative", shown=_percent)
     mape_sd: float | None = number("1", "SD over the pulls", shown=_percent)
     mape_conditions: float = number("1", "mean over the conditions", listed=False)
@@ -87,7 +85,7 @@ class ModelErrors(Judged):
         yield from pull_lines(self.pulls)
         yield from excluded_lines(self.excluded)
 
-    def draw(self) -> Figure:
+    def draw(self) -> "Figure":
         """Measured and predicted curves, and what is left between them."""
         from layerjam.report import figures
 

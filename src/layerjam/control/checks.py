@@ -1,7 +1,5 @@
 """Checks of a regulator in closed loop: whether it holds the vacuum, and what keeps it from it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -61,7 +59,7 @@ def step_check(regulator: Regulator, target: float) -> Check:
     )
 
 
-def regulation_checks(regulator: Regulator, target: float, loop: ClosedLoop) -> Iterator[Check]:
+def regulation_checks(regulator: Regulator, target: float, loop: "ClosedLoop") -> Iterator[Check]:
     """Return the checks of a closed loop without an injected fault that shall hold `target` [Pa].
 
     A vacuum that comes and stays passes; a fault where there is none, a target that is not

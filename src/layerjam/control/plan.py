@@ -5,8 +5,6 @@ of the paper: `full`, all the vacuum that comes in time, and `tuned`, just what 
 within the travel, capped by what comes in time, then shut off.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -141,7 +139,11 @@ def _is_knife_edge(file: BrakeFile, case: Arrival, needed: float) -> bool:
 
 
 def stop_at(
-    file: BrakeFile, case: Arrival, vacuum: float, during: During | None = None, water: bool = False
+    file: BrakeFile,
+    case: Arrival,
+    vacuum: float,
+    during: "During | None" = None,
+    water: bool = False,
 ) -> Mode:
     """The stop of the estimate at a vacuum [Pa], coupled to a line with volume per slip or leak."""
     spring = spring_of(file.brake, case.rope_stiffness)

@@ -8,8 +8,6 @@ throughput in proportion to v). Water with compliance C: k top = Q/C, and the va
 A tube between pump and chamber makes two volumes of it (`passage.py`), in air alone.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -54,7 +52,7 @@ class Plant:
         return min(self.top, self.top * self.rate / self.leak) if self.leak else self.top
 
     @property
-    def joined(self) -> Plant:
+    def joined(self) -> "Plant":
         """The plant with the tube's gas in the chamber: what it does slowly."""
         if self.passage is None:
             return self
@@ -74,7 +72,7 @@ class Plant:
         tube = self.passage
         return 0.0 if tube is None else float(tube.lag(self.rate, tube.atmosphere))
 
-    def up_to(self, vacuum: float) -> Plant:
+    def up_to(self, vacuum: float) -> "Plant":
         """The plant with its detectors tuned to `vacuum` [Pa] at the most, where a tube counts."""
         if self.passage is None:
             return self

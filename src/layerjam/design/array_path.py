@@ -6,8 +6,6 @@ downhill at a time: the weakest. The path alternates between rising to the lowes
 falling to the valley after it, until every stage is at its end.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -40,7 +38,7 @@ class Backbone:
     stop: bool
     slack: float = 0.0
 
-    def shifted_by(self, slack: float) -> Backbone:
+    def shifted_by(self, slack: float) -> "Backbone":
         """Return the same backbone, carrying force only after a slack [m]."""
         if not slack:
             return self

@@ -5,8 +5,6 @@ variables and merits; its metadata holds the totals of the whole block. The same
 the same bytes on any machine, so computing one twice changes nothing.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import io
@@ -117,7 +115,7 @@ class Store:
         self.mark = fingerprint(search.spec, search.size)
         self.handle: int | None = None
 
-    def __enter__(self) -> Store:
+    def __enter__(self) -> "Store":
         parquet()
         self._reject_foreign()
         try:
@@ -196,7 +194,7 @@ class Store:
         """Return the numbers of the blocks still to compute."""
         return [i for i in range(total) if self.read(i) is None]
 
-    def put(self, index: int, data: bytes) -> None:
+    def put(self, index: int, data: "bytes") -> None:
         """Write a block, complete or not at all."""
         put(self.path(index), data)
 

@@ -1,7 +1,5 @@
 """Requirements of a design: constraints, objectives, and the scatter in friction."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping
@@ -170,7 +168,7 @@ class DesignSpecification:
     without: tuple[str, ...] = ()
     """Names of DEFAULTS that do not apply."""
 
-    def drawn_by(self, draw: Draw) -> DesignSpecification:
+    def drawn_by(self, draw: Draw) -> "DesignSpecification":
         """Return the specification with a function that draws brakes, and the rules it allows.
 
         Each design must be `BUILDABLE`, and a limit on the mass applies to the mass as drawn.

@@ -1,7 +1,5 @@
 """From a design request to its specification: the files it names, and all its designs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -202,7 +200,7 @@ def _check_known(requirements: Iterable[Constraint | Objective], evaluation: Eva
 # ---- variables
 
 
-def _grid(request: DesignRequest, file: BrakeFile, films: _Films) -> Grid:
+def _grid(request: DesignRequest, file: BrakeFile, films: "_Films") -> Grid:
     start = point_of(file.brake)
     axes, ranges = {}, {}
     for name in AXES:

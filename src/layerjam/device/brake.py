@@ -1,7 +1,5 @@
 """The brake: numbers only, so that it can be traced, batched and differentiated."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import atan, pi
 from typing import Any, Protocol
@@ -21,7 +19,7 @@ from layerjam.units import check, is_traced, nested, quantity, record, show
 class Effect(Protocol):
     """An effect on the sheets' friction that no file states: a `record` of its numbers."""
 
-    def friction_factor(self, vacuum: Any, brake: Brake) -> Any:
+    def friction_factor(self, vacuum: Any, brake: "Brake") -> Any:
         """Return the friction coefficient at a vacuum [Pa] over that without the effect."""
 
 
@@ -81,7 +79,7 @@ class Brake:
     """Further effects on the friction; every law applies them, exports reject them."""
 
     @explain_arguments
-    def with_(self, **changes: Change) -> Brake:
+    def with_(self, **changes: Change) -> "Brake":
         """Return the brake with some numbers changed by name, such as width="14 mm".
 
         Text carries its unit, a number is SI, None is "not known" or the default. Raises

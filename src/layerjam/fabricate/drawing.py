@@ -1,7 +1,5 @@
 """One build: its lengths, parts, film, masses and checks, before any file is written."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -62,7 +60,7 @@ class Drawing:
     accepted: Sequence[Acceptance] = ()
     """Failed checks of the brake's file and of the build that somebody accepted."""
 
-    def stating(self, accepted: Sequence[Acceptance]) -> Drawing:
+    def stating(self, accepted: Sequence[Acceptance]) -> "Drawing":
         """Return the build with these accepted checks stated in its files."""
         sentences = [
             " ".join(f"Check {row.check} failed; accepted on {row.date}: {row.reason}".split())

@@ -1,7 +1,5 @@
 """Flat parts as DXF: mm in the header, closed outlines with arcs, reproducible bytes."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -72,12 +70,12 @@ def _same_bytes() -> Iterator[None]:
         ezdxf.options.write_fixed_meta_data_for_testing = before
 
 
-def _draw_closed(space: Modelspace, points: Sequence[tuple[float, ...]], layer: str) -> None:
+def _draw_closed(space: "Modelspace", points: Sequence[tuple[float, ...]], layer: str) -> None:
     options: dict[str, Any] = {"close": True, "dxfattribs": {"layer": layer}}
     space.add_lwpolyline(points, format="xyb", **options)
 
 
-def _part(space: Modelspace, part: Outline) -> None:
+def _part(space: "Modelspace", part: Outline) -> None:
     for hole in part.holes:
         space.add_circle((hole.x, hole.y), hole.diameter / 2, dxfattribs={"layer": INSIDE})
     for cut in part.cuts:
@@ -85,7 +83,7 @@ def _part(space: Modelspace, part: Outline) -> None:
     _draw_closed(space, part.path(), CUT)
 
 
-def _info(space: Modelspace, frame: Frame, notes: Sequence[str]) -> None:
+def _info(space: "Modelspace", frame: Frame, notes: Sequence[str]) -> None:
     """Draw the film's edge, and below it the bar and the text, clear of all cuts."""
     layer = {"layer": INFO}
     corners = [(0, 0, 0), (frame.length, 0, 0), (frame.length, frame.width, 0), (0, frame.width, 0)]

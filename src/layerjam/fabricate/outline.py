@@ -6,8 +6,6 @@ length of cut and offset by the kerf are closed forms and need no library.
 x runs along the part from its first end, y across it; y = 0 is in the middle.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -84,7 +82,7 @@ class Outline:
         inside = [hole.length for hole in self.holes] + [cut.length for cut in self.cuts]
         return edge + sum(inside)
 
-    def add_kerf(self, kerf: float) -> Outline:
+    def add_kerf(self, kerf: float) -> "Outline":
         """Return the path along which a cut of width `kerf` [mm] leaves exactly this part.
 
         Exact: half the kerf outwards all round, holes smaller by the kerf. Sharp corners become
@@ -102,7 +100,7 @@ class Outline:
             origin=(self.origin[0] - kerf / 2, self.origin[1]),
         )
 
-    def translate(self, x: float, y: float) -> Outline:
+    def translate(self, x: float, y: float) -> "Outline":
         """Return the part moved by x and y [mm]."""
         return replace(
             self,

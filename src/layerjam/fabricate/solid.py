@@ -5,8 +5,6 @@ A prism is a section swept along an axis, added to the part or cut from it. Volu
 touch and never overlap; cuts are inside added prisms, and the shared volume of two cuts is stated.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -31,7 +29,7 @@ class Box:
     radius: float = 0.0
 
     @classmethod
-    def centred_on(cls, centre: Point, width: float, height: float, radius: float = 0.0) -> Box:
+    def centred_on(cls, centre: Point, width: float, height: float, radius: float = 0.0) -> "Box":
         """Return the rectangle of given sides around a point."""
         (u, v), half, up = centre, width / 2, height / 2
         return cls((u - half, v - up), (u + half, v + up), radius)
@@ -68,7 +66,7 @@ class Ellipse:
     second: float
 
     @classmethod
-    def circle(cls, centre: Point, diameter: float) -> Ellipse:
+    def circle(cls, centre: Point, diameter: float) -> "Ellipse":
         """Return the circle of a diameter around a point."""
         return cls(centre, diameter / 2, diameter / 2)
 

@@ -4,8 +4,6 @@ A flow is a volume per time at the inlet pressure. A throughput q is pressure ti
 [Pa m^3/s], which counts gas at one temperature.
 """
 
-from __future__ import annotations
-
 from layerjam.device.mount import Site
 from layerjam.errors import QuantityError, explain_arguments
 from layerjam.fluid.curve import CURVE, Curve
@@ -170,7 +168,7 @@ class Line:
     site: Site = nested(Site, default=Site())
 
     @explain_arguments
-    def with_(self, **changes: Change) -> Line:
+    def with_(self, **changes: Change) -> "Line":
         """Return the line with numbers changed by name: chamber_volume="8 mL", flow="2 L/min".
 
         Checked as `Brake.with_` is; raises UnknownNameError or QuantityError.

@@ -1,7 +1,5 @@
 """Record of the files of a calibration, so that nobody validates on them by mistake."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -44,7 +42,7 @@ def digests(paths: Iterable[str], synthetic: Collection[str] = ()) -> list[dict[
     return entries
 
 
-def made_from(file: BrakeFile, traces: Iterable[Trace]) -> dict[str, Any]:
+def made_from(file: BrakeFile, traces: "Iterable[Trace]") -> dict[str, Any]:
     """Return the inputs of a result: the brake and every file, by name and SHA-256."""
     synthetic_files = {t.path: t.synthetic for t in traces}
     synthetic_paths = [path for path, synthetic in synthetic_files.items() if synthetic]
@@ -93,12 +91,12 @@ def _is_file(path: str) -> bool:
 
 def calibrated_text(
     file: BrakeFile,
-    calibration: Calibration,
+    calibration: "Calibration",
     depth: str,
     name: str,
     excluded: Sequence[Mapping[str, Any]] = (),
     files: Sequence[Mapping[str, Any]] | None = None,
-    accepted: Sequence[Acceptance] = (),
+    accepted: "Sequence[Acceptance]" = (),
     date: str | None = None,
 ) -> str:
     """Return the text of the brake's file with a calibration and its [made_by] table.

@@ -8,8 +8,6 @@
 accepts plugins and plastic springs silently and computes something else: they are rejected here.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -52,7 +50,7 @@ class TendonBrake:
         return (self.values,), (self.tendon, self.coupling)
 
     @classmethod
-    def tree_unflatten(cls, meta: tuple[int, Coupling], leaves: tuple[Setup]) -> TendonBrake:
+    def tree_unflatten(cls, meta: tuple[int, Coupling], leaves: tuple[Setup]) -> "TendonBrake":
         """Return the brake with other leaves."""
         return cls(leaves[0], *meta)
 

@@ -3,8 +3,6 @@
 The same words serve as options of the commands and as the `[read]` table of a sidecar.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -69,7 +67,7 @@ class ReadingOptions:
             elif setting is not None:
                 entry.spec.check(setting, name)
 
-    def over(self, sidecar: ReadingOptions) -> ReadingOptions:
+    def over(self, sidecar: "ReadingOptions") -> "ReadingOptions":
         """Return the options of both; these outrank `sidecar`."""
         settings = {f.name: v for f in fields(self) if (v := getattr(self, f.name))}
         if self.column and sidecar.by_order:  # an explicit name outranks an order in the sidecar

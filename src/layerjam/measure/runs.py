@@ -3,8 +3,6 @@
 `rig/run_file.py` writes it. An unclosed file is read in place, with the content of its `-wal`.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import sqlite3
@@ -108,7 +106,7 @@ class Run:
         """Whether the run had no hardware."""
         return self.meta.get("simulated") != "0"
 
-    def between(self, start: float | None, end: float | None) -> Run:
+    def between(self, start: float | None, end: float | None) -> "Run":
         """Return the samples from `start` to `end` [s]; QuantityError if there are none."""
         time = self.columns["time"]
         inside = np.ones(len(time), bool)

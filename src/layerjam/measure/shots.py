@@ -1,7 +1,5 @@
 """Accelerometer record of one drop, from a board or a run file."""
 
-from __future__ import annotations
-
 import json
 import sqlite3
 from collections.abc import Mapping
@@ -89,7 +87,7 @@ class Shot:
     @classmethod
     def from_rows(
         cls, row: Mapping[str, Any], parts: list[tuple[int, int, bytes]], synthetic: bool
-    ) -> Shot:
+    ) -> "Shot":
         """Return the record of `row` and `parts`, up to the first gap."""
         data = b""
         for first, _, samples in sorted(parts):

@@ -1,7 +1,5 @@
 """A measured curve in SI units, and the checks that every curve passes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -56,7 +54,7 @@ class Trace:
 
     def between(
         self, start: float | None = None, end: float | None = None, *, over: str = "time"
-    ) -> Trace:
+    ) -> "Trace":
         """Return the samples from `start` to `end` of `over`: "time" [s] or "elongation" [m].
 
         None leaves an end open. Raises QuantityError if fewer than 10 samples are left.
@@ -85,7 +83,7 @@ class Trace:
             understood=(*self.understood, f"cut to its {over} {span}"),
         )
 
-    def thinned(self, most: int) -> Trace:
+    def thinned(self, most: int) -> "Trace":
         """Return the record with at most `most` samples, means over neighbours."""
         time = None if self.time is None else block_means(self.time, most)
         force, elongation = (block_means(a, most) for a in (self.force, self.elongation))

@@ -5,8 +5,6 @@ other process has neither JAX nor the computation: it takes figures, pickled, an
 ends when its pipe is closed, and hears no Ctrl-C: this process stops it.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os
@@ -46,7 +44,7 @@ class Beside:
         if self._process is not None:
             self._asking.submit(_greet, self._process)
 
-    def __enter__(self) -> Beside:
+    def __enter__(self) -> "Beside":
         return self
 
     def __exit__(

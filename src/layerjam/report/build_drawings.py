@@ -1,9 +1,7 @@
 """Flat drawings of a build: the section of a cap with its dimensions, the layers, the film [mm]."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from layerjam.fabricate.lengths import Lengths, mm
 from layerjam.fabricate.nest import Piece
@@ -20,10 +18,7 @@ from layerjam.report.build_scene import (
     STEEL,
     Scene,
 )
-from layerjam.report.style import GREY, INK
-
-if TYPE_CHECKING:
-    from layerjam.report.style import Axes
+from layerjam.report.style import GREY, INK, Axes
 
 SHOWN = 14
 """Layers of the drawing; of more the middle ones are left out."""

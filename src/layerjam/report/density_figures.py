@@ -1,7 +1,5 @@
 """Force over mass, log-log, with lines of equal force density (paper, Fig. 12)."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -25,7 +23,7 @@ G = 1e3
 @style.styled
 def density(
     rows: Sequence[dict[str, Any]],
-    lines: Sequence[SheetLine],
+    lines: "Sequence[SheetLine]",
     sheet: Mapping[str, Any],
     missing: Sequence[str],
 ) -> style.Figure:
@@ -77,7 +75,7 @@ def _equal_density(axes: style.Axes) -> None:
         style.label(axes, end / 1.08, end * per_gram / 1.08, name, GREY, **where)
 
 
-def _ours(axes: style.Axes, ours: Sequence[dict[str, Any]], line: SheetLine) -> None:
+def _ours(axes: style.Axes, ours: Sequence[dict[str, Any]], line: "SheetLine") -> None:
     masses = np.array(line.masses) * G
     axes.plot(masses, line.forces, color=BLUE, lw=1.4, ls=style.DASHED, zorder=3)
     axes.plot(masses[1:], line.forces[1:], ".", color=BLUE, ms=5, zorder=3)

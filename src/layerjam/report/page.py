@@ -1,7 +1,5 @@
 """One self-contained HTML page for every report: a style, pictures inside, no outside address."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -243,7 +241,7 @@ def check_extras() -> None:
         pass
 
 
-def page_environment() -> jinja2.Environment:
+def page_environment() -> "jinja2.Environment":
     """The templates' environment; raises MissingExtraError without jinja2."""
     with MissingExtraError.raise_if_missing("the report (jinja2)", "report"):
         import jinja2

@@ -4,8 +4,6 @@ No graphics card and no window is needed: a loop over triangles, compiled by num
 cache. Edges are found in the picture, where a body, a face or the depth changes.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 import zlib
@@ -37,11 +35,11 @@ class Body:
     triangles: NDArray[np.int64]
     colour: str
 
-    def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Body:
+    def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> "Body":
         """The body somewhere else."""
         return Body(self.corners + np.array([x, y, z]), self.triangles, self.colour)
 
-    def turned(self, length: float) -> Body:
+    def turned(self, length: float) -> "Body":
         """Half a turn about the upright axis in the middle of 0 to `length`: the other side."""
         return Body(
             self.corners * (-1, -1, 1) + np.array([length, 0, 0]), self.triangles, self.colour

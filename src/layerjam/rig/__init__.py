@@ -3,8 +3,6 @@
 `layerjam.rig.open("sim:choi2018")` returns a bench.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -12,7 +10,7 @@ if TYPE_CHECKING:
     from layerjam.rig.execute import ProcedureBench
 
 
-def open(address: str | Address) -> ProcedureBench:
+def open(address: "str | Address") -> "ProcedureBench":
     """Return the bench at an address; see `layerjam.rig.driver.open_bench`."""
     from layerjam.rig.execute import open_procedure_bench
 

@@ -3,8 +3,6 @@
 `layerjam crash` reads the record directly. `fall` drops a mass on a virtual board's brake.
 """
 
-from __future__ import annotations
-
 import contextlib
 import struct
 import threading
@@ -153,13 +151,13 @@ def capture(
 
 def fall(
     bench: Bench,
-    file: BrakeFile,
+    file: "BrakeFile",
     *,
     mass: float,
     speed: float,
     rope_stiffness: float | None = None,
     delay: float = DELAY,
-) -> TimedStop:
+) -> "TimedStop":
     """Drop a mass [kg] on a virtual board's brake, arriving with `speed` [m/s]; return its stop.
 
     The vacuum is the plant's present one, and constant. The mass is at rest for `delay` [s] of the

@@ -1,7 +1,5 @@
 """Surroundings of a virtual board: the plant of the line and a sensor, served by a thread."""
 
-from __future__ import annotations
-
 import math
 import random
 import struct
@@ -337,7 +335,7 @@ class VirtualPlant:
 class PlantThread(threading.Thread):
     """Responder to a virtual board, until its end of the line is closed."""
 
-    def __init__(self, plant: VirtualPlant, child: Child) -> None:
+    def __init__(self, plant: VirtualPlant, child: "Child") -> None:
         super().__init__(name="plant", daemon=True)
         self.plant = plant
         self._child = child

@@ -3,8 +3,6 @@
 `measure/runs.py` describes the file's content and reading. Other programs may read it at any time.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil
@@ -86,7 +84,7 @@ class RunFile:
         self._open = True
 
     @classmethod
-    def create(cls, path: str | Path, meta: Mapping[str, object], force: bool = False) -> RunFile:
+    def create(cls, path: str | Path, meta: Mapping[str, object], force: bool = False) -> "RunFile":
         """Return a new file; FileError if it exists (unless `force`) or cannot be made."""
         path = Path(path)
         check_place(path)
@@ -115,7 +113,7 @@ class RunFile:
         return run
 
     @classmethod
-    def resume(cls, path: str | Path) -> RunFile:
+    def resume(cls, path: str | Path) -> "RunFile":
         """Return a file to continue; FileError if it is not a run or is being written."""
         path = Path(path)
         check_place(path)
@@ -136,7 +134,7 @@ class RunFile:
         return run
 
     @classmethod
-    def _open_database(cls, path: Path, lock: int) -> RunFile:
+    def _open_database(cls, path: Path, lock: int) -> "RunFile":
         """Return the database of a locked file; the lock is kept until it is closed."""
         with contextlib.suppress(ImportError):  # no such locks elsewhere than on POSIX
             import fcntl

@@ -1,7 +1,5 @@
 """End of a step of a procedure: expectation of the board's law, and evidence of its samples."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -32,7 +30,7 @@ class Watch:
     zero: float
 
     @classmethod
-    def of(cls, bench: Bench) -> Watch:
+    def of(cls, bench: Bench) -> "Watch":
         """Return the values in the settings of a board."""
         first, second = bench.regulator
         return cls(

@@ -4,14 +4,13 @@ A complete record is written to the run's file at once; the board's samples wait
 meanwhile, at most one second of ten.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
 from layerjam.measure.shots import Shot
 from layerjam.rig.crosshead import tell_person
@@ -23,9 +22,6 @@ from layerjam.rig.trigger import AFTER
 from layerjam.simulate.procedure import Evacuate, Hold, Procedure, Pull, Return
 from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS
 from layerjam.units import exact_text, show
-
-if TYPE_CHECKING:
-    from layerjam.device.file import BrakeFile
 
 WRAP = 1 << 32
 """Overflow of the clock on which a board states a trigger [us]."""

@@ -1,7 +1,5 @@
 """A law over millions of cases: any mix of swept quantities, all cores, bounded memory."""
 
-from __future__ import annotations
-
 import functools
 import inspect
 import math
@@ -77,7 +75,7 @@ def batch(
     out: Mapping[str, Array] | None = None,
     progress: Callable[[int, int], None] | None = None,
     block: int = 8192,
-) -> xarray.Dataset | int:
+) -> "xarray.Dataset | int":
     """Evaluate a law of the mechanics on every combination of swept quantities; SI.
 
     `sweep` gives each argument of `law` except the brake: a number, an array (its own axis, named
@@ -317,7 +315,7 @@ def _replace_field(record: Any, path: list[str], value: Any) -> Any:
 
 def _label(
     columns: Mapping[str, Array], sweeps: list[Sweep], sizes: Mapping[Any, int], law: str, done: int
-) -> xarray.Dataset:
+) -> "xarray.Dataset":
     with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
         import xarray
     shape, axes = tuple(sizes.values()), tuple(sizes)

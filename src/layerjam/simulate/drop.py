@@ -3,8 +3,6 @@
 Time counts from the taut rope. Without a brake the mass hangs on the rope alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Results: arrays with units, a named outcome, and all inputs to run them again."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
@@ -62,7 +60,7 @@ class Record:
             if "quantity" in f.metadata:
                 yield f.name, getattr(self, f.name), f.metadata["quantity"]
 
-    def to_frame(self) -> pandas.DataFrame:
+    def to_frame(self) -> "pandas.DataFrame":
         """Return a data frame, one column per quantity in SI; units in `frame.attrs["units"]`."""
         import pandas
 
@@ -71,7 +69,7 @@ class Record:
         frame.attrs["outcome"] = str(self.outcome)
         return frame
 
-    def to_xarray(self) -> xarray.Dataset:
+    def to_xarray(self) -> "xarray.Dataset":
         """Return a Dataset along `time`, with units, meanings and all inputs to run it again."""
         with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
             import xarray

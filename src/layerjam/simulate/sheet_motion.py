@@ -1,7 +1,5 @@
 """Motion of the sheets: a pull sheet by sheet at a few hundred of its elongations."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -42,7 +40,7 @@ class SheetMotion:
     """(n,) True for a sheet clamped in the moving cap."""
 
 
-def motion_of(record: TensileRecord, pull: StackPull) -> SheetMotion:
+def motion_of(record: "TensileRecord", pull: "StackPull") -> SheetMotion:
     """Return the motion of a pull's sheets from all samples of the stack."""
     count, sheets = pull.sheets.shape
     walls = sheets - int(record.brake.brake.sheets.count)

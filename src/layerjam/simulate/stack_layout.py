@@ -1,7 +1,5 @@
 """Layout of a brake's stack: interfaces that differ, misaligned sheets, a housing."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -115,7 +113,7 @@ class Interfaces:
     extra_overlap: float | Array = 0.0
 
     @classmethod
-    def misaligned(cls, shifts: Array) -> Interfaces:
+    def misaligned(cls, shifts: Array) -> "Interfaces":
         """Return interfaces of sheets that protrude `shifts` [m], shape (n,), too far.
 
         An interface gains the overlap of both of its sheets. Free lengths stay, as the parts of a
@@ -125,7 +123,7 @@ class Interfaces:
         return cls(extra_overlap=shifts[:-1] + shifts[1:])
 
     @classmethod
-    def missing_vacuum(cls, count: int, middle: float) -> Interfaces:
+    def missing_vacuum(cls, count: int, middle: float) -> "Interfaces":
         """Return a stack of `count` sheets whose middle has only the share `middle` of the vacuum.
 
         The share falls like a parabola from 1 at the outermost interfaces (assumed: the effect of a

@@ -4,8 +4,6 @@ One function, `tuned_stop`, decides whether a case can be tuned. All advice has 
 over many cases finds it, and the single case confirms it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -49,7 +47,7 @@ class Case:
     share: int = 1
     """Number of parallel brakes."""
 
-    def with_changes(self, **changes: Any) -> Case:
+    def with_changes(self, **changes: Any) -> "Case":
         """Return the case with another `speed`, `travel`, `share`, or `count` of sheets."""
         count = changes.pop("count", None)
         if count is not None:

@@ -1,7 +1,5 @@
 """Changing vacuum, as samples over time."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -58,7 +56,7 @@ class History:
     @classmethod
     def leaking(
         cls, vacuum: float, leak_time: float, atmosphere: float, held: float = 0.0
-    ) -> History:
+    ) -> "History":
         """Return a vacuum [Pa] shut off `held` [s] before the rope is taut, and its laminar leak.
 
         `leak_time` [s] is the chamber's volume over the leak's conductance. The samples follow

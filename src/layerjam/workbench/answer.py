@@ -4,25 +4,20 @@ Figure, curves, copied lines, notebook and pins of a chart are made of one answe
 one computation, whatever was set since.
 """
 
-from __future__ import annotations
-
 import json
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from layerjam.commands.results import Result
 from layerjam.errors import LayerjamError
-from layerjam.report.style import save
+from layerjam.report.style import Figure, save
 from layerjam.workbench.call import Apart, Call, apart, as_python, python_parts
 from layerjam.workbench.state import Pin
 from layerjam.workbench.widgets import one_line
-
-if TYPE_CHECKING:
-    from layerjam.report.style import Figure
 
 
 @dataclass(frozen=True)
@@ -35,7 +30,7 @@ class Answer:
     call: Call
     result: Any = None
     refusal: str = ""
-    pins: tuple[Pinned, ...] = ()
+    pins: "tuple[Pinned, ...]" = ()
     title: str = ""
     """Name of the files, without an ending, if the call does not give it."""
     finish: Callable[[Figure], None] | None = None
@@ -47,7 +42,7 @@ class Answer:
         return self.title or f"{self.call.subjects[0].name.removesuffix('.toml')}-{self.call.name}"
 
     @property
-    def beside(self) -> Mapping[str, Answer]:
+    def beside(self) -> "Mapping[str, Answer]":
         """The pinned answers that have a curve, by their labels."""
         return {one.label: one.answer for one in self.pins if one.answer.result.has_curve}
 

@@ -4,8 +4,6 @@ A board keeps its outputs on while somebody talks to it. The browser says severa
 that its page is there; where that stops, nobody talks, and the board's lease runs out.
 """
 
-from __future__ import annotations
-
 import queue
 import threading
 import time
@@ -81,7 +79,7 @@ class Session:
         self._thread.start()
 
     @classmethod
-    def connect(cls, address: str, alive: Callable[[], bool], target: float) -> Session:
+    def connect(cls, address: str, alive: Callable[[], bool], target: float) -> "Session":
         """The session at an address; a virtual line is made linear at the target [Pa]."""
         where = address_of(address)
         if where.simulated and "at" not in where.options:

@@ -1,7 +1,5 @@
 """One question as a page asks it, and as Python and the command line would."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -31,7 +29,7 @@ class Subject:
     """A brake, line or specification: the user's name for it, and the object if it is not ours."""
 
     name: str
-    file: BrakeFile | LineFile | DesignSpecification | None = None
+    file: "BrakeFile | LineFile | DesignSpecification | None" = None
 
     @property
     def text(self) -> str:
@@ -120,7 +118,7 @@ class Call:
         parts += [f"out={_literal(self.out)}", "overwrite=True"] if self.out else []
         return f"lj.{load(self.name).python_name}({', '.join(parts)})"
 
-    def _drawn(self, file: str, beside: Mapping[str, Call], display: bool) -> str:
+    def _drawn(self, file: str, beside: "Mapping[str, Call]", display: bool) -> str:
         """Lines that compute, print and draw it; they `display` the figure in a notebook."""
         text = f"result = {self.asked()}\nprint(result)\n"
         kind = load(self.name).result
@@ -191,7 +189,7 @@ def _head(calls: Sequence[Call]) -> str:
 
 
 @cache
-def parameters(name: str) -> Mapping[str, Parameter]:
+def parameters(name: str) -> "Mapping[str, Parameter]":
     """{name: parameter} of a declared command."""
     return MappingProxyType({p.name: p for p in load(name).parameters})
 

@@ -1,7 +1,5 @@
 """Sliders, numbers and choices that take name, unit, bounds and help from what they edit."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -67,7 +65,7 @@ class Control:
         """The SI value of the nearest step of the slider, short in the shown unit."""
         return float(f"{value / self.factor:.{self.digits}f}") * self.factor
 
-    def within(self, low: float | None = None, high: float | None = None) -> Control:
+    def within(self, low: float | None = None, high: float | None = None) -> "Control":
         """The same with narrower bounds [SI]; what lies outside of them is refused."""
         lo = self.spec.lo if low is None else low
         hi = self.spec.hi if high is None else high

@@ -1,7 +1,5 @@
 """One tab's desk: its state, the brake and line on it, undo, and who wants to know of changes."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -73,7 +71,7 @@ class Desk:
             self.state = kept
         self._tell("files")
 
-    def take_over(self, before: Desk) -> None:
+    def take_over(self, before: "Desk") -> None:
         """The files of a desk that is given up, their pins, and what was calibrated there."""
         if not self.files.take_over(before.files):
             return

@@ -1,36 +1,25 @@
 """Files dropped anywhere in the window, on any tab: each goes where its content belongs."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
+import tomlkit
 from nicegui import background_tasks, events, run, ui
+from nicegui.elements.upload_files import FileUpload
 
-from layerjam.errors import LayerjamError
-from layerjam.measure.conditions import LIST
-from layerjam.measure.sidecar import FOLDER
+from layerjam.errors import FileError, LayerjamError
+from layerjam.measure.conditions import LIST, parse_list
+from layerjam.measure.sidecar import FOLDER, Facts, facts_text, values_of
 from layerjam.records.toml import MAX_BYTES
+from layerjam.units import QuantitySpec, build, show, spec_of
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.kinds import toml_kind
 from layerjam.workbench.session import ENDING, from_session
 from layerjam.workbench.sorting import Sorting
-from layerjam.workbench.uploads import LARGEST, MOST, Refused, clean, is_sidecar
+from layerjam.workbench.uploads import LARGEST, MOST, Refused, Uploads, clean, is_sidecar
 from layerjam.workbench.widgets import button, dressed, hint, one_line
-
-if TYPE_CHECKING:
-    from nicegui.elements.upload_files import FileUpload
-from typing import Any
-
-import tomlkit
-
-from layerjam.errors import FileError
-from layerjam.measure.conditions import parse_list
-from layerjam.measure.sidecar import Facts, facts_text, values_of
-from layerjam.units import QuantitySpec, build, show, spec_of
-from layerjam.workbench.uploads import Uploads
 
 AT_ONCE = 1000
 """Files that the browser offers in one go at most; what is kept is bounded by uploads."""

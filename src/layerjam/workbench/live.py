@@ -9,8 +9,6 @@ This file, and the boxes of `scene`, are all that uses what NiceGUI does not pro
 version is bounded for that in the extra `workbench`, and `check` says so before the server starts.
 """
 
-from __future__ import annotations
-
 import asyncio
 from collections import defaultdict
 from collections.abc import Iterator
@@ -97,7 +95,7 @@ class Space(ui.scene):
     """
 
     @contextmanager
-    def changes(self) -> Iterator[Space]:
+    def changes(self) -> "Iterator[Space]":
         """All that is made, moved and taken away within goes together."""
         with self:
             self._batched_calls = []

@@ -1,7 +1,5 @@
 """The stack from the side at one sample of a pull: which sheets slide, as SVG and in words."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -35,7 +33,7 @@ class Seen:
     """Displacement of the moving cap [m] up to which that is so."""
 
     @classmethod
-    def of(cls, motion: SheetMotion, sheets: Sheets) -> Seen:
+    def of(cls, motion: SheetMotion, sheets: Sheets) -> "Seen":
         """The pull, movements so large that the sheets' own show."""
         slid = np.asarray(np.maximum.accumulate(motion.sliding, axis=0).all(axis=1))
         first = int(np.argmax(slid)) if slid.any() else len(slid) - 1

@@ -1,7 +1,5 @@
 """What a desk shows, as plain values: for undo, and for a link that brings it back."""
 
-from __future__ import annotations
-
 import base64
 import binascii
 import json
@@ -90,7 +88,7 @@ class State:
         """Keys of the dropped files that are pinned."""
         return tuple(pin.subject for pin in self.pins if pin.command == MEASURED)
 
-    def without_files(self, there: Collection[str] = ()) -> State:
+    def without_files(self, there: Collection[str] = ()) -> "State":
         """The state without pins of dropped files, but of those that are `there`."""
         kept = (p for p in self.pins if p.command != MEASURED or p.subject in there)
         return replace(self, pins=tuple(kept))
@@ -107,7 +105,7 @@ class State:
                 return self.settings[place][name]
         return None
 
-    def put(self, page: str, key: str, value: Value) -> State:
+    def put(self, page: str, key: str, value: Value) -> "State":
         """A state with one setting changed; what pages share is changed for all of them."""
         place, name = next(_places(page, key))
         settings = dict(self.settings)

@@ -4,8 +4,6 @@ The user's name of a file is only ever text to show. Nothing outside the folder 
 and the folder goes when the tab is closed, when the program ends, or when the next one begins.
 """
 
-from __future__ import annotations
-
 import hashlib
 import io
 import itertools
@@ -16,9 +14,9 @@ import zipfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from nicegui import run
+from nicegui.elements.upload_files import FileUpload
 
 from layerjam.errors import QuantityError
 from layerjam.identify.provenance import rename_files
@@ -26,9 +24,6 @@ from layerjam.measure.runs import ENDING
 from layerjam.measure.sidecar import sidecar_path as sidecar_of
 from layerjam.workbench.call import DataFile
 from layerjam.workbench.folders import Folder
-
-if TYPE_CHECKING:
-    from nicegui.elements.upload_files import FileUpload
 
 LARGEST = 60 * 2**20
 """Bytes of one file: about two million rows of time, force and elongation as text, and below the
@@ -202,7 +197,7 @@ class Uploads:
             self.sidecars.pop(one.shown, None)
             self.from_list.pop(one.shown, None)
 
-    def take_over(self, other: Uploads) -> bool:
+    def take_over(self, other: "Uploads") -> bool:
         """All files of another store, which is left empty and closed; False where it has none.
 
         Not where files are here already.

@@ -1,7 +1,5 @@
 """Draws of a Bayesian calibration: the brake, the next pull, their summary and their files."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -197,7 +195,7 @@ class BayesFit:
         marks = {True: "passed", False: "LOOK"}
         return out | {f"check {c.name}": f"{marks[c.passed]}: {c.sentence}" for c in self.checks}
 
-    def to_xarray(self) -> xarray.Dataset:
+    def to_xarray(self) -> "xarray.Dataset":
         """Return all draws, labelled; MissingExtraError if xarray is not installed."""
         with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
             import xarray

@@ -5,8 +5,6 @@ intervals are based on the scatter between curves, with Student's t for their nu
 bootstrap of three repeats covers 74 % instead of 95 % and is not available.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -68,7 +66,7 @@ class Interval:
     @classmethod
     def about(
         cls, value: float, parts: Sequence[tuple[float, float]], method: str, positive: bool
-    ) -> Interval:
+    ) -> "Interval":
         """Return Student's t about a value, with the standard uncertainty that `parts` combine to.
 
         The interval of a `positive` value is symmetric about its logarithm, so never reaches zero.
@@ -111,7 +109,7 @@ class Population:
         """Number of curves."""
         return len(self.residual)
 
-    def joined(self, groups: Sequence[Sequence[int]]) -> Population:
+    def joined(self, groups: Sequence[Sequence[int]]) -> "Population":
         """Return the population with the curves (their places) of each group as one curve.
 
         The estimate stays; intervals then rest on the scatter between groups, whatever curves of

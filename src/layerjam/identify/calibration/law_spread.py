@@ -1,15 +1,13 @@
 """Uncertainty of a calibrated law at a vacuum, and the scatter of a further pull about it."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
+from layerjam.identify.bayes.posterior import BayesFit
 from layerjam.identify.calibration.forward import law_with_error
 from layerjam.identify.calibration.intervals import quantile
 from layerjam.identify.calibration.least_squares import JointFit
@@ -17,9 +15,6 @@ from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.shape import SHAPE
 from layerjam.identify.speed import growth_in
 from layerjam.mechanics.stiffness import working_stiffness
-
-if TYPE_CHECKING:
-    from layerjam.identify.bayes.posterior import BayesFit
 
 HALF = np.triu_indices(3)
 
@@ -54,7 +49,7 @@ class LawError:
         return json.dumps([self.pulls, self.t, *self.covariance[HALF].tolist()])
 
     @classmethod
-    def read(cls, text: str) -> LawError:
+    def read(cls, text: str) -> "LawError":
         """Return the error that a `text` contains; QuantityError for any other text."""
         try:
             pulls, t, *numbers = (float(value) for value in json.loads(text))
@@ -89,7 +84,7 @@ class LawSpread:
     reference_speed: float | None = None
 
     @classmethod
-    def from_calibration(cls, calibration: Calibration) -> LawSpread | None:
+    def from_calibration(cls, calibration: Calibration) -> "LawSpread | None":
         """Return the spread of a calibration; None if no repeats determine it."""
         if calibration.fit is None:
             return _of_peaks(calibration)

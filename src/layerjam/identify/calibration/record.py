@@ -1,27 +1,23 @@
 """Result of a calibration by any method, for command, figure, report and file."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from layerjam.device.brake import Brake
+from layerjam.identify.bayes.posterior import BayesFit
 from layerjam.identify.calibration.budget import ENCLOSURE, Contribution
+from layerjam.identify.calibration.further import Further
 from layerjam.identify.calibration.influence import Covariance, Influence
 from layerjam.identify.calibration.intervals import Interval
+from layerjam.identify.calibration.least_squares import JointFit
 from layerjam.identify.calibration.pull_fit import PullFit
+from layerjam.identify.calibration.verdict import Identifiability
 from layerjam.identify.checks import Check
 from layerjam.identify.curves import Curve
+from layerjam.identify.single_pulls import SinglePull
 from layerjam.records.source import Source
 from layerjam.units import show
-
-if TYPE_CHECKING:
-    from layerjam.identify.bayes.posterior import BayesFit
-    from layerjam.identify.calibration.further import Further
-    from layerjam.identify.calibration.least_squares import JointFit
-    from layerjam.identify.calibration.verdict import Identifiability
-    from layerjam.identify.single_pulls import SinglePull
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -6,8 +6,6 @@ seldom well known; a wide prior on its logarithm keeps it finite, and the verdic
 data add to the prior.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -206,7 +204,7 @@ class _Search:
         values, residual = nnls(table / size, self.target)
         return values / size, float(residual**2)
 
-    def run(self) -> _Search:
+    def run(self) -> "_Search":
         """Search without the prior for the noise, then with it for v_s."""
         grid = np.linspace(np.log(_RANGE[0]), np.log(_RANGE[1]), 240)
         sums = np.array([self.solve_at(g)[1] for g in grid])

@@ -8,8 +8,6 @@ and Thompson 1971). Because ρ and w are uncertain, the covariance of the parame
 (JᵀJ)⁻¹, is the mean over a grid of both, weighted by that likelihood.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -44,7 +42,7 @@ class Series:
     residuals: Array
     whiten: Array
 
-    def worse_by(self, rival: Series) -> float:
+    def worse_by(self, rival: "Series") -> float:
         """Return the excess of this fit's sum of squares over `rival`'s, in the noise of `rival`.
 
         It is twice the difference of the logarithms of the likelihoods.
@@ -185,7 +183,7 @@ class _Noise:
     whiten: Array
 
     @classmethod
-    def estimate(cls, jacobian: Array, left: Array, floor: float, scale: Array) -> _Noise:
+    def estimate(cls, jacobian: Array, left: Array, floor: float, scale: Array) -> "_Noise":
         """Return it from the bins' residuals `left`, shape (bins,), and the Jacobian, (bins, P)."""
         count, unknowns = jacobian.shape
         unit_jacobian = jacobian * scale

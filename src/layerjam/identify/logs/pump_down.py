@@ -14,8 +14,6 @@ A chamber that vacuum contracts, V = V0 - c (a - p) with a the atmosphere, has a
 S/V0, c/V0 and p_u.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -110,7 +108,7 @@ class PumpDown:
         low, high = self.series.interval(lambda v: float(v[index]), LEVEL, positive=True)
         return low, (min(high, self.atmosphere) if index == 1 else high)
 
-    def derive(self, value: float, se: float) -> DerivedValue:
+    def derive(self, value: float, se: float) -> "DerivedValue":
         """Return a number derived from the rate, with the interval of this fit."""
         return DerivedValue(value=value, se=se, quantile=self.series.quantile(LEVEL))
 

@@ -1,7 +1,5 @@
 """Features of one measured pull: stiffness before onset, peak, end of loading."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -67,7 +65,7 @@ class PullFeatures:
         """Whether too few samples of the rise were recorded to find its slope."""
         return self.rise_samples < SLOPE
 
-    def thinned(self, limit: int) -> PullFeatures:
+    def thinned(self, limit: int) -> "PullFeatures":
         """Return the features with a curve of at most `limit` samples, means over neighbours."""
         return replace(
             self,

@@ -26,11 +26,9 @@ model's own error. Both are unbiased for any R, because the mean of few repeats 
 s^2/R. The first can therefore be negative: the model error is then not distinguishable from zero.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -38,11 +36,9 @@ from layerjam.device.brake import Brake
 from layerjam.errors import FileError, FitError
 from layerjam.identify.curves import Curve, conditions, curve_of
 from layerjam.identify.pull.features import PullFeatures
+from layerjam.identify.single_pulls import SinglePull
 from layerjam.identify.speed import as_pulled
 from layerjam.mechanics.pull import force_at_elongation
-
-if TYPE_CHECKING:
-    from layerjam.identify.single_pulls import SinglePull
 
 POINTS = 200
 FLOOR = 0.05
@@ -116,7 +112,7 @@ class Split:
         return self.scatter_mse**0.5
 
     @classmethod
-    def of(cls, parts: Sequence[float] | np.ndarray, repeats: int) -> Split:
+    def of(cls, parts: Sequence[float] | np.ndarray, repeats: int) -> "Split":
         """Return the split from (mean square, the model's part, the scatter's part)."""
         mse, model, scatter = (float(part) for part in parts)
         share = scatter / mse if mse > 0 else None

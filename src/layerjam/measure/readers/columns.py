@@ -5,8 +5,6 @@ dimension the name decides (standard travel before the absolute crosshead), and 
 choice. If nothing decides, the reader asks the user and never guesses.
 """
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -109,7 +107,7 @@ class Column:
             values = values * float(factor)
         return values + self.offset if self.offset else values
 
-    def sentence(self, others: Sequence[Column] = (), by_unit: bool = False) -> str:
+    def sentence(self, others: "Sequence[Column]" = (), by_unit: bool = False) -> str:
         """Return the interpretation of the column, with the columns it was preferred to."""
         text = f"{self.role} is the column '{cut(self.name)}'"
         text += f" in {self.unit}" if self.unit else ", a pure number"
@@ -143,7 +141,7 @@ class Header:
         """(name, unit) of each column."""
         return list(zip(self.names, self.units, strict=True))
 
-    def select(self, indices: Collection[int]) -> Header:
+    def select(self, indices: Collection[int]) -> "Header":
         """Return the header with some columns; the others' names and units are empty."""
         names = tuple(n if i in indices else "" for i, n in enumerate(self.names))
         units = tuple(u if i in indices else None for i, u in enumerate(self.units))
@@ -176,7 +174,7 @@ class Header:
 
 def by_order(
     header: Header, wants: Sequence[Want], entries: Mapping[str, ColumnEntry], count: int
-) -> Assignment:
+) -> "Assignment":
     """Return the columns as the user lists them; FileError if the file has not as many."""
     if count != len(header.names):
         raise header.fail(

@@ -1,7 +1,5 @@
 """`scenario`: a machine with brakes, from a scenario file, and whether it can work."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -24,7 +22,7 @@ class MachineResult(Result):
     `record` is the machine's own result with its scenario.
     """
 
-    record: Machine | None = None
+    record: "Machine | None" = None
     machine: str | None = fact("kind of machine", default=None)
     scenario: str | None = fact("name of the scenario", default=None)
     feasible: bool | None = fact("whether every limit is met", default=None)

@@ -1,7 +1,5 @@
 """The drawn parts of a build in space: the bodies of its pictures, to turn around."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -48,7 +46,7 @@ class Parts:
     size: Point
 
 
-def parts_of(made: Drawing, mould: bool) -> Parts:
+def parts_of(made: "Drawing", mould: bool) -> Parts:
     """The parts of one brake apart, or its mould opened."""
     # the page of the brake is opened without what draws
     from layerjam.report import build_pictures, build_scene
@@ -59,7 +57,7 @@ def parts_of(made: Drawing, mould: bool) -> Parts:
     return surfaces(body for some in build_pictures.exploded(world).values() for body in some)
 
 
-def surfaces(bodies: Iterable[Body]) -> Parts:
+def surfaces(bodies: "Iterable[Body]") -> Parts:
     """Bodies by their colour, around the middle of all."""
     by_colour: dict[str, list[Body]] = {}
     for body in bodies:
@@ -71,7 +69,7 @@ def surfaces(bodies: Iterable[Body]) -> Parts:
     return Parts(made, (x, y, z))
 
 
-def _surface(colour: str, bodies: list[Body], middle: Any) -> Surface:
+def _surface(colour: str, bodies: "list[Body]", middle: Any) -> Surface:
     first = np.cumsum([0, *(len(body.corners) for body in bodies)])
     corners = np.concatenate([body.corners - middle for body in bodies]) / UNIT
     triangles = np.concatenate([b.triangles + k for b, k in zip(bodies, first, strict=False)])

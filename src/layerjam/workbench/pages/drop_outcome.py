@@ -1,7 +1,5 @@
 """What a drop came to: sentences, charts, the table beside other vacuums, and advice to apply."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -41,7 +39,7 @@ def slowness(lasts: float) -> float:
 
 
 def series(
-    record: DropRecord | BareDrop, slow: float | None = None, crash: Crash | None = None
+    record: DropRecord | BareDrop, slow: float | None = None, crash: "Crash | None" = None
 ) -> dict[str, Any] | None:
     """What the browser needs, in ms, mm, N and m/s²; None where nothing moved.
 

@@ -1,7 +1,5 @@
 """The 95 % band of a calibrated brake's pull: where it is known, and how it is pinned."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -43,7 +41,7 @@ class Band(NamedTuple):
         return f"95 % of {self.pulls} pulls"
 
 
-def known(desk: Desk, call: Call) -> LawError | None:
+def known(desk: Desk, call: Call) -> "LawError | None":
     """How sure the law of a pull is.
 
     None where this tab did not calibrate the pulled brake, or the pull asks for another law.
@@ -55,7 +53,7 @@ def known(desk: Desk, call: Call) -> LawError | None:
     return spread.error(vacuum, speed) if vacuum > 0 else None
 
 
-def band(error: LawError, record: TensileRecord, call: Call) -> Band | None:
+def band(error: "LawError", record: TensileRecord, call: Call) -> Band | None:
     """The band of a recorded pull, that of a call; None where the law has none at its vacuum."""
     u = np.asarray(record.elongation, float)
     top = float(u[int(np.argmax(record.force))])
@@ -83,7 +81,7 @@ def of_pin(pin: Pin, result: Any) -> Band | None:
     return band(LawError.read(str(pin.options[BAND])), result.record, call)
 
 
-def shade(figure: Figure, bands: Sequence[tuple[Band, TensileRecord, str]]) -> None:
+def shade(figure: "Figure", bands: Sequence[tuple[Band, TensileRecord, str]]) -> None:
     """Draw bands into the figure of a pull, each around its record and in its colour.
 
     Those with as many pulls behind them are named once, over the end of the highest.

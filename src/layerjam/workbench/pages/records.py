@@ -1,7 +1,5 @@
 """A brake or a line on the desk: chosen, opened, saved, and every number of it with its source."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -155,7 +153,7 @@ class Editor:
             else:  # a fold nobody opens costs the first page its time
                 self._folds[table].on_value_change(partial(self._fill_fold, table))
 
-    def row(self, path: str) -> FieldRow:
+    def row(self, path: str) -> "FieldRow":
         """The field of a number, whose fold is filled if need be."""
         self._fill_fold(path.rpartition(".")[0])
         return self.rows[path]
