@@ -207,3 +207,50 @@ def test_the_law_goes_on_while_the_capture_runs() -> None:
     assert rig.bench.count - first == 200 and rig.bench.state == 1
     assert record(rig)[0] == pytest.approx(np.full(4800, GRAVITY), abs=GAIN / 2)
     assert rig.hal.vacuum > 20e3
+
+
+def test_complete_waits_for_the_end_of_a_capture_in_its_own_session_alone() -> None:
+    """IEEE 488.2, 12.5.2 and 12.5.3: *OPC sets bit 0, *OPC? answers, when nothing is pending."""
+    rig = Rig(Shaken(lambda t: t))
+    pending, done = "\x05", "FETC:ACC:STAT?"
+    rig.say("*CLS;TRIG:SOUR BUS;:SENS:ACC:PRE 0.05;POST 0.1;:INIT;*OPC")
+    assert rig.say("*ESR?") == "0"
+    assert rig.say("SYST:VERS?;*OPC?;ERR:COUN?", 2) == pending
+    assert rig.say("*WAI;:" + done, 3) == pending
+    rig.run(0.5)
+    assert rig.say(pending, 2) == pending and rig.say("*IDN?", 1).startswith("layerjam")
+    rig.say("*TRG")
+    rig.run(0.1)
+    assert rig.say(done).startswith("RUNNING") and rig.say("*ESR?") == "0"
+    assert rig.say(pending, 2) == pending
+    rig.run(0.1)
+    assert rig.say(done).startswith("DONE")
+    assert rig.say(pending, 2) == "1999.0;1;0", "the path of the line is kept"
+    assert rig.say(pending, 3).startswith("DONE") and rig.say("*ESR?;*OPC?") == "1;1"
+
+
+def test_what_ends_or_cancels_a_wait() -> None:
+    rig = Rig(Shaken(lambda t: t))
+    rig.say("*CLS;TRIG:SOUR BUS;:INIT;*OPC")
+    rig.say("*CLS;*OPC?")
+    rig.port.feed(b"*IDN?\nFOO\n")
+    rig.port.resume()
+    assert rig.port.outbox == b"", "later lines wait behind it"
+    rig.port.feed(b" outp off\nABOR\n")
+    rig.port.resume()
+    assert rig.port.outbox.startswith(b"1\nlayerjam,") and rig.error() == -113
+    assert rig.say("*ESR?") == "32", "*CLS took back *OPC"
+    rig.say("INIT;*OPC", 1)
+    rig.say("*RST")
+    rig.run(0.01)
+    assert rig.say("*ESR?", 1) == "129", "the capture that *OPC waited for is given up"
+
+
+def test_a_client_that_waits_does_not_renew_the_lease() -> None:
+    rig = Rig(Shaken(lambda t: t))
+    rig.on(20e3)
+    rig.say("TRIG:SOUR BUS;:INIT;*OPC?")
+    for _ in range(25):
+        rig.run(0.1)
+        rig.say("\x05")
+    assert rig.bench.state == 2 and rig.bench.fault == 120

@@ -359,3 +359,35 @@ def test_the_line_to_paste() -> None:
         'rm.open_resource("TCPIP::127.0.0.1::5025::SOCKET", '
         'read_termination="\\n", write_termination="\\n")'
     )
+
+
+def test_a_client_that_waits_for_a_capture_holds_up_no_other(port: int) -> None:
+    """*OPC? of one client: others are served, its own OFF is heard, and leaving ends the wait."""
+    waiting, other = Client(port), Client(port)
+    waiting.send("*CLS;TRIG:SOUR BUS;:INIT;*OPC?")
+    waiting.send("*IDN?")
+    assert other.ask("*IDN?").startswith("layerjam")
+    assert other.ask("FETC:ACC:STAT?").startswith("WAITING")
+    waiting.socket.settimeout(0.3)
+    with pytest.raises(TimeoutError):
+        waiting.socket.recv(1)
+    waiting.socket.settimeout(10)
+    waiting.send("ABOR")
+    assert waiting.socket.makefile("rb").readline() == b"1\n"
+    waiting.close()
+    gone = Client(port)
+    gone.send("INIT;*OPC?")
+    while other.ask("FETC:ACC:STAT?").startswith("IDLE"):
+        time.sleep(0.01)
+    gone.close()
+    other.send("*TRG")
+    begun = time.monotonic()
+    assert other.ask("*OPC?") == "1" and time.monotonic() - begun < 5
+    assert other.ask("FETC:ACC:STAT?").startswith("DONE")
+    other.close()
+
+
+def test_our_driver_waits_too() -> None:
+    with open_bench("sim:choi2018?speed=20") as bench:
+        bench.tell("TRIG:SOUR IMM;:INIT")
+        assert bench.ask("*OPC?;:FETC:ACC:STAT?").startswith("1;DONE")

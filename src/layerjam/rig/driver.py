@@ -67,7 +67,7 @@ class Bench:
         self.identity = answer.decode("ascii", "replace")
         while code:  # errors of the board's start, not of a command here
             self.events.append(text)
-            _, code, text = link.exchange("*WAI")
+            _, code, text = link.exchange("*OPT?")
 
     def ask(self, query: str) -> str:
         """Return the response to one SCPI query; raises InstrumentError if it is rejected."""
@@ -90,7 +90,7 @@ class Bench:
                 self.events.append(text)
             elif rejection is None:
                 rejection = InstrumentError(code, text, line)
-            _, code, text = self._link.exchange("*WAI")
+            _, code, text = self._link.exchange("*OPT?")
         if rejection is not None:
             raise rejection
         return answer

@@ -12,6 +12,8 @@ import binascii
 HEAD = 17
 """Bytes before the payload."""
 LONGEST = 0xFFFF
+PENDING = b"\x05"
+"""Answer to a line that waits for a capture to end (*OPC?, *WAI); as a line it asks again."""
 _HEX = b"0123456789ABCDEF"
 
 

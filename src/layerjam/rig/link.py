@@ -2,20 +2,24 @@
 
 import re
 import socket
+import time
 from typing import Any, Protocol
 
 from layerjam.errors import FileError, MissingExtraError
 from layerjam.rig.address import Address, address_of
 from layerjam.rig.board import VirtualBoard, connect
+from layerjam.rig.frame import PENDING
 from layerjam.rig.line import Line, LineError
 from layerjam.rig.token import read_token
 
 PATIENCE = 5.0
 """Wait for a gateway's response [s]."""
 SESSION = 1
-CHECK = "*OPC?;:SYST:ERR?"
-"""Query whose response always begins with 1: it ends all earlier responses."""
-CHECKED = re.compile(rb'1;([+-]?\d+),"(.*)"')
+CHECK = "*OPT?;:SYST:ERR?"
+"""Query whose response always begins with 0: it ends all earlier responses."""
+CHECKED = re.compile(rb'0;([+-]?\d+),"(.*)"')
+POLL = 0.02
+"""Time between two questions whether a line still waits [s]."""
 TIMEOUT = 5000
 """Wait for a response [ms]."""
 
@@ -47,6 +51,9 @@ class BoardLink:
     def exchange(self, text: str) -> tuple[bytes, int, str]:
         """Send the line, then read its session's error queue."""
         answer = self.line.ask(SESSION, text.encode("ascii"))
+        while answer == PENDING:
+            time.sleep(POLL)
+            answer = self.line.ask(SESSION, PENDING)
         return answer, *parse_check(self.line.ask(SESSION, CHECK.encode()))
 
     def close(self) -> None:

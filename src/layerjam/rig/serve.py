@@ -11,7 +11,7 @@ import ipaddress
 import os
 import signal
 import socket
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,8 +19,10 @@ from pathlib import Path
 from layerjam.errors import FileError, QuantityError
 from layerjam.rig.address import Address
 from layerjam.rig.board import connect
+from layerjam.rig.frame import PENDING
 from layerjam.rig.line import Line, LineError
-from layerjam.rig.token import DELAY, TRIES, Door, is_message, token_of
+from layerjam.rig.link import POLL
+from layerjam.rig.token import DELAY, STOP, TRIES, Door, is_message, token_of
 
 PORT = 5025
 """Usual port of instruments with a raw SCPI socket."""
@@ -123,6 +125,27 @@ class Gateway:
                 self._down.set_exception(error)
             raise
 
+    async def execute(
+        self,
+        session: int,
+        line: bytes,
+        later: list[bytes],
+        more: Callable[[], Awaitable[list[bytes]]],
+    ) -> bytes:
+        """Return the board's response, also to a line that waits for a capture to end.
+
+        Meanwhile the client's lines from `more` go to `later`, unless they stop something.
+        """
+        answer = await self.ask(session, line)
+        while answer == PENDING:
+            for new in await more():
+                if STOP.fullmatch(new):
+                    await self.ask(session, new)
+                else:
+                    later.append(new)
+            answer = await self.ask(session, PENDING)
+        return answer
+
     async def down(self) -> None:
         """Wait until the board's line is down, then raise LineError."""
         await asyncio.shield(self._down)
@@ -167,6 +190,16 @@ class Gateway:
         if sock is not None:
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         splitter, is_greeted = Splitter(), False
+
+        async def more() -> list[bytes]:
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(POLL):
+                    data = await reader.read(4096)
+                if not data:
+                    raise ConnectionError
+                return splitter.feed(data)
+            return []
+
         while True:
             async with asyncio.timeout(IDLE):
                 data = await reader.read(4096)
@@ -175,7 +208,8 @@ class Gateway:
             if sock is not None and hasattr(socket, "TCP_QUICKACK"):
                 # a client that sends a line and then another waits for the first one's receipt
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
-            for line in splitter.feed(data):
+            lines = splitter.feed(data)
+            for line in lines:  # which grows while a line waits
                 if not is_greeted and not is_message(line):
                     return
                 is_greeted = True
@@ -183,7 +217,7 @@ class Gateway:
                 self._admit(client)
                 passes, answer = door.through(line, client.session != GUEST)
                 if passes:
-                    answer = await self.ask(client.session, line)
+                    answer = await self.execute(client.session, line, lines, more)
                 if answer:
                     writer.write(answer + b"\n")
                     await writer.drain()
@@ -201,13 +235,21 @@ class Gateway:
         session = self._free.pop()
         came = asyncio.Event()
         loop.add_reader(master, came.set)
+
+        async def more() -> list[bytes]:
+            await asyncio.sleep(POLL)
+            with contextlib.suppress(BlockingIOError):
+                return splitter.feed(os.read(master, 4096))
+            return []
+
         try:
             while True:
                 await came.wait()
                 came.clear()
                 with contextlib.suppress(BlockingIOError):
-                    for line in splitter.feed(os.read(master, 4096)):
-                        answer = await self.ask(session, line)
+                    lines = splitter.feed(os.read(master, 4096))
+                    for line in lines:
+                        answer = await self.execute(session, line, lines, more)
                         if answer:
                             await _write(loop, master, answer + b"\n")
         finally:

@@ -8,10 +8,9 @@ from pathlib import Path
 
 from layerjam.errors import FileError
 
-FREE = re.compile(
-    rb":?(\*IDN\?|SYST(EM)?:ERR(OR)?(:NEXT)?\?|OUTP(UT)?(:STAT(E)?)?[ \t]+(OFF|0)|ABOR(T)?)[ \t]*",
-    re.IGNORECASE,
-)
+STOP = re.compile(rb":?(OUTP(UT)?(:STAT(E)?)?[ \t]+(OFF|0)|ABOR(T)?)[ \t]*", re.IGNORECASE)
+"""Lines that are heard at any time."""
+FREE = re.compile(rb":?(\*IDN\?|SYST(EM)?:ERR(OR)?(:NEXT)?\?)[ \t]*|" + STOP.pattern, re.IGNORECASE)
 """Lines that are served without a token: identity, errors and off."""
 GIVEN = re.compile(
     rb":?SYST(?:EM)?:PASS(?:WORD)?:CEN(?:ABLE)?[ \t]+(['\"])(.{0,200})\1[ \t]*", re.IGNORECASE

@@ -63,6 +63,8 @@ class Bench:
         self.capture = capture.Capture(hal)
         # a machine's contact, where the board has one
         self.contact = getattr(hal, "external", None)
+        # whether an *OPC waits for the end of a capture
+        self.completing = False
         self.headers: list[str] = []
         self.sessions = [status.Session(number) for number in range(SESSIONS)]
         self.boot = struct.unpack("<I", os.urandom(4))[0]
@@ -287,6 +289,8 @@ class Bench:
         self.watch_zero()
         if self.capture.tick(self.micros):
             self.tell(127, "of the accelerometer")
+        if self.completing:
+            self.complete()
         flags = self.vent | (2 if self.pump < 0 else 0) | self.sync << 2 | (8 if stopped else 0)
         if self.contact is not None and self.contact():
             flags |= 16
@@ -343,6 +347,16 @@ class Bench:
         made = self.settings.law
         if made is not None and self.vented > made[1][15] and self.reading == self.reading:
             self.zero, self.zeroed = self.reading, 0
+
+    def complete(self) -> None:
+        """Set bit 0 of the event register for `*OPC`, once no capture waits or runs."""
+        self.completing = self.capture.busy()
+        if self.completing:
+            return
+        for session in self.sessions:
+            if session.completes:
+                session.standard |= status.COMPLETE
+                session.completes = False
 
     def conditions(self, late: int) -> None:
         """The registers' conditions of this sample, and how late it was."""

@@ -44,20 +44,24 @@ class Capture:
         self.first = self.at = self.end = 0
         self.micros = 0
 
+    def busy(self) -> bool:
+        """Whether a capture waits or runs: the one operation that others may overlap."""
+        return self.state in (WAITING, RUNNING)
+
     def stop(self) -> None:
         """Leave what waits or runs; a record that is whole stays."""
-        if self.state in (WAITING, RUNNING):
+        if self.busy():
             self.hal.capture_stop()
             self.state = IDLE
 
     def at_rest(self) -> None:
         """Refuse what would change a capture that waits or runs."""
-        if self.state in (WAITING, RUNNING):
+        if self.busy():
             raise ScpiError(-221, "a capture waits or runs; ABOR")
 
     def start(self) -> None:
         """Sample from now on and wait for the trigger."""
-        if self.state in (WAITING, RUNNING):
+        if self.busy():
             raise ScpiError(-213, "a capture waits or runs")
         if not hasattr(self.hal, "capture_start"):
             raise ScpiError(-241, "no accelerometer")
@@ -82,7 +86,7 @@ class Capture:
 
         True where samples were lost: the record is given up.
         """
-        if self.state not in (WAITING, RUNNING):
+        if not self.busy():
             return False
         count = self.hal.capture_count()
         if count < 0:

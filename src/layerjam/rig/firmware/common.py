@@ -1,12 +1,12 @@
 """The headers that every instrument has (IEEE 488.2, SCPI-99): what each does, and their table.
 
-Flags: L is refused to others while the instrument is locked, S is for SAFE alone.
+Flags: L is refused to others while the instrument is locked, S is for SAFE alone,
+W waits until no capture waits or runs.
 """
 
 import gc
 
 import built
-import status
 import store
 from bench import LEASE, STEPS
 from scpi import Number, Rule, ScpiError
@@ -63,7 +63,8 @@ def served(bench, session) -> int:
 
 
 def complete(bench, session) -> None:
-    session.standard |= status.COMPLETE
+    session.completes = True
+    bench.complete()
 
 
 def one(bench, session) -> int:
@@ -76,6 +77,7 @@ def none(bench, session) -> None:
 
 def reset(bench, session) -> None:
     bench.off()
+    session.completes = False
     bench.capture.reset()
     bench.target, bench.sync = 0.0, 0
     bench.set_lease(LEASE)
@@ -251,14 +253,14 @@ COMMON = [
     ("*ESE", Rule(enable, BYTE), Rule(enabled)),
     ("*ESR", None, Rule(events)),
     ("*IDN", None, Rule(identity)),
-    ("*OPC", Rule(complete), Rule(one)),
+    ("*OPC", Rule(complete), Rule(one, flags="W")),
     ("*OPT", None, Rule(options)),
     ("*RST", Rule(reset, flags="L"), None),
     ("*SRE", Rule(serve, BYTE), Rule(served)),
     ("*STB", None, Rule(byte)),
     ("*TRG", Rule(trigger, flags="L"), None),
     ("*TST", None, Rule(self_test)),
-    ("*WAI", Rule(none), None),
+    ("*WAI", Rule(none, flags="W"), None),
     ("SYSTem:ERRor[:NEXT]", None, Rule(error)),
     ("SYSTem:ERRor:ALL", None, Rule(errors)),
     ("SYSTem:ERRor:COUNt", None, Rule(error_count)),

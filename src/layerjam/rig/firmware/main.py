@@ -42,6 +42,7 @@ def loop(hal) -> None:
         data = hal.wait(due, not port.full(), bool(port.outbox))
         if data:
             port.feed(data)
+        port.resume()
         if port.outbox:
             port.took(hal.send(port.waiting()))
         if bench.leaving >= 0:

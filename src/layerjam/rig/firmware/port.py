@@ -13,6 +13,10 @@ QUIET = 200
 """Samples after a frame in which a plain line is a torn frame's rest, not a command."""
 FULL = 4096
 """Bytes waiting to be sent at which nothing more is read."""
+LATER = 16
+"""Lines that may follow one that waits."""
+STOPS = (b"OUTP OFF", b"OUTP 0", b"OUTPUT OFF", b"ABOR", b"ABORT")
+"""Lines that are heard even then."""
 CORRUPT, CORRUPT_WINDOW = 10, 1000
 """So many bad frames within so many samples are an error."""
 
@@ -31,6 +35,8 @@ class Port:
         self.done: dict[int, tuple[int, bytes, bytes]] = {}
         self.framed = -QUIET
         self.bad: list[int] = []
+        # plain lines behind one that waits
+        self.later: list[bytes] = []
 
     def full(self) -> bool:
         """Whether so much waits to be sent that nothing more should be read."""
@@ -90,9 +96,28 @@ class Port:
         elif len(line) > LONGEST:
             self.too_long(False)
         else:
-            answer = self.execute(line[:-1] if line[-1:] == b"\r" else line, PLAIN)
-            if answer:
-                self.put(answer + b"\n")
+            self.plain(line[:-1] if line[-1:] == b"\r" else line)
+
+    def plain(self, line: bytes) -> None:
+        """Answer a plain line; behind one that waits it waits too, unless it stops something."""
+        waits = self.bench.sessions[PLAIN].held is not None and line != frame.PENDING
+        if waits and line.strip().upper() not in STOPS:
+            if len(self.later) < LATER:
+                self.later.append(line)
+            else:
+                self.bench.sessions[PLAIN].push(-363, "%d lines wait for *OPC? or *WAI" % LATER)
+            return
+        answer = self.execute(line, PLAIN)
+        if answer and answer != frame.PENDING:
+            self.put(answer + b"\n")
+
+    def resume(self) -> None:
+        """Go on with a plain line that waited, once nothing is pending, and those behind it."""
+        session = self.bench.sessions[PLAIN]
+        if session.held is not None and not self.bench.capture.busy():
+            self.plain(frame.PENDING)
+            while self.later and session.held is None:
+                self.plain(self.later.pop(0))
 
     def frame(self, number: int, count: int, payload: bytes) -> None:
         """One frame: what was executed last is answered from store."""
@@ -110,17 +135,19 @@ class Port:
         self.put(packed)
 
     def execute(self, line: bytes, number: int) -> bytes:
-        """The answer of one line, its error in the session's queue."""
-        session = self.bench.sessions[number]
+        """The answer of one line, its error in the session's queue; PENDING if it waits."""
+        session, held = self.bench.sessions[number], None
+        if line == frame.PENDING:
+            held, session.held = session.held, None
         if len(line) > LONGEST:
             session.push(-363, "a line has at most %d bytes" % LONGEST)
             return b""
-        answer, error, commands = scpi.run(self.root, line, self.bench, session)
-        if error is None:
-            self.bench.renew(session, commands)
-        else:
+        answer, error, commands = scpi.run(self.root, line, self.bench, session, held)
+        if error is not None:
             session.push(error.code, error.more)
-        return answer
+        elif commands or session.held is None:  # asking again keeps nothing running
+            self.bench.renew(session, commands)
+        return answer if session.held is None else frame.PENDING
 
     def too_long(self, framed: bool) -> None:
         """A line without end is thrown away up to its LF."""

@@ -307,22 +307,25 @@ def values(rule: Rule, given: list, bench) -> list:
     return [param.read(text, bench) for param, text in zip(rule.params, given)]
 
 
-def run(root: Node, line: bytes, bench, session) -> tuple:
-    """(answer, error or None, whether it commanded) of one line.
+def run(root: Node, line: bytes, bench, session, held=None) -> tuple:
+    """(answer, error or None, whether it commanded) of one line, or of the rest of a `held` one.
 
-    The answer is that of the units before the error. A unit with the flag L or C commands.
+    The answer is that of the units before the error. A unit with the flag L or C commands. A unit
+    with the flag W that has to wait stays in `session.held`, with the rest of its line.
     """
     out: list[bytes] = []
-    commands = False
+    text, path, commands = "", root, False
+    if held:
+        text, path, out = held
     try:
-        if line and not (min(line) >= 32 and max(line) < 127):
+        if line and not text and not (min(line) >= 32 and max(line) < 127):
             for byte in line:
                 if not 32 <= byte < 127 and byte != 9:
                     raise ScpiError(-101, "byte %d" % byte)
-        text = str(line, "ascii")
-        path, at, size = root, 0, len(text)
+        text = text or str(line, "ascii")
+        at, size = 0, len(text)
         while at <= size:
-            end = end_of(text, at, ";")
+            begin, end = at, end_of(text, at, ";")
             unit = text[at:end].strip(SPACE)
             at = end + 1
             if not unit:
@@ -334,6 +337,9 @@ def run(root: Node, line: bytes, bench, session) -> tuple:
                 raise ScpiError(-113, head)
             bench.may(session, rule.flags)
             given = values(rule, arguments(rest), bench)
+            if "W" in rule.flags and bench.capture.busy():
+                session.held = text[begin:], path, out
+                return b"", None, commands
             answer = rule.do(bench, session, *given)
             commands = commands or "L" in rule.flags or "C" in rule.flags
             if answer is not None:

@@ -56,6 +56,10 @@ class Session:
         self.standard_enable = 0
         self.service_enable = 0
         self.errors: list[tuple[int, str]] = []
+        self.completes = False
+        """Whether `*OPC` waits for the end of a capture."""
+        self.held = None
+        """Line that waits for it: its text from there on, the path, and the answers before."""
 
     def push(self, code: int, more: str = "") -> None:
         """One more error; its class shows in the standard event register."""
@@ -86,8 +90,9 @@ class Session:
         return byte | 64 if byte & self.service_enable & ~64 else byte
 
     def clear(self) -> None:
-        """`*CLS`: events and the queue; enables stay."""
+        """`*CLS`: events, the queue and a waiting `*OPC`; enables stay."""
         self.standard = 0
+        self.completes = False
         self.operation.event = self.questionable.event = 0
         self.errors = []
 
