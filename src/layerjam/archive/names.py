@@ -30,7 +30,6 @@ def resolve_record_id(db: Connection | None, text: str, place: str) -> str:
 
 
 def _by_id(db: Connection, start: str) -> list[str]:
-    """Return the ids that begin with a text."""
     if len(start) < SHORTEST or not set(start) <= set("0123456789abcdef-"):
         return []
     query = select(ENTRIES.c.id).where(ENTRIES.c.id.startswith(start)).limit(4)

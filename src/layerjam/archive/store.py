@@ -74,7 +74,6 @@ def add(database: Database, paths: Iterable[str | Path], serial: str | None = No
 
 
 def _with_serial(content: Content, serial: str | None) -> Content:
-    """Return a brake or a line with its serial number."""
     if serial is None:
         return content
     piece = content.piece
@@ -161,7 +160,6 @@ def refusal(db: Connection, content: Content) -> str | None:
 
 
 def _why_withdrawn(db: Connection, ident: str) -> str | None:
-    """Return the reason for which a record was withdrawn, or None."""
     reason = db.execute(select(WITHDRAWN.c.why).where(WITHDRAWN.c.id == ident)).scalar()
     return None if reason is None else str(reason)
 
@@ -195,13 +193,11 @@ def _enter_file(db: Connection, content: Content, inside: dict[str, str]) -> str
 
 
 def _existing_id(db: Connection, piece: Piece) -> str | None:
-    """Return the id of a record that exists already, or None."""
     same = ENTRIES.c.identity == identity(piece.kind, piece.columns)
     return db.execute(select(ENTRIES.c.id).where(same)).scalar()
 
 
 def _enter(db: Connection, piece: Piece, origin: Mapping[str, str]) -> str:
-    """Enter one record with a new id."""
     columns, ident = dict(piece.columns), str(uuid.uuid4())
     if piece.kind == "calibration":
         columns["brake"] = holder(

@@ -115,7 +115,6 @@ def _ancestors(
 
 
 def _record(db: Connection, row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return all columns of one record."""
     same = ENTRIES.c.id == row["id"]
     software, content = db.execute(select(ENTRIES.c.software, ENTRIES.c.content).where(same)).one()
     file = db.execute(select(FILES).where(FILES.c.id == row["id"])).mappings().first()

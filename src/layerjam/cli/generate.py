@@ -208,7 +208,6 @@ def _kind(p: Parameter) -> tuple[Any, bool]:
 
 
 def _former(p: Parameter, old: str) -> inspect.Parameter:
-    """Return a hidden option of a former name."""
     kind, _ = _kind(p)
     if kind is not bool:
         kind = str | None

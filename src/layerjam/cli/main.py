@@ -118,7 +118,6 @@ def _family(word: str) -> Any:
 
 
 def _build(name: str) -> Any:
-    """Return the command for typer."""
     from layerjam.cli.generate import build, command_class
 
     entry = load(name)

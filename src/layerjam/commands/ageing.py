@@ -118,7 +118,6 @@ def ageing(
 
 
 def _written(brake: Any, found: Any, used: Sequence[tuple[Trace, float, float]], name: str) -> str:
-    """The brake's file with the fit."""
     from layerjam.device.file import updated_text
     from layerjam.identify.provenance import digests, mark_synthetic
     from layerjam.records.source import Source
@@ -140,5 +139,4 @@ def _written(brake: Any, found: Any, used: Sequence[tuple[Trace, float, float]],
 
 
 def _synthetic(used: Sequence[tuple[Trace, float, float]]) -> bool:
-    """Whether a program wrote any of the files."""
     return any(trace.synthetic for trace, _, _ in used)

@@ -82,7 +82,6 @@ class FaultCampaign(Result):
 
 
 def _sentence(row: Row) -> str:
-    """What a row says."""
     names = ", ".join(f"{name} {count}" for name, count in row["named"].items()) or "not named"
     safe = (
         "never safe" if row["safe_after"] is None else f"safe after {show(row['safe_after'], 's')}"

@@ -232,7 +232,6 @@ def _regulator(
 def _crosshead(
     kind: str | None, bench: "Bench", brake: BrakeFile, line: LineFile, steps: Procedure
 ) -> "Crosshead | None":
-    """What moves the brake's end."""
     from layerjam.rig.crosshead import Manual, Trigger, Virtual
     from layerjam.rig.machine import check_brake
 
@@ -258,7 +257,6 @@ def _at(address: str, steps: Procedure) -> Address:
 
 
 def _report(sentence: str) -> None:
-    """Print a sentence about a run that goes on."""
     print(f"layerjam: {sentence}", file=sys.stderr, flush=True)
 
 

@@ -146,7 +146,6 @@ def bend(
 
 
 def _turned(device: Brake, vacuum: float, angle: float, slip: float) -> dict[str, float]:
-    """The stiffnesses, moments and forces of the brake without a joint."""
     from layerjam.mechanics import bending
     from layerjam.mechanics.friction import sheet_friction
 

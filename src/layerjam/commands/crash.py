@@ -56,7 +56,6 @@ def _read(
 
 
 def _meant(falling: bool, hic: Any) -> list[str]:
-    """What an option does to the numbers."""
     said: list[str] = []
     if falling:
         why = "the weight is taken off the velocity change: the sensor fell freely before"
@@ -79,7 +78,6 @@ def _shot(file: str | Path, number: Any, sampling: Any, options: TableOptions) -
 
 
 def _log(shot: Shot, file: str | Path) -> Log:
-    """The record as a log."""
     columns = {"time": shot.time, "acceleration": shot.acceleration}
     said = f"shot {shot.number} of the run: {shot.size} samples, time from the trigger on"
     return Log(str(file), columns, {}, {}, (said,), synthetic=shot.synthetic)

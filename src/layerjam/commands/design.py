@@ -312,7 +312,6 @@ def _of_the_chosen(spec: DesignSpecification, file: BrakeFile) -> Iterator[Notic
 def _about(
     spec: DesignSpecification, on_front: int, alone: bool, scattered: bool
 ) -> Iterator[Notice]:
-    """What to say of the designs that were found."""
     if alone:
         yield Notice(
             "no runner-up: every other design that fits has the same film and sheets",
@@ -329,7 +328,6 @@ def _about(
 
 
 def _notices(spec: DesignSpecification) -> Iterator[str]:
-    """What every design of this specification rests on."""
     yield from (*spec.brake.warnings(), *spec.notes)
     if spec.line is not None:
         yield from spec.line.warnings()

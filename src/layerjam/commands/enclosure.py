@@ -189,7 +189,6 @@ def _check(
     sheets: Mapping[str, Any],
     hyperelastic: bool,
 ) -> None:
-    """That what is given goes together."""
     if (brake is None) != (out is None):
         raise QuantityError("--brake and --out: give both to write a brake, or neither")
     if hyperelastic and brake is None:

@@ -257,7 +257,6 @@ def _pressure(
 
 
 def _stick_slip_notices(found: FrictionResult) -> Iterator[Notice]:
-    """What to say of stick–slip."""
     envelope = found.stick_slip
     if envelope is None:
         return
@@ -281,7 +280,6 @@ def _stick_slip_notices(found: FrictionResult) -> Iterator[Notice]:
 
 
 def _row(repeat: FrictionRepeat, load: float) -> dict[str, Any]:
-    """One repeat for the table."""
     teeth, inertia = repeat.teeth, repeat.inertia
     return {
         "file": repeat.path,

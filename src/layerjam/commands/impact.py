@@ -223,7 +223,6 @@ def _check(
     no_brake: bool,
     duration: float | None,
 ) -> None:
-    """That what is given goes together."""
     if no_brake:
         if history is not None or duration is not None:
             raise QuantityError("vacuum: without a brake there is none, and no time to follow it")

@@ -221,7 +221,6 @@ def _check_size(shape: tuple[int, ...], arrays: Mapping[str, Any]) -> None:
 def _labelled(
     labelled: Mapping[str, Any], values: Mapping[str, Any], units: Mapping[str, str]
 ) -> Grid:
-    """Return the grid of labelled arrays."""
     import xarray
 
     for name, array in labelled.items():

@@ -127,7 +127,6 @@ def _once(pairs: Iterable[tuple[Name, str]]) -> dict[Name, str]:
 
 
 def _named(path: str, specimen: str) -> str:
-    """The name that results give it."""
     return f"{path}{OF}{specimen}" if specimen else path
 
 

@@ -164,7 +164,6 @@ def _writable(folder: Path, out: Path, force: bool) -> None:
 def _tested(
     brake: AnyBrake | None, found: campaigns.Campaign, atmosphere: float | None
 ) -> BrakeFile:
-    """The brake that was tested."""
     if brake is None:
         said = campaigns.brake_of(found)
         inside = found.folder / said

@@ -163,8 +163,6 @@ def _row(trace: Trace, found: PullSummary) -> dict[str, Any]:
 
 
 def _paragraph(row: Mapping[str, Any]) -> Iterator[str]:
-    """One pull in sentences."""
-
     def text(key: str) -> str:
         unit, error = UNITS_OF_A_PULL[key], row.get(f"{key}_se")
         value = show(row[key], unit)

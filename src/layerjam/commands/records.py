@@ -126,7 +126,6 @@ def _text(value: Any) -> str:
 
 
 def _line(row: Mapping[str, Any]) -> str:
-    """A record in one line."""
     words = [row["id"][:SHORT], row["kind"], row["name"]]
     if row.get("made_at"):
         words.append(row["made_at"])

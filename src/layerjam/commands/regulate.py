@@ -182,7 +182,6 @@ def regulate(
 
 
 def _seen(found: Identified) -> dict[str, Any]:
-    """What a recorded step shows."""
     return {
         "rate": found.plant.rate,
         "pole": list(found.rate_interval),

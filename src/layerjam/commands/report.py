@@ -274,7 +274,6 @@ def _result(content: BrakeReport, written: Written | None) -> Report:
 
 
 def _friction(work: _Work, files: Sequence[Measured]) -> None:
-    """Friction into the report; the brake takes it over."""
     from layerjam.identify.friction.reduction import with_friction
 
     work.tell(f"friction: {count_of(len(files), 'file')}", 0.1)
@@ -292,7 +291,6 @@ def _friction(work: _Work, files: Sequence[Measured]) -> None:
 
 
 def _calibration(work: _Work, files: Sequence[Measured], without: LeftOut) -> None:
-    """The fit into the report; the brake takes it over."""
     from layerjam.identify.provenance import calibrated_text
 
     work.tell(f"calibration: {count_of(len(files), 'pull')}", 0.3)

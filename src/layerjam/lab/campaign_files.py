@@ -181,7 +181,6 @@ def _truth_of(subject: Subject, compliance: float) -> dict[str, Any]:
 
 
 def _truth_of_test(test: Trial, file: str) -> dict[str, Any]:
-    """Return the true values of one test."""
     pull = test.kind == "pull"
     return {
         "file": file,

@@ -207,7 +207,6 @@ def _numbers(repeats: int) -> list[str]:
 
 
 def _with_scatter(spec: Spec, test: Trial) -> Trial:
-    """Return the test with its own random scatter."""
     shared = test.kind == "pull" and spec.scatter.per == "repeat"
     # one repeat number of a brake uses the draws of a test number that does not exist
     brake = next(n for n, t in enumerate(spec.brakes) if t is test.subject.truth)

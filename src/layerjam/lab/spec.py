@@ -27,12 +27,10 @@ def _several(unit: str, text: str, default: tuple[float, ...], **bounds: Any) ->
 
 
 def _scatter(name: str) -> Any:
-    """Return a field for the scatter of a quantity."""
     return fault("1", f"{name}: standard deviation from repeat to repeat, part of the mean", 0.5)
 
 
 def _faulty(fault_text: str) -> Any:
-    """Return a field for a number of faulty files."""
     return quantity("1", f"files {fault_text}", hi=1000, whole=True, default=0)
 
 

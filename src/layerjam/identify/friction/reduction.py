@@ -266,7 +266,6 @@ def _at_breakaway(found: Breakaway, inertia: Inertia | None, normal_force: float
 def _standard_warnings(
     standard: Standard, speed: float | None, time: Array | None, travel: Array
 ) -> list[str]:
-    """Return the deviations of the record from the standard."""
     out = []
     if speed is not None and abs(speed / standard.speed - 1) > standard.speed_tolerance + 0.005:
         out.append(

@@ -141,7 +141,6 @@ def _fits(block: Block, entries: Mapping[str, ColumnEntry], wants: Sequence[Want
 
 
 def _over_time(header: Header, entries: Mapping[str, ColumnEntry]) -> bool:
-    """Return whether a header has force and time."""
     due = [replace(w, optional=False) for w in TIMED if w.role != "elongation"]
     return complete(header, entries, due)
 
@@ -285,7 +284,6 @@ def _side_by_side(
     wants: Sequence[Want],
     several: bool,
 ) -> list[Specimen]:
-    """Return the specimens in one table."""
     table = block.table
     if table is None:
         return []
