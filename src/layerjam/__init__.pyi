@@ -25,6 +25,7 @@ from layerjam.commands.bench_check import BenchZeroed as _BenchZeroed
 from layerjam.commands.bench_faults import FaultCampaign as _FaultCampaign
 from layerjam.commands.bench_faults import Soak as _Soak
 from layerjam.commands.bench_flash import BoardFlashed as _BoardFlashed
+from layerjam.commands.bench_run import DropRigOptions as _DropRigOptions
 from layerjam.commands.bench_run import RunExported as _RunExported
 from layerjam.commands.bench_run import RunLogged as _RunLogged
 from layerjam.commands.bench_run import RunRecorded as _RunRecorded
@@ -36,7 +37,6 @@ from layerjam.commands.calibration import Sampling as _Sampling
 from layerjam.commands.compare import Comparison as _Comparison
 from layerjam.commands.crash import CrashFound as _CrashFound
 from layerjam.commands.design import DesignResult as _DesignResult
-from layerjam.commands.drop_rig import DropRigOptions as _DropRigOptions
 from layerjam.commands.edit import edit as edit
 from layerjam.commands.edit import edit_line as edit_line
 from layerjam.commands.enclosure import SiliconeFit as _SiliconeFit

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from layerjam.cli.main import main
-from layerjam.commands.drop_rig import DropRigOptions
+from layerjam.commands.bench_run import DropRigOptions
 from layerjam.device.load import load
 from layerjam.errors import QuantityError
 from layerjam.measure.runs import read_run

@@ -3,16 +3,15 @@
 import json
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.bench import BenchAddress
-from layerjam.commands.declare import Help, OutFile, command
-from layerjam.commands.drop_rig import DropRigOptions
+from layerjam.commands.declare import Help, OutFile, command, options
 from layerjam.commands.lines import LineInput
 from layerjam.commands.pressure_log import End, Start, window
-from layerjam.commands.quantities import Accept, BrakeInput, Overwrite
+from layerjam.commands.quantities import Accept, BrakeInput, Overwrite, RopeStiffness
 from layerjam.commands.regulator import RegulatorSettings, regulator_of
 from layerjam.commands.results import Judged, Result, fact, number, result
 from layerjam.control.settings import Regulator, validate
@@ -21,7 +20,9 @@ from layerjam.errors import Notice, QuantityError
 from layerjam.fluid.file import LineFile
 from layerjam.rig.address import Address, address_of
 from layerjam.rig.outcomes import Logged
+from layerjam.rig.trigger import LEVEL
 from layerjam.simulate.procedure import Procedure, Pull, parse_procedure
+from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS
 from layerjam.units import QuantitySpec, exact_text, show
 from layerjam.verdict import Verdict, judge
 
@@ -29,6 +30,45 @@ if TYPE_CHECKING:
     from layerjam.rig.crosshead import Crosshead
     from layerjam.rig.driver import Bench
     from layerjam.rig.execute import RunResult
+    from layerjam.rig.shots import DropRig
+
+
+@options
+class DropRigOptions:
+    """What falls on the brake during a run, and whether its accelerometer is recorded."""
+
+    shot: Annotated[
+        bool, Help("Record the accelerometer of a mass that falls on the brake in a hold.")
+    ] = False
+    mass: Annotated[
+        float | None, MASS, Help("Mass that falls; on a virtual board it does in each hold.")
+    ] = None
+    speed: Annotated[float | None, ARRIVAL_SPEED, Help("Speed with which it arrives.")] = None
+    rope_stiffness: RopeStiffness | None = None
+    trigger_level: Annotated[
+        float | None, LEVEL, Help("Acceleration that triggers, in g; 5 unless given.")
+    ] = None
+
+    def rig(self, brake: BrakeFile) -> "DropRig | None":
+        """The drop rig, None where no shot is asked for; QuantityError for what needs one."""
+        from layerjam.rig.shots import DropRig
+
+        if not self.shot:
+            stated = (f.name for f in fields(self) if getattr(self, f.name) not in (None, False))
+            if (name := next(stated, None)) is not None:
+                raise QuantityError.of(name.replace("_", " "), "it belongs to a drop; add --shot")
+            return None
+        capture: dict[str, Any] = {}
+        if self.trigger_level is not None:
+            capture["level"] = self.trigger_level
+        return DropRig(
+            capture=capture,
+            file=brake,
+            mass=self.mass,  # type: ignore[arg-type]
+            speed=self.speed,  # type: ignore[arg-type]
+            rope_stiffness=self.rope_stiffness,  # type: ignore[arg-type]
+        )
+
 
 RECORDED = QuantitySpec("s", "time to record, by the board's clock", lo=0.1, hi=1e8, example="60s")
 BOARD_PERIOD = 0.01

@@ -1,12 +1,28 @@
 """TOML text: parsing, line numbers of keys, and quoting."""
 
+import difflib
 import re
 import tomllib
 from pathlib import Path
 from typing import Any
 
 from layerjam.errors import FileError
-from layerjam.records.nearby import nearby
+
+MAX_NAMES = 5_000
+"""Number of names in a folder that are compared."""
+
+
+def nearby(path: Path) -> str:
+    """Return a suggestion of the nearest name in a missing file's folder, or ""."""
+    try:
+        if path.exists():
+            return ""
+        names = [p.name for p, _ in zip(path.parent.iterdir(), range(MAX_NAMES), strict=False)]
+    except (OSError, ValueError):
+        return ""
+    matches = difflib.get_close_matches(path.name, names, n=1, cutoff=0.8)
+    return f"; did you mean {path.with_name(matches[0])}?" if matches else ""
+
 
 MAX_BYTES = 1_000_000
 

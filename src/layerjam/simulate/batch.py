@@ -5,7 +5,7 @@ import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -15,14 +15,49 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import MissingExtraError, QuantityError, UnknownNameError, explain_arguments
+from layerjam.mechanics.enclosure import enclosure_at
+from layerjam.mechanics.friction import friction_per_contact, is_proportional
 from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.stop.exact import Stop, stop
-from layerjam.mechanics.stop.many import Axis, constants_of
 from layerjam.mechanics.threads import Workers
 from layerjam.units import quantities
 
 if TYPE_CHECKING:
     import xarray
+
+Array = np.ndarray[Any, Any]
+
+
+class Axis(NamedTuple):
+    """One quantity over a flat grid: drop i has `values[(i // stride) % len(values)]`."""
+
+    values: Array
+    stride: int
+
+
+class Constants(NamedTuple):
+    """What the loop needs of a brake; SI."""
+
+    friction: float
+    """c per pascal [N/m/Pa]."""
+    drag: float
+    """q per pascal [N/m/Pa]."""
+    overlap: float
+    travel: float
+    stiffness: float
+    reach: float
+
+
+def constants_of(brake: Brake) -> Constants | None:
+    """Return the constants of a brake for the compiled loops, or None if they lack its laws."""
+    bent = (brake.speed_law, brake.hyperelastic, brake.mount.spacers)
+    if any(part is not None for part in bent) or not is_proportional(brake):
+        return None
+    enclosure = enclosure_at(1.0, brake)
+    sheets, c = brake.sheets, friction_per_contact(1.0, brake)
+    values = (c, enclosure.friction, sheets.overlap, sheets.usable_travel)
+    return Constants(*(float(v) for v in (*values, enclosure.stiffness, enclosure.reach)))
+
 
 CHUNK = 1 << 17
 """Cases between two progress reports: their results stay in the cache of the cores."""
@@ -30,7 +65,6 @@ QUICK = 16
 """Chunks per call of the compiled loop, some 20 ms, if nobody needs the pieces."""
 LARGEST = 4 << 30
 """Greatest size of results kept in memory [bytes]; larger ones need a sink."""
-Array = np.ndarray[Any, Any]
 Sink = Callable[[int, Mapping[str, Array]], None]
 Run = Callable[[int, int, Mapping[str, Array]], None]
 """Function that evaluates flat cases (first, count) into arrays of that length."""
