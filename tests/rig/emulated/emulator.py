@@ -87,10 +87,14 @@ class Emulated:
 
     def supply(self, before: float, behind: float | None = None) -> None:
         """Voltages [V] before and behind the emergency stop; one where it is closed."""
-        sense = (before if behind is None else behind) / self.wired["supply_ratio"]
-        self.chip.gpio[self.wired["estop_sense"]].set_input_value(sense > THRESHOLD)
-        volts = before / self.wired["supply_ratio"] / self.wired["reference_voltage"]
-        self.chip.adc.channel_values[self.wired["supply_adc"] - 26] = int(volts * 4095)
+        ratio = self.wired["supply_ratio"]
+        self.senses(before / ratio, (before if behind is None else behind) / ratio)
+
+    def senses(self, supply: float, stop: float) -> None:
+        """Voltages [V] at the pins that sense the supply and the emergency stop."""
+        self.chip.gpio[self.wired["estop_sense"]].set_input_value(stop > THRESHOLD)
+        share = min(supply / self.wired["reference_voltage"], 1.0)
+        self.chip.adc.channel_values[self.wired["supply_adc"] - 26] = int(share * 4095)
 
     @property
     def time(self) -> float:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
+import numpy as np
 import pytest
 
+from electronics.spice import missing as spice_missing
+from electronics.traces import BEGIN, CASES, SENSES, trace
 from rig.boards import PLANT
 from rig.emulated.emulator import SUPPLY, Emulated, missing
 from rig.emulated.test_safe import start
@@ -52,3 +56,27 @@ def test_a_lost_supply_and_a_stop_have_their_own_names(
     board.supply(SUPPLY)
     board.run(0.03)
     assert board.ask("OUTP:PROT:CLE;*CLS;*OPC?") == "1"
+
+
+@pytest.mark.skipif(bool(spice_missing()), reason=spice_missing())
+@pytest.mark.parametrize("case", CASES)
+def test_the_simulated_power_side_at_the_pins(board: Emulated, case: str, tmp_path: Path) -> None:
+    """What ngspice computes for the declared circuit is what the two senses see."""
+    played = trace(case, tmp_path)
+    board.supply(SUPPLY)
+    board.synchronise()
+    start(board, 5.0)
+    begin, last = board.time, float(played["time"][-1])
+
+    def step() -> bool:
+        time = board.time - begin
+        board.senses(*(float(np.interp(time, played["time"], played[name])) for name in SENSES))
+        return bool(CASES[case]) and time > BEGIN and board.pump == 0.0
+
+    stopped = board.run(last, step)
+    assert stopped == bool(CASES[case])
+    name = board.ask("OUTP:PROT:FAUL?").split('"')[1]
+    assert name == (CASES[case] or "HEALTHY")
+    board.supply(SUPPLY)
+    board.run(0.03)
+    assert board.ask("OUTP OFF;:OUTP:PROT:CLE;*CLS;*OPC?") == "1"
