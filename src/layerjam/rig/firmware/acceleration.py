@@ -3,7 +3,7 @@
 import binascii
 
 from capture import READ
-from common import block, setting
+from common import block, call, setting
 from scpi import Choice, Number, Rule
 
 
@@ -29,14 +29,6 @@ def source_now(bench, session) -> str:
     return ("IMM", "BUS", "ACC", "EXT")[bench.capture.source]
 
 
-def start(bench, session) -> None:
-    bench.capture.start()
-
-
-def state(bench, session) -> str:
-    return bench.capture.shown()
-
-
 def scale(bench, session) -> str:
     return '"%s"' % str(binascii.hexlify(bench.capture.scaled()), "ascii").upper()
 
@@ -56,8 +48,8 @@ CAPTURE = [
     ),
     kept("TRIGger:LEVel", Number("level", "g", 0.5, 200.0, 5.0), "level", "L"),
     kept("TRIGger:FALL", Number("fall", "s", 0.0, 0.5, 0.03), "fall", "L"),
-    ("INITiate", Rule(start, flags="L"), None),
-    ("FETCh:ACCeleration:STATe", None, Rule(state)),
+    ("INITiate", Rule(call("bench.capture.start"), flags="L"), None),
+    ("FETCh:ACCeleration:STATe", None, Rule(call("bench.capture.shown"))),
     ("FETCh:ACCeleration:SCALe", None, Rule(scale)),
     (
         "FETCh:ACCeleration:DATA",

@@ -11,7 +11,7 @@ import store
 from acceleration import CAPTURE
 from bench import FAULT as FAULTED
 from bench import RUN, SAFE, STATES, STEPS
-from common import COMMON, NO_NUMBER, block, quoted, setting, shown
+from common import COMMON, NO_NUMBER, block, call, quoted, setting, shown
 from scpi import Choice, Node, Number, Rule, ScpiError, Text, grow
 
 SWITCH = "OFF|ON"
@@ -77,10 +77,6 @@ def tripped(bench, session) -> int:
     return 1 if bench.state == FAULTED else 0
 
 
-def fault(bench, session) -> str:
-    return bench.fault_text()
-
-
 def fault_clear(bench, session) -> None:
     bench.fault = 0
     if bench.state == FAULTED:
@@ -89,10 +85,6 @@ def fault_clear(bench, session) -> None:
 
 def sync(bench, session, on: int) -> None:
     bench.sync = on
-
-
-def synced(bench, session) -> int:
-    return bench.sync
 
 
 def law_set(bench, session, text: str, check: str) -> None:
@@ -168,16 +160,8 @@ def stream_next(bench, session) -> int:
     return bench.ring.place(session.number)
 
 
-def stream_lost(bench, session) -> int:
-    return bench.ring.lost
-
-
 def stream_format(bench, session) -> str:
     return '"%s","%s"' % (ring.LAYOUT, ring.NAMES)
-
-
-def drive(bench, session, pump: float, vent: int, time: float) -> None:
-    bench.drive(pump, vent, time)
 
 
 SEQ = Number("seq", "", 0, 4294967295.0, whole=1)
@@ -200,9 +184,9 @@ TABLE = [
         Rule(vent_rest_now),
     ),
     ("OUTPut:PROTection:TRIPped", None, Rule(tripped)),
-    ("OUTPut:PROTection:FAULt", None, Rule(fault)),
+    ("OUTPut:PROTection:FAULt", None, Rule(call("bench.fault_text"))),
     ("OUTPut:PROTection:CLEar", Rule(fault_clear, flags="L"), None),
-    ("OUTPut:SYNC", Rule(sync, (Choice("marker", SWITCH),), flags="L"), Rule(synced)),
+    ("OUTPut:SYNC", Rule(sync, (Choice("marker", SWITCH),), flags="L"), Rule(call("bench.sync"))),
     (
         "CONTrol:LAW",
         Rule(law_set, (Text("law", 16 * store.LAW), Text("checksum", 8)), flags="SL"),
@@ -227,12 +211,12 @@ TABLE = [
     ),
     ("STReam:ACKnowledge", Rule(acknowledge, (SEQ,)), None),
     ("STReam:NEXT", None, Rule(stream_next)),
-    ("STReam:LOST", None, Rule(stream_lost)),
+    ("STReam:LOST", None, Rule(call("bench.ring.lost"))),
     ("STReam:FORMat", None, Rule(stream_format)),
     (
         "DIAGnostic:DRIVe",
         Rule(
-            drive,
+            call("bench.drive"),
             (Number("pump", "", -1, 1), Number("vent", "", 0, 1, whole=1),
              Number("time", "s", 0, 5)),
             flags="L",

@@ -31,8 +31,22 @@ def block(data: bytes) -> bytes:
     return b"#%d" % len(size) + size + data
 
 
-def clear(bench, session) -> None:
-    session.clear()
+def call(path: str):
+    """What a header does that is named in full: a value of `bench` or `session`, or its method."""
+    root, *names = path.split(".")
+
+    def do(bench, session, *values):
+        found = bench if root == "bench" else session
+        for name in names:
+            found = getattr(found, name)
+        return found(*values) if callable(found) else found
+
+    return do
+
+
+def give(value):
+    """The query with one answer for ever, or a command that does nothing."""
+    return lambda bench, session: value
 
 
 def identity(bench, session) -> str:
@@ -50,29 +64,13 @@ def enable(bench, session, mask: int) -> None:
     session.standard_enable = mask
 
 
-def enabled(bench, session) -> int:
-    return session.standard_enable
-
-
 def serve(bench, session, mask: int) -> None:
     session.service_enable = mask & ~64
-
-
-def served(bench, session) -> int:
-    return session.service_enable
 
 
 def complete(bench, session) -> None:
     session.completes = True
     bench.complete()
-
-
-def one(bench, session) -> int:
-    return 1
-
-
-def none(bench, session) -> None:
-    return None
 
 
 def reset(bench, session) -> None:
@@ -81,22 +79,6 @@ def reset(bench, session) -> None:
     bench.capture.reset()
     bench.target, bench.sync = 0.0, 0
     bench.set_lease(LEASE)
-
-
-def trigger(bench, session) -> None:
-    bench.capture.trigger()
-
-
-def byte(bench, session) -> int:
-    return session.byte()
-
-
-def self_test(bench, session) -> int:
-    return bench.self_test()
-
-
-def options(bench, session) -> str:
-    return "0"
 
 
 # ---- SYSTem and STATus
@@ -115,10 +97,6 @@ def errors(bench, session) -> str:
 
 def error_count(bench, session) -> int:
     return len(session.errors)
-
-
-def scpi_version(bench, session) -> str:
-    return "1999.0"
 
 
 def lock(bench, session) -> int:
@@ -180,16 +158,8 @@ def settings_default(bench, session) -> None:
     bench.rest()
 
 
-def settings_count(bench, session) -> int:
-    return bench.settings.generation
-
-
 def headers(bench, session) -> bytes:
     return block("\n".join(bench.headers).encode())
-
-
-def maintenance(bench, session) -> None:
-    bench.hal.maintenance()
 
 
 def restart(bench, session) -> None:
@@ -249,22 +219,22 @@ class Bound:
 
 BYTE = (Number("mask", "", 0, 255, whole=1),)
 COMMON = [
-    ("*CLS", Rule(clear), None),
-    ("*ESE", Rule(enable, BYTE), Rule(enabled)),
+    ("*CLS", Rule(call("session.clear")), None),
+    ("*ESE", Rule(enable, BYTE), Rule(call("session.standard_enable"))),
     ("*ESR", None, Rule(events)),
     ("*IDN", None, Rule(identity)),
-    ("*OPC", Rule(complete), Rule(one, flags="W")),
-    ("*OPT", None, Rule(options)),
+    ("*OPC", Rule(complete), Rule(give(1), flags="W")),
+    ("*OPT", None, Rule(give("0"))),
     ("*RST", Rule(reset, flags="L"), None),
-    ("*SRE", Rule(serve, BYTE), Rule(served)),
-    ("*STB", None, Rule(byte)),
-    ("*TRG", Rule(trigger, flags="L"), None),
-    ("*TST", None, Rule(self_test)),
-    ("*WAI", Rule(none, flags="W"), None),
+    ("*SRE", Rule(serve, BYTE), Rule(call("session.service_enable"))),
+    ("*STB", None, Rule(call("session.byte"))),
+    ("*TRG", Rule(call("bench.capture.trigger"), flags="L"), None),
+    ("*TST", None, Rule(call("bench.self_test"))),
+    ("*WAI", Rule(give(None), flags="W"), None),
     ("SYSTem:ERRor[:NEXT]", None, Rule(error)),
     ("SYSTem:ERRor:ALL", None, Rule(errors)),
     ("SYSTem:ERRor:COUNt", None, Rule(error_count)),
-    ("SYSTem:VERSion", None, Rule(scpi_version)),
+    ("SYSTem:VERSion", None, Rule(give("1999.0"))),
     ("SYSTem:LOCK:REQuest", None, Rule(lock)),
     ("SYSTem:LOCK:RELease", Rule(unlock, flags="L"), None),
     ("SYSTem:LOCK:OWNer", None, Rule(owner)),
@@ -274,9 +244,9 @@ COMMON = [
     ("SYSTem:MEMory", None, Rule(memory)),
     ("SYSTem:SETTings:STORe", Rule(settings_store, flags="SL"), None),
     ("SYSTem:SETTings:DEFault", Rule(settings_default, flags="SL"), None),
-    ("SYSTem:SETTings:COUNt", None, Rule(settings_count)),
+    ("SYSTem:SETTings:COUNt", None, Rule(call("bench.settings.generation"))),
     ("SYSTem:HELP:HEADers", None, Rule(headers)),
-    ("SYSTem:MAINtenance", Rule(maintenance, flags="SL"), None),
+    ("SYSTem:MAINtenance", Rule(call("bench.hal.maintenance"), flags="SL"), None),
     ("SYSTem:RESet", Rule(restart, flags="SL"), None),
     ("STATus:PRESet", Rule(preset), None),
 ]  # fmt: skip
