@@ -33,7 +33,7 @@ def bench_flash(
         str | Path | None, Help("Image that `make firmware` built.", metavar="FILE.uf2")
     ] = None,
     settings: Annotated[
-        str | Path | None, Help("What hangs on which pin.", metavar="FILE.toml")
+        str | Path | None, Help("Connections of the board's pins.", metavar="FILE.toml")
     ] = None,
 ) -> BoardFlashed:
     """Put firmware and wiring onto a board.

@@ -93,7 +93,7 @@ class RunRecorded(Judged):
     file: str | None = fact("file of the run; null if a check failed")
     simulated: bool = fact("whether no hardware was behind it")
     shots: Sequence[Mapping[str, Any]] | None = fact(
-        "each record of the accelerometer; null without --shot", listed=False, default=None
+        "each record of the accelerometer, null without --shot", listed=False, default=None
     )
 
     @property
@@ -168,7 +168,7 @@ def bench_run(
     line: LineInput,
     vent_rest: Annotated[
         Literal["open", "closed"] | None,
-        Help("What the vent valve does without power. Must be declared."),
+        Help("State of the vent valve without power. Must be declared."),
     ] = None,
     settings: RegulatorSettings = RegulatorSettings(),
     crosshead: Annotated[

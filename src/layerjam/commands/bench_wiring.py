@@ -23,9 +23,9 @@ class BoardWiring(Result):
         "worst case of the electronics: name, value, unit, least and most allowed", listed=False
     )
     parts: Sequence[Any] = fact(
-        "parts to order, alternatives, limits of the data sheet beside ours", listed=False
+        "parts to order, alternatives, data sheet limits and our values", listed=False
     )
-    conflicts: Sequence[str] = fact("what cannot be right; empty where nothing was found")
+    conflicts: Sequence[str] = fact("contradictions in the wiring; empty if there are none")
     out: str | None = fact("where the drawing was written", default=None)
 
 

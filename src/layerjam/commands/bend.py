@@ -61,7 +61,7 @@ class Bend(Result):
         shown=lambda angle: f"{math.degrees(angle):.4g}°",
     )
     buckling_moment: float | None = number(
-        "N m", "moment at which a compressed sheet buckles; null where none is compressed"
+        "N m", "moment at which a compressed sheet buckles; null if none is compressed"
     )
     shear_at_first_slip: float = number(
         "N", "transverse force at which the innermost interfaces slip"

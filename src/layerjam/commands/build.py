@@ -62,7 +62,7 @@ class Built(Result):
         "files in the folder", shown=lambda found: f"{len(found)} in the folder" if found else ""
     )
     brakes: int = number("1", "brakes in all")
-    mass: float | None = number("kg", "mass as drawn, of what is known")
+    mass: float | None = number("kg", "drawn mass of the parts whose mass is known")
     fittings_mass: float | None = number("kg", "of that, all but sheets and enclosure")
     pin_to_pin: float | None = number("m", "distance of the pins at rest")
     overall_length: float | None = number("m", "length over both heads at rest")
@@ -81,7 +81,7 @@ class Built(Result):
     torque: float | None = number("N m", "torque that gives it")
     yoke_moment: float | None = number("N m", "bending moment of each yoke")
     mass_parts: Sequence[Mapping[str, Any]] | None = fact("mass of each part", listed=False)
-    mass_missing: Sequence[str] | None = fact("what has no mass until it is weighed")
+    mass_missing: Sequence[str] | None = fact("parts whose mass is unknown until they are weighed")
     checks: Sequence[Mapping[str, Any]] = fact("checks", listed=False)
     assumptions: Sequence[str] = fact("what nobody has measured or given", listed=False)
 

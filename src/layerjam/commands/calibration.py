@@ -140,7 +140,7 @@ class BrakeCalibration(FromFiles, Judged):
     standard_errors: Mapping[str, Any] = fact("errors, and what they rest on", listed=False)
     intervals: Mapping[str, Any] = fact("95 % intervals", listed=False)
     covariance: Mapping[str, Any] = fact(
-        "covariance of each two values, SI; empty where no scatter is seen", listed=False
+        "covariance of each pair of values, SI; empty if there is no scatter", listed=False
     )
     bootstrap: Mapping[str, Any] | None = fact("intervals of resampled repeats", listed=False)
     leave_one_out: Mapping[str, Any] | None = fact("what each file moves", listed=False)

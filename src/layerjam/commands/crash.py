@@ -95,7 +95,7 @@ class CrashFound(Judged, Pulse):
     """The greatest pulse of a log, its offset taken off; `record` is the Crash."""
 
     record: "Crash"
-    understood: Sequence[str] = fact("what was made of the file", listed=False)
+    understood: Sequence[str] = fact("how the file was read", listed=False)
 
     def draw(self) -> "Figure":
         """Acceleration and velocity over time."""

@@ -158,7 +158,7 @@ def _spec(value: str | Path | DesignSpecification, _: Mapping[str, Any]) -> Desi
 
 SpecInput = Annotated[
     "DesignSpecification",
-    Input("What is required: a file, or wrist or stop.", metavar="SPEC.toml", convert=_spec),
+    Input("Requirement: a file, or wrist or stop.", metavar="SPEC.toml", convert=_spec),
 ]
 
 

@@ -28,7 +28,7 @@ GAUGE_LENGTH = QuantitySpec(
 )
 STRAIN = QuantitySpec("1", "engineering strain", hi=30)
 SEVERAL_MATERIALS = Notice(
-    "the files are of several materials, so there is no mean; each stands in 'files'",
+    "the files are of several materials, so there is no mean; see each in 'files'",
     "several-materials",
 )
 

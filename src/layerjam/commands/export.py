@@ -72,7 +72,8 @@ def export_c(
     *,
     out: Annotated[str | Path, Help("Folder to write into.", metavar="DIR")],
     precision: Annotated[
-        Literal["double", "single"], Help("Of all numbers; single where the chip has no double.")
+        Literal["double", "single"],
+        Help("Precision of all numbers; single if the chip has no double."),
     ] = "double",
     rope_stiffness: RopeStiffness | None = None,
     strict: Strict = False,

@@ -42,7 +42,7 @@ noise are taken from all samples before."""
 class FromFiles(Result):
     """A result of measured files, with the brake file that was written."""
 
-    understood: Mapping[str, Any] = fact("what was made of each file", listed=False)
+    understood: Mapping[str, Any] = fact("how each file was read", listed=False)
     refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
     file: str | None = fact("brake file that was written")
 

@@ -77,7 +77,7 @@ class Friction(FromFiles, Judged):
 
     record: tuple[list[Trace], FrictionResult]
     static: float = number("1", "static friction, mean over the repeats")
-    kinetic: float | None = number("1", "kinetic friction; null where the films stick and slip")
+    kinetic: float | None = number("1", "kinetic friction; null if the films stick and slip")
     static_sd: float | None = number("1", "SD over the repeats")
     kinetic_sd: float | None = number("1", "SD over the repeats")
     repeats: int = number("1", "repeats that count")

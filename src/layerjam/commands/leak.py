@@ -59,7 +59,7 @@ class LeakFound(Judged):
     window: Sequence[float] = number("s", "part of the log that counts", shown=span_text)
     samples: int = number("1", "samples that count")
     models: Mapping[str, Any] = fact("every law", listed=False)
-    understood: Sequence[str] = fact("what was made of the file", listed=False)
+    understood: Sequence[str] = fact("how the file was read", listed=False)
 
     def lines(self) -> Iterator[str]:
         """One line a law."""

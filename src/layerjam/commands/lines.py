@@ -11,7 +11,7 @@ from layerjam.fluid.file import LineFile, load_line
 from layerjam.fluid.line import Line
 
 AnyLine = str | Path | LineFile | Line
-Fluid = Annotated[Literal["air", "water"], Help("What fills the line.")]
+Fluid = Annotated[Literal["air", "water"], Help("Fluid in the line.")]
 ONLY_COMPLIANCE = Notice(
     "water: pump and compliance only; neither tube nor bubbles are counted", "water-simplified"
 )

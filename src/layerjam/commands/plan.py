@@ -86,7 +86,7 @@ class CollisionPlan(Judged):
     peak_change: float | None = number("N", "what that changes of the peak force")
     coupling_matters: bool | None = fact("whether that is much")
     tuned_vacuum: float = number("Pa", "tuned vacuum")
-    tuned_capped: bool = fact("whether it is capped by what comes in time")
+    tuned_capped: bool = fact("whether the line limits it")
     tuned_outcome: str = fact("how the stop ends")
     tuned_slip: float | None = number("m", "slip of the brake")
     tuned_peak_force: float | None = number("N", "greatest force on the mass")

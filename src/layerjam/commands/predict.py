@@ -92,7 +92,7 @@ class BrakeSummary(Result):
     record: BrakeFile
     name: str = fact("name of the brake")
     mass: float = number("kg", "mass of the brake")
-    drawn_mass: float | None = number("kg", "mass as `build` draws it; null where it cannot")
+    drawn_mass: float | None = number("kg", "mass as `build` draws it; null if it cannot")
     stiffness_before_slip: float = number("N/m", "stiffness before slip, eq. 1")
     stiffness_sliding: float = number("N/m", "stiffness while sliding, eq. 6, at rest lengths")
     stiffness_measured: float | None = number("N/m", "measured stiffness of brake and rig")
@@ -104,7 +104,7 @@ class BrakeSummary(Result):
     force_density: float = number("N/kg", "greatest force over mass")
     buckling_force: float = number("N", "compression at which one sheet buckles, fixed–free")
     sheet_stress: float = number("Pa", "stress of the sheets at the greatest force")
-    clamp_stress: float = number("Pa", "stress of the sheets beside the screws' holes")
+    clamp_stress: float = number("Pa", "stress of the sheets next to the screw holes")
     film_strength: float | None = number("Pa", "stress the film bears without lasting stretch")
     scale_factor: float = number("1", "calibration factor on the sheets' friction")
     peak_vacuum: float = number("Pa", "vacuum above which a pull has a peak")
@@ -285,7 +285,7 @@ class VacuumForForce(Result):
     """
 
     record: tuple[BrakeFile, float | Array, float | Array, float | Array]
-    vacuum: float | None = number("Pa", "vacuum that gives the force; null where there is none")
+    vacuum: float | None = number("Pa", "vacuum that gives the force; null if there is none")
     feasible: bool = fact("whether there is such a vacuum, of each element")
     reason: str | None = fact("why there is none, of the first element without one")
     least_force: float = number("N", "force of the enclosure alone at that slip")

@@ -34,7 +34,7 @@ def temperature_of(text: float | str | None, _given: object = None) -> float | N
         known = convert(match[2], "K") if match else None
         if not match or known is None:
             raise QuantityError(
-                f"temperature: '{text[:40]}' is no temperature; write '23 °C' or '296 K'"
+                f"temperature: '{text[:40]}' is not a temperature; write '23 °C' or '296 K'"
             )
         value = float(match[1]) * float(known[0]) + known[1]
     if value is None or not 150 <= value <= 600:

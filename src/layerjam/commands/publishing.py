@@ -100,7 +100,7 @@ def _notices(content: "BrakeReport") -> Iterator[Notice]:
         yield Notice("synthetic: written by a program, not measured", "synthetic")
     if content.seen:
         yield Notice(
-            "validated on pulls that were also calibrated on, which is no test of the model: hold "
+            "validated on pulls that were also calibrated on, which does not test the model: hold "
             "some back with --holdout or --calibrate-on",
             "calibrated-on",
         )

@@ -44,7 +44,7 @@ class Pulls(Result):
     record: list[tuple[Trace, PullSummary]]
     pulls: Sequence[Mapping[str, Any]] = fact("each pull", listed=False)
     tare: bool = fact("whether the force before the load rises was subtracted", listed=False)
-    understood: Mapping[str, Any] = fact("what was made of each file", listed=False)
+    understood: Mapping[str, Any] = fact("how each file was read", listed=False)
     refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
 
     def lines(self) -> Iterator[str]:

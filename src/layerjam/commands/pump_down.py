@@ -80,7 +80,7 @@ class PumpFound(Judged):
     atmosphere: float = number("Pa", "atmosphere of the site")
     window: Sequence[float] = number("s", "part of the log that counts", shown=span_text)
     samples: int = number("1", "samples that count", listed=False)
-    understood: Sequence[str] = fact("what was made of the file", listed=False)
+    understood: Sequence[str] = fact("how the file was read", listed=False)
 
     def draw(self) -> Figure:
         """Pressure over time with the fit."""

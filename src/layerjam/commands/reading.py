@@ -61,7 +61,7 @@ Partial = Annotated[bool, Help("Write the brake even if some files were refused.
 Columns = Annotated[
     str | None,
     Help(
-        "What the columns are, in order (time:ms,skip,force:N) or by name (force:N=Load).",
+        "Content of the columns, in order (time:ms,skip,force:N) or by name (force:N=Load).",
         metavar="ROLE:UNIT,...",
     ),
 ]
@@ -83,14 +83,14 @@ class LogOptions(TableOptions):
     columns: Annotated[
         str | None,
         Help(
-            "What the columns are, in order (time:ms,skip,pressure:kPa) or by name "
+            "Content of the columns, in order (time:ms,skip,pressure:kPa) or by name "
             "(pressure:kPa=Chamber).",
             metavar="ROLE:UNIT,...",
         ),
     ] = None
     reading: Annotated[
         str | None,
-        Help("What the pressure counts from.", metavar="absolute|gauge|vacuum"),
+        Help("Zero of the pressure.", metavar="absolute|gauge|vacuum"),
     ] = None
 
 
@@ -100,7 +100,7 @@ class FileOptions(TableOptions):
 
     negative: Annotated[
         Sequence[str],
-        Help("What the machine counts with the opposite sign.", metavar="force|elongation"),
+        Help("Columns that the machine counts with the opposite sign.", metavar="force|elongation"),
     ] = ()
     column: Annotated[
         Sequence[str] | Mapping[str, str],
@@ -116,7 +116,7 @@ class FileOptions(TableOptions):
     names: Annotated[
         str | None,
         Help(
-            "What the names of the files say, such as 'pull_{vacuum}_{speed:mm/s}_*'; for files of "
+            "Pattern of the files' names, such as 'pull_{vacuum}_{speed:mm/s}_*'; for files of "
             "two kinds two patterns with | between them.",
             metavar="PATTERN",
         ),

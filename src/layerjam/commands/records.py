@@ -59,7 +59,7 @@ class RecordShown(Result):
 
     record_: Mapping[str, Any] = fact("all that is known of it", listed=False, key="record")
     derived_from: Sequence[Mapping[str, Any]] = fact("what it comes from", listed=False)
-    used_by: Sequence[Mapping[str, Any]] = fact("what comes from it next", listed=False)
+    used_by: Sequence[Mapping[str, Any]] = fact("entries derived from it", listed=False)
     unlinked: Sequence[Mapping[str, Any]] = fact(
         "what it names and the records do not hold", listed=False
     )
@@ -274,7 +274,7 @@ def records_verify(
 def records_withdraw(
     ident: RecordId,
     *,
-    why: Annotated[str, Help("What is wrong with it.", metavar="TEXT")],
+    why: Annotated[str, Help("Fault of the entry.", metavar="TEXT")],
     db: RecordsDatabase = None,
 ) -> RecordWithdrawn:
     """Mark a record as one that counts no more; it stays, with the reason.

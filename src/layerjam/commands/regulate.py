@@ -66,7 +66,7 @@ class Regulation(Judged):
     pump_switches: int = fact("how often the pump was switched")
     vent_switches: int = fact("how often the vent was switched")
     pump_on: float = number("s", "time for which the pump ran")
-    fault_time: float | None = number("s", "time at which a fault was said")
+    fault_time: float | None = number("s", "time at which a fault was reported")
     fault: str | None = fact("what was broken")
     fault_at: float | None = number("s", "time at which the fault began")
     broken: str | None = fact("the fault in words")
@@ -78,7 +78,9 @@ class Regulation(Judged):
     sample_time: float = number("s", "time between two samples")
     duration: float = number("s", "time simulated")
     identified: Mapping[str, Any] | None = fact("what the step shows, 95 %", listed=False)
-    detection: Mapping[str, float | None] = fact("worst time until each is said", listed=False)
+    detection: Mapping[str, float | None] = fact(
+        "longest time until each is reported", listed=False
+    )
 
     def lines(self) -> Iterator[str]:
         """What the step shows, and how long each fault may go unsaid."""
@@ -89,7 +91,7 @@ class Regulation(Judged):
                 f"step: rate {self.identified['rate']:.4g} 1/s; its pole with the leak, at 95 %, "
                 f"{low:.4g} to {high:.4g} 1/s"
             )
-        yield from ("", "longest time until a fault is said, at this vacuum")
+        yield from ("", "longest time until a fault is reported, at this vacuum")
         for name, time in self.detection.items():
             yield f"  {name}: {'not detected' if time is None else f'{time:.3g} s'}"
 
@@ -121,7 +123,7 @@ def regulate(
         float | None, DURATION, Help("Time to simulate; 12 time constants unless given.")
     ] = None,
     recorded: RecordedStep = RecordedStep(),
-    fault: Annotated[Fault | None, Help("What breaks.")] = None,
+    fault: Annotated[Fault | None, Help("Part that breaks.")] = None,
     fault_at: Annotated[float | None, FAULT_AT, Help("When it breaks.")] = None,
     seed: Annotated[Seed, Help("Seed of the sensor's noise.")] = 0,
     accept: Accept = None,

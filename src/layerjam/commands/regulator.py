@@ -63,7 +63,7 @@ class RecordedStep:
     ] = None
     reading: Annotated[
         Literal["absolute", "gauge", "vacuum"] | None,
-        Help("What the log's pressure counts from."),
+        Help("Zero of the log's pressure."),
     ] = None
     start: Annotated[
         float | None, LOG_TIME, Help("Where the step begins in the log.", option="--from")

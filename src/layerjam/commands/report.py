@@ -52,7 +52,7 @@ class Report(Result):
 
     record: BrakeReport | None = None
     report: str | None = fact("the page; null if a check failed")
-    pdf: str | None = fact("the page as PDF; null without the extra 'pdf'")
+    pdf: str | None = fact("the page as PDF, null without the extra 'pdf'")
     numbers: str | None = fact("every number, as CSV")
     results: str | None = fact("everything, as JSON")
     figures: Sequence[str] = fact(
@@ -141,11 +141,11 @@ def report(
     issued: Issued = Issued(),
     overwrite: Overwrite = False,
     command: Annotated[
-        str, PythonOnly("What the page says it was made with.", typed=True)
+        str, PythonOnly("Program named on the page.", typed=True)
     ] = "layerjam.report(...) in Python",
     date: Annotated[str | None, PythonOnly("Date (ISO) instead of today.")] = None,
     names: Annotated[
-        Mapping[str, str] | None, PythonOnly("What the page calls files, by their name.")
+        Mapping[str, str] | None, PythonOnly("Names of the files on the page, by file name.")
     ] = None,
     progress: Progress | None = None,
 ) -> Report:
@@ -255,7 +255,7 @@ def _result(content: BrakeReport, written: Written | None) -> Report:
         warnings.insert(0, Notice(said, "synthetic"))
     if content.seen:
         said = (
-            "validated on pulls that were also calibrated on, which is no test of the model: hold "
+            "validated on pulls that were also calibrated on, which does not test the model: hold "
             "some back with --holdout or --calibrate-on, or give others with --validate"
         )
         warnings.append(Notice(said, "calibrated-on"))

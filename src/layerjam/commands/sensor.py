@@ -66,7 +66,7 @@ class Sensing:
     """What measures the stop: an accelerometer, its low-pass and rate, and a filter after it."""
 
     accelerometer: Annotated[
-        str | Accelerometer, Help("What measures the stop: ideal or adxl193.", metavar="NAME")
+        str | Accelerometer, Help("Accelerometer of the stop: ideal or adxl193.", metavar="NAME")
     ] = "ideal"
     filter_class: Annotated[
         str | None,

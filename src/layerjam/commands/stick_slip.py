@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 MOUNT = QuantitySpec("N/m", "stiffness of the mount", lo=100, hi=1e9, example="200kN/m")
 DAMPING = replace(
-    spec_of(Rope, "damping"), text="damping beside the spring", example="'5 N s/m'", symbol=""
+    spec_of(Rope, "damping"), text="damping parallel to the spring", example="'5 N s/m'", symbol=""
 )
 STRIBECK_SPEED = replace(spec_of(Stribeck, "speed"), example="1mm/s")
 STATIC = replace(spec_of(Film, "static"), text="static friction", example="0.3")

@@ -156,7 +156,7 @@ def validate(
         warnings.append(Notice(why, "uncalibrated"))
     same = calibrated_on(brake, [t.path for t, _, _ in used])
     if same:
-        why = f"{', '.join(same)}: this brake was calibrated on it, which is no test of the model"
+        why = f"{', '.join(same)}: this brake was calibrated on it, which does not test the model"
         warnings.append(Notice(why, "calibrated-on"))
     return ModelErrors.of(
         summary(found),

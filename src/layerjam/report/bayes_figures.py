@@ -168,14 +168,14 @@ def vacuum_for_force(
         style.band(axes, force, below, above, BLUE, strength)
     middle = np.where(np.isfinite(band.at(0.5)), band.at(0.5), np.nan)
     axes.plot(force, middle * KPA, color=BLUE)
-    axes.set(xlim=(0, span), ylim=(0, atmosphere * 1.12 * KPA), xlabel="force wanted [N]")
+    axes.set(xlim=(0, span), ylim=(0, atmosphere * 1.12 * KPA), xlabel="required force [N]")
     style.level(axes, atmosphere * KPA, "all the site gives")
     if asked is not None:
         _mark(axes, fit, asked, at)
     detail = "median, 50 and 95 % of the next pull"
     style.panel(axes, "Vacuum for a force", detail, ylabel="vacuum needed [kPa]")
     style.band(chance, force, 0, 100 * band.chances["too strong"], RED, 0.35)
-    chance.set(xlabel=f"force wanted at {show(at, 'm')} of slip [N]", xlim=(0, span))
+    chance.set(xlabel=f"required force at {show(at, 'm')} of slip [N]", xlim=(0, span))
     chance.set(ylabel="no vacuum\ndoes it [%]", ylim=(0, 100), yticks=[0, 50, 100])
     return figure
 

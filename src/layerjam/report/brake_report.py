@@ -306,7 +306,7 @@ def _said_of_validation(report: BrakeReport, result: Validation) -> list[str]:
         which = "all" if count == of else f"{count} of {of}"
         more = f" and {count - 4} more" if count > 4 else ""
         text.append(
-            f"This is no test of the model: {which} pulls below were also calibrated on "
+            f"This does not test the model: {which} pulls below were also calibrated on "
             f"({', '.join(report.seen[:4])}{more}). It shows how well the law fits, not how well "
             "it predicts."
         )

@@ -150,7 +150,7 @@ _HOW = {
 
 
 def calibration_table(result: Calibration, kinetic: float) -> Table:
-    """What the pulls fix, with its uncertainty."""
+    """Quantities that the pulls determine, with its uncertainty."""
     count = len(result.curves)
     plainly = "mean of the pulls" if count > 1 else "the pull"
     numbers = []
@@ -174,7 +174,7 @@ def calibration_table(result: Calibration, kinetic: float) -> Table:
             )
         )
     note, moved = _leave_one_out(result)
-    caption = "What the pulls fix"
+    caption = "Quantities that the pulls determine"
     return estimates(numbers, id="calibration", caption=caption, note=note, extra=moved)
 
 

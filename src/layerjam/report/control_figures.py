@@ -108,7 +108,7 @@ def frequency_response(
         axes.plot(made.frequency, made.magnitude, "o-", color=color, ms=3.5, lw=1.3)
         phase.plot(made.frequency, made.phase, color=color, lw=1.0, ls=style.DASHED)
     style.plain(axes)
-    axes.set(ylim=(0, 1.25), xlabel="frequency [Hz]", ylabel="force over wanted force [-]")
+    axes.set(ylim=(0, 1.25), xlabel="frequency [Hz]", ylabel="force / required force [-]")
     style.level(axes, 2**-0.5, "71 %", GREY)
     phase.set(ylabel="phase, dashed [degrees]", ylim=turn)
     phase.grid(visible=False)
@@ -148,7 +148,7 @@ def _rise(axes: style.Axes, made: Plan) -> None:
     axes.set(xlabel="time from the warning [s]", ylabel="vacuum [kPa]")
     style.spot(axes, time[-1], vacuum[-1], color=BLUE, clip_on=False)
     words = [(f"{show(made.reached, 'Pa', 3)} in time", BLUE)]
-    what, detail = "What comes in time", "no vacuum of the site stops it within the travel"
+    what, detail = "Vacuum available in time", "no vacuum of the site stops it within the travel"
     if needed is not None:
         enough, case = needed <= made.reached, made.case
         color = GREEN if enough else RED
@@ -194,5 +194,5 @@ def _modes(peaks: style.Axes, chances: style.Axes, made: Plan) -> None:
         if given:
             style.upright(axes, energy_sd(made.case) * 100, "as given", at=0.03)
         style.key(axes, at="upper left")
-    style.title(peaks, "What the mass feels", "expected peak of those that stop")
-    style.title(chances, "What may go wrong", f"it needs more than the brake's {usable}")
+    style.title(peaks, "Force on the mass", "expected peak of those that stop")
+    style.title(chances, "Faults", f"it needs more than the brake's {usable}")

@@ -38,7 +38,7 @@ def _bars(axes: style.Axes, line: Line, target: float, water: bool = False) -> N
     if line.reservoir is None and not water:
         stored = max(STORED, forms.lowest(line))
         detail = f"reservoir at {stored * KPA:.3g} kPa absolute, its valve 0.2 L/(s bar)"
-    style.panel(axes, "What would make it faster", detail, xlabel="rise time 10 to 90 % [s]")
+    style.panel(axes, "How to make it faster", detail, xlabel="rise time 10 to 90 % [s]")
 
 
 def _levels(axes: style.Axes, target: float) -> None:

@@ -39,7 +39,7 @@ def _nearest(out: Path) -> Path:
         if folder.is_dir():
             return folder
         if os.path.lexists(folder):
-            raise FileError(out, f"cannot be made: {folder} is no folder")
+            raise FileError(out, f"cannot be made: {folder} is not a folder")
     raise FileError(out, "cannot be made")
 
 

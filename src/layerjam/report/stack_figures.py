@@ -62,7 +62,7 @@ def onset() -> style.Figure:
     carried.set(ylabel="load of a sheet [N]", ylim=(0, 52))
     carried.grid(False, axis="x")
     style.key(carried, ("as the first slide", SKY), ("all slide", BLUE), at="upper left", ncols=2)
-    style.title(carried, "What each sheet carries", "an outer sheet rubs on one side only")
+    style.title(carried, "Tension in each sheet", "an outer sheet rubs on one side only")
     return figure
 
 

@@ -83,7 +83,7 @@ class Manual:
             return True
         self._moves = True
         self._bench.tell("OUTP:SYNC ON")
-        self._ask(f"Press Enter when the crosshead stands at {self._step.end * 1e3:g} mm.")
+        self._ask(f"Press Enter when the crosshead is at {self._step.end * 1e3:g} mm.")
         return False
 
     def end(self, bench: Bench) -> None:

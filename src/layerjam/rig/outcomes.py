@@ -27,7 +27,7 @@ class BenchStatus:
     late_ticks: int = fact("samples more than 1 ms late")
     worst_lateness: float = number("s", "lateness of the latest sample")
     samples_lost: int = fact("samples overwritten before they were acknowledged")
-    law_matches: bool = fact("whether the board's law is this package's, to the letter")
+    law_matches: bool = fact("whether the board runs the same law as this package")
     double: bool = fact("whether the board computes in double precision")
     zero_age: float | None = number("s", "time since the sensor's zero was last seen")
     errors: tuple[str, ...] = fact("device errors that were waiting", listed=False)
@@ -37,8 +37,8 @@ class BenchStatus:
 class Checked:
     """Result of a bench check."""
 
-    self_test: int = fact("sum of what the board's own test finds wrong; 0: nothing")
-    wiring: tuple[str, ...] = fact("what is wired wrong; empty where all is right")
+    self_test: int = fact("fault code of the board's self-test, 0 without a fault")
+    wiring: tuple[str, ...] = fact("wiring faults; empty if there are none")
     leak: float | None = number("1/s", "decay of the vacuum with pump off and vent shut")
     rate: float | None = number("1/s", "flow of the pump over the volume")
     top: float | None = number("Pa", "vacuum at which the pump ends, by its curve")
@@ -47,7 +47,7 @@ class Checked:
     zero: float | None = number("Pa", "reading with the vent open")
     noise: float | None = number("Pa", "standard deviation of that reading")
     expected: dict[str, float] | None = fact(
-        "rate, top, leak, vent and lag of the line in SI units; null without a line", listed=False
+        "rate, top, leak, vent and lag of the line in SI units, null without a line", listed=False
     )
     feasible: bool = fact("whether the bench can regulate, as the line's file says")
     reason: str | None = fact("why not")
@@ -70,7 +70,7 @@ class Flashed:
     """Content of a board after flashing, and its response."""
 
     board: str = fact("kind of board")
-    image_sha256: str | None = fact("SHA-256 of the image, null where none was given")
+    image_sha256: str | None = fact("SHA-256 of the image, null without an image")
     files: tuple[str, ...] = fact("files written to the board and read back", listed=False)
     verified: bool = fact("whether the board then runs this package's firmware")
     identity: str | None = fact("what the board says of itself then")
@@ -102,7 +102,7 @@ class Soaked:
     false_faults: int = fact("faults that it named while nothing was broken")
     faults: tuple[str, ...] = fact("their names", listed=False)
     gaps: int = fact("places where a sample was missing, double or not 10 ms after the last")
-    wraps: int = fact("times that its clock of 30 bits began anew")
+    wraps: int = fact("number of overflows of its 30-bit clock")
     heap_growth: int | None = number("B", "memory in use at the end over that of the first minute")
     late_ticks: int = fact("samples more than 1 ms late")
     complete: bool = fact("whether all hours were run")

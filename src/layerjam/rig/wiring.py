@@ -110,7 +110,7 @@ class WiringFile(RecordFile[Wiring]):
 
     fields: ClassVar[Mapping[str, Entry]] = MappingProxyType(dict(entries(Wiring)))
     holds: ClassVar[str] = "wiring"
-    heading: ClassVar[str] = "What hangs on which pin of a board."
+    heading: ClassVar[str] = "Connections of a board's pins."
     kind: ClassVar[type] = Wiring
     check = staticmethod(validate)
 

@@ -133,7 +133,7 @@ GONE = (
 def rest_choice() -> Choice:
     """What the vent valve does without power; nothing is chosen for the user."""
     words = {"": "not chosen", **{rest: rest for rest in VENT_RESTS}}
-    about = "What the vent valve does without power. A board in reset cannot move it."
+    about = "State of the vent valve without power. A board in reset cannot move it."
     return Choice("vent_rest", words, "", label="Vent at rest", help=about)
 
 
