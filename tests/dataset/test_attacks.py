@@ -39,7 +39,7 @@ def published(tmp_path_factory: pytest.TempPathFactory) -> Published:
     folder = tmp_path_factory.mktemp("tests")
     made = campaign(folder)
     for path in made.friction:
-        write_facts(path, Facts(normal_force=2.45, brake=BRAKE, synthetic=True), force=True)
+        write_facts(path, Facts(normal_force=2.45, brake=BRAKE, synthetic=True), overwrite=True)
     for path in made.validate[2:]:
         path.unlink()
         path.with_name(path.name + ".toml").unlink()

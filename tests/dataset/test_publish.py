@@ -41,7 +41,7 @@ def tests(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("tests")
     made: Campaign = campaign(folder)
     for path in made.friction:
-        write_facts(path, Facts(normal_force=2.45, brake=BRAKE, synthetic=True), force=True)
+        write_facts(path, Facts(normal_force=2.45, brake=BRAKE, synthetic=True), overwrite=True)
     calibrate(BRAKE, made.pulls, out=folder / "calibrated.toml")
     (folder / "my notes ü.txt").write_text("the third pull was done after lunch\n")
     (folder / "run.ljrun").write_bytes(b"SQLite format 3\0 as it is")

@@ -178,14 +178,14 @@ def test_written_whole_or_not_at_all(tmp_path):
     assert write_whole(place, lambda p: p.write_text("a")) == place and place.read_text() == "a"
     with pytest.raises(FileError, match="--overwrite"):
         write_whole(place, lambda p: p.write_text("b"))
-    write_whole(place, lambda p: p.write_text("b"), force=True)
+    write_whole(place, lambda p: p.write_text("b"), overwrite=True)
 
     def broken(path):
         path.write_text("half")
         raise RuntimeError("stop")
 
     with pytest.raises(RuntimeError):
-        write_whole(place, broken, force=True)
+        write_whole(place, broken, overwrite=True)
     assert place.read_text() == "b" and [p.name for p in tmp_path.iterdir()] == ["out.txt"]
     with pytest.raises(FileError, match="cannot be written"):
         write_whole(tmp_path / "no" / "x", lambda p: None)

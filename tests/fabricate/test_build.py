@@ -249,11 +249,11 @@ def test_a_folder_that_exists_is_not_touched(tmp_path: Path) -> None:
     write_folder(place, {LIST: json.dumps({"files": [LIST, "cut/a"]}), "cut/a": b"1"})
     with pytest.raises(FileError, match="exists already"):
         check_folder(place, False)
-    write_folder(place, {LIST: json.dumps({"files": [LIST]})}, force=True)
+    write_folder(place, {LIST: json.dumps({"files": [LIST]})}, overwrite=True)
     assert set(folder(place)) == {LIST}
     (place / "notes.txt").write_text("mine")
     with pytest.raises(FileError, match=r"holds notes\.txt, which no build wrote"):
-        write_folder(place, {LIST: "{}"}, force=True)
+        write_folder(place, {LIST: "{}"}, overwrite=True)
     assert (place / "notes.txt").read_text() == "mine"
     assert [f.name for f in tmp_path.iterdir()] == ["here"]
     (tmp_path / "file").write_text("")

@@ -271,11 +271,11 @@ def test_full_folders_are_left_alone(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="is not empty; --overwrite"):
         write_campaign(campaign(SMALL), tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["thesis.txt"]
-    assert write_campaign(campaign(SMALL), tmp_path, force=True).strangers == 1
+    assert write_campaign(campaign(SMALL), tmp_path, overwrite=True).strangers == 1
     assert (tmp_path / "thesis.txt").read_text() == "mine"
-    assert write_campaign(campaign(SMALL), tmp_path, force=True).strangers == 1
+    assert write_campaign(campaign(SMALL), tmp_path, overwrite=True).strangers == 1
     with pytest.raises(FileError, match="is a file, not a folder"):
-        write_campaign(campaign(SMALL), tmp_path / "thesis.txt", force=True)
+        write_campaign(campaign(SMALL), tmp_path / "thesis.txt", overwrite=True)
 
 
 def test_an_interrupt_leaves_whole_files(tmp_path: Path) -> None:
@@ -323,7 +323,7 @@ def test_every_layout_is_read_back_in_every_language_and_encoding(
             layouts=(layout,), language=form.language, encoding=form.encoding, decimal=form.decimal
         )
         one = campaign(replace(spec, files=said))
-        (path,) = write_campaign(one, tmp_path, force=True).files
+        (path,) = write_campaign(one, tmp_path, overwrite=True).files
         (truth,), back = one.traces(), read_trace(path)
         np.testing.assert_allclose(back.force, truth.force, rtol=5e-6, atol=6e-6)
         np.testing.assert_allclose(back.elongation, truth.elongation, rtol=5e-6, atol=1e-9)

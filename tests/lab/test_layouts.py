@@ -35,7 +35,7 @@ def test_files_give_the_record_back(form: str, kind: str, tmp_path: Path) -> Non
     assert back.synthetic
     with pytest.raises(FileError, match="exists already"):
         virtual.WRITERS[form](trace, path)
-    virtual.WRITERS[form](trace, path, force=True)
+    virtual.WRITERS[form](trace, path, overwrite=True)
     (tmp_path / "x.dat.toml").unlink()
     assert read_trace(path).synthetic
 

@@ -79,7 +79,7 @@ def test_written_and_read_back(tmp_path: Path) -> None:
     )
     with pytest.raises(FileError, match="exists already"):
         write_facts(tmp_path / "pull.csv", facts)
-    write_facts(tmp_path / "pull.csv", Facts(), force=True)
+    write_facts(tmp_path / "pull.csv", Facts(), overwrite=True)
     assert read_facts(tmp_path / "pull.csv") == Facts()
 
 

@@ -107,9 +107,9 @@ def test_a_path_that_is_too_long_says_so(here: Path) -> None:
 def test_a_file_that_another_program_has_open_stays(here: Path) -> None:
     path = write_whole(here / "mine.toml", "before")
     with path.open("rb"), pytest.raises(FileError, match=r"Access is denied; .*spreadsheet"):
-        write_whole(path, "after", force=True)
+        write_whole(path, "after", overwrite=True)
     assert [p.name for p in here.iterdir()] == ["mine.toml"] and path.read_bytes() == b"before"
-    write_whole(path, "after", force=True)
+    write_whole(path, "after", overwrite=True)
     assert path.read_bytes() == b"after"
 
 

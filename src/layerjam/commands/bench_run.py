@@ -210,7 +210,7 @@ def bench_run(
         meta["line_toml"] = line.render(line.name)
         meta["accepted"] = json.dumps([one.to_toml() for one in verdict.decisions])
         made = bench.run(
-            steps, out=out, crosshead=moved, meta=meta, force=overwrite, rig=rig, say=_report
+            steps, out=out, crosshead=moved, meta=meta, overwrite=overwrite, rig=rig, say=_report
         )
     notices += simulated_notice(made.simulated) + companion_notice(made.file)
     if made.shots is not None and not made.shots:
@@ -350,7 +350,7 @@ def bench_log(
         out,
         duration=duration,
         resume=resume,
-        force=overwrite,
+        overwrite=overwrite,
         say=_report,
     )
     notices = simulated_notice(made.simulated) + companion_notice(Path(made.file))
@@ -384,7 +384,7 @@ def bench_export(
     from layerjam.rig.export import export
 
     first, last = window(start, end)
-    made = export(run, out, start=first, end=last, force=overwrite)
+    made = export(run, out, start=first, end=last, overwrite=overwrite)
     return RunExported.of(
         Verdict(decisions=made.run.decisions),
         made.run,

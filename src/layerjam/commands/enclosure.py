@@ -203,7 +203,7 @@ def _write(
     brake: BrakeFile | None,
     out: str | Path | None,
     changed: Mapping[str, tuple[float, Source] | None],
-    force: bool,
+    overwrite: bool,
     refused: bool,
     partial: bool,
     verdict: Verdict,
@@ -212,7 +212,7 @@ def _write(
     if brake is None:
         return None, []
     text = bound(updated_text, brake, changes=changed, accepted=verdict.decisions)
-    written, said = write_brake(out, text, force, refused, partial, verdict)
+    written, said = write_brake(out, text, overwrite, refused, partial, verdict)
     factor = brake.brake.scale_factor
     if written and factor != 1.0:
         old = (

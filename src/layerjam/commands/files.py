@@ -302,7 +302,7 @@ def pulls(
 def write_brake(
     out: str | Path | None,
     text: Callable[[str], str],
-    force: bool,
+    overwrite: bool,
     refused: bool,
     partial: bool,
     verdict: Verdict | None = None,
@@ -318,5 +318,5 @@ def write_brake(
         return None, [Notice(why, "not-written")]
     content = text(Path(out).stem)
     BrakeFile.read(content, out)
-    write_whole(out, content, force)
+    write_whole(out, content, overwrite)
     return str(out), []

@@ -36,7 +36,7 @@ def write(
     measurements: Measurements,
     how: HowTested,
     stated: Stated,
-    force: bool,
+    overwrite: bool,
     tell: Progress,
 ) -> tuple[BrakeFile, dict[str, Any]]:
     """Write a dataset, whole or not at all, unless a check fails.
@@ -47,7 +47,7 @@ def write(
 
     page.check_extras()
     notices = stated.notices()
-    _writable(folder, out, force)
+    _writable(folder, out, overwrite)
     tell("looking at the files", 0.0)
     found = campaigns.campaign(folder, how.options)
     file, given = _tested(brake, found, how.atmosphere), _given(found, measurements)
@@ -147,7 +147,7 @@ def _inside(found: campaigns.Campaign, name: str) -> str:
     return f"{RAW}/{own}{of}{specimen}"
 
 
-def _writable(folder: Path, out: Path, force: bool) -> None:
+def _writable(folder: Path, out: Path, overwrite: bool) -> None:
     """Raise FileError where the dataset could not stand at `out`."""
     if os.path.lexists(out):
         if not out.is_dir():
@@ -155,7 +155,7 @@ def _writable(folder: Path, out: Path, force: bool) -> None:
         if any(out.iterdir()):
             if not (out / RECIPE).is_file():
                 raise FileError(out, "is not empty and no dataset; name another folder")
-            if not force:
+            if not overwrite:
                 raise FileError(out, "exists already; --overwrite replaces it")
     if out.resolve().is_relative_to(folder.resolve()):
         raise FileError(out, f"lies in the campaign's own folder {folder}; name one beside it")

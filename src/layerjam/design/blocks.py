@@ -260,4 +260,4 @@ def put(path: Path, data: bytes) -> None:
             handle.flush()
             os.fsync(handle.fileno())
 
-    write_whole(path, write, force=True)
+    write_whole(path, write, overwrite=True)

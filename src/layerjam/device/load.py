@@ -76,20 +76,20 @@ def takes_force(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def write_whole(
-    path: str | Path, content: str | bytes | Callable[[Path], object], force: bool = False
+    path: str | Path, content: str | bytes | Callable[[Path], object], overwrite: bool = False
 ) -> Path:
     """Fill a temporary file next to `path`, then move it there in one step.
 
     `content` is the text (written in UTF-8), the bytes, or a function that fills the file of a
     path. Raises FileError, and leaves nothing behind, if the file cannot be written, or if it
-    exists and `force` is not set.
+    exists and `overwrite` is not set.
     """
     path = Path(path)
     try:
         exists = os.path.lexists(path)
     except (OSError, ValueError) as err:
         raise FileError(str(path)[:200], f"cannot be written: {err}") from None
-    if exists and not force:
+    if exists and not overwrite:
         raise FileError(path, "exists already; --overwrite replaces it")
     if path.is_dir():
         raise FileError(path, "is a folder, not a file")

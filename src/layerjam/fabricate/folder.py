@@ -22,21 +22,20 @@ LIST = "build.json"
 """File that lists all other files of the folder."""
 
 
-def check_folder(out: str | Path, force: bool) -> Path:
+def check_folder(out: str | Path, overwrite: bool) -> Path:
     """Return the folder to create; raises FileError, before any computation, if it cannot be.
 
-    `force` replaces an existing folder, but only one that contains nothing but files of an earlier
-    build.
+    `overwrite` replaces an existing folder that contains only files of an earlier build.
     """
     path = Path(out)
     try:
-        return _validate(path, force)
+        return _validate(path, overwrite)
     except (OSError, ValueError) as err:
         reason = getattr(err, "strerror", None) or str(err)
         raise FileError(str(out)[:200], f"cannot be made: {reason}") from None
 
 
-def _validate(path: Path, force: bool) -> Path:
+def _validate(path: Path, overwrite: bool) -> Path:
     if not path.name:
         raise FileError(path, "is not a folder that can be created; give it a name")
     if os.path.lexists(path) and not path.is_dir():
@@ -50,7 +49,7 @@ def _validate(path: Path, force: bool) -> Path:
     with hidden_folder(path.parent):
         pass  # os.access is not reliable for an administrator: try it
     if path.is_dir():
-        if not force:
+        if not overwrite:
             raise FileError(path, "exists already; --overwrite replaces it")
         strange = sorted(_list_files(path) - _read_list(path))
         if strange:
@@ -74,9 +73,9 @@ def _read_list(path: Path) -> set[str]:
     return {str(name) for name in names} if isinstance(names, list) else set()
 
 
-def write_folder(out: Path, content: Mapping[str, str | bytes], force: bool = False) -> None:
+def write_folder(out: Path, content: Mapping[str, str | bytes], overwrite: bool = False) -> None:
     """Write {path inside `out`: content} completely or not at all; raises FileError."""
-    path = check_folder(out, force)
+    path = check_folder(out, overwrite)
     try:
         with hidden_folder(path.parent) as hidden:
             write_files(hidden / "build", content)

@@ -52,18 +52,21 @@ def name_of(campaign: Campaign, test: Trial) -> str:
 
 
 def write_campaign(
-    campaign: Campaign, folder: str | Path, force: bool = False, progress: Progress | None = None
+    campaign: Campaign,
+    folder: str | Path,
+    overwrite: bool = False,
+    progress: Progress | None = None,
 ) -> CampaignFiles:
     """Write all files of a campaign, each completely or not at all; reproducible for a spec.
 
-    A folder that is not empty is refused unless `force`. `progress` is called with (stage, share).
-    KeyboardInterrupt ends the writing between two files. Raises FileError, and QuantityError for an
-    impossible campaign, before anything is written.
+    A folder that is not empty is rejected unless `overwrite`. `progress` is called with
+    (stage, share). KeyboardInterrupt ends the writing between two files. Raises FileError, and
+    QuantityError for an impossible campaign, before anything is written.
     """
     folder = Path(folder)
     tell = progress or (lambda _what, _share: None)
     check_pulls(campaign.spec, campaign.tests)
-    _prepare(folder, force)
+    _prepare(folder, overwrite)
     texts = {
         "README.txt": readme(campaign, folder),
         "spec.toml": "# SYNTHETIC: the campaign that made the files in this folder.\n"
@@ -75,9 +78,9 @@ def write_campaign(
     samples, interrupted = 0, False
     try:
         for name, text in texts.items():
-            write_whole(folder / name, text, force)
+            write_whole(folder / name, text, overwrite)
         for test, trace in campaign.records():
-            paths[test.number] = _write(campaign, test, trace, folder, force)
+            paths[test.number] = _write(campaign, test, trace, folder, overwrite)
             samples += len(trace)
             tell("writing files", len(paths) / len(campaign.tests))
     except KeyboardInterrupt:
@@ -91,19 +94,19 @@ def write_campaign(
     )
 
 
-def _prepare(folder: Path, force: bool) -> None:
+def _prepare(folder: Path, overwrite: bool) -> None:
     try:
         if folder.exists() and not folder.is_dir():
             raise FileError(folder, "is a file, not a folder")
         folder.mkdir(parents=True, exist_ok=True)
-        if any(folder.iterdir()) and not force:
+        if any(folder.iterdir()) and not overwrite:
             raise FileError(folder, "is not empty; --overwrite writes into it all the same")
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise FileError(str(folder)[:200], f"cannot be written: {reason}") from None
 
 
-def _write(campaign: Campaign, test: Trial, trace: Trace, folder: Path, force: bool) -> Path:
+def _write(campaign: Campaign, test: Trial, trace: Trace, folder: Path, overwrite: bool) -> Path:
     form, fault, cut = form_of(campaign, test), test.practice, None
     path = folder / name_of(campaign, test)
     if fault == "cut_off":
@@ -118,9 +121,9 @@ def _write(campaign: Campaign, test: Trial, trace: Trace, folder: Path, force: b
         end = float(np.round(trace.force.max() * SATURATED_AT, 1))
         trace = replace(trace, force=np.minimum(trace.force, end))
     data = file_bytes(trace, form, "kN" if fault == "wrong_unit" else "N", cut)
-    if fault == "no_sidecar" and force:
+    if fault == "no_sidecar" and overwrite:
         sidecar_path(path).unlink(missing_ok=True)
-    return write_pair(trace, path, data, force, sidecar=fault != "no_sidecar")
+    return write_pair(trace, path, data, overwrite, sidecar=fault != "no_sidecar")
 
 
 def brake_of(subject: Subject) -> str:

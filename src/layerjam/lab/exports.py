@@ -170,21 +170,23 @@ def _cut_off(text: str, mark: str, rows: int, part: float) -> str:
     return "".join(lines[:row]) + last[: last.index(mark) + 3]
 
 
-def write_trace(trace: Trace, path: str | Path, layout: str = "own", force: bool = False) -> Path:
+def write_trace(
+    trace: Trace, path: str | Path, layout: str = "own", overwrite: bool = False
+) -> Path:
     """Write a trace in a layout, with its sidecar; FileError if one of them exists already."""
-    return write_pair(trace, path, file_bytes(trace, Form(layout=layout)), force)
+    return write_pair(trace, path, file_bytes(trace, Form(layout=layout)), overwrite)
 
 
 def write_pair(
-    trace: Trace, path: str | Path, data: bytes, force: bool, sidecar: bool = True
+    trace: Trace, path: str | Path, data: bytes, overwrite: bool, sidecar: bool = True
 ) -> Path:
-    """Write the data file and its sidecar, or neither if one exists and `force` is not set."""
+    """Write the data file and its sidecar, or neither if one exists and `overwrite` is not set."""
     sidecar_file = sidecar_path(path)
-    if not force:
+    if not overwrite:
         for file in (sidecar_file, Path(path)):
             if file.exists():
                 raise FileError(file, "exists already; --overwrite replaces it")
     # write the sidecar first, so that a data file always has its facts
     if sidecar:
-        write_facts(path, replace(trace.facts, synthetic=True), force)
-    return write_whole(path, data, force)
+        write_facts(path, replace(trace.facts, synthetic=True), overwrite)
+    return write_whole(path, data, overwrite)

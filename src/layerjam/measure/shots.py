@@ -123,9 +123,9 @@ class Shot:
         lines += [f"{time:.9g},{value:.9g}" for time, value in pairs]
         return "\n".join(lines) + "\n"
 
-    def write(self, file: str | Path, force: bool = False) -> Path:
-        """Write a CSV file; FileError if it exists (unless `force`) or cannot be written."""
-        return write_whole(file, self.text(), force)
+    def write(self, file: str | Path, overwrite: bool = False) -> Path:
+        """Write a CSV file; FileError if it exists (unless `overwrite`) or cannot be written."""
+        return write_whole(file, self.text(), overwrite)
 
 
 def shots_in(base: sqlite3.Connection, synthetic: bool) -> tuple[Shot, ...]:

@@ -146,6 +146,6 @@ def facts_text(facts: Facts) -> str:
     return "\n".join([*lines, *plain(_FIELDS, vars(facts)), ""])
 
 
-def write_facts(path: str | Path, facts: Facts, force: bool = False) -> Path:
-    """Write the sidecar of the data file `path`; FileError if one exists, unless `force`."""
-    return write_whole(sidecar_path(path), facts_text(facts), force)
+def write_facts(path: str | Path, facts: Facts, overwrite: bool = False) -> Path:
+    """Write the sidecar of the data file `path`; FileError if one exists, unless `overwrite`."""
+    return write_whole(sidecar_path(path), facts_text(facts), overwrite)

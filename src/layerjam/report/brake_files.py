@@ -61,21 +61,24 @@ class Written:
     warnings: Sequence[str]
 
 
-def check_folder(out: Path, force: bool) -> None:
+def check_folder(out: Path, overwrite: bool) -> None:
     """Raise FileError where a report could not be written into `out`, before anything is done."""
-    folder.check_folder(out, force, NAMES)
+    folder.check_folder(out, overwrite, NAMES)
 
 
 def write(
-    report: BrakeReport, out: Path, force: bool = False, say: Callable[[str], None] | None = None
+    report: BrakeReport,
+    out: Path,
+    overwrite: bool = False,
+    say: Callable[[str], None] | None = None,
 ) -> Written:
     """Write the report into the folder `out`, whole or not at all.
 
     Without the extra `pdf` there is no PDF and a warning says so. Raises FileError where a report
-    exists and `force` is not set.
+    exists and `overwrite` is not set.
     """
     say = say or (lambda _: None)
-    check_folder(out, force)
+    check_folder(out, overwrite)
     names, made = report.names, page(report)
     numbers = all_numbers(made.parts)
     pictures = drawn_all(made.pictures(), lambda what, _: say(what))

@@ -15,13 +15,13 @@ from layerjam.records.windows import reason as system_reason
 NAMES = ("report.html", "results.json")
 
 
-def check_folder(out: Path, force: bool, names: Sequence[str] = NAMES) -> None:
+def check_folder(out: Path, overwrite: bool, names: Sequence[str] = NAMES) -> None:
     """Raise FileError where a report could not be written into `out`, before anything is done."""
     try:
         if os.path.lexists(out) and not out.is_dir():
             raise FileError(out, "is a file, not a folder")
         for name in names:
-            if os.path.lexists(out / name) and not force:
+            if os.path.lexists(out / name) and not overwrite:
                 raise FileError(out / name, "exists already; --overwrite replaces it")
         there = _nearest(out)
         if not os.access(there, os.W_OK):

@@ -13,6 +13,7 @@ import numpy as np
 
 from layerjam.control.law import CLOSE
 from layerjam.control.settings import FAULTS
+from layerjam.device.load import takes_force
 from layerjam.errors import LayerjamError, QuantityError
 from layerjam.rig.address import Address
 from layerjam.rig.crosshead import Crosshead, CrossheadLostError
@@ -321,6 +322,7 @@ def check(bench: Bench, procedure: Procedure, crosshead: Crosshead | None) -> No
             raise QuantityError.of("crosshead", f"missing; '{step.text()}' moves one")
 
 
+@takes_force
 def execute(
     bench: Bench,
     procedure: Procedure | str,
@@ -328,7 +330,7 @@ def execute(
     out: str | Path,
     crosshead: Crosshead | None = None,
     meta: Mapping[str, object] | None = None,
-    force: bool = False,
+    overwrite: bool = False,
     stop: Stop | None = None,
     watch: Callable[[Block], None] = lambda block: None,
     rig: DropRig | None = None,
@@ -361,7 +363,7 @@ def execute(
             f"the safe state ({bench.safe_state})"
         )
         try:
-            file = RunFile.create(out, entries, force)
+            file = RunFile.create(out, entries, overwrite)
             try:
                 result = _run_and_close(
                     bench, file, Execution(bench, steps, file, crosshead, stop, watch, rig)

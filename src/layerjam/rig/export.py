@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.device.load import write_whole
+from layerjam.device.load import takes_force, write_whole
 from layerjam.errors import FileError, MissingExtraError
 from layerjam.measure.run_text import UNITS, csv_text, facts_of, in_order
 from layerjam.measure.runs import Array, Run, read_run
@@ -29,13 +29,14 @@ class ExportedRun:
     """Files of the accelerometer's records; NetCDF has them inside."""
 
 
+@takes_force
 def export(
     run: str | Path,
     out: str | Path,
     *,
     start: float | None = None,
     end: float | None = None,
-    force: bool = False,
+    overwrite: bool = False,
 ) -> ExportedRun:
     """Write a run, or its part from `start` to `end` [s], in the format of `out`'s ending.
 
@@ -52,25 +53,25 @@ def export(
     if start is not None or end is not None:
         run_ = run_.between(start, end)
     shot_files = {} if ending == ".nc" else {shot_file(out, s): s for s in run_.shots}
-    if (existing := next((path for path in shot_files if path.exists()), None)) and not force:
+    if (existing := next((path for path in shot_files if path.exists()), None)) and not overwrite:
         raise FileError(existing, "exists already; --overwrite replaces it")
     sidecar = None
     if ending == ".csv":
         sidecar_file = sidecar_path(out)
-        if sidecar_file.exists() and not force:
+        if sidecar_file.exists() and not overwrite:
             raise FileError(sidecar_file, "exists already; --overwrite replaces it")
-        write_whole(out, csv_text(run_), force)
-        sidecar = write_facts(out, facts_of(run_), force)
+        write_whole(out, csv_text(run_), overwrite)
+        sidecar = write_facts(out, facts_of(run_), overwrite)
     elif ending == ".parquet":
-        _table(in_order(run_), describe_run(run_), out, force)
+        _table(in_order(run_), describe_run(run_), out, overwrite)
     else:
-        _netcdf(run_, out, force)
+        _netcdf(run_, out, overwrite)
     for path, shot in shot_files.items():
         if ending == ".csv":
-            write_whole(path, shot.text({"run_id": run_.meta.get("run_id", "")}), force)
+            write_whole(path, shot.text({"run_id": run_.meta.get("run_id", "")}), overwrite)
         else:
             columns = {"time": shot.time, "acceleration": shot.acceleration}
-            _table(columns, {**describe_run(run_), **facts_of_shot(shot)}, path, force)
+            _table(columns, {**describe_run(run_), **facts_of_shot(shot)}, path, overwrite)
     return ExportedRun(run=run_, file=out, sidecar=sidecar, shots=tuple(shot_files))
 
 
@@ -90,7 +91,9 @@ def describe_run(run: Run) -> Mapping[str, str]:
     return {"data": data, **{key: text for key, text in run.meta.items() if text}}
 
 
-def _table(columns: Mapping[str, Array], facts: Mapping[str, str], out: Path, force: bool) -> None:
+def _table(
+    columns: Mapping[str, Array], facts: Mapping[str, str], out: Path, overwrite: bool
+) -> None:
     """Parquet."""
     with MissingExtraError.raise_if_missing("Parquet (pyarrow)", "sweep"):
         import pyarrow as pa  # type: ignore[import-untyped]
@@ -100,10 +103,10 @@ def _table(columns: Mapping[str, Array], facts: Mapping[str, str], out: Path, fo
         unit = {"unit": UNITS[name]} if name in UNITS else None
         fields.append(pa.field(name, pa.from_numpy_dtype(values.dtype), metadata=unit))
     table = pa.table(dict(columns), schema=pa.schema(fields, metadata=dict(facts)))
-    write_whole(out, lambda path: parquet.write_table(table, path, compression="zstd"), force)
+    write_whole(out, lambda path: parquet.write_table(table, path, compression="zstd"), overwrite)
 
 
-def _netcdf(run: Run, out: Path, force: bool) -> None:
+def _netcdf(run: Run, out: Path, overwrite: bool) -> None:
     """Write NetCDF 3, which lacks 64-bit integers: numbers beyond 32 bits become exact doubles."""
     from scipy.io import netcdf_file
 
@@ -121,7 +124,7 @@ def _netcdf(run: Run, out: Path, force: bool) -> None:
             for shot in run.shots:
                 _add_shot(file, shot)
 
-    write_whole(out, fill, force)
+    write_whole(out, fill, overwrite)
 
 
 def _add_shot(file: Any, shot: Shot) -> None:

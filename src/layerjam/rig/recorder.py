@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from layerjam._version import __version__
+from layerjam.device.load import takes_force
 from layerjam.errors import FileError, LayerjamError
 from layerjam.rig.board import law_hash
 from layerjam.rig.driver import Bench, InstrumentError, open_bench
@@ -286,13 +287,14 @@ def check_board(bench: Bench, file: RunFile) -> None:
         raise FileError(file.path, f"is of the board {serial}, and {bench.address} is {actual}")
 
 
+@takes_force
 def log(
     address: str,
     out: str | Path,
     *,
     duration: float | None = None,
     resume: bool = False,
-    force: bool = False,
+    overwrite: bool = False,
     patience: float = PATIENCE,
     say: Callable[[str], None] = lambda sentence: None,
 ) -> Logged:
@@ -304,7 +306,7 @@ def log(
     with Stop() as stop:
         bench = open_bench(address)
         try:
-            file = _file(bench, Path(out), resume, force)
+            file = _file(bench, Path(out), resume, overwrite)
         except BaseException:
             bench.close()
             raise
@@ -330,10 +332,10 @@ def log(
     )
 
 
-def _file(bench: Bench, out: Path, resume: bool, force: bool) -> RunFile:
+def _file(bench: Bench, out: Path, resume: bool, overwrite: bool) -> RunFile:
     """Return a new file, or the one to continue."""
     if not resume:
-        return RunFile.create(out, {"kind": "log", **describe_bench(bench)}, force)
+        return RunFile.create(out, {"kind": "log", **describe_bench(bench)}, overwrite)
     file = RunFile.resume(out)
     try:
         check_board(bench, file)

@@ -84,11 +84,13 @@ class RunFile:
         self._open = True
 
     @classmethod
-    def create(cls, path: str | Path, meta: Mapping[str, object], force: bool = False) -> "RunFile":
-        """Return a new file; FileError if it exists (unless `force`) or cannot be made."""
+    def create(
+        cls, path: str | Path, meta: Mapping[str, object], overwrite: bool = False
+    ) -> "RunFile":
+        """Return a new file; FileError if it exists (unless `overwrite`) or cannot be made."""
         path = Path(path)
         check_place(path)
-        if force:
+        if overwrite:
             _remove(path)
         flags = os.O_RDWR | os.O_CREAT | os.O_EXCL
         try:

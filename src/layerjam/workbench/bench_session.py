@@ -157,7 +157,7 @@ class Session:
             stop = self.running = Stop()
             try:
                 return bench.run(
-                    procedure, out=out, meta=meta, force=True, stop=stop, watch=self._recorded
+                    procedure, out=out, meta=meta, overwrite=True, stop=stop, watch=self._recorded
                 )
             finally:
                 self.running = None

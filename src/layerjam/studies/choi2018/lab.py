@@ -71,7 +71,7 @@ def friction_files(file: BrakeFile, folder: Path) -> list[Path]:
     traces = campaign(Spec(brakes=(Truth(brake=file),), seed=11, friction=tests)).traces()
     film = NAMES[file.name].lower()
     return [
-        write_trace(t, folder / f"friction-{film}-{n}.csv", "bluehill", force=True)
+        write_trace(t, folder / f"friction-{film}-{n}.csv", "bluehill", overwrite=True)
         for n, t in enumerate(traces, 1)
     ]
 
@@ -85,7 +85,7 @@ def pull_files(file: BrakeFile, folder: Path, pulls: Pulls, layout: str, stem: s
         facts = trace.facts
         condition = f"{(facts.vacuum or 0.0) / 1e3:.1f}kPa-{(facts.speed or 0.0) * 1e3:g}mms"
         path = folder / f"{stem}-{film}-{condition}-{facts.repeat}{ending}"
-        paths.append(write_trace(trace, path, layout, force=True))
+        paths.append(write_trace(trace, path, layout, overwrite=True))
     return paths
 
 

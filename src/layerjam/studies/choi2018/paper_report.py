@@ -108,7 +108,7 @@ CLAIMS: dict[str, Sequence[Callable[[], list[Claim]]]] = {
 def write_report(
     out: Path,
     *,
-    force: bool = False,
+    overwrite: bool = False,
     progress: Progress | None = None,
     extra: Sequence[Part] = (),
     numbers: Sequence[tuple[str, str]] = (),
@@ -116,11 +116,11 @@ def write_report(
     """Write report.html, results.json and figures/*.svg into `out`; return the tally of verdicts.
 
     `extra` parts and `numbers` are first on the page (the demo uses them). Raises FileError if the
-    report exists and `force` is not set, or the folder cannot be created.
+    report exists and `overwrite` is not set, or the folder cannot be created.
     """
     tell: Progress = progress or (lambda *_: None)
     check_extras()
-    check_folder(out, force)
+    check_folder(out, overwrite)
     tell("procedures of the paper on synthetic files", 0.01)
     for film in paper_figures.CALIBRATED:
         tell(f"{paper_figures.NAMES[film]}: {laboratory.TEST_COUNT}", LAB_SHARE / 2)

@@ -44,7 +44,7 @@ def reproduce(
     from layerjam.studies.choi2018.paper_report import write_report
 
     folder = Path(out)
-    counts = write_report(folder, force=overwrite, progress=progress)
+    counts = write_report(folder, overwrite=overwrite, progress=progress)
     return Reproduction(
         report=str(folder / "report.html"),
         results=str(folder / "results.json"),

@@ -377,7 +377,7 @@ class Bench(Page):
             ui.download.content(file.read_bytes(), file.name, "application/vnd.sqlite3")
             return
         out = file.with_suffix(ending)
-        if await self._tried(partial(export, file, out, force=True)) is not None:
+        if await self._tried(partial(export, file, out, overwrite=True)) is not None:
             ui.download.content(out.read_bytes(), out.name, "text/csv")
 
     def _draw_live(self) -> None:
