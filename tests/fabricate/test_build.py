@@ -270,7 +270,7 @@ content = {f"cut/{k}": os.urandom(20000) for k in range(300)}
 content["build.json"] = '{"files": ' + str(sorted([*content, "build.json"])).replace("'", '"') + "}"
 print("ready", flush=True)
 while True:
-    write_folder(Path(sys.argv[1]), content, force=True)
+    write_folder(Path(sys.argv[1]), content, overwrite=True)
 """
 
 
