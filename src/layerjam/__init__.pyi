@@ -832,9 +832,9 @@ def bench_serve(
 def bench_status(
     address: str,
 ) -> _BenchStateResult:
-    """What a bench is and does now.
+    """Print the state of a bench.
 
-    Asks only. On the board's own line it is the only client; where a gateway runs, use its `tcp:`
+    Sends queries only. On the board's own line it is the only client; where a gateway runs, use its `tcp:`
     address. Raises FileError, LineError and QuantityError for a bench that cannot be reached.
     """
 
@@ -883,8 +883,7 @@ def bench_faults(
     leak and vent are orifices, the pump's flow ripples and the supply dips; ten runs in which
     nothing breaks go with each round of faults. The firmware is the board's own; its clock runs as
     fast as samples are computed. Raises
-    UnknownNameError for a fault that nobody knows, QuantityError for an address that is no virtual
-    board.
+    UnknownNameError for an unknown fault, QuantityError for an address that is not a virtual board.
     """
 
 def bench_soak(
@@ -898,7 +897,7 @@ def bench_soak(
     """Let a virtual board regulate for hours of its own time, in which nothing may happen.
 
     Targets, releases and holds are drawn from the seed. A day takes minutes. Raises QuantityError
-    for an address that is no virtual board.
+    for an address that is not a virtual board.
     """
 
 def bench_flash(

@@ -25,7 +25,7 @@ BenchAddress = Annotated[
 
 @result
 class BenchState(Result, BenchStatus):
-    """What a bench is and does at one moment."""
+    """State of a bench at one moment."""
 
 
 @result
@@ -45,9 +45,9 @@ class BenchServed(Result):
     computes=False,
 )
 def bench_status(address: BenchAddress) -> BenchState:
-    """What a bench is and does now.
+    """Print the state of a bench.
 
-    Asks only. On the board's own line it is the only client; where a gateway runs, use its `tcp:`
+    Sends queries only. On the board's own line it is the only client; where a gateway runs, use its `tcp:`
     address. Raises FileError, LineError and QuantityError for a bench that cannot be reached.
     """
     from layerjam.rig.driver import open_bench

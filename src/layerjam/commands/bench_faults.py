@@ -33,7 +33,7 @@ Row = Mapping[str, Any]
 
 @result
 class FaultCampaign(Result):
-    """What became of each fault; `record` holds the runs.
+    """Results of each fault; `record` holds the runs.
 
     A row has the run that came nearest to its deadline: `onset` is the time from the pump's start
     to the fault, `safe_after` the time from the fault to safe outputs in the plant's log,
@@ -138,8 +138,7 @@ def bench_faults(
     leak and vent are orifices, the pump's flow ripples and the supply dips; ten runs in which
     nothing breaks go with each round of faults. The firmware is the board's own; its clock runs as
     fast as samples are computed. Raises
-    UnknownNameError for a fault that nobody knows, QuantityError for an address that is no virtual
-    board.
+    UnknownNameError for an unknown fault, QuantityError for an address that is not a virtual board.
     """
     from layerjam.rig.campaign import campaign
     from layerjam.rig.kinds import KINDS, NOT_HERE, NOTHING
@@ -228,7 +227,7 @@ def bench_soak(
     """Let a virtual board regulate for hours of its own time, in which nothing may happen.
 
     Targets, releases and holds are drawn from the seed. A day takes minutes. Raises QuantityError
-    for an address that is no virtual board.
+    for an address that is not a virtual board.
     """
     from layerjam.rig.soak import soak
 

@@ -64,8 +64,8 @@ FAULTS = {
     "sensor-silent": "the sensor gives no reading",
     "pump-does-nothing": "with the pump on and the vent shut the reading does not move",
     "pump-reversed": "with the pump on the reading falls: pump or sensor is reversed",
-    "vent-inverted": "the vacuum rises with the vent told to be open, and not with the vent told "
-    "to be shut: OUTP:VENT:REST says the wrong thing, or the valve's ports are swapped",
+    "vent-inverted": "the vacuum rises with the vent commanded to open, and not with the vent "
+    "commanded to close: OUTP:VENT:REST is wrong, or the valve's ports are swapped",
     "vent-does-nothing": "with the vent open the vacuum stays",
 }
 TESTS = {
@@ -126,7 +126,8 @@ def _lock_bench(bench: Bench, vent_rest: str | None) -> Iterator[None]:
     if vent_rest is None and bench.vent_rest is None:
         raise QuantityError.of(
             "vent rest",
-            "the board does not know it; say what the valve is without power, open or closed",
+            "the board does not know it; give --vent-rest, the position of the valve without power: "
+            "open or closed",
         )
     if not bench.lock():
         raise LockedError(f"{bench.address} is locked by another client")

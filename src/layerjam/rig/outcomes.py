@@ -37,7 +37,7 @@ class BenchStatus:
 class Checked:
     """Result of a bench check."""
 
-    self_test: int = fact("fault code of the board's self-test, 0 without a fault")
+    self_test: int = fact("sum of fault codes of the board's self-test, 0 without a fault")
     wiring: tuple[str, ...] = fact("wiring faults; empty if there are none")
     leak: float | None = number("1/s", "decay of the vacuum with pump off and vent shut")
     rate: float | None = number("1/s", "flow of the pump over the volume")
@@ -49,8 +49,8 @@ class Checked:
     expected: dict[str, float] | None = fact(
         "rate, top, leak, vent and lag of the line in SI units, null without a line", listed=False
     )
-    feasible: bool = fact("whether the bench can regulate, as the line's file says")
-    reason: str | None = fact("why not")
+    feasible: bool = fact("whether the bench can regulate, and is like the line if one is given")
+    reason: str | None = fact("reason if it is not feasible")
     simulated: bool = fact("whether no hardware is behind it")
 
 
