@@ -19,6 +19,7 @@ def test_it_starts_and_says_who_it_is() -> None:
     _, cause, _, firmware = board.ask("SYST:BOOT?").split(",")
     assert (cause, firmware) == ('"POWER_ON"', f'"{firmware_hash()[:16]}"')
     board.vacuum = 50e3
+    board.run(0.02)  # the next samples see it
     assert float(board.ask("MEAS:VAC?")) == pytest.approx(50e3, abs=16)
     assert board.ask("*TST?") == "0"
     assert (board.pump, board.vent) == (0.0, False)
