@@ -834,8 +834,8 @@ def bench_status(
 ) -> _BenchStateResult:
     """Print the state of a bench.
 
-    Sends queries only. On the board's own line it is the only client; where a gateway runs, use its `tcp:`
-    address. Raises FileError, LineError and QuantityError for a bench that cannot be reached.
+    Sends queries only. On the board's own line it is the only client; if a gateway runs, use its
+    `tcp:` address. Raises FileError, LineError and QuantityError if the bench cannot be reached.
     """
 
 def bench_check(

@@ -47,8 +47,8 @@ class BenchServed(Result):
 def bench_status(address: BenchAddress) -> BenchState:
     """Print the state of a bench.
 
-    Sends queries only. On the board's own line it is the only client; where a gateway runs, use its `tcp:`
-    address. Raises FileError, LineError and QuantityError for a bench that cannot be reached.
+    Sends queries only. On the board's own line it is the only client; if a gateway runs, use its
+    `tcp:` address. Raises FileError, LineError and QuantityError if the bench cannot be reached.
     """
     from layerjam.rig.driver import open_bench
 

@@ -126,8 +126,8 @@ def _lock_bench(bench: Bench, vent_rest: str | None) -> Iterator[None]:
     if vent_rest is None and bench.vent_rest is None:
         raise QuantityError.of(
             "vent rest",
-            "the board does not know it; give --vent-rest, the position of the valve without power: "
-            "open or closed",
+            "the board does not know it; give --vent-rest, the position of the valve without "
+            "power: open or closed",
         )
     if not bench.lock():
         raise LockedError(f"{bench.address} is locked by another client")
