@@ -117,7 +117,7 @@ def test_python_takes_the_former_keyword_of_overwrite(tmp_path: Path) -> None:
         with pytest.raises(FileError, match="--overwrite replaces it"):
             write()
         write(overwrite=True)
-        write(overwrite=True)
+        write(force=True)
 
 
 @pytest.mark.parametrize("name", ["x.jpg", "x", "x.svg.exe", ".svg"])
