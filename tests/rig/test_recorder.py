@@ -18,6 +18,7 @@ from layerjam.measure.runs import read_run
 from layerjam.rig import recorder, run_file
 from layerjam.rig.address import address_of
 from layerjam.rig.driver import InstrumentError
+from layerjam.rig.export import export
 from layerjam.rig.line import LineError
 from layerjam.rig.recorder import Recorder, check_board
 from layerjam.rig.run_file import RecordingError, RunFile, check_place, file_system
@@ -232,6 +233,17 @@ def test_a_full_disk_acknowledges_nothing(tmp_path: Path) -> None:
     run = read_run(path)
     assert 0 < kept < board.made and run.samples == kept
     assert np.array_equal(run.columns["seq"], np.arange(kept))
+
+
+def test_export_takes_the_former_keyword_of_overwrite(tmp_path: Path) -> None:
+    run, out = tmp_path / "a.ljrun", tmp_path / "a.csv"
+    RunFile.create(run, META).close("FINISHED")
+    for keyword in ("overwrite", "force"):
+        out.write_text("old")
+        with pytest.raises(FileError, match="exists already"):
+            export(run, out)
+        export(run, out, **{keyword: True})
+        assert out.read_text() != "old"
 
 
 def test_what_is_no_run_is_refused(tmp_path: Path) -> None:

@@ -22,14 +22,13 @@ from layerjam.commands.pressure_log import read_pressure
 from layerjam.commands.regulator import RecordedStep, tuned_by
 from layerjam.control.closed_loop import FaultInjection
 from layerjam.control.settings import Regulator
-from layerjam.errors import FileError, LayerjamError, QuantityError
+from layerjam.errors import LayerjamError, QuantityError
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.runs import read_run
 from layerjam.measure.sidecar import read_facts
 from layerjam.rig.address import address_of
 from layerjam.rig.driver import Bench
 from layerjam.rig.execute import Execution, ProcedureBench
-from layerjam.rig.export import export
 from layerjam.rig.plant import behind
 from layerjam.rig.recorder import Recorder, describe_bench, log
 from layerjam.rig.run_file import RunFile
@@ -70,16 +69,6 @@ def answered(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 def recorded(answered: dict[str, Any]) -> Path:
     """Its file."""
     return Path(answered["file"])
-
-
-def test_export_takes_the_former_keyword_of_overwrite(recorded: Path, tmp_path: Path) -> None:
-    for keyword in ("overwrite", "force"):
-        out = tmp_path / f"{keyword}.csv"
-        out.write_text("old")
-        with pytest.raises(FileError, match="exists already"):
-            export(recorded, out)
-        export(recorded, out, **{keyword: True})
-        assert out.read_text() != "old"
 
 
 def test_a_run_says_what_was_done(
