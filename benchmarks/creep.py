@@ -188,7 +188,7 @@ def figure(path: Path, made: dict[str, np.ndarray]) -> None:
             slip, width = np.abs(made[name]) * 1e3, 4 if name.startswith("layerjam") else 1.8
             axes.plot(np.arange(1, len(slip) + 1), slip, color=color, lw=width, clip_on=False)
         words = [f"{name}: {metres(made[name][-1])}" for name in DRAWN]
-        style.key(axes, *zip(words, colors, strict=True), at="upper left")
+        style.key(axes, *zip(words, colors, strict=True), loc="upper left")
         axes.set_yscale("symlog", linthresh=1e-3, linscale=0.6)
         style.panel(
             axes,

@@ -127,7 +127,7 @@ def figure(path: Path, exact: Any) -> None:
         style.level(left, exact.slip * 1e3, f"closed form {exact.slip * 1e3:.3f} mm")
         style.key(
             left, ("helper, Euler, 0.5 ms", style.BLUE), ("plugin, RK4, 0.5 ms", style.ORANGE),
-            at="lower right",
+            loc="lower right",
         )  # fmt: skip
         style.panel(
             left, "1 kg falls into the brake at 2.5 m/s", "Kapton, 94.5 kPa, rope 16.8 kN/m",
@@ -139,7 +139,7 @@ def figure(path: Path, exact: Any) -> None:
             right.plot(seconds, np.abs(moved) * 1e6 + 0.1, color=color, label=name)
         words = ("layerjam.brake: no creep", "frictionloss", "frictionloss at its hardest")
         style.key(
-            right, *zip(words, colors, strict=True), at="lower right", bbox_to_anchor=(1, 0.08)
+            right, *zip(words, colors, strict=True), loc="lower right", bbox_to_anchor=(1, 0.08)
         )
         style.panel(
             right, "16 kg held, 89 % of the friction", "MuJoCo at 2 ms; 0.1 µm added to show zero",

@@ -97,7 +97,7 @@ def engines() -> Figure:
             right.plot(error, row, shape, color=color, ms=7)
             errors.append((error, row, f"{name} {error:+.1f}".replace("-", "−"), color))
         exact = record["exact"] * 1e3
-        style.level(left, exact, f"closed form {exact:.3f} mm", style.INK, at=0.02)
+        style.level(left, exact, f"closed form {exact:.3f} mm", style.INK, share=0.02)
         style.panel(
             left, "1 kg falls into the brake at 2.5 m/s", "Kapton, 94.5 kPa, rope 16.8 kN/m",
             xlabel="time [ms]", ylabel="slip [mm]", xlim=(0, 30), ylim=(0, 20),

@@ -123,11 +123,11 @@ def test_the_page_has_its_control_and_copies_it(dive: Any) -> None:
     pytest.importorskip("nicegui")
     from layerjam.workbench import more
     from layerjam.workbench.call import Call, result_fields
-    from layerjam.workbench.controls import asked
+    from layerjam.workbench.controls import entry
 
     (depth,) = more.others("dive", ())
     assert depth.spec == DEPTH and "at most 300 m" in more.refusal(depth, "1 km")
-    control = asked("dive", "depth", 12.0, (1.0, 40.0))
+    control = entry("dive", "depth", 12.0, (1.0, 40.0))
     assert control.spec == DEPTH and "at most 300 m" in control.help
     call = Call("dive", options={"depth": control.text(12.0)})
     assert call.run().pressure == dive(depth=12).pressure

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from layerjam.control.noise import EDGES, key_of, mixed, normal
+from layerjam.control.noise import EDGES, key_of, mix, normal
 
 
 @numba.njit  # type: ignore[untyped-decorator]
@@ -57,7 +57,7 @@ def test_the_mixer_is_splitmix64() -> None:
     """First outputs of the published generator from the state 1234567."""
     golden, state = 0x9E3779B97F4A7C15, 1234567
     wanted = (6457827717110365317, 3203168211198807973, 9817491932198370423)
-    one = numba.njit(lambda word: mixed(word))  # noqa: PLW0108
+    one = numba.njit(lambda word: mix(word))  # noqa: PLW0108
     for out in wanted:
         state = (state + golden) % 2**64
         assert int(one(np.uint64(state))) == out

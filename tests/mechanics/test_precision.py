@@ -12,7 +12,7 @@ import pytest
 
 import layerjam as lj
 from layerjam.errors import PrecisionError
-from layerjam.mechanics.threads import Workers, once
+from layerjam.mechanics.threads import Workers, cache_threadsafe
 
 KAPTON = lj.load("choi2018-kapton")
 SLIP = np.linspace(0.0, 0.06, 4)
@@ -100,7 +100,7 @@ def test_workers_compute_in_double_precision_whatever_the_caller_has_set() -> No
 def test_what_is_made_once_is_made_by_one_thread() -> None:
     made = []
 
-    @once
+    @cache_threadsafe
     def slow(name: str) -> list[str]:
         made.append(name)
         return [name]

@@ -160,7 +160,7 @@ def test_each_label_of_the_clamp_names_its_part(screws: int) -> None:
     thread, found = world.lengths.thread, world.lengths
     high = {"nut": thread.nut_height, "screw": thread.head_height + found.screw_length,
             "clamp plate": found.plate_height}  # fmt: skip
-    labels = {label.words.split(",")[0]: label.what for label in _stacking(world)[1]}
+    labels = {label.words.split(",")[0]: label.target for label in _stacking(world)[1]}
     for name, height in high.items():
         assert np.ptp(labels[name].corners[:, 2]) == pytest.approx(height), name
 

@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 
 from layerjam.report import beside, style
-from layerjam.report.beside import FEW, Beside
+from layerjam.report.beside import FEW, DrawingProcess
 
 
-@style.styled
+@style.in_style
 def figure(slope: float, names: Any = None) -> style.Figure:
     made, (axes,) = style.canvas()
     axes.plot([0, 1], [0, slope])
@@ -37,7 +37,7 @@ def two_cores(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(beside, "cores", lambda: 2)
 
 
-def process_of(drawing: Beside) -> subprocess.Popen[bytes]:
+def process_of(drawing: DrawingProcess) -> subprocess.Popen[bytes]:
     assert drawing._process is not None
     return drawing._process
 
@@ -46,7 +46,7 @@ def test_a_parent_that_takes_an_old_address_hides_no_other() -> None:
     """Each transform of a figure that was sent knows its parents by their own addresses."""
     made = figure(1.0)
     line = made.axes[0].lines[0]
-    sent = pickle.loads(beside._pickled(made))
+    sent = pickle.loads(beside._pickle_figure(made))
     for node in (sent.axes[0].bbox, sent.axes[0].transData, sent.axes[0].lines[0].get_clip_box()):
         assert all(key == id(parent()) for key, parent in node._parents.items())
     assert len(sent.axes[0].bbox._parents) == len(made.axes[0].bbox._parents) > 0
@@ -57,7 +57,7 @@ def test_a_parent_that_takes_an_old_address_hides_no_other() -> None:
 @pytest.mark.usefixtures("two_cores")
 def test_the_same_bytes_in_order() -> None:
     slopes = [1.0, -2.0, 3.0, 4.0]
-    with Beside(FEW) as drawing:
+    with DrawingProcess(FEW) as drawing:
         for slope in slopes:
             drawing.post(figure(slope))
         drawing.post(figure(5.0, lambda value, _: f"{value:.3f}"))  # no pickle takes it
@@ -72,7 +72,7 @@ def test_the_same_bytes_in_order() -> None:
 
 @pytest.mark.usefixtures("two_cores")
 def test_a_process_that_dies_costs_no_figure() -> None:
-    with Beside(FEW) as drawing:
+    with DrawingProcess(FEW) as drawing:
         process_of(drawing).kill()
         for slope in (1.0, 2.0):
             drawing.post(figure(slope))
@@ -82,25 +82,25 @@ def test_a_process_that_dies_costs_no_figure() -> None:
 
 @pytest.mark.usefixtures("two_cores")
 def test_an_interrupt_leaves_no_process() -> None:
-    with pytest.raises(KeyboardInterrupt), Beside(FEW) as drawing:
+    with pytest.raises(KeyboardInterrupt), DrawingProcess(FEW) as drawing:
         drawing.post(figure(1.0))
         raise KeyboardInterrupt
     assert process_of(drawing).returncode is not None
 
 
 def test_few_figures_or_one_core_are_drawn_here(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(beside, "_started", lambda: pytest.fail("a process was started"))
-    with Beside(FEW - 1) as drawing:
+    monkeypatch.setattr(beside, "_start", lambda: pytest.fail("a process was started"))
+    with DrawingProcess(FEW - 1) as drawing:
         drawing.post(figure(1.0))
         assert drawing.collect() == [by_matplotlib(figure(1.0))]
     monkeypatch.setattr(beside, "cores", lambda: 1)
-    with Beside(50):
+    with DrawingProcess(50):
         pass
 
 
 @pytest.mark.usefixtures("two_cores")
 def test_what_warns_is_drawn_again_where_it_is_heard() -> None:
-    with Beside(FEW) as drawing:
+    with DrawingProcess(FEW) as drawing:
         drawing.post(figure(1.0, lambda value, _: ""))
         made = figure(1.0)
         made.axes[0].set_title("\u9802")  # no glyph of the typeface

@@ -95,7 +95,7 @@ def test_the_words_of_every_picture_can_be_read(name: str) -> None:
         "film": build_drawings.film(pieces[0]),
     }
     for shown, (shot, labels) in build_pictures.shots(world).items():
-        figures[shown] = build_pictures.labelled(shot, labels)
+        figures[shown] = build_pictures.add_labels(shot, labels)
         for label in labels:
             column, row = label.place(shot)
             rows, columns, _ = shot.pixels.shape
@@ -109,10 +109,10 @@ def test_every_part_is_seen_where_its_name_points(name: str) -> None:
     shots = build_pictures.shots(world_of(BRAKES[name]))
     for shown, (shot, labels) in shots.items():
         for label in labels:
-            if isinstance(label.what, Body):
+            if isinstance(label.target, Body):
                 column, row = label.place(shot)
-                assert shot.where(label.what) is not None, (shown, label.words)
-                assert shot.seen(label.what)[int(row), int(column)], (shown, label.words)
+                assert shot.where(label.target) is not None, (shown, label.words)
+                assert shot.seen(label.target)[int(row), int(column)], (shown, label.words)
 
 
 def test_the_section_states_the_lengths() -> None:

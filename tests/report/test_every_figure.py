@@ -279,7 +279,7 @@ OF_BRAKE: dict[str, Callable[[str], Any]] = {
     "drop-that-crashes": lambda n: crashed(n).draw(),
     "array": lambda n: array(n, parallel=2, series=3).draw(),
     "tensile-beside": lambda n: pull_of(n, FULL).plot(beside={"50 kPa": pull_of(n, 50e3)}),
-    "plan": lambda n: control_figures.planned(planned(n)),
+    "plan": lambda n: control_figures.plan_figure(planned(n)),
     "pull": lambda n: pull_figures.pulls(found(n, 1)),
     "pulls": lambda n: pull_figures.pulls(found(n, 4)),
     "bend": lambda n: bend(n, vacuum=FULL, angle=0.5).draw(),

@@ -13,7 +13,7 @@ import pytest
 
 from layerjam.cli.main import main
 from layerjam.report import page
-from layerjam.report.beside import Beside
+from layerjam.report.beside import DrawingProcess
 from layerjam.studies.choi2018.reproduce import reproduce
 from report.legible import faults
 
@@ -48,7 +48,7 @@ ILLEGIBLE: list[str] = []
 """What is wrong with the figures of the page, found as they are drawn."""
 
 
-class Measured(Beside):
+class Measured(DrawingProcess):
     """Measured afterwards: a figure that was laid out before is drawn a little differently."""
 
     def post(self, figure: Any) -> None:
@@ -61,7 +61,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("reproduction") / "report"
     told: list[str] = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(page, "Beside", Measured)
+        patch.setattr(page, "DrawingProcess", Measured)
         made = reproduce(out, progress=lambda what, _: told.append(what))
     assert (made.report, made.results) == (str(out / "report.html"), str(out / "results.json"))
     assert any("synthetic" in line for line in told) and made.report in told[-1]

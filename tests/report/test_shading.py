@@ -91,7 +91,7 @@ def test_a_point_lands_where_it_is_drawn() -> None:
 
 
 def test_half_a_turn_keeps_the_outside_outside() -> None:
-    body = boxes(3)[0].turned(40.0)
+    body = boxes(3)[0].turn(40.0)
     a, b, c = (body.corners[body.triangles[:, k]] for k in range(3))
     volume = np.einsum("ij,ij->", a, np.cross(b, c)) / 6
     sides = np.ptp(body.corners, axis=0)
@@ -110,7 +110,7 @@ def test_the_file_holds_the_pixels() -> None:
 def test_edges_between_bodies_are_dark_and_flat_faces_are_not() -> None:
     corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 10) for x in (0, 10)], dtype=float)
     one = Body(corners, np.array(FACES), "#808080")
-    shot = shoot([one, one.moved(x=10.0)], View(-90, 89.9), width=300)
+    shot = shoot([one, one.shift(x=10.0)], View(-90, 89.9), width=300)
     row = shot.pixels[shot.pixels.shape[0] // 2, :, 0]
     middle = len(row) // 2
     assert row[middle - 2 : middle + 2].min() < 90  # the joint of two bodies in one plane

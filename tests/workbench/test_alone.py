@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from layerjam.errors import FileError, LayerjamError
-from layerjam.workbench.alone import alone
+from layerjam.workbench.alone import run_in_subprocess
 
 pytestmark = pytest.mark.slow
 LARGE = 100 * 2**20
@@ -52,7 +52,9 @@ def nothing(what, share):
 def test_what_it_loads_stays_away_from_here():
     heard = []
     name = "wave" if "wave" not in sys.modules else "nntplib"
-    process, before, held = alone(loads_a_module, name, tell=lambda *told: heard.append(told))
+    process, before, held = run_in_subprocess(
+        loads_a_module, name, tell=lambda *told: heard.append(told)
+    )
     assert process != os.getpid()
     assert not before
     assert held == LARGE
@@ -63,15 +65,15 @@ def test_what_it_loads_stays_away_from_here():
 
 def test_its_errors_are_raised_here_with_all_they_know():
     with pytest.raises(FileError) as caught:
-        alone(refuses, "x.csv", tell=nothing)
+        run_in_subprocess(refuses, "x.csv", tell=nothing)
     own = FileError(Path("x.csv"), "is of no use", 7)
     assert str(caught.value) == str(own)
     assert vars(caught.value) == vars(own)
     with pytest.raises(KeyError) as wrong:
-        alone(is_wrong, tell=nothing)
+        run_in_subprocess(is_wrong, tell=nothing)
     assert any("is_wrong" in note for note in wrong.value.__notes__)
     with pytest.raises(LayerjamError, match="ended by itself, with 3"):
-        alone(ends, tell=nothing)
+        run_in_subprocess(ends, tell=nothing)
 
 
 def test_stopped_it_leaves_neither_process_nor_folder(tmp_path):
@@ -84,6 +86,6 @@ def test_stopped_it_leaves_neither_process_nor_folder(tmp_path):
 
     where = tmp_path / "where"
     with pytest.raises(Enough):
-        alone(stays_in, str(where), tell=tell)
+        run_in_subprocess(stays_in, str(where), tell=tell)
     assert not multiprocessing.active_children()
     assert not Path(where.read_text()).exists()

@@ -12,8 +12,8 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.workbench.answer import Answer, file_bytes
 from layerjam.workbench.bench_session import Look
-from layerjam.workbench.call import Call, DataFile, Subject, apart, as_python
-from layerjam.workbench.pages.bench import Watched
+from layerjam.workbench.call import Call, DataFile, Subject, as_python, disambiguate
+from layerjam.workbench.pages.bench import BenchRecord
 
 KAPTON = "choi2018-kapton"
 SAID = {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "20 mm"}
@@ -27,7 +27,7 @@ def two_of_one_name():
 
 def test_the_copied_python_of_two_brakes_of_one_name_computes_both(tmp_path, monkeypatch):
     shown, pinned = two_of_one_name()
-    own = apart([shown], {"before": pinned})
+    own = disambiguate([shown], {"before": pinned})
     assert list(own.texts) == ["mine.toml", "mine-2.toml"]
     for name, text in own.texts.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
@@ -41,11 +41,11 @@ def test_the_copied_python_of_two_brakes_of_one_name_computes_both(tmp_path, mon
 
 def test_equal_files_stay_one_and_what_a_call_writes_keeps_its_name():
     one, other = two_of_one_name()
-    assert list(apart([one, one]).texts) == ["mine.toml"]
-    own = apart([one, Call("validate", other.subjects, made=True)])
+    assert list(disambiguate([one, one]).texts) == ["mine.toml"]
+    own = disambiguate([one, Call("validate", other.subjects, made=True)])
     assert list(own.texts) == ["mine.toml"]
     assert own.calls[1].subjects[0].name == "mine.toml"
-    assert apart([Call("show", (Subject(KAPTON),))]).texts == {}
+    assert disambiguate([Call("show", (Subject(KAPTON),))]).texts == {}
 
 
 @pytest.mark.slow
@@ -64,7 +64,7 @@ def looks():
 
 
 def test_what_was_seen_of_a_bench_is_drawn_by_the_lines_that_are_copied(tmp_path, monkeypatch):
-    shown = Watched(tuple(looks()), simulated=True)
+    shown = BenchRecord(tuple(looks()), simulated=True)
     assert shown.columns["time"][-1] == pytest.approx(4.9)
     assert np.isnan(shown.columns["vacuum"][7])
     monkeypatch.chdir(tmp_path)

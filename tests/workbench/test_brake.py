@@ -20,7 +20,7 @@ from layerjam.workbench.controls import with_unit
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.brake import KIND, ROWS, Brake, comparison, verdict
 from layerjam.workbench.pages.records import unit_of
-from layerjam.workbench.scene import MOST, UNIT, StackView, exaggeration, in_words, stack_of
+from layerjam.workbench.scene import MAX_SHEETS, UNIT, StackView, exaggeration, in_words, stack_of
 from layerjam.workbench.state import from_link, to_link
 from strategies import one, random_brakes, seeds
 from workbench.standing import standing
@@ -38,7 +38,7 @@ def test_the_picture_is_true_in_length(seed, part, share):
     brake = one(random_brakes(seed, 1), 0)
     slip = part * brake.sheets.overlap
     rest, slid = boxes(brake, 0.0, share), boxes(brake, slip, share)
-    drawn = min(int(brake.sheets.count), MOST)
+    drawn = min(int(brake.sheets.count), MAX_SHEETS)
     left, right = slid["sheet 0"], slid["sheet 1"]
     # where sheets of both ends lie over each other is the overlap left
     end = left.centre[0] + left.size[0] / 2
@@ -117,7 +117,7 @@ def test_what_is_not_to_scale_is_said():
     assert exaggeration(0.01, 11, 0.05) == 1
     many = replace(KAPTON, sheets=replace(KAPTON.sheets, count=100))
     stack = stack_of(many, 0.01, 1.0)
-    assert stack.drawn == MOST
+    assert stack.drawn == MAX_SHEETS
     words = in_words(many, stack, 0.01)
     assert "100 sheets, 24 of them drawn, 50 held on the left" in words
     assert "overlap by 58 mm of 68 mm" in words

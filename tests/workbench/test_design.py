@@ -22,7 +22,7 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages import design_front as front
 from layerjam.workbench.pages.design import Design, array_chart, limits_table
 from layerjam.workbench.pages.design_density import density_chart
-from layerjam.workbench.pages.design_need import STOPPED, Found, problem
+from layerjam.workbench.pages.design_need import STOPPED, SearchResult, problem
 from layerjam.workbench.state import State, from_link, to_link
 from workbench.standing import standing
 
@@ -82,7 +82,7 @@ def test_nothing_is_searched_twice_and_nothing_anew_that_was_stopped():
     assert page.compute()[1] is page.compute()[1]
     page = page_of(spec=SMALL)
     page.runner.stop()
-    assert page.compute()[1] == Found(None, STOPPED)
+    assert page.compute()[1] == SearchResult(None, STOPPED)
     page.runner.stopping.clear()
     assert page.compute()[1].problem == STOPPED
 
@@ -128,12 +128,12 @@ def test_every_point_of_the_picture_bears_its_design(small):
 
 
 def test_walking_along_the_front_meets_every_design(small):
-    numbers = front.along(small)
+    numbers = front.front_numbers(small)
     assert sorted(numbers) == sorted(d["number"] for d in small.front)
     masses = [front.designs(small)[n]["mass"] for n in numbers]
     assert masses == sorted(masses)
-    assert front.picked(small, 10**9)[0] == small.chosen["number"]
-    assert front.picked(small, front.REFINED)[1] is small.refined
+    assert front.pick_design(small, 10**9)[0] == small.chosen["number"]
+    assert front.pick_design(small, front.REFINED)[1] is small.refined
     assert {"mass", "width"} <= set(front.drawable(small))
 
 
@@ -192,10 +192,10 @@ def test_the_page_stands(monkeypatch):
             need = pages[-1].parts["need"]
             desk = pages[-1].desk
             first = need._found[1].result
-            numbers = front.along(first)
+            numbers = front.front_numbers(first)
             need.pick(numbers[0])
             need.walk(1)
-            assert need.wanted() == numbers[1]
+            assert need.selection() == numbers[1]
             need.take()
             assert desk.brake.name == f"small-b-{numbers[1]}"
             await user.should_see("is on the desk")
@@ -208,20 +208,20 @@ def test_the_page_stands(monkeypatch):
             # another front is asked for: from then on no button acts on the one before
             before, name = first, desk.brake.name
             desk.put("design", "spec", SMALL.replace("300 N", "250 N"))
-            picked = need.wanted()
+            picked = need.selection()
             need.take()
             need.walk(1)
             assert need.panel.shown is None and need.answers() == []
-            assert desk.brake.name == name and need.wanted() == picked
+            assert desk.brake.name == name and need.selection() == picked
             assert not need.results.visible and need.verdict.text == "Searching"
             # what comes late of the search before is not shown either
-            need.draw(Found(Answer(need.calls()[0], before)))
+            need.draw(SearchResult(Answer(need.calls()[0], before)))
             assert not need.results.visible
             await until(lambda: need.results.visible)
-            assert need._seen() is need._found[1].result is not before
-            need.pick(front.along(need._seen())[-1])
+            assert need._result() is need._found[1].result is not before
+            need.pick(front.front_numbers(need._result())[-1])
             need.take()
-            assert desk.brake.text == brake_of(need._seen(), need.wanted()).text
+            assert desk.brake.text == brake_of(need._result(), need.selection()).text
             need.editor.set_value(IMPOSSIBLE)
             need.search()
             await user.should_see("Not possible: holding_force", retries=300)

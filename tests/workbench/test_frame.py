@@ -24,7 +24,7 @@ from layerjam.workbench.controls import Control, number
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.all import TABS
 from layerjam.workbench.runner import Runner, Stopped
-from layerjam.workbench.server import LOCAL, Gate, check_free, is_loopback
+from layerjam.workbench.server import LOCAL, RequestGuard, check_free, is_loopback
 from layerjam.workbench.state import LARGEST, State, from_link, to_link
 
 WORD = st.text(max_size=20)
@@ -221,7 +221,7 @@ def status(sent):
 
 
 def test_the_gate_on_loopback():
-    gate = Gate(None, token=None, largest=100, names=(*LOCAL, "127.0.0.2"))
+    gate = RequestGuard(None, token=None, largest=100, names=(*LOCAL, "127.0.0.2"))
     assert status(through(gate, {"host": "localhost:8321"})[0]) == 200
     assert status(through(gate, {"host": "[::1]:8321"})[0]) == 200
     assert status(through(gate, {"host": "127.0.0.2:8321"})[0]) == 200
@@ -237,7 +237,7 @@ def test_the_gate_on_loopback():
 
 
 def test_no_other_page_may_hold_ours_or_lend_it_scripts():
-    gate = Gate(None, token=None, largest=100, names=LOCAL)
+    gate = RequestGuard(None, token=None, largest=100, names=LOCAL)
     for host in ("localhost", "evil.example"):
         headers = dict(through(gate, {"host": host})[0][0]["headers"])
         rules = headers[b"content-security-policy"].decode()
@@ -246,7 +246,7 @@ def test_no_other_page_may_hold_ours_or_lend_it_scripts():
 
 
 def test_the_gate_elsewhere_wants_the_token():
-    gate = Gate(None, token="secret", largest=100, names=None)
+    gate = RequestGuard(None, token="secret", largest=100, names=None)
     host = {"host": "192.168.1.4:8321"}
     assert status(through(gate, host)[0]) == 401
     assert status(through(gate, host, b"token=wrong")[0]) == 401

@@ -20,7 +20,7 @@ from layerjam.commands.lab import lab_example
 from layerjam.errors import LayerjamError
 from layerjam.measure.readers.workbook import MAX_UNPACKED
 from layerjam.workbench import uploads as up
-from layerjam.workbench.call import Call, DataFile, Subject, apart
+from layerjam.workbench.call import Call, DataFile, Subject, disambiguate
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages import laboratory, laboratory_chain
 from layerjam.workbench.pages import laboratory_files as files_of
@@ -28,7 +28,7 @@ from layerjam.workbench.pages.laboratory_chain import Campaign, Chain, stem_of, 
 from layerjam.workbench.pages.laboratory_files import practice_files, read_row
 from layerjam.workbench.runner import Stopped
 from layerjam.workbench.said import check_edit, edits_of, put_edits, sidecar_text
-from layerjam.workbench.uploads import Refused, Uploads, clean, in_users_toml, is_sidecar
+from layerjam.workbench.uploads import UploadError, Uploads, clean, in_users_toml, is_sidecar
 from workbench.standing import standing
 
 KAPTON = Subject("choi2018-kapton")
@@ -93,25 +93,25 @@ def test_a_cleaned_name_is_short_printable_and_stays_as_it_is(name):
 
 
 def test_bounds_in_size_and_number_are_said(tab, monkeypatch):
-    with pytest.raises(Refused, match=r"huge.csv: 954 MB is too large for the page"):
+    with pytest.raises(UploadError, match=r"huge.csv: 954 MB is too large for the page"):
         tab.room("huge.csv", 10**9)
-    with pytest.raises(Refused, match="is no sidecar"):
+    with pytest.raises(UploadError, match="is no sidecar"):
         tab.take("a.csv.toml", b"x" * (up.SIDECAR + 1))
-    monkeypatch.setattr(up, "MOST", 2)
+    monkeypatch.setattr(up, "MAX_FILES", 2)
     tab.take("a.csv", b"1")
     tab.take("b.csv", b"2")
-    with pytest.raises(Refused, match="2 measurements are the most"):
+    with pytest.raises(UploadError, match="2 measurements are the most"):
         tab.take("c.csv", b"3")
-    monkeypatch.setattr(up, "MOST", 5)
+    monkeypatch.setattr(up, "MAX_FILES", 5)
     monkeypatch.setattr(up, "ALL_TOGETHER", 2)
-    with pytest.raises(Refused, match="all files together"):
+    with pytest.raises(UploadError, match="all files together"):
         tab.take("c.csv", b"3")
     assert up.LARGEST < 64 * 2**20, "a request body is bounded at 64 MB"
 
 
 def test_the_same_content_counts_once_and_the_same_name_is_numbered(tab):
     tab.take("a.csv", b"1")
-    with pytest.raises(Refused, match=r"b.csv: the same content is here as a.csv"):
+    with pytest.raises(UploadError, match=r"b.csv: the same content is here as a.csv"):
         tab.take("b.csv", b"1")
     assert tab.take("a.csv", b"2").shown == "a (2).csv"
 
@@ -121,7 +121,7 @@ def test_the_folder_goes_with_the_tab_and_nothing_comes_after(tab):
     folder = tab.folder
     tab.close()
     assert not folder.exists() and not folder.parent.exists()
-    with pytest.raises(Refused, match="closed"):
+    with pytest.raises(UploadError, match="closed"):
         tab.take("b.csv", b"2")
 
 
@@ -317,8 +317,8 @@ def test_a_brake_is_not_written_over_the_one_it_is_made_from(campaign):
     brake = Subject(fitted.call.out, fitted.brake)
     again.run(campaign_of(rows, tab, brake))
     assert again.done["calibrate"].call.out == "choi2018-kapton-again-calibrated.toml"
-    assert [*apart([again.done["friction"].call]).texts] == [brake.name]
-    assert apart([again.done["calibrate"].call]).texts == {}
+    assert [*disambiguate([again.done["friction"].call]).texts] == [brake.name]
+    assert disambiguate([again.done["calibrate"].call]).texts == {}
 
 
 @pytest.mark.slow

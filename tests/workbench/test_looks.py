@@ -10,7 +10,7 @@ import pytest
 from layerjam.report.chart import Curve, Pane
 from layerjam.workbench.charts import MOST_ROOM, options
 from layerjam.workbench.tables import html, typeset
-from layerjam.workbench.widgets import shipped
+from layerjam.workbench.widgets import read_asset
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def names_of(block):
 def test_every_colour_of_a_figure_has_a_light_and_a_dark_shade():
     page = files("layerjam.report").joinpath("page.css").read_text("utf-8")
     drawn = set(re.findall(r"--(\w+):#[0-9a-f]{6}", page.split("}")[0]))
-    css = shipped("workbench.css")
+    css = read_asset("workbench.css")
     light, dark = (
         re.search(rf"^{head} {{(.*?)}}", css, re.M | re.S)[1]
         for head in (r"\.figure", r"\.body--dark \.figure")

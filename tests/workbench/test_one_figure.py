@@ -11,7 +11,7 @@ from layerjam.commands.impact import drop
 from layerjam.commands.regulate import regulate
 from layerjam.commands.tensile import tensile
 from layerjam.commands.vacuum_line import rise
-from layerjam.report.chart import Curve, Pane, beside, draw
+from layerjam.report.chart import Curve, Pane, add_comparisons, draw
 from layerjam.report.style import GREY
 from layerjam.workbench.charts import options
 
@@ -60,7 +60,7 @@ def test_a_crash_lies_within_the_axes_of_its_figure():
 
 def test_curves_beside_are_quiet_named_once_and_widen_the_axes():
     own = [Pane([Curve([0, 1], [0, 2])], "x [s]", y, (0, 1), (0, 2)) for y in ("a [N]", "b [m]")]
-    first, second = beside(own, {"other": [Curve([0, 3], [0, 5]), Curve([0, 3], [0, 1])]})
+    first, second = add_comparisons(own, {"other": [Curve([0, 3], [0, 5]), Curve([0, 3], [0, 1])]})
     quiet = first.curves[1]
     assert (quiet.color, quiet.name, quiet.labelled) == (GREY, "other", True)
     assert not second.curves[1].labelled

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from layerjam.commands.tensile import tensile
-from layerjam.workbench.desk import Desk, resized
+from layerjam.workbench.desk import Desk, resize_stack
 from layerjam.workbench.pages.pull import Pull
-from layerjam.workbench.peak import MOST, sentence
+from layerjam.workbench.peak import MAX_SHEETS, sentence
 from layerjam.workbench.state import State
 
 KAPTON = "choi2018-kapton"
@@ -26,23 +26,23 @@ def peak(vacuum, brake=KAPTON):
 
 
 def test_the_vacuum_found_gives_the_peak_of_the_command(page):
-    found = page.peak.found(150.0, by_sheets=False)
+    found = page.peak.search(150.0, by_sheets=False)
     assert peak(found.value) == pytest.approx(150.0, rel=1e-7)
     assert sentence(found, 150.0, False).endswith("gives a peak of 150 N.")
-    beyond = page.peak.found(900.0, by_sheets=False)
+    beyond = page.peak.search(900.0, by_sheets=False)
     assert beyond.value is None
     assert beyond.force == peak(page.controls()["vacuum"].high)
     assert "the greatest is" in sentence(beyond, 900.0, False)
 
 
 def test_the_sheets_found_are_the_nearest_at_this_vacuum(page):
-    found = page.peak.found(300.0, by_sheets=True)
+    found = page.peak.search(300.0, by_sheets=True)
     file = page.desk.brake
-    about = {n: abs(peak(60e3, resized(file, n)) - 300.0) for n in range(2, 60)}
+    about = {n: abs(peak(60e3, resize_stack(file, n)) - 300.0) for n in range(2, 60)}
     assert found.value == min(about, key=about.__getitem__)
     assert f"{int(found.value)} sheets" in sentence(found, 300.0, True)
-    beyond = sentence(page.peak.found(1e6, by_sheets=True), 1e6, True)
-    assert beyond.startswith(f"No number of sheets up to {MOST} sheets gives")
+    beyond = sentence(page.peak.search(1e6, by_sheets=True), 1e6, True)
+    assert beyond.startswith(f"No number of sheets up to {MAX_SHEETS} sheets gives")
 
 
 def test_a_dragged_peak_is_one_step_of_undo_and_the_slider_follows():

@@ -18,12 +18,12 @@ from layerjam.errors import FileError, QuantityError
 from layerjam.workbench import desk as desks
 from layerjam.workbench import session
 from layerjam.workbench.answer import notebook
-from layerjam.workbench.charts import MARKS, marked
+from layerjam.workbench.charts import MARKS, mark_points
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages import pull_files
 from layerjam.workbench.pages.pull import Pull, chart_of
 from layerjam.workbench.pages.pull_files import Reading
-from layerjam.workbench.pins import MOST, turn_file
+from layerjam.workbench.pins import MAX_PINS, turn_file
 from layerjam.workbench.session import KIND, KeptFile, from_session, kept_files, to_session
 from layerjam.workbench.state import MEASURED, Pin, State, from_link, to_link
 from workbench.standing import standing
@@ -153,7 +153,7 @@ def test_the_pin_goes_with_the_file_and_undo_draws_nothing_that_is_gone(page):
 
 
 def test_there_is_an_end_to_pins():
-    page = page_with(**{f"pull{k}": NAMES["60 kPa"] for k in range(MOST + 1)})
+    page = page_with(**{f"pull{k}": NAMES["60 kPa"] for k in range(MAX_PINS + 1)})
     *enough, more = [file.key for file in page.uploads.files]
     for key in enough:
         turn_file(page.desk, key)
@@ -230,7 +230,7 @@ def test_a_pin_without_its_file_draws_nothing():
 )
 def test_points_are_some_of_the_curve_spread_over_all_of_it(x, count, chance):
     pairs = [[v, chance.choice([None, chance.uniform(-5, 5)])] for v in sorted(x)]
-    made = marked(pairs, count)
+    made = mark_points(pairs, count)
     assert [p["value"] if isinstance(p, dict) else p for p in made] == pairs
     seen = [k for k, p in enumerate(made) if isinstance(p, dict)]
     known = [k for k, (_, y) in enumerate(pairs) if y is not None]
@@ -243,7 +243,9 @@ def test_points_are_equally_far_apart_on_a_rise_and_beside_it():
     x = np.concatenate((np.linspace(0, 1, 2000), np.linspace(1, 40, 2000)[1:]))
     y = np.minimum(x, 1.0) * 100
     points = [
-        p["value"] for p in marked(np.stack((x, y), axis=1).tolist(), 41) if isinstance(p, dict)
+        p["value"]
+        for p in mark_points(np.stack((x, y), axis=1).tolist(), 41)
+        if isinstance(p, dict)
     ]
     a = np.array(points) / (40.0, 100.0)
     steps = np.hypot(*np.diff(a, axis=0).T)

@@ -15,11 +15,11 @@ from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, DataFile, Subject
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.drop import Drop
-from layerjam.workbench.pages.drop_outcome import series, stopped
+from layerjam.workbench.pages.drop_outcome import drop_chart, series
 from layerjam.workbench.pages.pull import STICK_SLIP, Pull, chart_of
 from layerjam.workbench.pages.pull_chart import saw
 from layerjam.workbench.pages.vacuum import Vacuum
-from layerjam.workbench.pins import MOST, call_of, labels, pin_of
+from layerjam.workbench.pins import MAX_PINS, call_of, labels, pin_of
 from layerjam.workbench.state import Pin, State, from_link, to_link
 from workbench.standing import standing
 
@@ -102,11 +102,11 @@ def test_a_drop_is_pinned_and_drawn_with_its_own_end():
     page = Drop(Desk(State(page="drop", pins=pins, settings={"drop": {"shown": "full"}})))
     call = page.columns()["full"]
     own, slower = call.run(), drop(KAPTON, vacuum="60 kPa", **options)
-    answer = Answer(call, own, pins=page.panel.beside(call))
+    answer = Answer(call, own, pins=page.panel.pinned_answers(call))
     assert list(answer.pinned) == ["60 kPa"]
     assert slower.stopping_time > own.stopping_time
     beside = {label: one.result for label, one in answer.beside.items()}
-    chart = stopped(series(own.record), None, beside, False)
+    chart = drop_chart(series(own.record), None, beside, False)
     quiet = [s for s in chart["series"] if s["name"] == "60 kPa"]
     ends = (slower.peak_force, slower.record.travel[-1] * 1e3, slower.peak_deceleration)
     for one, most in zip(quiet, ends, strict=True):
@@ -153,11 +153,11 @@ def test_pin_drag_unpin_and_undo_on_the_page():
             page.desk.undo()
             assert len(page.desk.state.pins) == 1
             await page.settled()
-            for k in range(MOST + 2):
+            for k in range(MAX_PINS + 2):
                 page.desk.put("pull", "vacuum", 20e3 + 1e3 * k)
                 await asyncio.sleep(0)
                 await page.settled()
                 page.panel.pin()
-            assert len(page.desk.state.pins) == MOST
+            assert len(page.desk.state.pins) == MAX_PINS
 
     asyncio.run(use())

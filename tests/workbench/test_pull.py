@@ -19,7 +19,7 @@ from layerjam.workbench.charts import round_up
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.outcomes import PULLS, of_pull, of_slide
 from layerjam.workbench.pages.pull import Pull
-from layerjam.workbench.pages.pull_chart import pulled
+from layerjam.workbench.pages.pull_chart import pull_chart
 from layerjam.workbench.pages.pull_files import Reading, laid_out, read
 from layerjam.workbench.state import State
 
@@ -81,9 +81,9 @@ def test_files_are_held_against_the_model_and_what_is_left_over_is_drawn(page_of
     # ten percent more than the model leaves a tenth of it over
     np.testing.assert_allclose(curve.residual, 0.1 * curve.model, rtol=0.02)
     np.testing.assert_array_equal(curve.residual, curve.measured - curve.model)
-    assert list(reading.named(p) for p in reading.understood.understood) == ["a pull.csv"]
+    assert list(reading.name_of(p) for p in reading.understood.understood) == ["a pull.csv"]
     assert page.answers()[2].call.command() == "layerjam validate choi2018-kapton 'a pull.csv'"
-    chart = pulled(answer.result, whole, reading, False)
+    chart = pull_chart(answer.result, whole, reading, False)
     below = [s for s in chart["series"] if s["yAxisIndex"] == 1]
     assert [s["name"] for s in below] == ["60 kPa, a pull.csv, left over"]
     drawn = [y for _, y in below[0]["data"] if y is not None]
@@ -127,7 +127,7 @@ def test_the_force_axis_stands_still_while_vacuum_is_dragged():
     whole = show(KAPTON)
     tops = set()
     for vacuum in ("5 kPa", "50 kPa", "101 kPa"):
-        chart = pulled(tensile(KAPTON, **PULL | {"vacuum": vacuum}), whole, Reading(), False)
+        chart = pull_chart(tensile(KAPTON, **PULL | {"vacuum": vacuum}), whole, Reading(), False)
         tops.add(chart["yAxis"][0]["max"])
     assert tops == {200.0}
     for force in (0.3, 7.0, 188.6, 1900.0):

@@ -19,7 +19,7 @@ from layerjam.workbench import answer as answers
 from layerjam.workbench.charts import band
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.pull import PIN_BAND, Pull, chart_of
-from layerjam.workbench.pages.pull_band import known
+from layerjam.workbench.pages.pull_band import law_error
 from layerjam.workbench.pins import BAND, call_of
 from layerjam.workbench.state import Pin, State, from_link, to_link
 from layerjam.workbench.takeaway import curves_csv
@@ -82,18 +82,18 @@ def test_the_ground_is_enclosed_by_both_edges():
 
 
 def test_only_a_brake_calibrated_here_and_only_its_own_law_has_a_band(page):
-    assert known(page.desk, page.calls()[0]) is not None
+    assert law_error(page.desk, page.calls()[0]) is not None
     for value in ("stack", "judder", "lumped"):
         page.desk.put("pull", "model", value)
-        assert (known(page.desk, page.calls()[0]) is None) == (value != "lumped")
+        assert (law_error(page.desk, page.calls()[0]) is None) == (value != "lumped")
     page.desk.put_brake(CALIBRATED + "# edited\n")
-    assert known(page.desk, page.calls()[0]) is None
+    assert law_error(page.desk, page.calls()[0]) is None
     assert drawn(page)[1] is None
 
 
 def test_a_pinned_band_goes_with_the_link_and_needs_no_calibration_there(page):
     _, before, _ = drawn(page)
-    text = known(page.desk, page.calls()[0]).text()
+    text = law_error(page.desk, page.calls()[0]).text()
     pin = Pin("pull", "tensile", CALIBRATED, {**page.calls()[0].options, BAND: text})
     other = Pull(Desk(from_link(to_link(State(page="pull", pins=(pin,))))))
     _, shown, chart = drawn(other)

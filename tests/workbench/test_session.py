@@ -17,7 +17,7 @@ from layerjam.errors import FileError, LayerjamError
 from layerjam.records.toml import MAX_BYTES
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.pull import Pull
-from layerjam.workbench.pins import MOST
+from layerjam.workbench.pins import MAX_PINS
 from layerjam.workbench.session import KIND, from_session, to_session
 from layerjam.workbench.state import Pin, State
 from layerjam.workbench.uploads import LARGEST
@@ -68,7 +68,7 @@ def test_what_the_page_writes_of_the_largest_brakes_is_opened_again():
     line = '# "\\'
     whole = EDITED + (line + "\n") * ((MAX_BYTES - len(EDITED) - 10) // (len(line) + 1))
     assert 0.99 * MAX_BYTES < len(whole) < MAX_BYTES
-    pins = tuple(replace(PIN, page=page, subject=whole) for page in ("pull",) * MOST)
+    pins = tuple(replace(PIN, page=page, subject=whole) for page in ("pull",) * MAX_PINS)
     state = replace(STATE, brake=whole, beside=whole, pins=pins)
     data = to_session(state).encode()
     assert 1_000_000 < len(data) < LARGEST

@@ -18,7 +18,15 @@ from layerjam.simulate.sheet_motion import motion_of
 from layerjam.simulate.stack import tensile_stack
 from layerjam.simulate.stack_layout import Housing, stack_of
 from layerjam.workbench.pages.pull import _point
-from layerjam.workbench.sheets_drawing import MOST, Seen, drawing, rounded, runs, said, scale_said
+from layerjam.workbench.sheets_drawing import (
+    MAX_SHEETS,
+    PullView,
+    drawing,
+    round_down,
+    runs,
+    scale_said,
+    slip_sentence,
+)
 
 KAPTON = "choi2018-kapton"
 PULL = {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "30 mm", "model": "stack"}
@@ -31,7 +39,7 @@ def found():
 
 @pytest.fixture(scope="module")
 def seen(found):
-    return Seen.of(found.motion, load(KAPTON).brake.sheets)
+    return PullView.from_motion(found.motion, load(KAPTON).brake.sheets)
 
 
 def test_the_motion_is_the_stacks_own_at_fewer_samples_and_keeps_every_change(found):
@@ -63,10 +71,10 @@ def test_what_slides_bears_its_friction_and_the_sentence_counts_it(seen):
     at = int(np.flatnonzero(motion.sliding.all(axis=1))[0])
     whole = float(friction_per_contact(60e3, brake)) * brake.sheets.overlap
     assert motion.force[at] == pytest.approx(whole, rel=0.05)
-    assert "every sheet slides" in said(seen, at)
-    assert "no sheet slides" in said(seen, 0)
+    assert "every sheet slides" in slip_sentence(seen, at)
+    assert "no sheet slides" in slip_sentence(seen, 0)
     mixed = seen.telling()
-    assert "2 of 10 interfaces slide (1 and 10, from the top)" in said(seen, mixed)
+    assert "2 of 10 interfaces slide (1 and 10, from the top)" in slip_sentence(seen, mixed)
 
 
 def spans(svg: str, kind: str) -> list[tuple[float, float]]:
@@ -108,7 +116,7 @@ def test_movements_are_large_before_all_slide_and_true_after(seen):
 def test_the_cursor_finds_its_sample_on_a_pull_that_turns():
     steps = "evacuate to 60 kPa; pull at 1 mm/s until 20 mm; return at 1 mm/s to 10 mm"
     motion = tensile(KAPTON, procedure=steps, model="stack").motion
-    turned = Seen.of(motion, load(KAPTON).brake.sheets)
+    turned = PullView.from_motion(motion, load(KAPTON).brake.sheets)
     for at in range(0, len(motion.force), 7):
         near = turned.nearest(float(motion.elongation[at]), float(motion.force[at]))
         assert abs(motion.elongation[near] - motion.elongation[at]) < 2e-4
@@ -123,10 +131,10 @@ def test_a_thick_stack_is_drawn_in_part_and_says_so():
     sheets = replace(file.brake.sheets, count=301)
     file = replace(file, brake=replace(file.brake, sheets=sheets))
     motion = motion_of(*tensile_stack(file, simple_pull(10e3, 1e-3, 2e-3)))
-    thick = Seen.of(motion, sheets)
+    thick = PullView.from_motion(motion, sheets)
     svg = drawing(thick, thick.telling())
-    assert len(spans(svg, "sheet-holds") + spans(svg, "sheet-slides")) == MOST
-    assert f"{MOST} of 301 sheets are drawn" in svg
+    assert len(spans(svg, "sheet-holds") + spans(svg, "sheet-slides")) == MAX_SHEETS
+    assert f"{MAX_SHEETS} of 301 sheets are drawn" in svg
 
 
 @given(st.sets(st.integers(1, 40), min_size=1))
@@ -141,7 +149,7 @@ def test_runs_of_numbers_read_back(numbers):
 
 @given(st.floats(1e-6, 1e9))
 def test_a_round_factor_is_never_above(value):
-    assert rounded(value) <= value * (1 + 1e-9) and rounded(value) > value / 2.6
+    assert round_down(value) <= value * (1 + 1e-9) and round_down(value) > value / 2.6
 
 
 @pytest.mark.parametrize("sent", [None, "x", [], [1], ["1", 2], {"x": 1}, [[None, 2]]])

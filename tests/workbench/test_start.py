@@ -18,7 +18,7 @@ from layerjam.identify.origin import ORIGINS, origin
 from layerjam.records.source import Source
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.all import TABS
-from layerjam.workbench.pages.start import Start, fell, holds, rounded_down
+from layerjam.workbench.pages.start import Start, drop_sentence, holds, rounded_down
 from layerjam.workbench.state import SAME, State, from_link, to_link
 from workbench.standing import standing
 
@@ -83,7 +83,7 @@ def test_the_kilogram_stops_where_friction_eats_its_energy(vacuum):
     page.dropped = True
     answer = page.compute()[2]
     stop = answer.result
-    said = fell(stop, answer.refusal)
+    said = drop_sentence(stop, answer.refusal)
     per_length = 0.875 * 0.24 * 10 * 0.013 * vacuum
     work = per_length * (0.068 * 0.06 - 0.06**2 / 2)
     if work > GRAVITY * 0.36:

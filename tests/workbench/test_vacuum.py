@@ -92,19 +92,19 @@ def test_the_page_stands_and_the_line_can_be_changed():
             assert set(line.rows) == set(FIELDS)
             typed = line.row("chamber.volume").field
             typed.set_value("15.006")  # in the unit shown
-            line.row("chamber.volume").typed()
+            line.row("chamber.volume").on_type()
             assert page.desk.line.line.chamber.volume == pytest.approx(15.006e-6)
             assert page.desk.line.name == "choi2018-edited"
             await user.should_see("10 to 90 % in 7.8 s", retries=100)
             typed.set_value("15 kPa")
-            line.row("chamber.volume").typed()
+            line.row("chamber.volume").on_type()
             assert "units of m^3" in typed.error
             # a tube stands only with its bore; its length waits for it
             line.row("tube.length").field.set_value("1 m")
-            line.row("tube.length").typed()
+            line.row("tube.length").on_type()
             assert "tube.bore" in line.row("tube.length").field.error
             line.row("tube.bore").field.set_value("3 mm")
-            line.row("tube.bore").typed()
+            line.row("tube.bore").on_type()
             assert page.desk.line.line.tube.length == 1.0
             line.take("valve", "smc-vt307v")
             assert page.desk.line.parts["valve"] == "smc-vt307v"

@@ -303,7 +303,7 @@ def _glance(brake: BrakeFile) -> Part:
     shot = build_pictures.shots(scene(drawing.build, drawing.lengths))["exploded"]
     drawers: dict[str, tuple[Callable[[], Figure], str]] = {
         "device": (partial(device, brake), "The brake at rest, pulled out, and across."),
-        "exploded": (partial(build_pictures.labelled, *shot), "Its parts, apart."),
+        "exploded": (partial(build_pictures.add_labels, *shot), "Its parts, apart."),
         "pull": (pull.draw, "A pull at 94.5 kPa, computed."),
         "stop": (stop.draw, "1 kg at 2.5 m/s, stopped within 40 mm, computed."),
         "rise": (rise(load_line("choi2018"), target=80e3).draw, "The paper's pumps, computed."),

@@ -48,7 +48,7 @@ class ArrayPull(Result):
         from layerjam.report import force_figures
 
         words = f"{self.parallel} × {self.series} {self.brake}: {self.record.outcome}"
-        return force_figures.pulled(self.record, words, "simulated; an even share is assumed")
+        return force_figures.pull_panes(self.record, words, "simulated; an even share is assumed")
 
 
 @command(

@@ -162,7 +162,7 @@ class CollisionPlan(Judged):
         """The vacuum during the warning, the stops, and the chances."""
         from layerjam.report import control_figures
 
-        return control_figures.planned(self.record)
+        return control_figures.plan_figure(self.record)
 
 
 LEAST_SIZES = {

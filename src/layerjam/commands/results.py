@@ -221,7 +221,11 @@ class Result:
             if not curves or not self.takes_beside(type((beside or {})[label])):
                 raise LayerjamError(f"{label}: no curve that can be drawn beside this one")
         with contextlib.nullcontext() if ax is None else drawing_into(ax):
-            figure = self.draw_panes(chart.beside(self.panes(), quiet)) if quiet else self.draw()
+            figure = (
+                self.draw_panes(chart.add_comparisons(self.panes(), quiet))
+                if quiet
+                else self.draw()
+            )
         if path is not None:
             save(figure, Path(path), overwrite)
         return figure

@@ -1,1 +1,1 @@
-"""What we command: the control law of the vacuum, its settings, its tuning, and closed loops."""
+"""Control law of the vacuum, its settings, its tuning, and closed loops."""

@@ -91,20 +91,22 @@ def _ripple(regulator: Regulator, target: float, ripple: float) -> Check:
     if fine:
         return check("ripple", True, sentence)
     cause, move = next(iter(shortest_moves(regulator, target).items()))
-    why = "; the gains, or the lag of sensor and tube, make it swing"
+    advice = "; the gains, or the lag of sensor and tube, make it swing"
     if move > 0.25 * ripple:
-        why = f": {cause} moves the vacuum by {show(move, 'Pa')}" + _remedy(regulator, move, target)
-    return check("ripple", False, sentence, why, "failed")
+        advice = f": {cause} moves the vacuum by {show(move, 'Pa')}" + _remedy(
+            regulator, move, target
+        )
+    return check("ripple", False, sentence, advice, "failed")
 
 
 def _remedy(regulator: Regulator, move: float, target: float) -> str:
     """Return what to change so that a move of the vacuum [Pa] becomes as small as is allowed."""
-    sample, allowed = regulator.sample_time, min(idle_band(regulator), 0.5 * SWING * target)
-    other = "kind pi instead of bang-bang, " if regulator.kind == "bang-bang" else ""
+    sample, limit = regulator.sample_time, min(idle_band(regulator), 0.5 * SWING * target)
+    changes = "kind pi instead of bang-bang, " if regulator.kind == "bang-bang" else ""
     if max(regulator.minimum_on, regulator.minimum_vent) > sample:
-        return f": take {other}a shorter least run, a smaller pump or a larger volume"
-    if move > allowed:
-        digit = 10.0 ** math.floor(math.log10(sample * allowed / move))
-        shorter = digit * math.floor(sample * allowed / move / digit)
-        other += f"a sample time of {show(shorter, 's')}, "
-    return f": take {other}a smaller pump or valve, or a larger volume"
+        return f": take {changes}a shorter least run, a smaller pump or a larger volume"
+    if move > limit:
+        digit = 10.0 ** math.floor(math.log10(sample * limit / move))
+        shorter = digit * math.floor(sample * limit / move / digit)
+        changes += f"a sample time of {show(shorter, 's')}, "
+    return f": take {changes}a smaller pump or valve, or a larger volume"

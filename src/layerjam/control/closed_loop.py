@@ -1,8 +1,8 @@
 """The law and its plant in closed loop: one run with its history, or thousands over the cores.
 
 Between samples the plant and the sensor's lag are exact (`plant.py`; the lag to 1e-11 of a sample's
-rise); behind a tube they are integrated (`through_tube.py`). Noise is that of `noise.py`: a run's
-result depends on its seed and number alone, not on how many others run beside it or on which core.
+rise); behind a tube they are integrated (`through_tube.py`). Noise is that of `noise.py`: the
+result of a run depends on its seed and number alone, not on other runs or on its core.
 """
 
 import functools
@@ -37,7 +37,7 @@ class Runs:
     rise_time: Any
     """10 to 90 % of the first target [s], NaN where not reached in its time."""
     overshoot: Any
-    """Greatest vacuum less the first target, while that stands [Pa]; negative where not reached."""
+    """Greatest vacuum less the first target during its time [Pa]; negative if not reached."""
     steady_error: Any
     """Mean of vacuum less target in the last part of the run [Pa]."""
     ripple: Any
@@ -49,7 +49,7 @@ class Runs:
     fault: Any
     """Code of the first fault, 0 = healthy; names in `settings.FAULTS`."""
     fault_time: Any
-    """When it was detected [s], NaN where none was."""
+    """Time of its detection [s], NaN if there is none."""
 
 
 COLUMNS = tuple(Runs.__dataclass_fields__)
@@ -87,8 +87,8 @@ def simulate(
     """One run from no vacuum, with its history.
 
     `targets` are pairs (duration [s], vacuum [Pa]), begun again at their end if `duration` is
-    longer. `plant` and `sensor` are the true ones where they differ from what the regulator was
-    told. `steady`: last part of the run over which steady error and ripple are taken.
+    longer. `plant` and `sensor` are the true ones if they differ from the regulator's settings.
+    `steady` is the last part of the run, over which steady error and ripple are taken.
     Raises QuantityError for what `settings.validate` refuses.
     """
     loop_of = _Loop(regulator, plant, sensor, injected or FaultInjection())
@@ -142,13 +142,13 @@ class _Loop:
     injected: FaultInjection
 
     def course(self, targets: Targets, duration: float | None, steady: float) -> Course:
-        """What happens when; raises QuantityError for what cannot be run."""
+        """Return the schedule of a run; raises QuantityError if it is impossible."""
         if not targets or min(lasting for lasting, _ in targets) <= 0:
             raise QuantityError("targets: each needs a duration of more than zero")
         validate(self.regulator, max(level for _, level in targets))
-        broken, dt = self.injected, self.regulator.sample_time
-        if broken.sensor not in SENSOR_FAULTS:
-            raise QuantityError(f"sensor: '{broken.sensor}' is no fault a sensor is given here")
+        fault, dt = self.injected, self.regulator.sample_time
+        if fault.sensor not in SENSOR_FAULTS:
+            raise QuantityError(f"sensor: '{fault.sensor}' is no fault a sensor is given here")
         length = sum(lasting for lasting, _ in targets) if duration is None else duration
         count = round(length / dt)
         if count < 1:
@@ -159,9 +159,9 @@ class _Loop:
             samples=count,
             ends=np.cumsum([max(round(lasting / dt), 1) for lasting, _ in targets]),
             levels=np.array([level for _, level in targets], float),
-            onset=count if math.isinf(broken.at) else math.ceil(broken.at / dt - 1e-9),
-            sensor=SENSOR_FAULTS[broken.sensor],
-            shown=math.nan if broken.sensor == "nan" else float(broken.value),
+            onset=count if math.isinf(fault.at) else math.ceil(fault.at / dt - 1e-9),
+            sensor=SENSOR_FAULTS[fault.sensor],
+            shown=math.nan if fault.sensor == "nan" else float(fault.value),
             steady=int(count * (1 - steady)),
         )
 
@@ -176,8 +176,8 @@ class _Loop:
             float(sensor.resolution),
             float(sensor.offset),
         )
-        off = self.injected.value if self.injected.sensor == "offset" else 0.0
-        chains = (sound, sound._replace(offset=sound.offset + off))
+        offset = self.injected.value if self.injected.sensor == "offset" else 0.0
+        chains = (sound, sound._replace(offset=sound.offset + offset))
         plants = (FaultInjection().on(plant), self.injected.on(plant))
-        packed = self.regulator.packed()
-        loop()((seed, number), packed, law.fresh(), plants, chains, course, out, history)
+        settings = self.regulator.packed()
+        loop()((seed, number), settings, law.fresh(), plants, chains, course, out, history)

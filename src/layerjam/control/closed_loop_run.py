@@ -15,17 +15,17 @@ import numpy as np
 
 from layerjam.control import exact, law
 from layerjam.control.noise import key_of, normal
-from layerjam.control.through_tube import advanced
+from layerjam.control.through_tube import advance
 from layerjam.mechanics.compiled import stamp_of
-from layerjam.mechanics.threads import once
+from layerjam.mechanics.threads import cache_threadsafe
 
 READS, STANDS, SHOWS = 0, 1, 2
-"""What the sensor does: it reads, keeps its last number, or shows a number of its own."""
+"""States of the sensor: it reads, keeps its last number, or shows a fixed number."""
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class Chain(NamedTuple):
-    """From the vacuum to a reading [Pa]."""
+    """Measuring chain from the vacuum to a reading [Pa]."""
 
     highest: float
     lowest: float
@@ -35,12 +35,12 @@ class Chain(NamedTuple):
 
 
 class Course(NamedTuple):
-    """What happens when; counts are samples."""
+    """Schedule of a run; counts are samples."""
 
     dt: float
     """Length of a sample [s]."""
     lag: float
-    """Of the sensor [s]."""
+    """Lag of the sensor [s]."""
     samples: int
     ends: Array
     """Sample at which each target ends; behind the last they begin again."""
@@ -49,9 +49,9 @@ class Course(NamedTuple):
     onset: int
     """Sample from which on plant and sensor are the broken ones."""
     sensor: int
-    """What the broken sensor does."""
+    """State of the broken sensor."""
     shown: float
-    """What it shows where it shows a number of its own [Pa]."""
+    """Number that a broken sensor shows [Pa]."""
     steady: int
     """Sample from which on steady error and ripple are taken."""
 
@@ -83,24 +83,24 @@ compiled_step, compiled_detect = _LAW["step"], _LAW["detect"]
 
 
 factors = numba.njit(error_model="numpy", forceinline=True)(exact.factors)
-"""That of `exact.py` for numba."""
+"""`factors` of `exact.py`, compiled by numba."""
 
 
 @numba.njit(error_model="numpy", forceinline=True)  # type: ignore[untyped-decorator]
-def _reading(shown, noise, chain):  # type: ignore[no-untyped-def]  # pragma: no cover
+def _reading(value, noise, chain):  # type: ignore[no-untyped-def]  # pragma: no cover
     """Offset, noise, steps and range."""
-    y = shown + chain.offset + chain.noise * noise
+    y = value + chain.offset + chain.noise * noise
     if chain.step > 0.0:
         y = np.rint(y / chain.step) * chain.step
     return min(max(y, chain.lowest), chain.highest)
 
 
-@once
+@cache_threadsafe
 def loop() -> Any:
     """The compiled loop: some seconds when its files or the law have changed, else from cache."""
-    here = Path(__file__).parent
+    folder = Path(__file__).parent
     names = ("law.py", "noise.py", "exact.py", "closed_loop_run.py", "through_tube.py")
-    stamp = stamp_of(here / name for name in names)
+    stamp = stamp_of(folder / name for name in names)
 
     @numba.njit(cache=True, nogil=True, error_model="numpy")
     def run(  # type: ignore[no-untyped-def]
@@ -110,17 +110,17 @@ def loop() -> Any:
         key = key_of(key[0], key[1])
         dt, lag, state = course.dt, course.lag, fresh
         left = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
-        vacuum = side = shown = reading = total = on = 0.0
-        least, most, over, when = math.inf, -math.inf, -math.inf, math.nan
+        vacuum = side = gauge = reading = total = pump_time = 0.0
+        least, greatest, overshoot, fault_time = math.inf, -math.inf, -math.inf, math.nan
         low, high = math.nan, math.nan
         phase, stage, target = 0, 0, course.levels[0]
         for n in range(course.samples):
-            broken = 1 if n >= course.onset else 0
-            does = course.sensor if broken else READS
+            case = 1 if n >= course.onset else 0
+            does = course.sensor if case else READS
             if does == READS:
-                chain = chains[broken]
+                chain = chains[case]
                 noise = normal(key, n) if chain.noise > 0.0 else 0.0
-                reading = _reading(shown, noise, chain)
+                reading = _reading(gauge, noise, chain)
             elif does == SHOWS:
                 reading = course.shown
             state, pump, vent, fault = compiled_step(settings, state, reading, target)
@@ -128,28 +128,28 @@ def loop() -> Any:
                 history[n, 0], history[n, 1] = vacuum, reading
                 history[n, 2], history[n, 3] = target, pump
                 history[n, 4], history[n, 5] = vent, fault
-            on += abs(pump)
-            if fault != 0 and when != when:
-                when = n * dt
+            pump_time += abs(pump)
+            if fault != 0 and fault_time != fault_time:
+                fault_time = n * dt
             if n >= course.steady:
                 total += vacuum - target
-                least, most = min(least, vacuum), max(most, vacuum)
-            a, b, gain, sensed = factors(plants[broken], pump, float(vent), dt, lag, left)
+                least, greatest = min(least, vacuum), max(greatest, vacuum)
+            a, b, gain, effect = factors(plants[case], pump, float(vent), dt, lag, left)
             if plants[0].side > 0.0:
-                b -= plants[broken].leak  # that is in the chamber
-                after, side, shown = advanced(vacuum, side, shown, a, b, plants[broken], dt, lag)
+                b -= plants[case].leak  # that is in the chamber
+                after, side, gauge = advance(vacuum, side, gauge, a, b, plants[case], dt, lag)
             else:
                 slope = a - b * vacuum
                 after = vacuum + slope * gain
                 if after > plants[0].top:
                     after, slope = plants[0].top, (plants[0].top - vacuum) / gain
-                shown = shown + left * (vacuum - shown) + slope * sensed if lag > 0.0 else after
+                gauge = gauge + left * (vacuum - gauge) + slope * effect if lag > 0.0 else after
             if n < course.ends[0]:
                 if low != low and after >= 0.1 * target:
                     low = n + (0.1 * target - vacuum) / (after - vacuum)
                 if high != high and after >= 0.9 * target:
                     high = n + (0.9 * target - vacuum) / (after - vacuum)
-                over = max(over, after - target)
+                overshoot = max(overshoot, after - target)
             vacuum = after
             phase += 1
             if phase >= course.ends[stage]:
@@ -157,9 +157,9 @@ def loop() -> Any:
                 if phase >= course.ends[-1]:
                     phase, stage = 0, 0
                 target = course.levels[stage]
-        out[0], out[1] = (high - low) * dt, over
-        out[2], out[3] = total / max(course.samples - course.steady, 1), most - least
-        out[4], out[5], out[6] = on * dt, state[0][5], state[0][6]
-        out[7], out[8] = state[1][13], when
+        out[0], out[1] = (high - low) * dt, overshoot
+        out[2], out[3] = total / max(course.samples - course.steady, 1), greatest - least
+        out[4], out[5], out[6] = pump_time * dt, state[0][5], state[0][6]
+        out[7], out[8] = state[1][13], fault_time
 
     return run

@@ -18,9 +18,9 @@ from layerjam.control import law
 from layerjam.control.closed_loop_run import compiled_detect, factors
 from layerjam.control.faults import FaultInjection
 from layerjam.control.settings import Packed, Regulator
-from layerjam.control.through_tube import advanced
+from layerjam.control.through_tube import advance
 from layerjam.mechanics.compiled import stamp_of
-from layerjam.mechanics.threads import once
+from layerjam.mechanics.threads import cache_threadsafe
 
 IN_NOISE = 5.0
 """Standard deviations of a reading by which noise may put off a detector."""
@@ -36,7 +36,7 @@ BLOCKS = (1.0, 0.01)
 STARTS = 5
 """Vacuums, from none to the one asked for, at which a fault is tried."""
 LONGEST = 20_000
-"""Steps after which a fault that has not been said counts as not seen."""
+"""Steps after which an unreported fault counts as undetected."""
 
 
 def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
@@ -69,13 +69,13 @@ def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
     }
 
 
-def _worst(regulator: Regulator, vacuum: float, injected: FaultInjection) -> float:
+def _worst(regulator: Regulator, vacuum: float, fault: FaultInjection) -> float:
     """Longest time [s] until a fault is detected that begins at any reading up to one [Pa]."""
     starts = np.linspace(0.0, vacuum, STARTS).tolist()
     pump, zero = regulator.tolerances.pump, regulator.zero
     ends = itertools.product((-pump, pump), (-zero, zero), (0.0, regulator.slowest))
     times = [
-        _detected(regulator, v, injected, ran, end)
+        _detection_time(regulator, v, fault, ran, end)
         for end in dict.fromkeys(ends)
         for v in starts
         for ran in (True, False)
@@ -83,10 +83,10 @@ def _worst(regulator: Regulator, vacuum: float, injected: FaultInjection) -> flo
     return max(times) + regulator.samples(regulator.fades_in) * regulator.sample_time
 
 
-def _detected(
+def _detection_time(
     regulator: Regulator,
     shows: float,
-    injected: FaultInjection,
+    fault: FaultInjection,
     ran: bool,
     end: tuple[float, float, float],
 ) -> float:
@@ -94,16 +94,16 @@ def _detected(
 
     `end` is the error of the pump, the sensor's zero [Pa] and its lag [s].
     """
-    dt, off, (pump, zero, lag) = regulator.sample_time, regulator.zero, end
+    dt, zero_error, (pump, zero, lag) = regulator.sample_time, regulator.zero, end
     plant = replace(regulator.plant, rate=regulator.plant.rate * (1 + pump))
-    blocked, vacuum = injected.volume < 1, min(max(shows - zero, 0.0), plant.top)
+    is_blocked, vacuum = fault.volume < 1, min(max(shows - zero, 0.0), plant.top)
     watch = regulator.packed()[1]
-    least = law.given(1.0, shows + off, watch[0], *watch[1:3], *watch[18:21]) / dt
+    least = law.given(1.0, shows + zero_error, watch[0], *watch[1:3], *watch[18:21]) / dt
     loss = plant.leak * max(shows, 0.5 * plant.top)
     net = least - loss
     if not net > loss:
         return math.inf
-    long = FINE * injected.volume / plant.rate if blocked else regulator.decision / net / WINDOW
+    long = FINE * fault.volume / plant.rate if is_blocked else regulator.decision / net / WINDOW
     step = max(dt, long)
     watch = _strict(regulator, step)
     side = vacuum
@@ -111,29 +111,29 @@ def _detected(
         tube = plant.passage
         p, lowest = tube.atmosphere - vacuum, tube.atmosphere - plant.top
         side = tube.atmosphere - float(tube.side(p, plant.rate, lowest))
-    seen, shown = list(law.fresh()[1]), vacuum
+    memory, gauge = list(law.fresh()[1]), vacuum
     if ran:
-        shown -= lag * float(plant.rise(vacuum))
-        seen[4] = law.given(1.0, shows - off, watch[0], *watch[1:3], *watch[18:21])
-    seen[0] = shown + shows - vacuum
+        gauge -= lag * float(plant.rise(vacuum))
+        memory[4] = law.given(1.0, shows - zero_error, watch[0], *watch[1:3], *watch[18:21])
+    memory[0] = gauge + shows - vacuum
     count, code = _trial()(
-        injected.on(plant),
+        fault.on(plant),
         watch,
-        tuple(seen),
+        tuple(memory),
         law.fresh()[0],
-        (vacuum, side, shown),
+        (vacuum, side, gauge),
         (step, lag, LONGEST, shows - vacuum),
     )
-    if not count or (code == law.BLOCKED) != blocked:
+    if not count or (code == law.BLOCKED) != is_blocked:
         return math.inf
     took = count * step + (step if step > dt else 0.0)
-    return float((1.0 if blocked else 1 + SURE) * took + 2 * dt)
+    return float((1.0 if is_blocked else 1 + SURE) * took + 2 * dt)
 
 
 def _strict(regulator: Regulator, step: float) -> tuple[float, ...]:
     """The detectors' settings at a sample of `step` [s], their limits raised by the noise."""
-    packed: Packed = replace(regulator, sample_time=step).packed()
-    watch = list(packed[1])
+    settings: Packed = replace(regulator, sample_time=step).packed()
+    watch = list(settings[1])
     noise = IN_NOISE * regulator.greatest_noise + regulator.sensor.resolution
     watch[5], watch[6], watch[14] = -math.inf, math.inf, math.inf
     watch[8] += noise / regulator.weak_ratio
@@ -141,34 +141,34 @@ def _strict(regulator: Regulator, step: float) -> tuple[float, ...]:
     return tuple(watch)
 
 
-@once
+@cache_threadsafe
 def _trial() -> Any:
     """The compiled trial: full pump on the broken plant, the number of steps until a fault."""
-    here = Path(__file__).parent
+    folder = Path(__file__).parent
     names = ("law.py", "detection.py", "exact.py", "closed_loop_run.py", "through_tube.py")
-    stamp = stamp_of(here / name for name in names)
+    stamp = stamp_of(folder / name for name in names)
 
     @numba.njit(cache=True, error_model="numpy")
-    def run(plant, watch, seen, drive, begin, course):  # type: ignore[no-untyped-def]  # pragma: no cover
+    def run(plant, watch, memory, drive, begin, course):  # type: ignore[no-untyped-def]  # pragma: no cover
         len(stamp)
-        vacuum, side, shown = begin
-        dt, lag, steps, off = course
+        vacuum, side, gauge = begin
+        dt, lag, steps, offset = course
         drive = (drive[0], 1.0, 0.0, drive[3], drive[4], drive[5], drive[6], drive[7])
         left = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
-        a, b, gain, sensed = factors(plant, 1.0, 0.0, dt, lag, left)
+        a, b, gain, effect = factors(plant, 1.0, 0.0, dt, lag, left)
         if plant.side > 0.0:
             b -= plant.leak
         for n in range(steps):
             if plant.side > 0.0:
-                vacuum, side, shown = advanced(vacuum, side, shown, a, b, plant, dt, lag)
+                vacuum, side, gauge = advance(vacuum, side, gauge, a, b, plant, dt, lag)
             else:
                 slope = a - b * vacuum
                 after = vacuum + slope * gain
                 if after > plant.top:
                     after, slope = plant.top, (plant.top - vacuum) / gain
-                shown = shown + left * (vacuum - shown) + slope * sensed if lag > 0.0 else after
+                gauge = gauge + left * (vacuum - gauge) + slope * effect if lag > 0.0 else after
                 vacuum = after
-            fault, _, seen = compiled_detect(watch, seen, drive, shown + off, 0.0)
+            fault, _, memory = compiled_detect(watch, memory, drive, gauge + offset, 0.0)
             if fault != 0.0:
                 return n + 1, fault
         return 0, 0.0

@@ -19,12 +19,14 @@ PROVOKED = {
     "sensor-offset": "the sensor shows too much, by 2.5 times what counts as none when vented",
 }
 OFFSET = 2.5
-"""Of the greatest reading that counts as none when vented; a detector is due from 2 on."""
+"""Injected offset over the greatest reading that counts as zero when vented.
+
+Detectors must report offsets of 2 or more."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FaultInjection:
-    """What breaks at the time `at` [s]: factors on the plant, or the sensor.
+    """Fault that begins at the time `at` [s]: factors on the plant, or the sensor.
 
     `pump` multiplies the pump's flow, `leak` [1/s] adds to the leak, `volume` multiplies the volume
     (a blocked line leaves a small one), `vent` multiplies the vent's flow. `sensor` is one of
@@ -78,9 +80,9 @@ def injection_of(
         ), f"the line is blocked, {left:.1%} of its volume is left"
     if fault == "leak":
         half = target / 2
-        whole = plant.rate * (plant.top - plant.weight * half) / half
-        more = max(whole - plant.leak, 0.0)
-        return FaultInjection(at=at, leak=more), (
+        total = plant.rate * (plant.top - plant.weight * half) / half
+        extra = max(total - plant.leak, 0.0)
+        return FaultInjection(at=at, leak=extra), (
             f"a leak opens against which the full pump holds {show(half, 'Pa')}"
         )
     if fault == "sensor-offset":

@@ -1,4 +1,4 @@
-"""Following a force: from wanted force and measured slip to a vacuum, and the force that results.
+"""Following a force: from target force and measured slip to a vacuum, and the resulting force.
 
 The brake slides on along a given slip (a joint that turns, a rope that runs out), so that its force
 is the law's at the vacuum of the moment, and with a speed law at the speed of that slip. Wanted
@@ -29,7 +29,7 @@ Mask = npt.NDArray[np.bool_]
 LEAST = 1.0
 """Vacuum [Pa] asked for where a force wants none: a target of zero opens the vent for good."""
 MARGIN = 0.98
-"""Share of what the pump reaches that is asked for at most."""
+"""Greatest target as a share of the pump's vacuum."""
 CYCLES = 6
 """Cycles of a sine that are followed; the last half is fitted."""
 
@@ -45,16 +45,16 @@ class Following:
     possible: Mask
     """Whether the brake can give the force at this slip, and pump or vent change as fast."""
     reasons: tuple[str, ...]
-    """Why not, where it is not."""
+    """Reasons for impossible samples."""
 
     @property
     def time(self) -> Array:
-        """Of the samples [s]."""
+        """Times of the samples [s]."""
         return self.loop.time
 
     @property
     def error(self) -> Array:
-        """Force less what was wanted [N]."""
+        """Force less target [N]."""
         return self.force - self.wanted
 
     @property
@@ -63,7 +63,7 @@ class Following:
         return float(np.sqrt(np.mean(self.error**2)))
 
 
-def _padded(values: Array) -> Array:
+def _pad(values: Array) -> Array:
     """The values and the last again up to one of few lengths: each compiles the laws once more.
 
     The laws take 0.2 ms for 4,096 values and a hundred times as long to compile.
@@ -75,21 +75,21 @@ def _padded(values: Array) -> Array:
 
 
 def targets_for(
-    wanted: Array, slip: Array, brake: Brake, most: float, pace: Array | None = None
+    wanted: Array, slip: Array, brake: Brake, highest: float, pace: Array | None = None
 ) -> tuple[Array, Mask, list[str]]:
-    """Vacuum [Pa] for each wanted force [N] at a slip [m], whether there is one, and why not.
+    """Return the vacuum [Pa] for each target force [N] at a slip [m], whether it exists, reasons.
 
     Below the enclosure's own force the least vacuum stands, above the greatest force `most` [Pa].
     `pace` [m/s] is how fast the sheets slide, where friction depends on it; None: ever so slowly.
     """
     count = len(slip)
-    wide = _padded(slip)
-    moving = at_speed(np.zeros_like(wide) if pace is None else _padded(pace), brake)
+    wide = _pad(slip)
+    moving = at_speed(np.zeros_like(wide) if pace is None else _pad(pace), brake)
     low, high = (np.asarray(f)[:count] for f in force_limits(wide, moving))
-    vacuum = np.asarray(vacuum_for_force(_padded(wanted), wide, moving))[:count]
-    full = min(most, brake.site.atmosphere)
+    vacuum = np.asarray(vacuum_for_force(_pad(wanted), wide, moving))[:count]
+    full = min(highest, brake.site.atmosphere)
     few = wanted < low
-    much = ~few & ~(vacuum <= most)
+    much = ~few & ~(vacuum <= highest)
     reasons = []
     if few.any():
         i = int(np.argmax(few))
@@ -102,25 +102,25 @@ def targets_for(
         top = float(np.asarray(brake_force(wide, full, moving))[i])
         reasons.append(
             f"{show(float(wanted[i]), 'N')} at a slip of {show(float(slip[i]), 'm')} is more than "
-            f"the brake gives at {show(most, 'Pa')}, {show(min(top, float(high[i])), 'N')}"
+            f"the brake gives at {show(highest, 'Pa')}, {show(min(top, float(high[i])), 'N')}"
         )
-    target = np.where(few, LEAST, np.where(much, most, vacuum))
+    target = np.where(few, LEAST, np.where(much, highest, vacuum))
     return np.maximum(target, LEAST), ~(few | much), reasons
 
 
 def slew(targets: Array, dt: float, plant: Plant) -> tuple[Mask, list[str]]:
-    """Where pump and vent can change the vacuum as fast as the targets do, and why not."""
-    here = (targets[1:] + targets[:-1]) / 2
+    """Return where pump and vent can follow the targets, and the reasons elsewhere."""
+    middle = (targets[1:] + targets[:-1]) / 2
     rate = np.diff(targets) / dt
-    up, down = plant.rise(here), plant.fall(here)
+    up, down = plant.rise(middle), plant.fall(middle)
     fine = np.append((rate <= up) & (-rate <= down), True)
     reasons = []
-    for fast, limit, what in ((rate > up, up, "pump"), (-rate > down, down, "vent")):
+    for fast, limit, actor in ((rate > up, up, "pump"), (-rate > down, down, "vent")):
         if fast.any():
             i = int(np.argmax(fast))
             reasons.append(
                 f"at {show(i * dt, 's')} the vacuum would have to change by "
-                f"{show(abs(float(rate[i])), 'Pa')} a second, the {what} does "
+                f"{show(abs(float(rate[i])), 'Pa')} a second, the {actor} does "
                 f"{show(float(limit[i]), 'Pa')}"
             )
     return fine, reasons
@@ -157,25 +157,27 @@ def follow(
             f"slip: {show(float(slip.min()), 'm')} to {show(float(slip.max()), 'm')} is not "
             f"allowed; it is from 0 to the overlap of {show(model.sheets.overlap, 'm')}"
         )
-    dt, most = regulator.sample_time, MARGIN * regulator.plant.reach
+    dt, highest = regulator.sample_time, MARGIN * regulator.plant.reach
     if regulator.kind == "bang-bang":
-        most = min(most, regulator.plant.reach - 2 * regulator.half_band)
+        highest = min(highest, regulator.plant.reach - 2 * regulator.half_band)
     random = np.random.default_rng(seed)
-    seen = np.clip(slip + slip_noise * random.standard_normal(len(slip)), 0.0, model.sheets.overlap)
+    readings = np.clip(
+        slip + slip_noise * random.standard_normal(len(slip)), 0.0, model.sheets.overlap
+    )
     paces = np.abs(np.gradient(slip, dt)) if pace is None else np.full_like(slip, pace)
-    clean, held, reasons = targets_for(wanted, slip, model, most, paces)
+    clean, is_held, reasons = targets_for(wanted, slip, model, highest, paces)
     fine, slow = slew(clean, dt, regulator.plant)
-    targets, _, _ = targets_for(wanted, seen, model, most, paces)
+    targets, _, _ = targets_for(wanted, readings, model, highest, paces)
     regulator = replace(regulator, plant=regulator.plant.up_to(float(targets.max())))
     loop = simulate(regulator, [(dt, float(level)) for level in targets], plant=plant, seed=seed)
-    true = at_speed(_padded(paces), brake or model)
-    force = np.asarray(brake_force(_padded(slip), _padded(loop.vacuum), true))[: len(slip)]
-    return Following(loop, wanted, force, slip, held & fine, (*reasons, *slow))
+    true = at_speed(_pad(paces), brake or model)
+    force = np.asarray(brake_force(_pad(slip), _pad(loop.vacuum), true))[: len(slip)]
+    return Following(loop, wanted, force, slip, is_held & fine, (*reasons, *slow))
 
 
 @dataclass(frozen=True, eq=False)
 class Bode:
-    """Force over wanted force, shape (F,) each."""
+    """Force over target force, shape (F,) each."""
 
     frequency: Array = field(repr=False)
     """[Hz]"""
@@ -186,10 +188,10 @@ class Bode:
     @property
     def bandwidth(self) -> float | None:
         """Frequency [Hz] where the magnitude falls to 1/sqrt 2; None if it does not."""
-        under = np.flatnonzero(self.magnitude < 2**-0.5)
-        if not len(under):
+        below = np.flatnonzero(self.magnitude < 2**-0.5)
+        if not len(below):
             return None
-        i = int(under[0])
+        i = int(below[0])
         if i == 0:
             return float(self.frequency[0])
         a, b = np.log(self.magnitude[i - 1 : i + 1])
@@ -213,7 +215,7 @@ def bode(
     Of this amplitude only: a pump is one-way and limited, so that the response depends on it. `how`
     goes to `follow`.
     """
-    made = []
+    ratios = []
     dt = regulator.sample_time
     for frequency in frequencies:
         settle = 4 * regulator.plant.time_constant(0.5 * regulator.plant.top)
@@ -224,8 +226,8 @@ def bode(
         late = time >= time[-1] - (CYCLES / 2) / frequency
         basis = np.column_stack([np.sin(turn), np.cos(turn), np.ones(count)])[late]
         (real, imaginary, _), *_ = np.linalg.lstsq(basis, run.force[late], rcond=None)
-        made.append(complex(real, imaginary) / amplitude)
-    response = np.array(made)
+        ratios.append(complex(real, imaginary) / amplitude)
+    response = np.array(ratios)
     phase = np.degrees(np.unwrap(np.angle(response)))
     return Bode(np.asarray(frequencies, float), np.abs(response), phase)
 

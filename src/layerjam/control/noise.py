@@ -22,7 +22,7 @@ _S30, _S27, _S31, _S11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(
 _LAYER = np.uint64(255)
 LAYERS = 256
 EDGE = 3.6541528853610088
-"""Where the lowest layer ends and the tail begins, so that 256 layers have one area."""
+"""End of the lowest layer and start of the tail, so that 256 layers have one area."""
 
 
 def _layers() -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
@@ -40,7 +40,7 @@ EDGES, INNER = _layers()
 
 
 @numba.njit(**_INLINE)  # type: ignore[untyped-decorator]
-def mixed(word: np.uint64) -> np.uint64:  # pragma: no cover
+def mix(word: np.uint64) -> np.uint64:  # pragma: no cover
     """SplitMix64's finaliser."""
     word = (word ^ (word >> _S30)) * _FIRST
     word = (word ^ (word >> _S27)) * _SECOND
@@ -49,20 +49,20 @@ def mixed(word: np.uint64) -> np.uint64:  # pragma: no cover
 
 @numba.njit(**_INLINE)  # type: ignore[untyped-decorator]
 def key_of(seed: int, stream: int) -> np.uint64:  # pragma: no cover
-    """Where a stream begins."""
-    return mixed(mixed(np.uint64(seed) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
+    """Return the start of a stream."""
+    return mix(mix(np.uint64(seed) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
 
 
 @numba.njit(**_INLINE)  # type: ignore[untyped-decorator]
 def uniform(word: np.uint64) -> float:  # pragma: no cover
-    """In (0, 1), from the upper 53 bits."""
+    """Return a uniform number in (0, 1), from the upper 53 bits."""
     return (np.float64(np.int64(word >> _S11)) + 0.5) * 2.0**-53
 
 
 @numba.njit(**_INLINE)  # type: ignore[untyped-decorator]
 def normal(key: np.uint64, count: int) -> float:  # pragma: no cover
     """The `count`-th standard normal number of the stream at `key`."""
-    word = mixed(key + np.uint64(count) * _GOLDEN)
+    word = mix(key + np.uint64(count) * _GOLDEN)
     layer = np.int64(word & _LAYER)
     place = 2.0 * uniform(word) - 1.0
     if abs(place) < INNER[layer]:
@@ -81,14 +81,14 @@ def _rare(word: np.uint64) -> float:  # pragma: no cover
             return x
         if layer == 0:
             while True:
-                word = mixed(word + _GOLDEN)
-                far = -math.log(uniform(word)) / EDGE
-                word = mixed(word + _GOLDEN)
-                if -2.0 * math.log(uniform(word)) >= far * far:
-                    return EDGE + far if place > 0 else -EDGE - far
-        word = mixed(word + _GOLDEN)
+                word = mix(word + _GOLDEN)
+                excess = -math.log(uniform(word)) / EDGE
+                word = mix(word + _GOLDEN)
+                if -2.0 * math.log(uniform(word)) >= excess * excess:
+                    return EDGE + excess if place > 0 else -EDGE - excess
+        word = mix(word + _GOLDEN)
         high = math.exp(-0.5 * (EDGES[layer] ** 2 - x * x))
         low = math.exp(-0.5 * (EDGES[layer + 1] ** 2 - x * x))
         if low + uniform(word) * (high - low) < 1.0:
             return x
-        word = mixed(word + _GOLDEN)
+        word = mix(word + _GOLDEN)

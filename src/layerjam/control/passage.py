@@ -63,8 +63,8 @@ class Passage:
     def side(self, p: Any, rate: Any, lowest: float) -> Any:
         """Pressure at the pump [Pa] while it draws as much as the tube passes from p."""
         half = rate / (2 * self.passes)
-        within = p * p + 2 * half * lowest + half * half
-        return (p * p + 2 * half * lowest) / (np.sqrt(within) + half)
+        square = p * p + 2 * half * lowest + half * half
+        return (p * p + 2 * half * lowest) / (np.sqrt(square) + half)
 
     def rise(self, vacuum: Any, rate: Any, top: float) -> Any:
         """Rise of the chamber's vacuum [Pa/s] under a pump of this rate, once it runs."""
@@ -99,7 +99,7 @@ class Passage:
         return 1 / (2 * self.passes * p)
 
     def still(self, vacuum: float, rate: float, top: float) -> float:
-        """How far the vacuum still rises once a full pump stops [Pa].
+        """Rise of the vacuum after a full pump stops [Pa].
 
         A vent is a pump that only reaches the atmosphere, `top` zero: then it falls, below zero.
         """
@@ -115,7 +115,7 @@ def _commands(switched: bool) -> Array:
 
 @functools.lru_cache(maxsize=64)
 def owing(passage: Passage, rate: float, top: float, switched: bool = False) -> Owed:
-    """What a healthy pump owes behind a tube, up to the passage's vacuum.
+    """Rise that a healthy pump owes behind a tube, up to the passage's vacuum.
 
     The parabola is fitted to the full pump's rise in ratio; a gentle pump is not held up. Both are
     then made smaller alike until no true rise is below the smaller of the two.
@@ -123,24 +123,24 @@ def owing(passage: Passage, rate: float, top: float, switched: bool = False) -> 
     deepest = min(passage.vacuum, (1 - DEEPEST) * top)
     vacuum = np.linspace(0.0, deepest, GRID)
     full, unheld = passage.rise(vacuum, rate, top), rate / (1 + passage.volume)
-    bend, less, most = np.polyfit(vacuum / top, full, 2, w=1 / full)
-    found = Owed(unheld, top, 1.0, float(most), float(-less / top), float(bend / top**2))
+    bend, slope, limit = np.polyfit(vacuum / top, full, 2, w=1 / full)
+    fit = Owed(unheld, top, 1.0, float(limit), float(-slope / top), float(bend / top**2))
     commands = _commands(switched)
-    ratio = passage.rise(vacuum, commands * rate, top) / found.at(vacuum, commands)
+    ratio = passage.rise(vacuum, commands * rate, top) / fit.at(vacuum, commands)
     low, high = float(ratio.min()), float(ratio.max())
     if not switched:  # the gentlest pump's rise is the straight line's
         high = max(high, 1.0)
     return Owed(
         rate=low * unheld,
         top=top,
-        most=low * found.most,
-        less=low * found.less,
-        bend=low * found.bend,
+        most=low * fit.most,
+        less=low * fit.less,
+        bend=low * fit.bend,
         ratio=high / low,
     )
 
 
-def reached(passage: Passage, rate: float, top: float, leak: float) -> float:
+def balance_vacuum(passage: Passage, rate: float, top: float, leak: float) -> float:
     """Vacuum [Pa] at which full pump and leak balance through the tube."""
     a = passage.atmosphere
     low, high = 0.0, top

@@ -1,4 +1,4 @@
-"""A collision that is warned of: the vacuum that comes in time, and the stop it gives.
+"""A collision with a warning: the vacuum that is reached in time, and the resulting stop.
 
 The line waits at its idle vacuum (`standby`); at the end of the warning the rope is taut. Two modes
 of the paper: `full`, all the vacuum that comes in time, and `tuned`, just what stops the estimate
@@ -37,12 +37,12 @@ NUMBERS = ("slip", "peak_force", "heat", "end_speed")
 
 @dataclass(frozen=True, kw_only=True)
 class Arrival:
-    """What is expected, in SI; standard deviations are zero where it is certain."""
+    """Expected collision, in SI; standard deviations are zero if it is certain."""
 
     mass: float
     speed: float
     warning: float
-    """From the warning to the taut rope [s]."""
+    """Time from the warning to the taut rope [s]."""
     travel: float
     """Slip within which it should stop [m]."""
     mass_sd: float = 0.0
@@ -62,9 +62,9 @@ class Mode:
     """
 
     vacuum: float
-    """At the taut rope [Pa]."""
+    """Vacuum at the taut rope [Pa]."""
     slip: float
-    """At the standstill or the end of travel [m]."""
+    """Slip at the standstill or the end of travel [m]."""
     peak_force: float
     """Greatest force [N]."""
     peak_g: float
@@ -75,7 +75,7 @@ class Mode:
     """Left at the end of travel [m/s]."""
     outcome: Outcome
     coupled: CoupledStop | None
-    """With the line going on; None where the volume does not depend on slip."""
+    """Stop with the line's dynamics; None if the volume does not depend on slip."""
 
     def within(self, travel: float) -> bool:
         """Whether it stopped after at most this slip [m]."""
@@ -83,13 +83,13 @@ class Mode:
 
 
 def needed_vacuum(brake: Brake, case: Arrival) -> float | None:
-    """Least vacuum [Pa] that stops the estimate within the travel; None where none does.
+    """Least vacuum [Pa] that stops the estimate within the travel; None if there is none.
 
     The tuned vacuum where there is one; what holds the mass where that is more.
     """
     spring = spring_of(brake, case.rope_stiffness)
     return _least_vacuum(
-        lambda tried: _stops_within(tried, case, spring, brake), brake.site.atmosphere
+        lambda vacuums: _stops_within(vacuums, case, spring, brake), brake.site.atmosphere
     )
 
 
@@ -101,19 +101,19 @@ def safe_vacuum(brake: Brake, case: Arrival) -> float | None:
     spring = spring_of(brake, case.rope_stiffness)
     worst = replace(case, mass=case.mass * (1 + MARGIN), speed=case.speed * (1 + MARGIN))
     return _least_vacuum(
-        lambda tried: _stops_within(tried * (1 - MARGIN), worst, spring, brake),
+        lambda vacuums: _stops_within(vacuums * (1 - MARGIN), worst, spring, brake),
         brake.site.atmosphere,
     )
 
 
-def _stops_within(tried: Array, case: Arrival, spring: float, brake: Brake) -> Any:
+def _stops_within(vacuums: Array, case: Arrival, spring: float, brake: Brake) -> Any:
     """Whether the estimate stops within the travel at each of several vacuums [Pa]."""
-    made = stop(case.mass, case.speed, tried, spring, case.gravity, brake)
-    outcome, slip = np.asarray(made.outcome), np.asarray(made.slip)
+    result = stop(case.mass, case.speed, vacuums, spring, case.gravity, brake)
+    outcome, slip = np.asarray(result.outcome), np.asarray(result.slip)
     good = ((outcome == STOPPED) | (outcome == NEVER_SLID)) & (slip <= case.travel)
     if follows_speed(brake):
         good &= np.asarray(
-            holds(np.minimum(slip, case.travel), tried, case.mass * case.gravity, brake)
+            holds(np.minimum(slip, case.travel), vacuums, case.mass * case.gravity, brake)
         )
     return good
 
@@ -121,21 +121,21 @@ def _stops_within(tried: Array, case: Arrival, spring: float, brake: Brake) -> A
 def _least_vacuum(stops: Callable[[Array], Any], atmosphere: float) -> float | None:
     low, high = 0.0, atmosphere
     for _ in range(LEVELS):
-        tried = np.linspace(low, high, GRID)
-        good = stops(tried)
+        vacuums = np.linspace(low, high, GRID)
+        good = stops(vacuums)
         if not good.any():
             return None
         first = int(np.argmax(good))
         if first == 0:
-            return float(tried[0])
-        low, high = float(tried[first - 1]), float(tried[first])
+            return float(vacuums[0])
+        low, high = float(vacuums[first - 1]), float(vacuums[first])
     return high
 
 
-def _is_knife_edge(file: BrakeFile, case: Arrival, needed: float) -> bool:
+def _is_knife_edge(file: BrakeFile, case: Arrival, vacuum: float) -> bool:
     """Whether the slip jumps to the end of the overlap's travel just below the vacuum needed."""
-    at, below = (stop_at(file, case, needed * share) for share in (1.0, 1 - 1e-6))
-    return at.slip < case.travel * (1 - 1e-3) and not below.within(case.travel)
+    mode, below = (stop_at(file, case, vacuum * share) for share in (1.0, 1 - 1e-6))
+    return mode.slip < case.travel * (1 - 1e-3) and not below.within(case.travel)
 
 
 def stop_at(
@@ -147,10 +147,10 @@ def stop_at(
 ) -> Mode:
     """The stop of the estimate at a vacuum [Pa], coupled to a line with volume per slip or leak."""
     spring = spring_of(file.brake, case.rope_stiffness)
-    made: Stop | TimedStop = stop(case.mass, case.speed, vacuum, spring, case.gravity, file.brake)
-    coupled = None
+    result: Stop | TimedStop = stop(case.mass, case.speed, vacuum, spring, case.gravity, file.brake)
+    coupling = None
     if during is not None and (during.leaks or during.line.chamber.volume_per_slip > 0):
-        coupled = coupled_drop(
+        coupling = coupled_drop(
             file,
             during.line,
             mass=case.mass,
@@ -161,21 +161,21 @@ def stop_at(
             drive=during.drive,
             start=vacuum if during.state is None else during.state,
         )
-        made = coupled.timed
-    outcome = OUTCOMES[int(made.outcome)] if coupled is None else coupled.timed.outcome
+        result = coupling.timed
+    outcome = OUTCOMES[int(result.outcome)] if coupling is None else coupling.timed.outcome
     snaps, weight = outcome is Outcome.SNAPS, case.mass * file.brake.site.gravity
-    numbers = {name: math.nan if snaps else float(getattr(made, name)) for name in NUMBERS}
+    numbers = {name: math.nan if snaps else float(getattr(result, name)) for name in NUMBERS}
     peak_g = numbers["peak_force"] / weight if weight else math.nan
-    return Mode(vacuum=vacuum, **numbers, peak_g=peak_g, outcome=outcome, coupled=coupled)
+    return Mode(vacuum=vacuum, **numbers, peak_g=peak_g, outcome=outcome, coupled=coupling)
 
 
 class During(NamedTuple):
-    """What the line does during a stop."""
+    """State of the line during a stop."""
 
     line: Line
     drive: Drive
     state: Array | None = None
-    """Its state at the taut rope; None: all of it at the vacuum of the chamber."""
+    """State at the taut rope; None: all of the line at the vacuum of the chamber."""
     leaks: bool = False
     """Whether its leak goes on during the stop; without volume per slip it is left out else."""
 
@@ -198,7 +198,7 @@ class Plan:
     knife_edge: bool
     """Whether 1 ppm less than the vacuum needed lets the mass run out of its travel."""
     safe_vacuum: float | None
-    """With a knife edge, the vacuum [Pa] that leaves a margin; else None."""
+    """Vacuum [Pa] that leaves a margin at a knife edge; otherwise None."""
 
 
 def plan(

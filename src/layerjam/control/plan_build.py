@@ -1,4 +1,4 @@
-"""What to build where the vacuum does not come in time: reservoir, its valve, idle vacuum.
+"""Remedies if the vacuum is not reached in time: reservoir, its valve, idle vacuum.
 
 Every size is the root of the same model of the line, bracketed, at constant vacuum during the stop
 (a stretched enclosure draws a little more, which is on the safe side).
@@ -24,7 +24,7 @@ CLOSE = 1e-6
 LONGEST = 1e5
 """Warning time after which the search ends [s]."""
 LARGEST = {"volume": 1.0, "conductance": 1e-6}
-"""Where the search ends: 1 m^3, and 100 L/(s bar), about a Cv of 25."""
+"""Limits of the search: 1 m^3, and 100 L/(s bar), about a Cv of 25."""
 
 
 @dataclass(frozen=True)
@@ -37,14 +37,14 @@ class Size:
 
 @dataclass(frozen=True, kw_only=True)
 class Build:
-    """What would do, each with all else as it is (or assumed)."""
+    """Sufficient sizes, each with all else as it is (or assumed)."""
 
     warning: Size
     """Warning time [s]."""
     reservoir: Size
     """Volume [m^3] at `conductance_used`."""
     conductance: Size
-    """Of its valve [m^3/(s Pa)] at `volume_used`."""
+    """Conductance of its valve [m^3/(s Pa)] at `volume_used`."""
     standing: Size
     """Vacuum held while waiting [Pa]."""
     conductance_used: float
@@ -59,7 +59,7 @@ def valve_cv(conductance: float) -> float:
 
 
 def least(excess: Callable[[float], float], low: float, high: float) -> float | None:
-    """Least x in [low, high] from which `excess` is not negative; None where it is up to `high`.
+    """Least x in [low, high] from which `excess` is not negative; None if it is up to `high`.
 
     Grows by fours from `low`, then Brent's method on log x.
     """
@@ -77,7 +77,7 @@ def least(excess: Callable[[float], float], low: float, high: float) -> float | 
     return None
 
 
-def what_to_build(standby: Standby, needed: float, warning: float) -> Build:
+def what_to_build(standby: Standby, vacuum: float, warning: float) -> Build:
     """Sizes with which a vacuum [Pa] is there after the warning [s]."""
     line = standby.line
     tank = line.reservoir or Reservoir(
@@ -86,76 +86,76 @@ def what_to_build(standby: Standby, needed: float, warning: float) -> Build:
         delay=ASSUMED_DELAY,
     )
     flow, size = show(tank.conductance, "m^3/(s Pa)"), show(tank.volume, "m^3")
-    assumed: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     reservoir = conductance = Size(
         None, "a reservoir of gas is not part of a line filled with water"
     )
     if not standby.water:
-        reservoir = _tank(standby, tank, needed, warning, "volume", "reservoir of")
-        conductance = _tank(standby, tank, needed, warning, "conductance", f"valve on {size} of")
+        reservoir = _tank(standby, tank, vacuum, warning, "volume", "reservoir of")
+        conductance = _tank(standby, tank, vacuum, warning, "conductance", f"valve on {size} of")
         if line.reservoir is None:
-            assumed = (
+            notes = (
                 f"no reservoir in the line: its volume is sized at {flow} and its valve at {size}, "
                 f"with {show(tank.delay, 's')} to open; assumed, not measured",
             )
     return Build(
-        warning=_warning(standby, needed),
+        warning=_warning(standby, vacuum),
         reservoir=reservoir,
         conductance=conductance,
-        standing=_standing(standby, needed, warning),
+        standing=_standing(standby, vacuum, warning),
         conductance_used=tank.conductance,
         volume_used=tank.volume,
         delay_used=tank.delay,
-        assumed=assumed,
+        assumed=notes,
     )
 
 
 def _tank(
-    standby: Standby, tank: Reservoir, needed: float, warning: float, name: str, what: str
+    standby: Standby, tank: Reservoir, vacuum: float, warning: float, name: str, phrase: str
 ) -> Size:
     """The least volume or conductance of a reservoir, else as it is."""
 
     def excess(value: float) -> float:
         line = replace(standby.line, reservoir=replace(tank, **{name: value}))
-        return replace(standby, line=line).reached(warning) - needed
+        return replace(standby, line=line).reached(warning) - vacuum
 
     spec, high = spec_of(Reservoir, name), LARGEST[name]
-    found = least(excess, spec.lo, high)
-    if found is not None:
-        return Size(found)
-    short, most = show(-excess(high), "Pa"), show(high, spec.unit)
-    return Size(None, f"even a {what} {most} is {short} short in that time")
+    root = least(excess, spec.lo, high)
+    if root is not None:
+        return Size(root)
+    short, limit = show(-excess(high), "Pa"), show(high, spec.unit)
+    return Size(None, f"even a {phrase} {limit} is {short} short in that time")
 
 
-def _warning(standby: Standby, needed: float) -> Size:
-    if needed <= standby.vacuum:
+def _warning(standby: Standby, vacuum: float) -> Size:
+    if vacuum <= standby.vacuum:
         return Size(0.0)
-    if needed >= reachable(standby.line, standby.water):
-        return Size(None, _never(standby, needed))
-    time = least(lambda t: standby.reached(t) - needed, 1e-6, LONGEST)
+    if vacuum >= reachable(standby.line, standby.water):
+        return Size(None, _never(standby, vacuum))
+    time = least(lambda t: standby.reached(t) - vacuum, 1e-6, LONGEST)
     if time is not None:
         return Size(time)
-    return Size(None, f"the pump takes more than {show(LONGEST, 's')} to {show(needed, 'Pa')}")
+    return Size(None, f"the pump takes more than {show(LONGEST, 's')} to {show(vacuum, 'Pa')}")
 
 
-def _standing(standby: Standby, needed: float, warning: float) -> Size:
+def _standing(standby: Standby, target: float, warning: float) -> Size:
     from scipy.optimize import brentq
 
     def excess(vacuum: float) -> float:
-        return replace(standby, vacuum=vacuum).reached(warning) - needed
+        return replace(standby, vacuum=vacuum).reached(warning) - target
 
     if excess(0.0) >= 0:
         return Size(0.0)
-    top = min(needed, reachable(standby.line, standby.water))
-    if excess(top) < -1e-6 * needed:
-        return Size(None, _never(standby, needed))
+    top = min(target, reachable(standby.line, standby.water))
+    if excess(top) < -1e-6 * target:
+        return Size(None, _never(standby, target))
     if excess(top) <= 0:
         return Size(top)
     # half of the tolerance more, so that the size is enough
-    root = float(brentq(excess, 0.0, top, xtol=CLOSE * needed / 4))
-    return Size(min(root + CLOSE * needed / 2, top))
+    root = float(brentq(excess, 0.0, top, xtol=CLOSE * target / 4))
+    return Size(min(root + CLOSE * target / 2, top))
 
 
-def _never(standby: Standby, needed: float) -> str:
+def _never(standby: Standby, vacuum: float) -> str:
     low = show(reachable(standby.line, standby.water), "Pa")
-    return f"the line never holds {show(needed, 'Pa')}: its pump comes to {low} in the end"
+    return f"the line never holds {show(vacuum, 'Pa')}: its pump comes to {low} in the end"

@@ -8,38 +8,38 @@ from layerjam.mechanics.limits import sheet_stress
 from layerjam.units import show, show_at_least
 from layerjam.verdict import Check, check
 
-BEYOND = 0.05
+MAX_CHANCE = 0.05
 """Chance to need more slip than the travel that deserves a look."""
 
 
-def plan_checks(made: Plan, beyond: float) -> Iterator[Check]:
+def plan_checks(plan: Plan, chance: float) -> Iterator[Check]:
     """Return the checks of a plan; `beyond` is the chance to need more slip than the travel."""
-    if made.needed is not None:
-        yield _knife_edge(made, made.needed)
-    yield from _strength(made)
-    if made.case.mass_sd or made.case.speed_sd:
-        what = f"the chance to need more slip than the travel is {beyond:.1%}"
-        yield check("chance", beyond <= BEYOND, what, f", more than {BEYOND:.0%}")
+    if plan.needed is not None:
+        yield _knife_edge(plan, plan.needed)
+    yield from _strength(plan)
+    if plan.case.mass_sd or plan.case.speed_sd:
+        sentence = f"the chance to need more slip than the travel is {chance:.1%}"
+        yield check("chance", chance <= MAX_CHANCE, sentence, f", more than {MAX_CHANCE:.0%}")
 
 
-def _knife_edge(made: Plan, needed: float) -> Check:
+def _knife_edge(plan: Plan, least: float) -> Check:
     """Return the check that a little less than the vacuum needed still stops the mass."""
-    atmosphere = made.brake.brake.site.atmosphere
-    vacuum = show_at_least(needed, "Pa", atmosphere)
-    if not made.knife_edge:
+    atmosphere = plan.brake.brake.site.atmosphere
+    vacuum = show_at_least(least, "Pa", atmosphere)
+    if not plan.knife_edge:
         return check("knife edge", True, f"the stop changes little just below {vacuum}")
     sentence = f"at {vacuum} the mass barely comes to rest; with 1 ppm less it runs out of travel"
-    if made.safe_vacuum is None:
-        why = ", and no vacuum of the site leaves a margin"
+    if plan.safe_vacuum is None:
+        advice = ", and no vacuum of the site leaves a margin"
     else:
-        safe = show_at_least(made.safe_vacuum, "Pa", atmosphere)
-        why = f". With {safe} it stops even if mass, speed and vacuum are each {MARGIN:.0%} off"
-    return check("knife edge", False, sentence, why, "failed")
+        safe = show_at_least(plan.safe_vacuum, "Pa", atmosphere)
+        advice = f". With {safe} it stops even if mass, speed and vacuum are each {MARGIN:.0%} off"
+    return check("knife edge", False, sentence, advice, "failed")
 
 
-def _strength(made: Plan) -> Iterator[Check]:
+def _strength(plan: Plan) -> Iterator[Check]:
     """Return the check of the sheets' stress at the peak force, if the film's strength is known."""
-    brake, forces = made.brake.brake, (made.full.peak_force, made.tuned.peak_force)
+    brake, forces = plan.brake.brake, (plan.full.peak_force, plan.tuned.peak_force)
     peak = max((force for force in forces if math.isfinite(force)), default=None)
     if peak is None or brake.film.strength is None:
         return

@@ -22,13 +22,13 @@ SAMPLES, SEED = 40_000, 1
 
 
 class Spread(NamedTuple):
-    """What one vacuum does over all that may arrive; errors are standard errors."""
+    """Results of one vacuum over all possible arrivals; errors are standard errors."""
 
     peak_g: float
     """Expected peak force over weight, of those that stop before the end of travel."""
     peak_g_error: float
     peak_g_95: float
-    """Not exceeded by 95 % of those that stop."""
+    """Peak force over weight that 95 % of those that stop do not exceed."""
     beyond: float
     """Chance to need more slip than the travel asked for."""
     beyond_error: float
@@ -64,10 +64,10 @@ def log_normal(quantile: Array, mean: float, sd: float) -> Array:
 
 def arrivals(case: Arrival, samples: int = SAMPLES, seed: int = SEED) -> tuple[Array, Array]:
     """Masses [kg] and speeds [m/s], shape (SHIFTS, n)."""
-    at = lattice(samples, seed)
+    points = lattice(samples, seed)
     return (
-        log_normal(at[..., 0], case.mass, case.mass_sd),
-        log_normal(at[..., 1], case.speed, case.speed_sd),
+        log_normal(points[..., 0], case.mass, case.mass_sd),
+        log_normal(points[..., 1], case.speed, case.speed_sd),
     )
 
 
@@ -76,19 +76,19 @@ def spread(
 ) -> Spread:
     """Peak and chances at one vacuum [Pa]."""
     mass, speed = arrivals(case, samples, seed)
-    made = stop(mass, speed, vacuum, spring_of(brake, case.rope_stiffness), case.gravity, brake)
-    outcome, slip = np.asarray(made.outcome), np.asarray(made.slip)
+    result = stop(mass, speed, vacuum, spring_of(brake, case.rope_stiffness), case.gravity, brake)
+    outcome, slip = np.asarray(result.outcome), np.asarray(result.slip)
     stands = (outcome == STOPPED) | (outcome == NEVER_SLID)
     g = brake.site.gravity
     with np.errstate(divide="ignore", invalid="ignore"):
-        peak = np.asarray(made.peak_force) / (mass * g)
+        peak = np.asarray(result.peak_force) / (mass * g)
         peaks = np.where(stands, peak, 0.0).sum(axis=1) / stands.sum(axis=1)
-    beyond = ~stands | (slip > case.travel * (1 + 1e-9))
-    pace = np.asarray(made.end_speed)[~stands]
+    exceeds = ~stands | (slip > case.travel * (1 + 1e-9))
+    pace = np.asarray(result.end_speed)[~stands]
     high = float(np.quantile(peak[stands], 0.95)) if stands.any() else float("nan")
     pace_left = float(np.nanmean(pace)) if np.isfinite(pace).any() else 0.0
     least = 1.0 / mass.size
-    late, out = _mean(beyond.mean(axis=1), least), _mean((~stands).mean(axis=1), least)
+    late, out = _mean(exceeds.mean(axis=1), least), _mean((~stands).mean(axis=1), least)
     return Spread(*_mean(peaks, 0.0), high, *late, *out, pace_left, mass.size)
 
 

@@ -1,4 +1,4 @@
-"""What the regulator acts on: vacuum in a volume of constant size, exact between samples.
+"""Plant of the regulator: vacuum in a volume of constant size, exact between samples.
 
     dv/dt = u k (top - w v) - (leak + vent) v,    w = 1 for air, 0 for water,
 
@@ -11,7 +11,7 @@ A tube between pump and chamber makes two volumes of it (`passage.py`), in air a
 from dataclasses import dataclass, replace
 from typing import Any
 
-from layerjam.control.passage import Passage, reached
+from layerjam.control.passage import Passage, balance_vacuum
 from layerjam.errors import QuantityError
 from layerjam.fluid.flow import NORMAL, VAPOUR, leaking, tube_conductance
 from layerjam.fluid.line import Leak, Line, Valve, validate, water_compliance
@@ -46,7 +46,7 @@ class Plant:
     def reach(self) -> float:
         """Vacuum at which full pump and leak balance [Pa]."""
         if self.passage is not None:
-            return reached(self.passage, self.rate, self.top, self.leak)
+            return balance_vacuum(self.passage, self.rate, self.top, self.leak)
         if not self.water:
             return self.top * self.rate / (self.rate + self.leak)
         return min(self.top, self.top * self.rate / self.leak) if self.leak else self.top
@@ -56,13 +56,13 @@ class Plant:
         """The plant with the tube's gas in the chamber: what it does slowly."""
         if self.passage is None:
             return self
-        more = 1 + self.passage.volume
+        gas = 1 + self.passage.volume
         return replace(
             self,
-            rate=self.rate / more,
-            leak=self.leak / more,
-            vent=self.vent / more,
-            backwards=self.backwards / more,
+            rate=self.rate / gas,
+            leak=self.leak / gas,
+            vent=self.vent / gas,
+            backwards=self.backwards / gas,
             passage=None,
         )
 
@@ -95,7 +95,7 @@ class Plant:
         return self.leak * vacuum - self.passage.rise(vacuum, self.vent, 0.0)
 
     def time_constant(self, vacuum: float) -> float:
-        """Of the line at a vacuum [Pa], with what its tube adds [s]."""
+        """Time constant of the line with its tube at a vacuum [Pa], in s."""
         if self.passage is None:
             return 1 / (self.rate + self.leak)
         slow = self.joined
@@ -117,9 +117,9 @@ def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
     passage, n = None, line.polytropic
     volume = chamber.volume
     flow = displacement_at(atmosphere - vacuum, pump, atmosphere) * pump.count
-    back = pump.backwards * pump.count
+    reverse_flow = pump.backwards * pump.count
     vent = line.valve.conductance * NORMAL / volume if line.valve else 0.0
-    if not vent and not back:
+    if not vent and not reverse_flow:
         raise QuantityError(
             "line: it has no valve and a pump that cannot run backwards: no release"
         )
@@ -127,8 +127,8 @@ def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
         leak = leaking(atmosphere - vacuum, atmosphere, line.leak.laminar, line.leak.orifice)
         leak, rate = n * (leak / (volume * vacuum)), n * (flow / volume)
         top = atmosphere - lowest_pressure(pump, atmosphere)
-        vent = n * (vent or back * atmosphere / (volume * vacuum))
-        backwards = n * (back * atmosphere / volume)
+        vent = n * (vent or reverse_flow * atmosphere / (volume * vacuum))
+        backwards = n * (reverse_flow * atmosphere / volume)
         if line.tube is not None:
             passage = Passage(
                 volume=area(line.tube) * line.tube.length / volume,
@@ -140,9 +140,9 @@ def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
         compliance = water_compliance(line)
         check_water(pump)
         top, leak = atmosphere - max(pump.ultimate, VAPOUR), 0.0
-        rate, backwards = flow / compliance / top, back / compliance
-        vent = (vent * volume or back) / (compliance * top)
-    made = Plant(
+        rate, backwards = flow / compliance / top, reverse_flow / compliance
+        vent = (vent * volume or reverse_flow) / (compliance * top)
+    plant = Plant(
         rate=rate,
         top=top,
         leak=leak,
@@ -151,8 +151,8 @@ def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
         water=water,
         passage=passage,
     )
-    check(made, "plant.")
-    return made
+    check(plant, "plant.")
+    return plant
 
 
 def match_line(line: Line, plant: Plant, *, vacuum: float) -> Line:
@@ -181,10 +181,10 @@ def match_line(line: Line, plant: Plant, *, vacuum: float) -> Line:
 
 
 def check_target(plant: Plant, target: float, name: str = "target") -> None:
-    """Raise QuantityError where the pump does not reach `target` [Pa]; says which vacuum it can."""
+    """Raise QuantityError if the pump does not reach `target` [Pa], with the vacuum it reaches."""
     if not 0.0 <= target < plant.reach:
-        why = f" against its leak (without, {show(plant.top, 'Pa')})" if plant.leak else ""
+        note = f" against its leak (without, {show(plant.top, 'Pa')})" if plant.leak else ""
         raise QuantityError(
             f"{name}: {show(target, 'Pa')} is not allowed; the pump reaches "
-            f"{show(plant.reach, 'Pa')}{why}, and a target is zero or more and below that"
+            f"{show(plant.reach, 'Pa')}{note}, and a target is zero or more and below that"
         )

@@ -50,7 +50,7 @@ Packed = tuple[tuple[float, ...], tuple[float, ...]]
 
 @dataclass(frozen=True, kw_only=True)
 class Regulator:
-    """Everything the law needs; what is left out is worked out from plant and sensor.
+    """Settings of the law; missing ones are calculated from plant and sensor.
 
     Raises QuantityError for an unknown kind or safe state, or without safe state: what a fault
     should end in depends on what hangs on the brake.
@@ -125,12 +125,12 @@ class Regulator:
     )
 
     def __post_init__(self) -> None:
-        for name, allowed in (("kind", KINDS), ("safe_state", SAFE_STATES)):
+        for name, choices in (("kind", KINDS), ("safe_state", SAFE_STATES)):
             value = getattr(self, name)
-            if value not in allowed:
-                what = f"'{value}' is not allowed" if value else "it must be declared"
-                choice = " or ".join(f"'{key}' ({text})" for key, text in allowed.items())
-                raise QuantityError(f"{name}: {what}; write {choice}")
+            if value not in choices:
+                fault = f"'{value}' is not allowed" if value else "it must be declared"
+                choice = " or ".join(f"'{key}' ({text})" for key, text in choices.items())
+                raise QuantityError(f"{name}: {fault}; write {choice}")
 
     @property
     def half_band(self) -> float:
@@ -193,12 +193,12 @@ class Regulator:
 
     @property
     def lost_for(self) -> float:
-        """For how long a vacuum must be lost [s]: what the filled tube lets in is pumped out."""
+        """Time for which a vacuum must be lost [s]; longer to pump out the gas of a tube."""
         plant, tube = self.plant, self.plant.passage
         if tube is None:
             return self.lost_time
-        most, slow = 1 + self.tolerances.vent, 1 - self.tolerances.pump
-        let_in = -tube.still(tube.vacuum, most * plant.vent, 0.0)
+        fast_vent, slow = 1 + self.tolerances.vent, 1 - self.tolerances.pump
+        let_in = -tube.still(tube.vacuum, fast_vent * plant.vent, 0.0)
         rise = slow * float(plant.rise(tube.vacuum))
         return self.lost_time + 8 * self.evens_in + (let_in / rise if rise > 0 else 0.0)
 
@@ -221,8 +221,8 @@ class Regulator:
             return self.blocked_ratio
         smaller, vacuum = 2 * self.blocked_ratio, np.linspace(0.0, tube.vacuum, 50)
         left = replace(tube, volume=smaller * tube.volume, passes=smaller * tube.passes)
-        blocked = left.rise(vacuum, smaller * plant.rate, plant.top) / self.owed.at(vacuum)
-        half = min(self.blocked_ratio, 0.5 * float(blocked.min()))
+        ratio = left.rise(vacuum, smaller * plant.rate, plant.top) / self.owed.at(vacuum)
+        half = min(self.blocked_ratio, 0.5 * float(ratio.min()))
         return max(self.sound, half)
 
     @property
@@ -282,10 +282,10 @@ class Regulator:
     def gains(self) -> Gains:
         """The rule's gains: at no vacuum for `scheduled`, at `tuned_at` (default half) for `pi`."""
         half = 0.5 * self.plant.top if self.tuned_at is None else self.tuned_at
-        at = half if self.kind == "pi" else 0.0
+        vacuum = half if self.kind == "pi" else 0.0
         tube = self.plant.passage
-        lag = self.sensor.lag + (0.0 if tube is None else tube.exchange(max(at, tube.vacuum)))
-        return simc(self.plant.joined, sample_time=self.sample_time, lag=lag, vacuum=at)
+        lag = self.sensor.lag + (0.0 if tube is None else tube.exchange(max(vacuum, tube.vacuum)))
+        return simc(self.plant.joined, sample_time=self.sample_time, lag=lag, vacuum=vacuum)
 
     def samples(self, time: float) -> float:
         """Whole samples that last at least `time` [s]."""
@@ -293,19 +293,19 @@ class Regulator:
 
     def packed(self) -> Packed:
         """The tuples `law.step` takes as settings."""
-        plant, made, dt = self.plant.joined, self.gains(), self.sample_time
+        plant, gains, dt = self.plant.joined, self.gains(), self.sample_time
         owed = self.owed
-        gain = made.gain if self.gain is None else self.gain
-        lasting = made.integral_time if self.integral_time is None else self.integral_time
-        ahead = 1.0 if self.feed_forward and self.kind != "bang-bang" else 0.0
+        gain = gains.gain if self.gain is None else self.gain
+        lasting = gains.integral_time if self.integral_time is None else self.integral_time
+        feed = 1.0 if self.feed_forward and self.kind != "bang-bang" else 0.0
         lag = self.lag
         regulator = (
             float(list(KINDS).index(self.kind)), gain, gain * dt / lasting, self.half_band,
             self.vents_above, -1.0 if self.reversible else 0.0,
             1.0 if self.kind == "bang-bang" else self.least_command,
             self.samples(self.minimum_on), self.samples(self.minimum_off),
-            self.samples(self.minimum_vent), ahead * plant.leak / plant.rate,
-            ahead / (plant.rate * dt), plant.top, plant.weight,
+            self.samples(self.minimum_vent), feed * plant.leak / plant.rate,
+            feed / (plant.rate * dt), plant.top, plant.weight,
             1.0 if self.safe_state == "release" else 0.0,
         )  # fmt: skip
         watch = (
@@ -322,7 +322,7 @@ class Regulator:
 
 
 def validate(regulator: Regulator, target: float) -> None:
-    """Raise QuantityError where a regulator cannot bring its line to `target` [Pa]."""
+    """Raise QuantityError if a regulator cannot bring its line to `target` [Pa]."""
     check(regulator)
     check(regulator.tolerances, "tolerances.")
     plant, sensor, dt = regulator.plant, regulator.sensor, regulator.sample_time
@@ -339,11 +339,11 @@ def validate(regulator: Regulator, target: float) -> None:
             f"sample_time: {show(dt, 's')} is not allowed; the line's time constant is "
             f"{show(line, 's')}, and a sample lasts at most a tenth of it, {show(line / 10, 's')}"
         )
-    most = target + regulator.half_band + 3 * regulator.greatest_noise + sensor.resolution
-    if not most < sensor.range:
+    highest = target + regulator.half_band + 3 * regulator.greatest_noise + sensor.resolution
+    if not highest < sensor.range:
         raise QuantityError(
             f"sensor.range: {show(sensor.range, 'Pa')} is not allowed; to hold a target of "
-            f"{show(target, 'Pa')} the sensor must show more than {show(most, 'Pa')}"
+            f"{show(target, 'Pa')} the sensor must show more than {show(highest, 'Pa')}"
         )
     if regulator.reversible and not plant.backwards:
         raise QuantityError("reversible: the plant's pump cannot run backwards (plant.backwards)")
@@ -364,21 +364,21 @@ def validate(regulator: Regulator, target: float) -> None:
 
 def _check_noise(regulator: Regulator) -> None:
     """Raise QuantityError if noise or zero alone would switch the pump or look like a fault."""
-    sensor, most, zero = regulator.sensor, regulator.greatest_noise, regulator.zero
-    stated = f"noise of {show(sensor.noise, 'Pa')}"
-    widened = f"noise of up to {show(most, 'Pa')} and a zero of up to {show(zero, 'Pa')}"
+    sensor, noise_sd, zero = regulator.sensor, regulator.greatest_noise, regulator.zero
+    nominal = f"noise of {show(sensor.noise, 'Pa')}"
+    worst = f"noise of up to {show(noise_sd, 'Pa')} and a zero of up to {show(zero, 'Pa')}"
     switching = 8.0 * sensor.noise if regulator.kind == "bang-bang" else 0.0
-    for name, value, noise, what in (
-        ("hysteresis", 2 * regulator.half_band, switching, stated),
-        ("vent_band", regulator.vents_above - regulator.half_band, 8.0 * sensor.noise, stated),
-        ("decision_step", regulator.decision, CLEAR_OF_NOISE * most, widened),
-        ("lost_band", regulator.lost_below - regulator.half_band, 8.0 * sensor.noise, stated),
-        ("offset_limit", regulator.largest_zero, zero + CLEAR_OF_ZERO * most, widened),
-        ("floor", -regulator.lowest_reading, zero + CLEAR_OF_ZERO * most, widened),
+    for name, value, noise, error in (
+        ("hysteresis", 2 * regulator.half_band, switching, nominal),
+        ("vent_band", regulator.vents_above - regulator.half_band, 8.0 * sensor.noise, nominal),
+        ("decision_step", regulator.decision, CLEAR_OF_NOISE * noise_sd, worst),
+        ("lost_band", regulator.lost_below - regulator.half_band, 8.0 * sensor.noise, nominal),
+        ("offset_limit", regulator.largest_zero, zero + CLEAR_OF_ZERO * noise_sd, worst),
+        ("floor", -regulator.lowest_reading, zero + CLEAR_OF_ZERO * noise_sd, worst),
     ):
         least = noise + (sensor.resolution if noise else 0.0)
         if value < least * (1 - 1e-9):
             raise QuantityError(
-                f"{name}: {show(value, 'Pa')} is too little for a sensor with {what}; it takes "
+                f"{name}: {show(value, 'Pa')} is too little for a sensor with {error}; it takes "
                 f"{show(least, 'Pa')}"
             )

@@ -25,7 +25,7 @@ class Standby:
     vacuum: float = 0.0
     """Idle vacuum [Pa]."""
     stored: float | None = None
-    """In the reservoir [Pa absolute]; None: as low as pump and leak come to."""
+    """Pressure in the reservoir [Pa absolute]; None: the balance of pump and leak."""
     water: bool = False
 
     def warned(self, duration: float, samples: int = SAMPLES) -> Response:
@@ -46,9 +46,9 @@ class Standby:
         if opens <= SHORTEST:
             return respond(line, duration, Drive(store=1.0), start, samples)
         first = respond(line, opens, Drive(), start, max(samples // 4, 2))
-        then = respond(line, duration - opens, Drive(store=1.0), first.states[-1], samples)
-        time = np.append(first.time, opens + then.time[1:])
-        return Response(line=line, time=time, states=np.vstack([first.states, then.states[1:]]))
+        second = respond(line, duration - opens, Drive(store=1.0), first.states[-1], samples)
+        time = np.append(first.time, opens + second.time[1:])
+        return Response(line=line, time=time, states=np.vstack([first.states, second.states[1:]]))
 
     def reached(self, duration: float) -> float:
         """Vacuum [Pa] after a warning of so long [s]."""
@@ -61,14 +61,14 @@ class Standby:
         stays.
         """
         line = self.line
-        back = line.pump.backwards * line.pump.count
+        reverse_flow = line.pump.backwards * line.pump.count
         if self.water:
-            return max(self.vacuum - back * duration / water_compliance(line), 0.0)
+            return max(self.vacuum - reverse_flow * duration / water_compliance(line), 0.0)
         wait = line.valve.delay if line.valve is not None else 0.0
-        stays = line.valve is None and back == 0
+        stays = line.valve is None and reverse_flow == 0
         if stays or duration <= wait + SHORTEST or self.vacuum == 0:
             return self.vacuum
         drive = Drive(pump=-1.0) if line.valve is None else Drive(pump=0.0, vent=1.0)
         start = at_pressure(line, line.site.atmosphere - self.vacuum)
-        made = respond(line, duration - wait, drive, start, 2)
-        return max(float(made.vacuum[-1]), 0.0)
+        response = respond(line, duration - wait, drive, start, 2)
+        return max(float(response.vacuum[-1]), 0.0)

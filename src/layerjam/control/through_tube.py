@@ -16,15 +16,15 @@ CLOSE = 1e-7
 
 @numba.njit(error_model="numpy", forceinline=True)  # type: ignore[untyped-decorator]
 def _slopes(v, w, a, b, plant):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Of the chamber's and of the side's vacuum [Pa/s]."""
+    """Return the slopes of the chamber's and of the side's vacuum [Pa/s]."""
     p, s = plant.atmosphere - v, plant.atmosphere - w
-    along = plant.passes * (p * p - s * s)
-    return along - plant.leak * v, (a - b * w - along) / plant.side
+    flow = plant.passes * (p * p - s * s)
+    return flow - plant.leak * v, (a - b * w - flow) / plant.side
 
 
 @numba.njit(error_model="numpy")  # type: ignore[untyped-decorator]
-def advanced(  # type: ignore[no-untyped-def]
-    v, w, shown, a, b, plant, dt, lag
+def advance(  # type: ignore[no-untyped-def]
+    v, w, display, a, b, plant, dt, lag
 ):  # pragma: no cover
     """(chamber's vacuum, side's, what the sensor shows) a time `dt` [s] on.
 
@@ -35,29 +35,29 @@ def advanced(  # type: ignore[no-untyped-def]
         h = min(h, left)
         f, g = _slopes(v, w, a, b, plant)
         p, s = plant.atmosphere - v, plant.atmosphere - w
-        here, there = 2.0 * plant.passes * p, 2.0 * plant.passes * s
-        m11, m12 = 1.0 + h * D * (here + plant.leak), -h * D * there
-        m21, m22 = -h * D * here / side, 1.0 + h * D * (there + b) / side
-        whole = m11 * m22 - m12 * m21
-        k1v, k1w = (m22 * f - m12 * g) / whole, (m11 * g - m21 * f) / whole
+        dp, ds = 2.0 * plant.passes * p, 2.0 * plant.passes * s
+        m11, m12 = 1.0 + h * D * (dp + plant.leak), -h * D * ds
+        m21, m22 = -h * D * dp / side, 1.0 + h * D * (ds + b) / side
+        det = m11 * m22 - m12 * m21
+        k1v, k1w = (m22 * f - m12 * g) / det, (m11 * g - m21 * f) / det
         f1, g1 = _slopes(v + 0.5 * h * k1v, w + 0.5 * h * k1w, a, b, plant)
         rv, rw = f1 - k1v, g1 - k1w
-        k2v = (m22 * rv - m12 * rw) / whole + k1v
-        k2w = (m11 * rw - m21 * rv) / whole + k1w
+        k2v = (m22 * rv - m12 * rw) / det + k1v
+        k2w = (m11 * rw - m21 * rv) / det + k1w
         v1, w1 = v + h * k2v, w + h * k2w
         f2, g2 = _slopes(v1, w1, a, b, plant)
         rv = f2 - E * (k2v - f1) - 2.0 * (k1v - f)
         rw = g2 - E * (k2w - g1) - 2.0 * (k1w - g)
-        k3v, k3w = (m22 * rv - m12 * rw) / whole, (m11 * rw - m21 * rv) / whole
-        off = h / 6.0 * max(abs(k1v - 2.0 * k2v + k3v), abs(k1w - 2.0 * k2w + k3w))
-        off /= CLOSE * plant.atmosphere
-        if not off > 1.0 or h <= 1e-9 * dt:  # a number that is none is handed on
+        k3v, k3w = (m22 * rv - m12 * rw) / det, (m11 * rw - m21 * rv) / det
+        error = h / 6.0 * max(abs(k1v - 2.0 * k2v + k3v), abs(k1w - 2.0 * k2w + k3w))
+        error /= CLOSE * plant.atmosphere
+        if not error > 1.0 or h <= 1e-9 * dt:  # a number that is none is handed on
             if lag > 0.0:
                 # the chamber's vacuum as straight within so short a step
-                behind, fades = (v1 - v) / h * lag, math.exp(-h / lag)
-                shown = v1 - behind + (shown - v + behind) * fades
+                delay, fades = (v1 - v) / h * lag, math.exp(-h / lag)
+                display = v1 - delay + (display - v + delay) * fades
             else:
-                shown = v1
+                display = v1
             v, w, left = v1, w1, left - h
-        h *= min(max(0.8 * off ** (-1.0 / 3.0), 0.2), 5.0) if off > 0.0 else 5.0
-    return v, w, shown
+        h *= min(max(0.8 * error ** (-1.0 / 3.0), 0.2), 5.0) if error > 0.0 else 5.0
+    return v, w, display

@@ -23,12 +23,12 @@ from layerjam.verdict import Check, interval_check
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 LEAST_ROOM = 0.05
-"""As in the law: the gain is not raised beyond what 5 % of the pump's vacuum asks for."""
+"""Least share of the pump's vacuum in the gain schedule, as in the law."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Gains:
-    """What the rule gives; `vacuum` [Pa] is where it was applied."""
+    """Gains of the rule; `vacuum` [Pa] is where it was applied."""
 
     gain: float
     """Pump command per pascal of error [1/Pa]."""
@@ -64,9 +64,9 @@ class Identified:
 
     plant: Plant
     rate_interval: tuple[float, float]
-    """Of the pole k + leak [1/s] (air), of the rise over `top` (water)."""
+    """Interval of the pole k + leak [1/s] (air), or of the rise over `top` (water)."""
     reach_interval: tuple[float, float]
-    """Of the vacuum at which the step would end [Pa]."""
+    """Interval of the vacuum at which the step would end [Pa]."""
     noise: float
     """Standard deviation of a reading, from the fit's residuals [Pa]."""
     checks: tuple[Check, ...]

@@ -19,7 +19,7 @@ from layerjam.kernel.compiler import SHIPPED, compiler_on_path, find_built, find
 from layerjam.kernel.kernel import CODE, Kernel, load_library
 from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.hysteresis import brake_cycle
-from layerjam.mechanics.threads import once
+from layerjam.mechanics.threads import cache_threadsafe
 
 SWITCH = "LAYERJAM_KERNEL"
 """Environment variable; `off` runs every simulation with `brake_cycle`."""
@@ -99,7 +99,7 @@ def _switched_on() -> bool:
     return setting != "off"
 
 
-@once
+@cache_threadsafe
 def _is_there() -> bool:
     """Whether the library exists or can be built at once; checked once per process."""
     try:

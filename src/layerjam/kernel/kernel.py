@@ -15,7 +15,7 @@ from layerjam.errors import CompilerError, QuantityError
 from layerjam.kernel.compiler import KERNEL, SOURCES, find_built, find_shipped, library
 from layerjam.kernel.parameters import parameters
 from layerjam.mechanics.cycle import Cycle
-from layerjam.mechanics.threads import once
+from layerjam.mechanics.threads import cache_threadsafe
 
 Precision = Literal["double", "single"]
 REFUSED, SLACK, SEPARATED, CLOSED, SNAPPED, OVERFLOW = (1 << bit for bit in range(6))
@@ -58,7 +58,7 @@ def state_bytes(precision: Precision) -> int:
 CODE = KERNEL
 
 
-@once
+@cache_threadsafe
 def load_library(precision: Precision) -> tuple[Any, _Structures]:
     """Return the library that came with layerjam, else one compiled here, and its structures.
 

@@ -1,1 +1,1 @@
-"""Why it resists: force laws as pure array functions in SI units (docs/nomenclature.md)."""
+"""Force laws of the brake as pure array functions in SI units (docs/nomenclature.md)."""

@@ -21,9 +21,9 @@ def _aged(hold: Any, brake: Brake) -> Any:
         return film.static + jnp.zeros(jnp.shape(hold))
     rested = hold > 0
     decades = jnp.log10(jnp.where(rested, hold, 1.0) / film.static_hold)
-    grown = jnp.maximum(film.static + film.ageing * decades, film.kinetic)
+    friction = jnp.maximum(film.static + film.ageing * decades, film.kinetic)
     # the logarithm falls without end towards no hold, friction to the kinetic one
-    return jnp.where(rested, grown, jnp.where(film.ageing > 0, film.kinetic, film.static))
+    return jnp.where(rested, friction, jnp.where(film.ageing > 0, film.kinetic, film.static))
 
 
 @law
@@ -42,5 +42,5 @@ def aged_holding_force(hold: Any, vacuum: Any, brake: Brake) -> Any:
     `holding_force` with the static friction that has grown: sheets without spacers amplify it by
     more, since their factor grows with friction. NaN for a negative hold or vacuum.
     """
-    grown = replace(brake, film=replace(brake.film, static=_aged(hold, brake)))
-    return within(hold >= 0, holding_force(vacuum, grown))
+    aged_brake = replace(brake, film=replace(brake.film, static=_aged(hold, brake)))
+    return within(hold >= 0, holding_force(vacuum, aged_brake))

@@ -6,13 +6,13 @@ the interfaces slip, each against the shear flow q = a mu_k W P [N/m], and stay 
 
 Two loads: a transverse force at the end of sheets that are all held at the other end (exact within
 beam theory), and equal and opposite moments that turn the caps, while the brake may shorten freely.
-The enclosure bends beside the sheets as a tube. All is for loading from the straight, unjammed
-state.
+The enclosure bends along with the sheets as a tube. All formulas are for loading from the straight,
+unjammed state.
 
-Sheets without spacers amplify their friction in a pull, where all of a side are tensed. Bent, those
-outside are tensed and those inside compressed: what the fan presses on one half of the interfaces
-it takes from the other, so that the sum stays as it is to first order, and friction here is that of
-flat sheets. What changes is the lever: see `_fanned`.
+Sheets without spacers amplify their friction in a pull, where all of a side are in tension. In
+bending, the outer sheets are in tension and the inner ones compressed: the fan unloads one half of
+the interfaces as much as it loads the other. To first order the sum does not change, and friction
+is that of flat sheets. Only the lever changes: see `_fan_stiffness`.
 """
 
 from typing import Any
@@ -33,7 +33,7 @@ def _one_sheet(brake: Brake) -> Any:
 
 
 def _shear_flow(vacuum: Any, brake: Brake) -> Any:
-    """q [N/m]: what one interface bears along each metre."""
+    """Shear flow q [N/m]: friction of one interface for each metre."""
     return friction_per_contact(vacuum, flat(brake)) / (brake.sheets.count - 1)
 
 
@@ -53,7 +53,7 @@ def enclosure_bending_stiffness(brake: Brake) -> Any:
 def bending_stiffness_free(brake: Brake) -> Any:
     """E I of the overlap [N m^2] while the sheets slide on each other: n E W t^3/12 and the tube.
 
-    What a brake without vacuum has. Friction without vacuum is taken as none.
+    The bending stiffness without vacuum, assuming that there is no friction then.
     """
     return brake.sheets.count * _one_sheet(brake) + enclosure_bending_stiffness(brake)
 
@@ -70,8 +70,8 @@ def bending_stiffness_jammed(brake: Brake) -> Any:
 def _first_slip(flow: Any, brake: Brake) -> Any:
     """Curvature over the distance to the force [1/m^2] at which the innermost interfaces slip.
 
-    8 q/(E W t^2 n^2) for even n, where one interface lies in the middle; for odd n the two beside
-    the middle sheet bear less, by 1 - 1/n^2.
+    8 q/(E W t^2 n^2) for even n, where one interface lies in the middle; for odd n the two next to
+    the middle sheet carry less, by 1 - 1/n^2.
     """
     sheets = brake.sheets
     count = jnp.asarray(sheets.count, jnp.float64)
@@ -79,20 +79,20 @@ def _first_slip(flow: Any, brake: Brake) -> Any:
     return 8 * flow / (brake.film.modulus * sheet_section(brake) * sheets.thickness * square)
 
 
-def _sheared(bend: Any, flow: Any, brake: Brake) -> Any:
+def _shear_force(bend: Any, flow: Any, brake: Brake) -> Any:
     """Transverse force [N] of the sheets at a curvature over the distance to the force [1/m^2].
 
-    At a force V the axial strains are those of a total-variation problem over the sheets: from the
-    middle outwards the interfaces slip, and two outer blocks of m sheets each stay whole. Then
+    At a force V the axial strains are those of a total-variation problem over the sheets. The
+    interfaces slip from the middle outwards, and two outer blocks of m sheets each stay stuck. Then
     V = E I (n + 2 m (m^2 - 1)) g + q t (n - m), where m (m + 1) just exceeds 2 q/(E W t^2 g).
     """
-    count, t, one = brake.sheets.count, brake.sheets.thickness, _one_sheet(brake)
-    whole = bend <= _first_slip(flow, brake)
-    safe = jnp.where(whole | (bend <= 0), 1.0, bend)
+    count, t, sheet = brake.sheets.count, brake.sheets.thickness, _one_sheet(brake)
+    sticks = bend <= _first_slip(flow, brake)
+    safe = jnp.where(sticks | (bend <= 0), 1.0, bend)
     share = flow / (brake.film.modulus * sheet_section(brake) * t * safe)
     block = jnp.maximum(jnp.ceil((jnp.sqrt(1 + 8 * share) - 1) / 2), 1.0)
-    slipping = one * safe * (count + 2 * block * (block**2 - 1)) + flow * t * (count - block)
-    return jnp.where(whole, count**3 * one * bend, slipping)
+    slipping = sheet * safe * (count + 2 * block * (block**2 - 1)) + flow * t * (count - block)
+    return jnp.where(sticks, count**3 * sheet * bend, slipping)
 
 
 @law
@@ -115,7 +115,9 @@ def shear_at_full_slip(vacuum: Any, brake: Brake) -> Any:
     flow = _shear_flow(vacuum, brake)
     outermost = flow / (brake.film.modulus * sheet_section(brake) * brake.sheets.thickness)
     bend = jnp.maximum(outermost, _first_slip(flow, brake))
-    force = _sheared(bend * (1 + 1e-15), flow, brake) + bend * enclosure_bending_stiffness(brake)
+    force = _shear_force(bend * (1 + 1e-15), flow, brake) + bend * enclosure_bending_stiffness(
+        brake
+    )
     return within(vacuum >= 0, force)
 
 
@@ -123,12 +125,12 @@ def shear_at_full_slip(vacuum: Any, brake: Brake) -> Any:
 def cantilever_force(deflection: Any, length: Any, vacuum: Any, brake: Brake) -> Any:
     """Transverse force [N] that moves the end of a jammed stack by a deflection [m].
 
-    All sheets are held at one end, the force acts at a length [m] from there; a beam on two
-    supports with the force F in its middle is two such halves with F/2. Small deflections; what
-    shear adds to them elastically is left out. NaN below zero.
+    All sheets are held at one end, and the force acts at a length [m] from there. A beam on two
+    supports with the force F in its middle is two such halves with F/2. For small deflections,
+    without elastic shear. NaN below zero.
     """
     bend = 3 * deflection / length**3
-    force = _sheared(bend, _shear_flow(vacuum, brake), brake)
+    force = _shear_force(bend, _shear_flow(vacuum, brake), brake)
     fine = (deflection >= 0) & (length > 0) & (vacuum >= 0)
     return within(fine, force + bend * enclosure_bending_stiffness(brake))
 
@@ -137,7 +139,7 @@ def cantilever_force(deflection: Any, length: Any, vacuum: Any, brake: Brake) ->
 def cantilever_deflection(force: Any, length: Any, vacuum: Any, brake: Brake) -> Any:
     """Deflection [m] of the end under a transverse force [N]: the inverse of `cantilever_force`."""
 
-    def beyond(deflection: Any) -> Any:
+    def excess(deflection: Any) -> Any:
         return cantilever_force(deflection, length, vacuum, brake) - force
 
     rigid = length**3 / (3 * bending_stiffness_jammed(brake))
@@ -145,7 +147,7 @@ def cantilever_deflection(force: Any, length: Any, vacuum: Any, brake: Brake) ->
     fine = (force >= 0) & (length > 0) & (vacuum >= 0)
     load = jnp.where(fine, force, 0.0) + jnp.zeros(jnp.shape(length * vacuum))
     # the Newton step stays within the straight piece
-    root = implicit_root(beyond, load * rigid * (1 - 1e-12), load * soft * (1 + 1e-12))
+    root = implicit_root(excess, load * rigid * (1 - 1e-12), load * soft * (1 + 1e-12))
     return within(fine, root)
 
 
@@ -158,20 +160,20 @@ def _spread(count: Any, pitch: Any, brake: Brake) -> Any:
     return axial + count * _one_sheet(brake)
 
 
-def _fanned(count: Any, brake: Brake) -> tuple[Any, Any]:
+def _fan_stiffness(count: Any, brake: Brake) -> tuple[Any, Any]:
     """E I [N m^2] with the enclosure, of sheets that fan out from t to 2 t, and their couple.
 
-    The couple, over the moment: what their axial forces carry at the cap. It grows to twice that at
-    the overlap while the moment stays, so that Q(1 + s/L) of them and M - Q(1 + s/L) of the sheets'
-    own bending share M; with B = own and tube and A = E W t^3 count (count^2 - 1)/12 the least
+    The couple is the share of the moment that axial forces carry at the cap. It doubles up to the
+    overlap while the moment is constant: axial forces carry Q(1 + s/L), the sheets' own bending
+    M - Q(1 + s/L). With B = own and tube and A = E W t^3 count (count^2 - 1)/12, the least
     energy has Q/M = 9 A/(14 A + 6 B) and E I = B/(1 - 27 A/(28 A + 12 B)). Lines that meet in one
     point carry no pure moment: 28 B however stiff the sheets are.
     """
-    own = count * _one_sheet(brake) + enclosure_bending_stiffness(brake)
+    bending = count * _one_sheet(brake) + enclosure_bending_stiffness(brake)
     axial = brake.film.modulus * sheet_section(brake) * brake.sheets.thickness**2
     axial = axial * count * (count**2 - 1) / 12
-    stiffness = own / (1 - 27 * axial / (28 * axial + 12 * own))
-    return stiffness, 9 * axial / (14 * axial + 6 * own)
+    stiffness = bending / (1 - 27 * axial / (28 * axial + 12 * bending))
+    return stiffness, 9 * axial / (14 * axial + 6 * bending)
 
 
 def _side(count: Any, brake: Brake) -> Any:
@@ -179,8 +181,8 @@ def _side(count: Any, brake: Brake) -> Any:
     spread = _spread(count, 2 * brake.sheets.thickness, brake)
     if brake.mount.spacers is None:
         return spread
-    fanned = _fanned(count, brake)[0] - enclosure_bending_stiffness(brake)
-    return jnp.where(jnp.asarray(brake.mount.spacers) > 0, spread, fanned)
+    fan = _fan_stiffness(count, brake)[0] - enclosure_bending_stiffness(brake)
+    return jnp.where(jnp.asarray(brake.mount.spacers) > 0, spread, fan)
 
 
 def _lever(slip: Any, brake: Brake) -> Any:
@@ -190,9 +192,10 @@ def _lever(slip: Any, brake: Brake) -> Any:
     """
     if brake.mount.spacers is None:
         return 1.0
-    tube, one = enclosure_bending_stiffness(brake), _one_sheet(brake)
+    tube, sheet = enclosure_bending_stiffness(brake), _one_sheet(brake)
     (left, right), (a, b, c) = sides(brake), _lengths(slip, brake)
-    parts = a / (left * one + tube), b / (brake.sheets.count * one + tube), c / (right * one + tube)
+    middle = brake.sheets.count * sheet + tube
+    parts = a / (left * sheet + tube), b / middle, c / (right * sheet + tube)
     fan = (0.75 * (parts[0] + parts[2]) + parts[1]) / (parts[0] + parts[1] + parts[2])
     return jnp.where(jnp.asarray(brake.mount.spacers) > 0, 1.0, fan)
 
@@ -206,7 +209,7 @@ def _lengths(slip: Any, brake: Brake) -> tuple[Any, Any, Any]:
 def _in_series(slip: Any, stiffness: tuple[Any, Any, Any], brake: Brake) -> Any:
     tube = enclosure_bending_stiffness(brake)
     parts = zip(_lengths(slip, brake), stiffness, strict=True)
-    return 1 / sum(length / (own + tube) for length, own in parts)
+    return 1 / sum(length / (stiff + tube) for length, stiff in parts)
 
 
 def _fine(slip: Any, brake: Brake) -> Any:
@@ -220,9 +223,9 @@ def turning_stiffness_free(slip: Any, brake: Brake) -> Any:
     Left free sheets, overlap and right free sheets one behind the other, each sheet by itself.
     """
     left, right = sides(brake)
-    one = _one_sheet(brake)
-    made = _in_series(slip, (left * one, brake.sheets.count * one, right * one), brake)
-    return within(_fine(slip, brake), made)
+    sheet = _one_sheet(brake)
+    stiffness = _in_series(slip, (left * sheet, brake.sheets.count * sheet, right * sheet), brake)
+    return within(_fine(slip, brake), stiffness)
 
 
 @law
@@ -241,11 +244,11 @@ def turning_stiffness_jammed(slip: Any, brake: Brake) -> Any:
 
 @law
 def slip_moment(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """What friction adds to the moment of the caps [N m] once every interface slips.
+    """Contribution of friction to the moment of the caps [N m] once every interface slips.
 
-    F_f (n - 1) t/4 with F_f the friction of flat sheets in a pull: an interface slips by its
-    distance from the middle times the angle; by 3/4 of it for what the free lengths turn without
-    spacers. A brake that slides along its pull has none of it left.
+    F_f (n - 1) t/4 with F_f the friction of flat sheets in a pull. An interface slips by its
+    distance from the middle times the angle; without spacers, by 3/4 of that for the angle of the
+    free lengths. Zero for a brake that slides along its pull.
     """
     force = friction_per_contact(vacuum, flat(brake)) * (brake.sheets.overlap - slip)
     moment = force * (brake.sheets.count - 1) * brake.sheets.thickness / 4 * _lever(slip, brake)
@@ -256,25 +259,25 @@ def slip_moment(slip: Any, vacuum: Any, brake: Brake) -> Any:
 def buckling_moment(slip: Any, brake: Brake) -> Any:
     """Moment [N m] at which a jammed brake's first compressed sheet buckles in its free length.
 
-    Euler, both ends held, under the compression that bending puts on the outermost sheet of the
-    side that comes first; the enclosure and the neighbours support it somewhat more than that.
+    Euler's formula with both ends held, for the outermost sheet of the side that buckles first.
+    The enclosure and the other sheets support it, so that the true moment is somewhat higher.
     """
-    t, one = brake.sheets.thickness, _one_sheet(brake)
+    t, sheet = brake.sheets.thickness, _one_sheet(brake)
     stretch = brake.film.modulus * sheet_section(brake)
     lengths = _lengths(slip, brake)
 
-    def of(count: Any, length: Any) -> Any:
+    def least_of(count: Any, length: Any) -> Any:
         edge = (count - 1) * t
         strain = edge / (_spread(count, 2 * t, brake) + enclosure_bending_stiffness(brake))
         if brake.mount.spacers is not None:
-            couple = _fanned(count, brake)[1] * 6 / (stretch * t * count * (count + 1))
+            couple = _fan_stiffness(count, brake)[1] * 6 / (stretch * t * count * (count + 1))
             strain = jnp.where(jnp.asarray(brake.mount.spacers) > 0, strain, couple)
-        alone = count < 2
-        moment = 4 * jnp.pi**2 * one / length**2 / jnp.where(alone, 1.0, strain * stretch)
-        return jnp.where(alone, jnp.inf, moment)
+        is_single = count < 2
+        moment = 4 * jnp.pi**2 * sheet / length**2 / jnp.where(is_single, 1.0, strain * stretch)
+        return jnp.where(is_single, jnp.inf, moment)
 
     left, right = sides(brake)
-    least = jnp.minimum(of(left, lengths[0]), of(right, lengths[2]))
+    least = jnp.minimum(least_of(left, lengths[0]), least_of(right, lengths[2]))
     return within(_fine(slip, brake), least)
 
 
@@ -283,33 +286,33 @@ def turning_moment(angle: Any, slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Moment [N m] that turns the caps by an angle [rad] against each other; slip [m], vacuum [Pa].
 
     From `turning_stiffness_jammed` to `slip_moment` above `turning_stiffness_free`. Sheets end
-    within the overlap, so they slip from their ends on from the first moment, the outer ones first:
+    within the overlap, so they slip from their ends at once, the outer ones first. The model has
     fibres at all heights, each a lap joint with friction, T + b T^2 over its stretch until T is its
-    friction; the fibres' stiffness is set to the exact one of the first turn. Both ends of the
+    friction. The fibres' stiffness is set to the exact initial one. Both ends of the
     curve are exact. In between it lies from 8 % below to 17 % above layered finite elements, from
     nine sheets on from 1 % below to 13 % above. NaN for a negative angle.
     """
     free = turning_stiffness_free(slip, brake)
-    most = slip_moment(slip, vacuum, brake)
+    friction = slip_moment(slip, vacuum, brake)
     left, overlap, right = _lengths(slip, brake)
-    bent = overlap / (4 * (left + right + overlap / 2))
-    jams = most > 0
+    bend = overlap / (4 * (left + right + overlap / 2))
+    jams = friction > 0
     extra = turning_stiffness_jammed(slip, brake) - free
-    start = 1.5 * extra * angle / jnp.where(jams, most, 1.0)
-    share = jnp.where(jams, _lap_joints(start, bent), 0.0)
-    return within((angle >= 0) & (vacuum >= 0), free * angle + most * share)
+    start = 1.5 * extra * angle / jnp.where(jams, friction, 1.0)
+    share = jnp.where(jams, _lap_joints(start, bend), 0.0)
+    return within((angle >= 0) & (vacuum >= 0), free * angle + friction * share)
 
 
-def _lap_joints(stretch: Any, bent: Any) -> Any:
-    """Share of the slip moment that fibres at all heights give; `stretch` of the outermost one.
+def _lap_joints(stretch: Any, bend: Any) -> Any:
+    """Share of the slip moment of fibres at all heights; `stretch` is that of the outermost one.
 
-    A fibre at the share h of the height has T + b T^2 = h times `stretch`, at most T = 1; the
-    moment is the integral of 2 h T over h, written in T.
+    A fibre at the share h of the height has T + b T^2 = h times `stretch`, at most T = 1.
+    The moment is the integral of 2 h T over h, written in T.
     """
     safe = jnp.where(stretch > 0, stretch, 1.0)
-    pulled = jnp.minimum(safe, 1 + bent)
-    outer = 2 * pulled / (1 + jnp.sqrt(1 + 4 * bent * pulled))
-    held = 2 * outer * (outer / safe) ** 2
-    held = held * (1 / 3 + 3 * bent * outer / 4 + 2 * (bent * outer) ** 2 / 5)
-    slipped = 1 - (pulled / safe) ** 2
-    return jnp.where(stretch > 0, held + slipped, 0.0)
+    pull = jnp.minimum(safe, 1 + bend)
+    outer = 2 * pull / (1 + jnp.sqrt(1 + 4 * bend * pull))
+    stuck = 2 * outer * (outer / safe) ** 2
+    stuck = stuck * (1 / 3 + 3 * bend * outer / 4 + 2 * (bend * outer) ** 2 / 5)
+    slipping = 1 - (pull / safe) ** 2
+    return jnp.where(stretch > 0, stuck + slipping, 0.0)

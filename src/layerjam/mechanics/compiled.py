@@ -16,7 +16,7 @@ import numba
 from numba.core import event
 
 from layerjam.mechanics.compilation import announce, keep_compiled_code
-from layerjam.mechanics.threads import once
+from layerjam.mechanics.threads import cache_threadsafe
 
 
 class _Announcer(event.Listener):  # type: ignore[misc]
@@ -34,16 +34,16 @@ event.register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]
 
 
 def stamp_of(files: Iterable[Path]) -> str:
-    """A text that changes with the files.
+    """Return a hash that changes with the files.
 
-    Numba's cache sees changes of the compiled file only: a loop that names the stamp of all the
-    files it is made of is compiled again when one of them has changed.
+    Numba's cache notices changes only in the compiled file. A loop that refers to the stamp of all
+    its source files is compiled again if any of them has changed.
     """
     return hashlib.sha256(b"".join(file.read_bytes() for file in sorted(files))).hexdigest()
 
 
 @numba.njit(forceinline=True)  # type: ignore[untyped-decorator]
-def _where(condition, yes, no):  # type: ignore[no-untyped-def]  # pragma: no cover
+def _select(condition, yes, no):  # type: ignore[no-untyped-def]  # pragma: no cover
     return yes if condition else no
 
 
@@ -63,11 +63,11 @@ def _logical_not(a):  # type: ignore[no-untyped-def]  # pragma: no cover
 
 
 _SCALARS = types.ModuleType("scalars")
-_SCALARS.__dict__.update(where=_where, maximum=_maximum, minimum=_minimum)
+_SCALARS.__dict__.update(where=_select, maximum=_maximum, minimum=_minimum)
 _SCALARS.__dict__.update(logical_not=_logical_not, sqrt=math.sqrt, inf=math.inf)
 
 
-@once
+@cache_threadsafe
 def scalar(function: Callable[..., Any]) -> Any:
     """The function for one element, compiled by numba, with all it calls from its own module.
 
@@ -76,11 +76,11 @@ def scalar(function: Callable[..., Any]) -> Any:
     """
     home = sys.modules[function.__module__].__dict__
     names = {n: home[n] for n in function.__code__.co_names if n in home}
-    for name, there in names.items():
+    for name, value in names.items():
         if name == "jnp":
             names[name] = _SCALARS
-        elif isinstance(there, types.FunctionType):
-            names[name] = scalar(there)
+        elif isinstance(value, types.FunctionType):
+            names[name] = scalar(value)
     names["__name__"] = function.__module__  # from where numba's cache loads it
     plain = types.FunctionType(function.__code__, names, function.__name__)
     return numba.njit(error_model="numpy", forceinline=True, fastmath={"contract"})(plain)

@@ -1,10 +1,10 @@
-"""What a brake did along an elongation history, whichever law its enclosure follows."""
+"""Response of a brake to an elongation history, for any law of its enclosure."""
 
 from typing import Any, NamedTuple
 
 
 class Cycle(NamedTuple):
-    """What happened along an elongation history; every field has the history's shape (N,)."""
+    """Response to an elongation history; every field has the history's shape (N,)."""
 
     force: Any
     """[N], never negative."""

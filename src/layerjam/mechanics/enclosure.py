@@ -1,7 +1,8 @@
 """The enclosure: elastic strips pulled over the stack (paper, eq. 5, with x inside the root).
 
-Two faces carry. Pulling stretches a strip of stiffness EA against the friction q = mu_e W P per
-length; the part that moves grows from both ends until it meets in the middle (saturation).
+Two faces carry the force. A pull stretches a strip of stiffness EA against the friction
+q = mu_e W P per length. The part that moves grows from both ends until it meets in the middle
+(saturation).
 """
 
 from typing import Any, NamedTuple
@@ -11,7 +12,7 @@ import jax.numpy as jnp
 from layerjam.device.brake import Brake
 from layerjam.errors import QuantityError
 from layerjam.mechanics.hyperelastic import at_slip
-from layerjam.mechanics.law import fused, law, safe_sqrt, within
+from layerjam.mechanics.law import fuse, law, safe_sqrt, within
 
 
 class EnclosureLaw(NamedTuple):
@@ -64,26 +65,26 @@ def enclosure_of(stiffness: Any, friction: Any, reach: Any) -> EnclosureLaw:
     return EnclosureLaw(stiffness, friction, reach, root, friction * reach**2 / stiffness)
 
 
-@fused
+@fuse
 def backbone(slip: Any, enclosure: EnclosureLaw) -> Any:
     """f(x) [N], both faces, first loading: 2 sqrt(EA q x), then EA x/l + q l."""
     spread = enclosure.root * safe_sqrt(slip)
-    whole = enclosure.stiffness * slip / enclosure.reach + enclosure.friction * enclosure.reach
-    return jnp.where(slip < enclosure.saturation, spread, jnp.where(slip > 0, whole, 0.0))
+    linear = enclosure.stiffness * slip / enclosure.reach + enclosure.friction * enclosure.reach
+    return jnp.where(slip < enclosure.saturation, spread, jnp.where(slip > 0, linear, 0.0))
 
 
-@fused
+@fuse
 def backbone_work(slip: Any, enclosure: EnclosureLaw) -> Any:
     """Integral of `backbone` from 0 to slip [J]."""
     start = jnp.minimum(slip, enclosure.saturation)
     spread = enclosure.root * start * safe_sqrt(start) * (2 / 3)
-    beyond = slip - start
-    whole = enclosure.stiffness * (slip + start) / (2 * enclosure.reach)
-    whole = (whole + enclosure.friction * enclosure.reach) * beyond
-    return spread + whole
+    rest_slip = slip - start
+    linear = enclosure.stiffness * (slip + start) / (2 * enclosure.reach)
+    linear = (linear + enclosure.friction * enclosure.reach) * rest_slip
+    return spread + linear
 
 
-@fused
+@fuse
 def backbone_stored(slip: Any, enclosure: EnclosureLaw) -> Any:
     """Elastic energy in both faces after first loading to slip [J].
 
@@ -93,11 +94,11 @@ def backbone_stored(slip: Any, enclosure: EnclosureLaw) -> Any:
     spread = enclosure.root * slip * safe_sqrt(slip) / 3
     face = backbone(slip, enclosure) / 2
     q, reach = enclosure.friction, enclosure.reach
-    whole = 2 * reach * (face**2 - face * q * reach + (q * reach) ** 2 / 3) / enclosure.stiffness
-    return jnp.where(slip < enclosure.saturation, spread, whole)
+    linear = 2 * reach * (face**2 - face * q * reach + (q * reach) ** 2 / 3) / enclosure.stiffness
+    return jnp.where(slip < enclosure.saturation, spread, linear)
 
 
-@fused
+@fuse
 def slipped_area(slip: Any, enclosure: EnclosureLaw) -> Any:
     """Integral of the strip's slip over its length [m^2], both faces, after first loading to slip.
 
@@ -114,13 +115,13 @@ def backbone_dissipated(slip: Any, enclosure: EnclosureLaw) -> Any:
     return enclosure.friction * slipped_area(slip, enclosure)
 
 
-@fused
+@fuse
 def inverse_backbone(force: Any, enclosure: EnclosureLaw) -> Any:
     """The slip at which first loading carries `force` [N]."""
     at_saturation = 2 * enclosure.friction * enclosure.reach
-    whole = (force - enclosure.friction * enclosure.reach) * enclosure.reach / enclosure.stiffness
+    linear = (force - enclosure.friction * enclosure.reach) * enclosure.reach / enclosure.stiffness
     square = jnp.where(enclosure.root > 0, enclosure.root, 1.0) ** 2
-    return jnp.where(force < at_saturation, force**2 / square, whole)
+    return jnp.where(force < at_saturation, force**2 / square, linear)
 
 
 def first_loading(slip: Any, vacuum: Any, brake: Brake) -> Any:
@@ -133,17 +134,17 @@ def first_loading(slip: Any, vacuum: Any, brake: Brake) -> Any:
 def first_loading_energy(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any]:
     """Work and heat [J], both faces, of first loading to a slip [m]: whichever law."""
     if brake.hyperelastic is None:
-        one = enclosure_at(vacuum, brake)
-        return backbone_work(slip, one), backbone_dissipated(slip, one)
-    made = at_slip(slip, vacuum, brake)[1]
-    return made.stored + made.heat, made.heat
+        enclosure = enclosure_at(vacuum, brake)
+        return backbone_work(slip, enclosure), backbone_dissipated(slip, enclosure)
+    loading = at_slip(slip, vacuum, brake)[1]
+    return loading.stored + loading.heat, loading.heat
 
 
 @law
 def enclosure_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Force of the enclosure in first loading [N] (eq. 5 corrected); slip [m], vacuum [Pa].
 
-    2 sqrt(E A P mu W x) up to `saturation_slip`, linear beyond ("assumed closure", ours). Its
+    2 sqrt(E A P mu W x) up to `saturation_slip`, linear beyond (our "assumed closure"). Its
     slope at zero slip is infinite; the gradient there is taken as zero. NaN for a negative slip
     or vacuum. With `[hyperelastic]` that law instead, NaN beyond the strain that was fitted.
     """

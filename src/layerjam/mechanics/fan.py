@@ -1,10 +1,11 @@
-"""Self-amplified friction of sheets clamped without spacers (Alarcon et al. 2016, derived anew).
+"""Self-amplified friction of sheets clamped without spacers (after Alarcon et al. 2016).
 
-A cap without spacers clamps its sheets at their thickness t, in the overlap they lie 2t apart:
-sheet i, counted from the middle, runs to the overlap at the angle i t/L. Its tension T presses all
-interfaces further in, at either end of the overlap; with T = 2 mu N for a sheet that rubs on both
-faces, dT/di = -2 mu T (1/L1 + 1/L3) i t, hence T = T_outer exp(alpha (1 - (i/m)^2)) for the m = n/4
-sheets of one side's half, alpha = mu t m^2 (1/L1 + 1/L3). Their mean over T_outer is the factor.
+A cap without spacers clamps its sheets at their thickness t; in the overlap they lie 2t apart.
+Sheet i, counted from the middle, runs to the overlap at the angle i t/L. At both ends of the
+overlap its tension T presses all interfaces further in. With T = 2 mu N for a sheet that rubs on
+both faces, dT/di = -2 mu T (1/L1 + 1/L3) i t. So T = T_outer exp(alpha (1 - (i/m)^2)) for the
+m = n/4 sheets of one side's half, alpha = mu t m^2 (1/L1 + 1/L3). The factor is their mean over
+T_outer.
 """
 
 from collections.abc import Callable
@@ -20,7 +21,7 @@ from layerjam.errors import QuantityError
 from layerjam.mechanics.law import law, within
 
 STEEPEST = 1.0
-"""Slope of the outermost sheet, n t/(4 L), beyond which the angles are no small ones."""
+"""Slope of the outermost sheet, n t/(4 L), above which the angles are not small."""
 _TERMS = 14
 _STEPS = 8
 """Newton steps on a convex curve; quadratic, so that the last ones change nothing."""
@@ -28,14 +29,14 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(32)
 
 
 class Fan(NamedTuple):
-    """What the sheets' fan does to their friction."""
+    """Effect of the sheets' fan on their friction."""
 
     strength: Any
     """mu t m^2 [m], with the friction the sheets have without it; 0 with spacers."""
     left: Any
     """Free length at rest [m]."""
     right: Any
-    held: Any
+    reference: Any
     """The factor that the scale factor already contains."""
 
 
@@ -45,20 +46,20 @@ class Sheets(NamedTuple):
     c: Any
     overlap: Any
     fan: Fan | None
-    """None where nothing is known of spacers, and nothing is computed."""
+    """None if the brake does not state whether it has spacers."""
 
 
-def fan_of(brake: Brake, pressed: Any = 1.0) -> Fan | None:
+def fan_of(brake: Brake, factor: Any = 1.0) -> Fan | None:
     """The fan of a brake that says whether it has spacers; `pressed` is (P/P_test)^m."""
     sheets, mount = brake.sheets, brake.mount
     if mount.spacers is None:
         return None
-    held: Any = 1.0 if brake.amplification_held is None else brake.amplification_held
-    held = jnp.where(held > 0, held, 1.0)  # NaN in a design
-    friction = brake.scale_factor / held * brake.film.kinetic * pressed
+    reference: Any = 1.0 if brake.amplification_held is None else brake.amplification_held
+    reference = jnp.where(reference > 0, reference, 1.0)  # NaN in a design
+    friction = brake.scale_factor / reference * brake.film.kinetic * factor
     strength = friction * sheets.thickness * (sheets.count / 4) ** 2
     strength = jnp.where(jnp.asarray(mount.spacers) > 0, 0.0, strength)
-    return Fan(strength, sheets.free_left, sheets.free_right, held)
+    return Fan(strength, sheets.free_left, sheets.free_right, reference)
 
 
 def exponent_of(slip: Any, fan: Fan) -> Any:
@@ -81,7 +82,7 @@ def mean_of(alpha: Any) -> Any:
 
 def ratio_of(slip: Any, fan: Fan) -> Any:
     """The factor at a slip [m] over what the scale factor already holds."""
-    return mean_of(jnp.asarray(exponent_of(slip, fan), jnp.float64)) / fan.held
+    return mean_of(jnp.asarray(exponent_of(slip, fan), jnp.float64)) / fan.reference
 
 
 def force_of(slip: Any, sheets: Any) -> Any:
@@ -90,7 +91,7 @@ def force_of(slip: Any, sheets: Any) -> Any:
     return plain if sheets.fan is None else plain * ratio_of(slip, sheets.fan)
 
 
-def grown(sheets: Any, more: Any) -> Any:
+def scale_friction(sheets: Any, factor: Any) -> Any:
     """The sheets with `more` times the friction coefficient, which their fan amplifies the more.
 
     All interfaces slide at one speed, so that a coefficient which depends on it is one for all of
@@ -98,12 +99,12 @@ def grown(sheets: Any, more: Any) -> Any:
     """
     fan = sheets.fan
     if fan is not None:
-        fan = fan._replace(strength=fan.strength * more)
-    return sheets._replace(c=sheets.c * more, fan=fan)
+        fan = fan._replace(strength=fan.strength * factor)
+    return sheets._replace(c=sheets.c * factor, fan=fan)
 
 
 def rise_with_friction(slip: Any, sheets: Any) -> Any:
-    """How the friction grows with the logarithm of its coefficient [N]: by itself without a fan."""
+    """Slope of friction over the logarithm of its coefficient [N]; friction if there is no fan."""
     force = force_of(slip, sheets)
     if sheets.fan is None:
         return force
@@ -118,8 +119,8 @@ def tangent(slip: Any, sheets: Any) -> Any:
     slip = jnp.clip(slip, 0.0, sheets.overlap)
     fan, left = sheets.fan, sheets.overlap - slip
     alpha = jnp.asarray(exponent_of(slip, fan), jnp.float64)
-    ratio = mean_of(alpha) / fan.held
-    slope = _slope_of(alpha) / fan.held
+    ratio = mean_of(alpha) / fan.reference
+    slope = _slope_of(alpha) / fan.reference
     shrink = fan.strength * (1 / (fan.left + slip) ** 2 + 1 / (fan.right + slip) ** 2)
     steep = ratio + left * slope * shrink
     reach = slip + left * ratio / steep
@@ -144,42 +145,42 @@ def work_of(start: Any, end: Any, sheets: Any) -> Any:
     start, end = jnp.minimum(start, sheets.overlap), jnp.minimum(end, sheets.overlap)
     if sheets.fan is None:
         return sheets.c * (end - start) * (sheets.overlap - (start + end) / 2)
-    return _summed(lambda slip: force_of(slip, sheets), start, end, sheets.fan)
+    return _integrate(lambda slip: force_of(slip, sheets), start, end, sheets.fan)
 
 
 def growing_work(start: Any, end: Any, sheets: Any, c: Any) -> Any:
     """The same while c goes evenly from `c` [N/m] to that of `sheets` over the slip."""
-    more = end - start
+    slide = end - start
     if sheets.fan is None:
-        rubbed = sheets.c * more * (sheets.overlap - (end + start) / 2)
+        work = sheets.c * slide * (sheets.overlap - (end + start) / 2)
         if c is sheets.c:
-            return rubbed
-        return rubbed - (sheets.c - c) * more * ((sheets.overlap - start) / 2 - more / 6)
-    part = jnp.where(more != 0, more, 1.0)
+            return work
+        return work - (sheets.c - c) * slide * ((sheets.overlap - start) / 2 - slide / 6)
+    part = jnp.where(slide != 0, slide, 1.0)
 
     def force(slip: Any) -> Any:
-        now = c + (sheets.c - c) * (slip - start) / part
-        return force_of(slip, sheets._replace(c=now))
+        friction = c + (sheets.c - c) * (slip - start) / part
+        return force_of(slip, sheets._replace(c=friction))
 
-    return _summed(force, start, end, sheets.fan)
+    return _integrate(force, start, end, sheets.fan)
 
 
-def _summed(force: Callable[[Any], Any], start: Any, end: Any, fan: Fan) -> Any:
+def _integrate(force: Callable[[Any], Any], start: Any, end: Any, fan: Fan) -> Any:
     """Integral [J] by 32-point Gauss quadrature over ln(L + x), in which the factor is smooth."""
     least = jnp.minimum(fan.left, fan.right)
     low, high = jnp.broadcast_arrays(jnp.log(least + start), jnp.log(least + end))
     shape = (-1,) + (1,) * low.ndim
     nodes, weights = (jnp.asarray(a).reshape(shape) for a in (_NODES, _WEIGHTS))
     half = (high - low) / 2
-    grown = jnp.exp(low + half * (nodes + 1))
-    return (weights * half * grown * force(grown - least)).sum(axis=0)
+    place = jnp.exp(low + half * (nodes + 1))
+    return (weights * half * place * force(place - least)).sum(axis=0)
 
 
 def along_tangents(solve: Callable[[Any], Any], start: Any, sheets: Any) -> Any:
-    """The slip at which `solve` finds an equilibrium, for friction that is no straight line.
+    """Return the slip at which `solve` finds an equilibrium, for friction along any curve.
 
-    `solve` takes the line in place of the friction; each step touches the curve where the last one
-    led. The search is not differentiated: the last step carries the gradient of the root.
+    `solve` takes a straight line for the friction; each step uses the tangent at the result of the
+    previous one. The search is not differentiated: the last step carries the gradient of the root.
     """
     if sheets.fan is None:
         return solve(sheets)
@@ -188,8 +189,8 @@ def along_tangents(solve: Callable[[Any], Any], start: Any, sheets: Any) -> Any:
         return solve(tangent(slip, sheets)) + jnp.zeros_like(slip)
 
     first = solve(tangent(start, sheets))
-    found = jax.lax.fori_loop(0, _STEPS, step, first)
-    return solve(tangent(jax.lax.stop_gradient(found), sheets))
+    root = jax.lax.fori_loop(0, _STEPS, step, first)
+    return solve(tangent(jax.lax.stop_gradient(root), sheets))
 
 
 @law
@@ -207,7 +208,7 @@ def amplification(slip: Any, brake: Brake) -> Any:
     return within((slip >= 0) & is_flat(brake), mean_of(exponent_of(slip, fan)))
 
 
-def straight(brake: Brake, what: str) -> Brake:
+def straight(brake: Brake, caller: str) -> Brake:
     """The brake without a word of spacers, for `what` computes with a straight line of friction.
 
     With spacers the scale factor loses what it holds of another brake's fan. Raises QuantityError
@@ -219,7 +220,7 @@ def straight(brake: Brake, what: str) -> Brake:
     if not mount.spacers:
         raise QuantityError.of(
             "mount.spacers",
-            f"{what} does not know the self-amplified friction of sheets without spacers; "
+            f"{caller} does not know the self-amplified friction of sheets without spacers; "
             "spacers = true, or without a word of spacers it is computed without it",
         )
     return flat(brake)
@@ -230,12 +231,12 @@ def flat(brake: Brake) -> Brake:
 
     A brake that does not say whether it has spacers stays as it is.
     """
-    mount, held = brake.mount, brake.amplification_held
+    mount, reference = brake.mount, brake.amplification_held
     if mount.spacers is None:
         return brake
     factor: Any = brake.scale_factor
-    if held is not None:
-        factor = factor / jnp.where(jnp.asarray(held) > 0, held, 1.0)  # NaN in a design
+    if reference is not None:
+        factor = factor / jnp.where(jnp.asarray(reference) > 0, reference, 1.0)  # NaN in a design
     plain = replace(mount, spacers=None)
     return replace(brake, scale_factor=factor, amplification_held=None, mount=plain)
 

@@ -7,24 +7,24 @@ import jax.numpy as jnp
 
 from layerjam.device.brake import Brake
 from layerjam.device.speed_law import SpeedLaw
-from layerjam.mechanics.fan import Sheets, fan_of, force_of, grown
+from layerjam.mechanics.fan import Sheets, fan_of, force_of, scale_friction
 from layerjam.mechanics.law import law, within
 
 
 def pressure_on_sheets(vacuum: Any, brake: Brake) -> Any:
-    """What presses the sheets [Pa] when the gauge reads a vacuum [Pa].
+    """Pressure on the sheets [Pa] when the gauge reads a vacuum [Pa].
 
-    Less than that where the vacuum does not reach the middle of the stack; the enclosure is pressed
-    by all of it, since behind its wall stands the atmosphere.
+    Lower than the vacuum if that does not reach the middle of the stack. The full vacuum presses
+    the enclosure, which has the atmosphere on its other side.
     """
     return vacuum if brake.vacuum_share is None else brake.vacuum_share * vacuum
 
 
 def friction_per_contact(vacuum: Any, brake: Brake) -> Any:
-    """c [N/m]: what one metre of overlap resists with, all interfaces together.
+    """Friction per metre of overlap c [N/m], all interfaces together.
 
     The calibration factor multiplies the friction, and so does `friction_factor`. With a
-    `speed_law` it is that at its `test_speed`, to be multiplied by `growth`.
+    `speed_law` the value holds at its `test_speed`; multiply it by `growth` for another speed.
     """
     c = brake.scale_factor * brake.film.kinetic * (brake.sheets.count - 1)
     c = c * brake.sheets.width * pressure_on_sheets(vacuum, brake)
@@ -70,13 +70,15 @@ def sheets_at(vacuum: Any, brake: Brake) -> Sheets:
 
 def static_at(vacuum: Any, brake: Brake) -> Sheets:
     """The same with static friction, which the fan amplifies more."""
-    made: Sheets = grown(sheets_at(vacuum, brake), brake.film.static / brake.film.kinetic)
-    return made
+    sheets: Sheets = scale_friction(
+        sheets_at(vacuum, brake), brake.film.static / brake.film.kinetic
+    )
+    return sheets
 
 
-def growth(speed: Any, of: SpeedLaw) -> Any:
+def growth(speed: Any, law: SpeedLaw) -> Any:
     """Friction at a sliding speed [m/s], zero or more, over that at the law's `test_speed`."""
-    return ((of.rest_speed + speed) / (of.rest_speed + of.test_speed)) ** of.power
+    return ((law.rest_speed + speed) / (law.rest_speed + law.test_speed)) ** law.power
 
 
 def growth_of(speed: Any, brake: Brake) -> Any:
@@ -108,7 +110,7 @@ def sheet_friction_at(slip: Any, speed: Any, vacuum: Any, brake: Brake) -> Any:
 
     NaN for a negative speed. Without a speed law the speed does not matter.
     """
-    sheets = grown(sheets_at(vacuum, brake), growth_of(jnp.abs(speed), brake))
+    sheets = scale_friction(sheets_at(vacuum, brake), growth_of(jnp.abs(speed), brake))
     return within((slip >= 0) & (vacuum >= 0) & (speed >= 0), force_of(slip, sheets))
 
 

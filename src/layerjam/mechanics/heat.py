@@ -19,9 +19,9 @@ from layerjam.mechanics.law import law, within
 
 
 def _specific_heat(brake: Brake) -> Any:
-    """Of the film [J/(kg K)]; NaN where the brake does not say."""
-    known = brake.film.specific_heat
-    return jnp.nan if known is None else known
+    """Specific heat of the film [J/(kg K)]; NaN if the brake does not state it."""
+    value = brake.film.specific_heat
+    return jnp.nan if value is None else value
 
 
 def rubbing_mass(brake: Brake) -> Any:
@@ -50,7 +50,7 @@ def temperature_rise(heat: Any, brake: Brake) -> Any:
 def temperature_rise_of_sheets(heat: Any, brake: Brake) -> Any:
     """Mean rise [K] of the whole sheets, clamped and free parts too, from a heat [J].
 
-    What a stop leaves once the heat has spread along the sheets, before any is given off.
+    The state once the heat has spread along the sheets, before any is given off.
     """
     capacity = brake.sheets.count * sheet_mass(brake) * _specific_heat(brake)
     return within(heat >= 0, heat / capacity)
@@ -69,7 +69,7 @@ def local_rise(slip: Any, vacuum: Any, brake: Brake) -> Any:
     shear = friction_per_contact(vacuum, brake) / ((sheets.count - 1) * sheets.width)
     fan = sheets_at(vacuum, brake).fan
     if fan is not None:  # the middle sheet, as if its fan did not fade
-        shear = shear * jnp.exp(exponent_of(0.0, fan)) / fan.held
+        shear = shear * jnp.exp(exponent_of(0.0, fan)) / fan.reference
     rise = shear * slip / (brake.film.density * _specific_heat(brake) * sheets.thickness)
     fine = (slip >= 0) & (slip <= sheets.overlap) & (vacuum >= 0)
     return within(fine, rise)
@@ -81,12 +81,12 @@ def stops_per_minute(heat: Any, allowed_rise: Any, film_coefficient: Any, brake:
 
     Equally spaced. A stop warms the rubbing sheets by `temperature_rise`, and between stops they
     cool with the time constant C/(h A), h the `film_coefficient` [W/(m^2 K)] from the enclosure's
-    outer surface to still air. In the lasting state the rise just after a stop is
-    dT/(1 - exp(-h A t/C)) at the spacing t; it is let reach `allowed_rise` over the air. Zero where
-    one stop alone is too much. For small dT this is h A (allowed rise)/heat, whatever C.
+    outer surface to still air. In the steady state the rise just after a stop is
+    dT/(1 - exp(-h A t/C)) at the spacing t; it may reach `allowed_rise` above the air. Zero if a
+    single stop is too much. For small dT this is h A (allowed rise)/heat, whatever C.
 
-    The enclosure's own heat capacity and thermal resistance, conduction into the caps and the drift
-    of friction with temperature are left out. NaN unless all three are positive.
+    Not included: the enclosure's heat capacity and thermal resistance, conduction into the caps
+    and the drift of friction with temperature. NaN unless all three are positive.
     """
     capacity = rubbing_mass(brake) * _specific_heat(brake)
     share = heat / (capacity * allowed_rise)

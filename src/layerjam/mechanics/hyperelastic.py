@@ -6,11 +6,11 @@ A sigma(e_m) in the middle once the whole face moves. With ds = A sigma'(e) de/q
 
     x/2 = integral of e ds = A/q integral of e sigma'(e) de = W*(N)/q,
 
-W* being the complementary energy; with sigma = E e that is the law of `enclosure`. Every integral
-over the strip is its length times a mean over the strain with the weight sigma', which also holds
-without friction. The strain at the end is the one unknown.
+where W* is the complementary energy; sigma = E e gives the law of `enclosure`. Every integral over
+the strip is its length times a mean over the strain with the weight sigma', which is also true
+without friction. The only unknown is the strain at the end.
 
-First loading at constant vacuum only; `hyperelastic_cycle` follows what comes later.
+First loading at constant vacuum only; see `rubber_cycle` for unloading and reloading.
 """
 
 from typing import Any, NamedTuple
@@ -38,20 +38,20 @@ def rubber_stress(strain: Any, rubber: Hyperelastic) -> Any:
 def rubber_energy(strain: Any, rubber: Hyperelastic) -> Any:
     """Elastic energy a volume [Pa] of uniaxial tension at a strain [-]."""
     stretch, total = 1 + strain, jnp.zeros(jnp.shape(strain))
-    over = strain**2 * (stretch + 2) / stretch
-    for coefficient, by in (
-        (rubber.c10, over),
+    first = strain**2 * (stretch + 2) / stretch
+    for coefficient, term in (
+        (rubber.c10, first),
         (rubber.c01, strain**2 * (2 * stretch + 1) / stretch**2),
-        (rubber.c20, over**2),
-        (rubber.c30, over**3),
+        (rubber.c20, first**2),
+        (rubber.c30, first**3),
     ):
         if coefficient is not None:
-            total = total + coefficient * by
+            total = total + coefficient * term
     log = jnp.log1p(strain)
     for mu, alpha in ogden_terms(rubber):
         side = jnp.exp(-alpha / 2 * log)
-        apart = jnp.expm1(-alpha / 2 * log)
-        total = total + mu / alpha * apart**2 * (2 * side + 1) / side**2
+        change = jnp.expm1(-alpha / 2 * log)
+        total = total + mu / alpha * change**2 * (2 * side + 1) / side**2
     return total
 
 
@@ -67,7 +67,7 @@ class Strip(NamedTuple):
     rubber: Hyperelastic
 
 
-class Stretched(NamedTuple):
+class FirstLoading(NamedTuple):
     """The enclosure, both faces, or a whole brake, in first loading over a coordinate.
 
     The coordinate of a hyperelastic enclosure is the strain at its ends.
@@ -113,22 +113,22 @@ def _middle(end: Any, strip: Strip) -> tuple[Any, Any]:
     """Strain in the middle of a face, and the length that moves [m], at a strain at its end."""
     pull = rubber_stress(end, strip.rubber)
     left = pull - strip.friction * strip.reach / strip.section
-    whole = left > 0
-    over = jnp.where(whole, left, 0.0)
-    strain = implicit_root(lambda e: rubber_stress(e, strip.rubber) - over, 0.0 * end, end)
-    rubs = jnp.where(whole, 1.0, strip.friction)
-    length = jnp.where(whole, strip.reach, strip.section * pull / rubs)
-    return jnp.where(whole, strain, 0.0), length
+    moves = left > 0
+    stress = jnp.where(moves, left, 0.0)
+    strain = implicit_root(lambda e: rubber_stress(e, strip.rubber) - stress, 0.0 * end, end)
+    rubs = jnp.where(moves, 1.0, strip.friction)
+    length = jnp.where(moves, strip.reach, strip.section * pull / rubs)
+    return jnp.where(moves, strain, 0.0), length
 
 
 def saturation_strain(strip: Strip) -> Any:
     """Strain at the ends [-] from which the whole enclosure moves, at most that fitted."""
     rubber, full = strip.rubber, strip.friction * strip.reach / strip.section
-    most = jnp.zeros_like(full) + rubber.strain
-    return rising_zero(lambda e: rubber_stress(e, rubber) - full, jnp.zeros_like(full), most)
+    top = jnp.zeros_like(full) + rubber.strain
+    return rising_zero(lambda e: rubber_stress(e, rubber) - full, jnp.zeros_like(full), top)
 
 
-def stretched(end: Any, strip: Strip) -> Stretched:
+def loading_at(end: Any, strip: Strip) -> FirstLoading:
     """The enclosure when the strain at the ends of its faces has grown to `end`, any shape."""
     end = end + 0.0 * strip.friction
     middle, length = _middle(end, strip)
@@ -139,16 +139,16 @@ def stretched(end: Any, strip: Strip) -> Stretched:
     weight = weight / mean
     stress, pull = rubber_stress(strain, strip.rubber), rubber_stress(end, strip.rubber)
     energy = rubber_energy(strain, strip.rubber)
-    lost = lost_energy(energy, strip.rubber)
-    held = ((energy - lost) * weight).sum(axis=0)
+    loss = lost_energy(energy, strip.rubber)
+    elastic = ((energy - loss) * weight).sum(axis=0)
     # a point is s = A (sigma0 - sigma)/q from the end; the integral of its slip is that of e s
-    rubbed = ((strain * (pull - stress) + lost) * weight).sum(axis=0)
+    heat = ((strain * (pull - stress) + loss) * weight).sum(axis=0)
     volume, steep = 4 * strip.section * length, rubber_slope(end, strip.rubber)
-    return Stretched(
+    return FirstLoading(
         slip=2 * length * (strain * weight).sum(axis=0),
         force=2 * strip.section * pull,
-        stored=volume * held,
-        heat=volume * rubbed,
+        stored=volume * elastic,
+        heat=volume * heat,
         # dx = 2 A/q sigma' (e0 - e_m) de, and A/q is the length over sigma0 - sigma_m
         slip_slope=2 * length * steep / mean,
         force_slope=2 * strip.section * steep,
@@ -161,33 +161,35 @@ def end_strain(drive: Any, spring: Any, with_force: float, strip: Strip) -> Any:
     NaN beyond the strain that the law was fitted to. One Newton step carries the gradient.
     """
 
-    def resists(made: Stretched, spring: Any) -> Any:
-        return spring * made.slip + with_force * made.force
+    def resists(point: FirstLoading, spring: Any) -> Any:
+        return spring * point.slip + with_force * point.force
 
     moves = drive > 0
     drive = jnp.where(moves, drive, 1.0)
     drive, spring = jnp.broadcast_arrays(drive + 0.0 * strip.friction, spring)
-    fixed = jax.lax.stop_gradient((drive, spring, strip))
-    top = jnp.zeros_like(drive) + fixed[2].rubber.strain
+    constants = jax.lax.stop_gradient((drive, spring, strip))
+    top = jnp.zeros_like(drive) + constants[2].rubber.strain
     guess = rising_zero(
-        lambda e: resists(stretched(e, fixed[2]), fixed[1]) - fixed[0], jnp.zeros_like(drive), top
+        lambda e: resists(loading_at(e, constants[2]), constants[1]) - constants[0],
+        jnp.zeros_like(drive),
+        top,
     )
-    made = stretched(guess, strip)
-    slope = jax.lax.stop_gradient(spring * made.slip_slope + with_force * made.force_slope)
-    found = guess + (drive - resists(made, spring)) / slope
+    point = loading_at(guess, strip)
+    slope = jax.lax.stop_gradient(spring * point.slip_slope + with_force * point.force_slope)
+    strain = guess + (drive - resists(point, spring)) / slope
     # halving that never came down from the top has passed no root
-    return jnp.where(moves, jnp.where(guess < top, found, jnp.nan), 0.0)
+    return jnp.where(moves, jnp.where(guess < top, strain, jnp.nan), 0.0)
 
 
-def at_slip(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Stretched]:
+def at_slip(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, FirstLoading]:
     """Strain at the ends, and the enclosure, at a slip [m] and a vacuum [Pa], which broadcast."""
     slip, vacuum = jnp.broadcast_arrays(slip, vacuum)
     strip = strip_at(vacuum, brake)
     moves = slip > 0
     end = end_strain(jnp.where(moves, slip, 1e-9), 1.0, 0.0, strip)
-    made = stretched(end, strip)
-    made = jax.tree.map(lambda part: jnp.where(moves, part, 0.0), made)
-    return jnp.where(moves, end, 0.0), made
+    point = loading_at(end, strip)
+    point = jax.tree.map(lambda part: jnp.where(moves, part, 0.0), point)
+    return jnp.where(moves, end, 0.0), point
 
 
 def slip_under(drive: Any, spring: Any, vacuum: Any, brake: Brake) -> Any:
@@ -196,11 +198,11 @@ def slip_under(drive: Any, spring: Any, vacuum: Any, brake: Brake) -> Any:
     strip = strip_at(vacuum, brake)
     moves = drive > 0
     end = end_strain(jnp.where(moves, drive, 1e-9), spring, 1.0, strip)
-    return jnp.where(moves, stretched(end, strip).slip, 0.0)
+    return jnp.where(moves, loading_at(end, strip).slip, 0.0)
 
 
 @law
 def greatest_slip(vacuum: Any, brake: Brake) -> Any:
     """Slip [m] at which the ends reach the greatest strain that was fitted."""
     strip = strip_at(vacuum, brake)
-    return stretched(strip.rubber.strain + 0.0 * vacuum, strip).slip
+    return loading_at(strip.rubber.strain + 0.0 * vacuum, strip).slip

@@ -1,7 +1,7 @@
 """The brake under a moving crosshead: sheets that stick and slide, the enclosure with its memory.
 
-Tension only: in compression the sheets buckle, the brake carries nothing, and its slip stays where
-it is while friction holds the enclosure; otherwise the enclosure closes the brake until it does.
+Tension only: in compression the sheets buckle and the brake carries nothing. Its slip does not
+change while friction holds the enclosure. Otherwise the enclosure closes the brake until it does.
 """
 
 from typing import Any, NamedTuple
@@ -13,7 +13,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.speed_law import SpeedLaw
 from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.enclosure import EnclosureLaw, enclosure_at, one_modulus
-from layerjam.mechanics.fan import Fan, along_tangents, force_of, grown, tangent, work_of
+from layerjam.mechanics.fan import Fan, along_tangents, force_of, scale_friction, tangent, work_of
 from layerjam.mechanics.friction import growth_of, sheets_at
 from layerjam.mechanics.law import law
 from layerjam.mechanics.memory import (
@@ -43,7 +43,7 @@ class State(NamedTuple):
     closed: Any
     snapped: Any
     growth: Any = None
-    """Friction over that at the speed law's test speed; None without a speed."""
+    """Friction over that at the speed law's test speed; None if no speed is given."""
 
 
 class Setting(NamedTuple):
@@ -55,76 +55,76 @@ class Setting(NamedTuple):
     enclosure: EnclosureLaw
     fan: Fan | None = None
     law: SpeedLaw | None = None
-    """How friction depends on the sliding speed; `c` is that at the law's test speed."""
+    """Friction over sliding speed; `c` is the value at the law's test speed."""
 
 
 def setting_of(vacuum: Any, spring: Any, brake: Brake, growth: Any = None) -> Setting:
-    """What resists at a vacuum [Pa] on a spring [N/m], friction multiplied by a `growth`."""
+    """Return the setting at a vacuum [Pa] on a spring [N/m], with friction times `growth`."""
     sheets, enclosure = sheets_at(vacuum, brake), enclosure_at(vacuum, brake)
     if growth is not None:
-        sheets = grown(sheets, growth)
+        sheets = scale_friction(sheets, growth)
     return Setting(sheets.c, spring, sheets.overlap, enclosure, sheets.fan, brake.speed_law)
 
 
-def slip_to_balance(memory: Memory, elongation: Any, direction: Any, at: Setting) -> Any:
+def slip_to_balance(memory: Memory, elongation: Any, direction: Any, setting: Setting) -> Any:
     """Slip at which spring, enclosure and friction balance, in a direction: 1 out, -1 back.
 
-    k (u - x) = F_e(x) + F_f(x), or - F_f(x) on the way back; the present slip if that is passed.
+    k (u - x) = F_e(x) + F_f(x), or - F_f(x) in unloading; the present slip if that is passed.
     """
-    ready = face_direction(memory, direction, at.enclosure)
-    path = find_path(ready, direction, at.enclosure)
-    bounded = jnp.isfinite(path.end)
-    ends = memory.slip + direction * jnp.where(bounded, path.end, 0.0)
+    ready = face_direction(memory, direction, setting.enclosure)
+    path = find_path(ready, direction, setting.enclosure)
+    is_bounded = jnp.isfinite(path.end)
+    ends = memory.slip + direction * jnp.where(is_bounded, path.end, 0.0)
 
     def meets(line: Setting) -> Any:
         def drive(slip: Any, force: Any) -> Any:
             pull = direction * (line.k * (elongation - slip) - force)
             return pull - line.c * (line.overlap - slip)
 
-        passed = bounded & ((path.end <= 0) | (drive(ends, path.end_force) > 0))
-        place = ready.count - 2 - passed.sum(axis=0)
+        is_passed = is_bounded & ((path.end <= 0) | (drive(ends, path.end_force) > 0))
+        place = ready.count - 2 - is_passed.sum(axis=0)
         start, force, strength = (piece(v, place) for v in (path.slip, path.force, path.strength))
         strip, spring = branch(strength, line.enclosure), line.k - direction * line.c
         return start + direction * rising_root(drive(start, force), spring, strip)
 
-    slip = along_tangents(meets, memory.slip, at)
+    slip = along_tangents(meets, memory.slip, setting)
     return jnp.where(direction * (slip - memory.slip) > 0, jnp.maximum(slip, 0.0), memory.slip)
 
 
-def _rubbed(start: Any, end: Any, at: Setting) -> Any:
+def _friction_heat(start: Any, end: Any, setting: Setting) -> Any:
     """Heat of the sheets' friction over a move [J]; past the end of the overlap nothing counts."""
-    if at.fan is not None:
-        return jnp.abs(work_of(start, end, at))
-    return jnp.abs(end - start) * at.c * (at.overlap - (end + start) / 2)
+    if setting.fan is not None:
+        return jnp.abs(work_of(start, end, setting))
+    return jnp.abs(end - start) * setting.c * (setting.overlap - (end + start) / 2)
 
 
-def move(state: State, elongation: Any, at: Setting) -> State:
+def move(state: State, elongation: Any, setting: Setting) -> State:
     """Move the crosshead at constant vacuum; work and heat are exact."""
     memory = state.enclosure
-    trial = at.k * (elongation - memory.slip)
-    hold = force_of(memory.slip, at)
+    trial = setting.k * (elongation - memory.slip)
+    hold = force_of(memory.slip, setting)
     out = trial > memory.force + hold
-    back = jnp.maximum(trial, 0.0) < memory.force - hold
+    returns = jnp.maximum(trial, 0.0) < memory.force - hold
 
-    direction = jnp.where(back, -1.0, 1.0)
+    direction = jnp.where(returns, -1.0, 1.0)
 
     def slide(tries: Any, slip: Any) -> Any:
         # a brake that is slack after all has slid back without the spring
-        slack = (tries == 1) & back & (elongation < slip)
-        pull = at._replace(k=jnp.where(slack, 0.0, at.k))
+        slack = (tries == 1) & returns & (elongation < slip)
+        pull = setting._replace(k=jnp.where(slack, 0.0, setting.k))
         slides = (tries == 0) | slack
         return jax.lax.cond(
             slides, lambda: slip_to_balance(memory, elongation, direction, pull), lambda: slip
         )
 
     slip = jax.lax.cond(
-        out | back, lambda: jax.lax.fori_loop(0, 2, slide, memory.slip), lambda: memory.slip
+        out | returns, lambda: jax.lax.fori_loop(0, 2, slide, memory.slip), lambda: memory.slip
     )
-    new = slide_to(memory, slip, at.enclosure)
-    force = jnp.maximum(at.k * (elongation - slip), 0.0)
-    rubbed = _rubbed(memory.slip, slip, at)
-    heat = rubbed + new.heat - memory.heat
-    elastic = (force**2 - state.force**2) / (2 * at.k)
+    new = slide_to(memory, slip, setting.enclosure)
+    force = jnp.maximum(setting.k * (elongation - slip), 0.0)
+    friction_heat = _friction_heat(memory.slip, slip, setting)
+    heat = friction_heat + new.heat - memory.heat
+    elastic = (force**2 - state.force**2) / (2 * setting.k)
     return State(
         enclosure=new,
         elongation=elongation,
@@ -133,18 +133,18 @@ def move(state: State, elongation: Any, at: Setting) -> State:
         heat=state.heat + heat,
         vacuum=state.vacuum,
         growth=state.growth,
-        closed=state.closed | (memory.slip - slip > 1e-12 * at.overlap),
-        snapped=state.snapped | (out & (at.k <= tangent(memory.slip, at).c)),
+        closed=state.closed | (memory.slip - slip > 1e-12 * setting.overlap),
+        snapped=state.snapped | (out & (setting.k <= tangent(memory.slip, setting).c)),
     )
 
 
 def change_vacuum(state: State, vacuum: Any, after: Setting) -> State:
     """Another vacuum at a fixed crosshead: no work is done, what is released becomes heat."""
-    held = at_vacuum(state.enclosure, after.enclosure)
-    moved = move(state._replace(enclosure=held), state.elongation, after)
-    spring = (state.force**2 - moved.force**2) / (2 * after.k)
-    released = state.enclosure.stored - moved.enclosure.stored + spring
-    return moved._replace(work=state.work, heat=state.heat + released, vacuum=vacuum)
+    pumped_memory = at_vacuum(state.enclosure, after.enclosure)
+    new = move(state._replace(enclosure=pumped_memory), state.elongation, after)
+    spring = (state.force**2 - new.force**2) / (2 * after.k)
+    loss = state.enclosure.stored - new.enclosure.stored + spring
+    return new._replace(work=state.work, heat=state.heat + loss, vacuum=vacuum)
 
 
 @law
@@ -155,8 +155,8 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake, speed: Any = None) -
     Sheets stick at k and slide at F_f; the enclosure has a memory. Once the brake starts to slide
     on a k that is not above c (`least_stiffness`) it snaps, and forces from there are NaN.
     A hyperelastic enclosure is followed as cells, at a vacuum that never falls (NaN from there).
-    With `speed` [m/s], that of the crosshead as a number or a history, a speed law counts: the
-    crosshead's speed stands for that of the slip, which is 1/(1 + F'/k) of it.
+    `speed` [m/s] of the crosshead, a number or a history, activates a speed law: it is used in
+    place of the speed of the slip, which is 1/(1 + F'/k) of it.
     """
     if brake.hyperelastic is not None:
         if speed is not None:
@@ -169,29 +169,29 @@ def brake_cycle(elongation: Any, vacuum: Any, brake: Brake, speed: Any = None) -
 
 
 def _paced_cycle(elongation: Any, vacuum: Any, brake: Brake, speed: Any) -> Cycle:
-    grown = jnp.broadcast_to(growth_of(speed, brake), jnp.shape(jnp.atleast_1d(elongation)))
-    return _cycle(elongation, vacuum, grown, brake)
+    growth = jnp.broadcast_to(growth_of(speed, brake), jnp.shape(jnp.atleast_1d(elongation)))
+    return _cycle(elongation, vacuum, growth, brake)
 
 
-def _cycle(elongation: Any, vacuum: Any, grown: Any, brake: Brake) -> Cycle:
+def _cycle(elongation: Any, vacuum: Any, growth: Any, brake: Brake) -> Cycle:
     elongation = jnp.atleast_1d(elongation)
     vacuum = jnp.broadcast_to(vacuum, elongation.shape)
     spring = jnp.asarray(working_stiffness(brake), jnp.float64)
 
     def step(state: State, point: tuple[Any, Any, Any]) -> tuple[State, Cycle]:
-        return stepped(state, *point, spring, brake)
+        return step_state(state, *point, spring, brake)
 
-    start = untouched(vacuum[0], None if grown is None else grown[0])
-    return jax.lax.scan(step, start, (elongation, vacuum, grown))[1]
+    start = new_state(vacuum[0], None if growth is None else growth[0])
+    return jax.lax.scan(step, start, (elongation, vacuum, growth))[1]
 
 
-def untouched(vacuum: Any, growth: Any = None) -> State:
+def new_state(vacuum: Any, growth: Any = None) -> State:
     """A brake that was never pulled, at a vacuum [Pa]."""
     zero, no = jnp.array(0.0), jnp.array(False)
     return State(at_rest(), zero, zero, zero, zero, vacuum, no, no, growth)
 
 
-def stepped(
+def step_state(
     state: State, target: Any, pressure: Any, growth: Any, spring: Any, brake: Brake
 ) -> tuple[State, Cycle]:
     """The brake after it took a vacuum [Pa] and moved to an elongation [m], on a spring [N/m]."""

@@ -1,11 +1,11 @@
 """The brake bent over a joint while it is pulled: tension presses the sheets together.
 
-Over an arc of radius R an interface bears the vacuum and the tension C of all that lies outside it,
-P W + C/R per length. Interleaved sheets pull by turns to the left and to the right, so that C
-follows a capstan of its own on every interface, grows by exp(a mu_k phi) on each, and starts there
-from where the one outside it ended. Radii of all sheets are taken as one (the stack is thin), and
-the arc as lying in the middle of the overlap. Sheets without spacers press on each other where they
-leave the overlap too; that only adds, and is left out.
+Over an arc of radius R an interface carries the vacuum and the tension C of all layers outside it,
+P W + C/R per length. Interleaved sheets pull alternately to the left and to the right. So C follows
+a capstan of its own on every interface, grows by exp(a mu_k phi) on each, and starts with the end
+value of the interface outside. All sheets are assumed to have one radius (the stack is thin), and
+the arc to lie in the middle of the overlap. Sheets without spacers also press on each other at the
+ends of the overlap; this would add to the friction and is not included.
 """
 
 from typing import Any, NamedTuple
@@ -29,13 +29,15 @@ def _arc(slip: Any, vacuum: Any, angle: Any, radius: Any, tension: Any, brake: B
     sheets = brake.sheets
     overlap = sheets.overlap - slip
     on_joint = jnp.minimum(radius * angle, overlap)
-    pressed = vacuum * sheets.width + tension / radius
+    line_load = vacuum * sheets.width + tension / radius
     # an exponent of the pressure counts at the least pressure on the joint
-    at = jnp.where(pressed > 0, pressed, 1.0) / sheets.width
-    friction = friction_per_contact(at, flat(brake)) / ((sheets.count - 1) * sheets.width * at)
+    pressure = jnp.where(line_load > 0, line_load, 1.0) / sheets.width
+    friction = friction_per_contact(pressure, flat(brake)) / (
+        (sheets.count - 1) * sheets.width * pressure
+    )
     growth = friction * on_joint / radius
     straight = friction * vacuum * sheets.width * (overlap - on_joint) / 2
-    seed = pressed * radius * jnp.expm1(growth) + straight * (1 + jnp.exp(growth))
+    seed = line_load * radius * jnp.expm1(growth) + straight * (1 + jnp.exp(growth))
     return _Arc(growth, seed)
 
 
@@ -51,15 +53,15 @@ def joint_friction(
     """Kinetic friction [N] of the sheets over a joint of a radius [m], bent by an angle [rad].
 
     (P W R + T) (exp((n - 1) a mu_k angle) - 1) where the overlap lies on the joint, with T the
-    `tension` [N] of what covers it outside: an enclosure's outer face. (n - 1) a mu_k P W times the
+    `tension` [N] of the enclosure's outer face, which covers it. (n - 1) a mu_k P W times the
     overlap for small angles. The arc covers at most the overlap, `slip` [m] shortens that; vacuum
     [Pa]. NaN outside the domain.
     """
     arc = _arc(slip, vacuum, angle, radius, tension, brake)
-    bent = arc.growth > 0
-    one = jnp.where(bent, arc.growth, 1.0)
+    is_bent = arc.growth > 0
+    safe = jnp.where(is_bent, arc.growth, 1.0)
     interfaces = brake.sheets.count - 1
-    times = jnp.where(bent, jnp.expm1(interfaces * one) / jnp.expm1(one), interfaces)
+    times = jnp.where(is_bent, jnp.expm1(interfaces * safe) / jnp.expm1(safe), interfaces)
     return within(_fine(slip, vacuum, angle, radius, tension, brake), arc.seed * times)
 
 
@@ -69,8 +71,8 @@ def joint_sheet_force(
 ) -> Any:
     """Greatest tension [N] of one sheet while it slides over a joint; as `joint_friction`.
 
-    That of the last sheet but the innermost, which rubs on both faces where the pressure is
-    highest; of two sheets each bears all.
+    The second sheet from the inside carries it: it rubs on both faces where the pressure is
+    highest. If there are two sheets, each carries the whole force.
     """
     arc = _arc(slip, vacuum, angle, radius, tension, brake)
     count = brake.sheets.count

@@ -1,4 +1,4 @@
-"""What every law shares: double precision, broadcasting, compilation."""
+"""Common parts of all laws: double precision, broadcasting, compilation."""
 
 import contextlib
 import dataclasses
@@ -19,16 +19,16 @@ from layerjam.mechanics.compilation import keep_compiled_code
 from layerjam.units import RECORDS, FlagSpec
 
 F = TypeVar("F", bound=Callable[..., Any])
-_registered: set[type] = set()
+_known_records: set[type] = set()
 keep_compiled_code()
 
 
 def register_records() -> None:
     """Make every record class a JAX pytree, so that brakes can be traced, batched and stacked."""
     for cls in RECORDS:
-        if cls not in _registered:
+        if cls not in _known_records:
             _register(cls)
-            _registered.add(cls)
+            _known_records.add(cls)
 
 
 def _register(cls: type) -> None:
@@ -45,7 +45,7 @@ def _register(cls: type) -> None:
             values = tuple(float(v) if isinstance(v, int) else v for v in values)
         return values, None
 
-    def filled(_: None, leaves: Any) -> Any:
+    def unflatten(_: None, leaves: Any) -> Any:
         rec: Any = object.__new__(cls)
         rec.__dict__.update(zip(names, leaves, strict=True))
         return rec
@@ -53,7 +53,7 @@ def _register(cls: type) -> None:
     def with_keys(rec: Any) -> tuple[Any, None]:
         return tuple(zip(keys, flat(rec)[0], strict=True)), None
 
-    jax.tree_util.register_pytree_with_keys(cls, with_keys, filled, flat)
+    jax.tree_util.register_pytree_with_keys(cls, with_keys, unflatten, flat)
 
 
 def _reader_of_one(name: str) -> Callable[[Any], tuple[Any, ...]]:
@@ -87,11 +87,11 @@ def law(function: F) -> F:
     PrecisionError.
     """
     register_records()
-    compiled, places = jax.jit(function), inspect.signature(function)
+    program, places = jax.jit(function), inspect.signature(function)
 
     def call(values: Any) -> Any:
         try:
-            return compiled(*map(_as_argument, values))
+            return program(*map(_as_argument, values))
         except (TypeError, ValueError, AttributeError):
             if not _tracing(values):
                 _explain(function.__name__, places, values)
@@ -99,31 +99,31 @@ def law(function: F) -> F:
 
     @functools.wraps(function)
     def wrapper(*args: Any, **named: Any) -> Any:
-        if len(_registered) < len(RECORDS):  # a new effect
+        if len(_known_records) < len(RECORDS):  # a new effect
             register_records()
         # by place, so that a call by name does not compile a second time
         try:
             exact = not named and len(args) == len(places.parameters)
-            placed = args if exact else places.bind(*args, **named).args
+            arguments = args if exact else places.bind(*args, **named).args
         except TypeError:
             takes = ", ".join(places.parameters)
             raise ArgumentError(f"{function.__name__}() takes {takes}") from None
         if jax.config.jax_enable_x64:
-            return call(placed)
-        if _tracing(placed):
+            return call(arguments)
+        if _tracing(arguments):
             raise PrecisionError
         with double_precision():
-            made = call(placed)
-        return jax.tree.map(lambda leaf: np.asarray(leaf)[()], made)
+            result = call(arguments)
+        return jax.tree.map(lambda leaf: np.asarray(leaf)[()], result)
 
     return wrapper  # type: ignore[return-value]
 
 
-def fused(function: F) -> F:
-    """A small array function that is one program where it is called with numbers.
+def fuse(function: F) -> F:
+    """Compile a small array function as one program if it is called with numbers.
 
-    Called so as it stands, each of its operations would be compiled by itself, for every shape.
-    Within a trace it is as if its lines stood there.
+    Otherwise JAX would compile each of its operations separately, for every shape. Within a trace
+    the function is inlined.
     """
     return jax.jit(function, inline=True)  # type: ignore[return-value]
 
@@ -134,23 +134,23 @@ def _tracing(arguments: Any) -> bool:
     return any(isinstance(leaf, jax.core.Tracer) for leaf in leaves)
 
 
-def _as_argument(given: Any) -> Any:
-    if isinstance(given, BrakeFile):
-        return given.brake
-    if type(given) in _registered or given is None:
-        return given
-    if isinstance(given, int | float | np.floating | np.integer) or (
-        isinstance(given, np.ndarray) and given.dtype.kind in "fiu"
+def _as_argument(value: Any) -> Any:
+    if isinstance(value, BrakeFile):
+        return value.brake
+    if type(value) in _known_records or value is None:
+        return value
+    if isinstance(value, int | float | np.floating | np.integer) or (
+        isinstance(value, np.ndarray) and value.dtype.kind in "fiu"
     ):
-        return np.asarray(given, dtype=np.float64)  # JAX would compile a program to convert it
-    if hasattr(given, "units") or hasattr(given, "unit"):
+        return np.asarray(value, dtype=np.float64)  # JAX would compile a program to convert it
+    if hasattr(value, "units") or hasattr(value, "unit"):
         raise QuantityError(
-            f"laws take numbers in SI, not '{str(given)[:60]}'; convert it first, such as with "
+            f"laws take numbers in SI, not '{str(value)[:60]}'; convert it first, such as with "
             ".to('Pa').magnitude, or call the function of a command, which converts it"
         )
-    if getattr(getattr(given, "dtype", None), "kind", "f") not in "fiub":
+    if getattr(getattr(value, "dtype", None), "kind", "f") not in "fiub":
         raise TypeError
-    return jnp.asarray(given, dtype=jnp.float64)
+    return jnp.asarray(value, dtype=jnp.float64)
 
 
 def _explain(name: str, places: inspect.Signature, values: Any) -> None:
@@ -159,7 +159,7 @@ def _explain(name: str, places: inspect.Signature, values: Any) -> None:
     arguments = dict(zip(places.parameters, values, strict=False))
     for key, value in arguments.items():
         parameter = places.parameters[key]
-        is_record = type(value) in _registered or isinstance(value, BrakeFile)
+        is_record = type(value) in _known_records or isinstance(value, BrakeFile)
         is_optional = parameter.default is not parameter.empty
         record = records.get(parameter.annotation, parameter.annotation)  # a name or the class
         if record in RECORDS:
@@ -169,7 +169,7 @@ def _explain(name: str, places: inspect.Signature, values: Any) -> None:
             kind = "a number in SI or an array of them"
         if not fits:
             raise QuantityError.of(f"{name}, {key}", f"{abbreviate(value)} is not {kind}")
-    shapes = {k: np.shape(v) for k, v in arguments.items() if type(v) not in _registered}
+    shapes = {k: np.shape(v) for k, v in arguments.items() if type(v) not in _known_records}
     try:
         np.broadcast_shapes(*shapes.values())
     except ValueError:
@@ -185,7 +185,7 @@ def _is_real(value: Any) -> bool:
         return False
 
 
-@fused
+@fuse
 def safe_sqrt(value: Any) -> Any:
     """Square root whose derivative at zero is taken as 0 instead of infinite; NaN below zero."""
     positive = value > 0

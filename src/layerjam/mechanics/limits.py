@@ -1,4 +1,4 @@
-"""What a brake must not be asked: compression, stress, travel."""
+"""Limits of a brake: compression, stress, travel."""
 
 from typing import Any
 
@@ -74,10 +74,10 @@ def self_closing_vacuum(slip: Any, brake: Brake) -> Any:
         return _searched_closing(slip, brake)
     c1 = force_of(slip, sheets_at(1.0, brake))
     spread = (unit.root * safe_sqrt(slip) / jnp.where(contact > 0, c1, 1.0)) ** 2
-    held = c1 - unit.friction * unit.reach
-    whole = unit.stiffness * slip / unit.reach / jnp.where(held > 0, held, 1.0)
-    unsaturated = (contact > 0) & (slip < spread * unit.saturation)
-    closing = jnp.where(unsaturated, spread, jnp.where(held > 0, whole, jnp.inf))
+    net_slope = c1 - unit.friction * unit.reach
+    linear = unit.stiffness * slip / unit.reach / jnp.where(net_slope > 0, net_slope, 1.0)
+    spreads = (contact > 0) & (slip < spread * unit.saturation)
+    closing = jnp.where(spreads, spread, jnp.where(net_slope > 0, linear, jnp.inf))
     return within(slip >= 0, jnp.where(slip == 0, 0.0, closing))
 
 
@@ -86,8 +86,8 @@ def _searched_closing(slip: Any, brake: Brake) -> Any:
 
     def holds(log_vacuum: Any) -> Any:
         vacuum = jnp.exp(log_vacuum)
-        held = force_of(slip, sheets_at(vacuum, brake))
-        return held - backbone(slip, enclosure_at(vacuum, brake))
+        friction = force_of(slip, sheets_at(vacuum, brake))
+        return friction - backbone(slip, enclosure_at(vacuum, brake))
 
     top = jnp.log(brake.site.atmosphere) + jnp.zeros(jnp.shape(slip))
     vacuum = jnp.exp(implicit_root(holds, top - 30.0, top))

@@ -1,15 +1,15 @@
 """The enclosure under changing slip and vacuum: tension along its strips, in pieces (ours).
 
-A point at the distance s from the driven end of half a face feels that end only through the
-friction in between, which bears at most q s. So a move keeps each point's old tension between
-N0 - q s and N0 + q s, N0 that of the end: the part that slides grows from the end, the rest keeps
-what it had, and the tension is a chain of straight pieces. While the front crosses a piece, the
-force follows the backbone of the change of slope there: 2 q after a turn at one vacuum (Masing's
-rule), q' - q where a strip that was stretched under q is stretched further under q'. Work and heat
-are exact integrals.
+A point at the distance s from the driven end of half a face is coupled to that end only by the
+friction in between, which carries at most q s. So a move limits each point's old tension to between
+N0 - q s and N0 + q s, with N0 the tension of the end. The part that slides grows from the end, the
+rest does not change, and the tension is a chain of straight pieces. While the front crosses a
+piece, the force follows the backbone of the change of slope there: 2 q after a turn at one vacuum
+(Masing's rule), q' - q if a strip that was stretched under q is stretched further under q'. Work
+and heat are exact integrals.
 
-A vacuum that rises changes no tension. One that falls lets the pieces slide that are steeper than
-friction now holds: see `at_vacuum`.
+A rising vacuum does not change the tension. Under a falling vacuum the pieces slide that are
+steeper than friction now allows: see `at_vacuum`.
 """
 
 from typing import Any, NamedTuple
@@ -33,10 +33,10 @@ DEPTH = 16
 """Turning points remembered in either direction, nested loops one inside the other."""
 PIECES = 2 * DEPTH + 5
 """Pieces of tension that are remembered, the middle of the face included."""
-NEAR = 1e-9
-"""Share within which two numbers count as equal. Histories reach equalities exactly (a loop that
-closes), and rounding must not decide what comes then."""
-NEAR_IN_SINGLE = 1e-4
+CLOSE = 1e-9
+"""Relative difference within which two numbers count as equal. Histories reach equalities exactly
+(a loop that closes), and rounding must not decide the next step."""
+CLOSE_IN_SINGLE = 1e-4
 """The same in single precision, whose rounding is coarser."""
 
 
@@ -96,16 +96,16 @@ def piece(values: Any, place: Any) -> Any:
 
 
 def _sum_nearer(values: Any) -> Any:
-    """For each piece the sum over those nearer to the driven end."""
+    """Return for each piece the sum over those nearer to the driven end."""
     return jnp.flip(jnp.cumsum(jnp.flip(values, 0), axis=0), 0) - values
 
 
 def _with_piece(state: Memory, place: Any, end: Any, slope: Any) -> Memory:
     """The state with a piece at a place, the last one that counts."""
-    here = _places(state) == place
+    is_place = _places(state) == place
     return state._replace(
-        ends=jnp.where(here, end, state.ends),
-        slopes=jnp.where(here, slope, state.slopes),
+        ends=jnp.where(is_place, end, state.ends),
+        slopes=jnp.where(is_place, slope, state.slopes),
         count=place + 1,
     )
 
@@ -120,20 +120,20 @@ def face_direction(state: Memory, direction: Any, enclosure: EnclosureLaw) -> Me
 def find_path(state: Memory, direction: Any, enclosure: EnclosureLaw) -> Path:
     """Return the branches ahead of a state from `face_direction`."""
     places = _places(state)
-    under = places < state.count - 1
+    is_active = places < state.count - 1
     slope = -direction * enclosure.friction
-    strength = jnp.where(under & (places > 0), jnp.abs(slope - state.slopes), 0.0)
-    strip, near = branch(strength, enclosure), jnp.roll(state.ends, -1, axis=0)
-    near, far = jnp.where(under, near, 0.0), jnp.where(under, state.ends, 0.0)
-    longer = strip.saturation * (far**2 - near**2)
-    harder = 2 * strength * enclosure.reach * (far - near)
+    strength = jnp.where(is_active & (places > 0), jnp.abs(slope - state.slopes), 0.0)
+    strip, near_end = branch(strength, enclosure), jnp.roll(state.ends, -1, axis=0)
+    near_end, far_end = jnp.where(is_active, near_end, 0.0), jnp.where(is_active, state.ends, 0.0)
+    longer = strip.saturation * (far_end**2 - near_end**2)
+    harder = 2 * strength * enclosure.reach * (far_end - near_end)
     begin, force = _sum_nearer(longer), state.force + direction * _sum_nearer(harder)
     return Path(
-        slip=state.slip + direction * (begin - strip.saturation * near**2),
-        force=force - direction * 2 * strength * enclosure.reach * near,
+        slip=state.slip + direction * (begin - strip.saturation * near_end**2),
+        force=force - direction * 2 * strength * enclosure.reach * near_end,
         strength=strength,
-        begin=jnp.where(under, begin, 0.0),
-        end=jnp.where(under & (places > 0), begin + longer, jnp.inf),
+        begin=jnp.where(is_active, begin, 0.0),
+        end=jnp.where(is_active & (places > 0), begin + longer, jnp.inf),
         end_force=force + direction * harder,
     )
 
@@ -148,53 +148,53 @@ def sliding_share(state: Memory) -> Any:
 
 def slide_to(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
     """Return the enclosure stretched or let back to a slip [m], with its work and heat."""
-    moved = _grow_piece(state, slip, enclosure)
-    full = moved.count >= len(state.ends)  # the next turn needs a place
+    new = _grow_piece(state, slip, enclosure)
+    full = new.count >= len(state.ends)  # the next turn needs a place
     return jax.lax.cond(
-        jnp.any(full), lambda s: _choose(full, _join_pieces(s, enclosure), s), lambda s: s, moved
+        jnp.any(full), lambda s: _choose(full, _join_pieces(s, enclosure), s), lambda s: s, new
     )
 
 
 def _grow_piece(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
     """Return the same, with one piece more than may be kept."""
     direction = jnp.where(slip < state.slip, -1.0, 1.0)
-    way = jnp.abs(slip - state.slip)
+    distance = jnp.abs(slip - state.slip)
     ready = face_direction(state, direction, enclosure)
     path = find_path(ready, direction, enclosure)
     places = _places(state)
-    under = places < ready.count - 1
+    is_active = places < ready.count - 1
     # a loop that closes but for rounding is closed
     branch_way = path.end - direction * (path.slip - state.slip)
-    close = NEAR if jnp.result_type(way) == jnp.float64 else NEAR_IN_SINGLE
-    reached = path.end - close * jnp.where(path.end < jnp.inf, branch_way, 0.0) <= way
-    reached = ~under | reached | ((path.strength <= 0) & (places > 0))
-    passed = under & jnp.flip(jnp.cumprod(jnp.flip(reached, 0), axis=0), 0).astype(bool)
-    place = ready.count - 2 - passed.sum(axis=0)
+    close = CLOSE if jnp.result_type(distance) == jnp.float64 else CLOSE_IN_SINGLE
+    is_reached = path.end - close * jnp.where(path.end < jnp.inf, branch_way, 0.0) <= distance
+    is_reached = ~is_active | is_reached | ((path.strength <= 0) & (places > 0))
+    is_passed = is_active & jnp.flip(jnp.cumprod(jnp.flip(is_reached, 0), axis=0), 0).astype(bool)
+    place = ready.count - 2 - is_passed.sum(axis=0)
     start, strength = piece(path.slip, place), piece(path.strength, place)
-    ahead, strip = jnp.maximum(direction * (slip - start), 0.0), branch(strength, enclosure)
+    advance, strip = jnp.maximum(direction * (slip - start), 0.0), branch(strength, enclosure)
     spread = jnp.where(strip.saturation > 0, strip.saturation, 1.0)
-    share = jnp.where(strip.saturation > ahead, safe_sqrt(ahead / spread), 1.0)
-    near = piece(jnp.where(under, jnp.roll(ready.ends, -1, axis=0), 0.0), place)
-    end = jnp.clip(share, near, piece(ready.ends, place))
-    moved = _with_piece(ready, place + 1, end, -direction * enclosure.friction)
+    share = jnp.where(strip.saturation > advance, safe_sqrt(advance / spread), 1.0)
+    near_end = piece(jnp.where(is_active, jnp.roll(ready.ends, -1, axis=0), 0.0), place)
+    end = jnp.clip(share, near_end, piece(ready.ends, place))
+    new = _with_piece(ready, place + 1, end, -direction * enclosure.friction)
 
     strips = branch(path.strength, enclosure)
-    first, last = jnp.minimum(path.begin, way), jnp.minimum(path.end, way)
-    on = under & (last > first)
+    first, last = jnp.minimum(path.begin, distance), jnp.minimum(path.end, distance)
+    is_crossed = is_active & (last > first)
     a, b = (
-        jnp.where(on, jnp.maximum(w - direction * (path.slip - state.slip), 0.0), 0.0)
+        jnp.where(is_crossed, jnp.maximum(w - direction * (path.slip - state.slip), 0.0), 0.0)
         for w in (first, last)
     )
-    work = jnp.where(on, direction * path.force * (b - a), 0.0)
+    work = jnp.where(is_crossed, direction * path.force * (b - a), 0.0)
     work = (work + backbone_work(b, strips) - backbone_work(a, strips)).sum(axis=0)
     heat = (slipped_area(b, strips) - slipped_area(a, strips)).sum(axis=0) * enclosure.friction
-    moved = moved._replace(
+    new = new._replace(
         slip=slip,
-        force=piece(path.force, place) + direction * backbone(ahead, strip),
+        force=piece(path.force, place) + direction * backbone(advance, strip),
         stored=ready.stored + work - heat,
         heat=ready.heat + heat,
     )
-    return _choose(slip != state.slip, moved, state)
+    return _choose(slip != state.slip, new, state)
 
 
 def _choose(condition: Any, yes: Memory, no: Memory) -> Memory:
@@ -205,7 +205,7 @@ def _choose(condition: Any, yes: Memory, no: Memory) -> Memory:
 class _Tension(NamedTuple):
     """Both faces, piece by piece; arrays of the shape of `ends`."""
 
-    near: Any
+    start: Any
     """Tension of both faces at the near end [N], and its rise up to the far end."""
     rise: Any
     slip: Any
@@ -216,32 +216,32 @@ class _Tension(NamedTuple):
 def _tension_of(state: Memory, enclosure: EnclosureLaw) -> _Tension:
     places = _places(state)
     last = state.count - 1
-    near = jnp.where(places < last, jnp.roll(state.ends, -1, axis=0), 0.0)
-    length = jnp.where((places > 0) & (places <= last), state.ends - near, 0.0) * enclosure.reach
+    start = jnp.where(places < last, jnp.roll(state.ends, -1, axis=0), 0.0)
+    length = jnp.where((places > 0) & (places <= last), state.ends - start, 0.0) * enclosure.reach
     rise = 2 * state.slopes * length
-    near = state.force + _sum_nearer(rise)
-    slip = length * (near + rise / 2) / enclosure.stiffness
-    square = near**2 + near * rise + rise**2 / 3
-    return _Tension(near, rise, slip, length * square / (2 * enclosure.stiffness))
+    start = state.force + _sum_nearer(rise)
+    slip = length * (start + rise / 2) / enclosure.stiffness
+    square = start**2 + start * rise + rise**2 / 3
+    return _Tension(start, rise, slip, length * square / (2 * enclosure.stiffness))
 
 
 def _book_loss(state: Memory, new: Memory, enclosure: EnclosureLaw) -> Memory:
     """Return the new pieces with the old slip; what they store less is heat."""
     before, after = (_tension_of(s, enclosure).stored.sum(axis=0) for s in (state, new))
-    lost = jnp.maximum(before - after, 0.0)
-    return new._replace(slip=state.slip, stored=state.stored - lost, heat=state.heat + lost)
+    loss = jnp.maximum(before - after, 0.0)
+    return new._replace(slip=state.slip, stored=state.stored - loss, heat=state.heat + loss)
 
 
 def _join_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
-    """Return the state with one piece less: where that changes least, two of a bow become one.
+    """Return the state with one piece less: the two of a bow whose union changes least are joined.
 
-    The piece before them is drawn out so far that the slip stays; tension then only moves from
-    where it is high to where it is low, which stores less. Only turns, which are no bow: the last
-    one is forgotten, and reported.
+    The piece before them is lengthened so that the slip does not change. Tension then only moves
+    from high to low, which stores less energy. If there are only turns and no bow, the last turn
+    is dropped and reported.
     """
     places = _places(state)
-    near, nearer = (jnp.roll(state.ends, -k, axis=0) for k in (1, 2))
-    a, b = near - nearer, state.ends - near
+    near_end, nearer = (jnp.roll(state.ends, -k, axis=0) for k in (1, 2))
+    a, b = near_end - nearer, state.ends - near_end
     deep, middle, top = (jnp.roll(state.slopes, -k, axis=0) for k in (0, 1, 2))
     first, second = middle - top, deep - middle
     bow = (first * second >= 0) & (deep * top >= 0)
@@ -249,28 +249,28 @@ def _join_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
     cost = jnp.where(bow, a * b * jnp.abs(second), jnp.inf)
     place = jnp.argmin(cost, axis=0)
     bend = first * a + (second + first) * b
-    drawn = jnp.where(bend != 0, a * b * second / jnp.where(bend != 0, bend, 1.0), 0.0)
-    rest = a + b - drawn
-    slope = (middle * a + deep * b - top * drawn) / jnp.where(rest > 0, rest, 1.0)
-    here, shift = places == place, places > place
-    ends = jnp.where(here, state.ends, jnp.where(shift, near, state.ends))
-    joined = state._replace(
-        ends=jnp.where(places == place + 1, piece(nearer + drawn, place), ends),
-        slopes=jnp.where(here, slope, jnp.where(shift, middle, state.slopes)),
+    extension = jnp.where(bend != 0, a * b * second / jnp.where(bend != 0, bend, 1.0), 0.0)
+    remainder = a + b - extension
+    slope = (middle * a + deep * b - top * extension) / jnp.where(remainder > 0, remainder, 1.0)
+    is_place, shift = places == place, places > place
+    ends = jnp.where(is_place, state.ends, jnp.where(shift, near_end, state.ends))
+    new = state._replace(
+        ends=jnp.where(places == place + 1, piece(nearer + extension, place), ends),
+        slopes=jnp.where(is_place, slope, jnp.where(shift, middle, state.slopes)),
         count=state.count - 1,
     )
-    found = piece(bow, place) > 0
-    forgotten = state._replace(count=state.count - 1, overflow=state.overflow | ~found)
-    return _choose(found, _book_loss(state, joined, enclosure), forgotten)
+    has_bow = piece(bow, place) > 0
+    forgotten = state._replace(count=state.count - 1, overflow=state.overflow | ~has_bow)
+    return _choose(has_bow, _book_loss(state, new, enclosure), forgotten)
 
 
 def at_vacuum(state: Memory, enclosure: EnclosureLaw) -> Memory:
-    """The same slip under another vacuum: a higher one changes nothing, a lower one lets slide.
+    """Return the state under another vacuum at the same slip; only a lower one changes it.
 
-    Every run of pieces of one direction that are steeper than friction now holds turns, from the
-    innermost to the driven end, until it is as steep as that, and the strip from its near end on
-    is stretched as before. That is exact for one run (a strip that was only pulled out), and for
-    more of them close to what a slowly falling vacuum does; it never stores more.
+    Runs of pieces of one direction that are steeper than friction now allows turn, from the
+    innermost to the driven end, until they are as steep as allowed. The strip beyond the near end
+    of a run is stretched as before. This is exact for one run (a strip that was only pulled out)
+    and close to the effect of a slowly falling vacuum for more of them. It never stores more.
     """
     steep = (_places(state) < state.count) & (jnp.abs(state.slopes) > enclosure.friction)
     return jax.lax.cond(
@@ -286,36 +286,36 @@ def _slide_steep_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
     places, q, tension = _places(state), enclosure.friction, _tension_of(state, enclosure)
     real = (places > 0) & (places < state.count)
     steep = real & (jnp.abs(state.slopes) > q)
-    near = jnp.where(places < state.count - 1, jnp.roll(state.ends, -1, axis=0), 0.0)
+    near_end = jnp.where(places < state.count - 1, jnp.roll(state.ends, -1, axis=0), 0.0)
     stretch = state.slip - _sum_nearer(tension.slip)
-    ahead = jnp.roll(state.slopes, -1, axis=0) * state.slopes > 0
-    last = steep & ~(ahead & (places < state.count - 1))
+    continues = jnp.roll(state.slopes, -1, axis=0) * state.slopes > 0
+    last = steep & ~(continues & (places < state.count - 1))
     first = state.count - steep.sum(axis=0)
     end = piece(state.ends, first)
     start = state._replace(
         slip=piece(stretch - tension.slip, first),
-        force=piece(tension.near + tension.rise, first),
+        force=piece(tension.start + tension.rise, first),
         slopes=jnp.clip(state.slopes, -q, q),
         count=jnp.maximum(first, 2),
     )
 
-    def turn(place: Any, now: tuple[Memory, Any]) -> tuple[Memory, Any]:
-        beyond, at = now
-        to, aim = near[place], stretch[place]
-        left = jnp.where(to < 1, 1 - to, 1.0)
-        slope, more = piece(beyond.slopes, beyond.count - 1), (at - to) * enclosure.reach
-        slip = beyond.slip + (beyond.force - slope * more) * more / enclosure.stiffness
-        here = beyond._replace(
-            slip=slip, force=beyond.force - 2 * slope * more, ends=(beyond.ends - to) / left
+    def turn(place: Any, carry: tuple[Memory, Any]) -> tuple[Memory, Any]:
+        outer, position = carry
+        border, aim = near_end[place], stretch[place]
+        left = jnp.where(border < 1, 1 - border, 1.0)
+        slope, length = piece(outer.slopes, outer.count - 1), (position - border) * enclosure.reach
+        slip = outer.slip + (outer.force - slope * length) * length / enclosure.stiffness
+        local = outer._replace(
+            slip=slip, force=outer.force - 2 * slope * length, ends=(outer.ends - border) / left
         )
         strip = enclosure_of(enclosure.stiffness, q, enclosure.reach * left)
-        new = _grow_piece(here, aim, strip)
-        on = last[place] & (to < 1)
-        new = _choose(on, new._replace(ends=to + left * new.ends), beyond)
-        return new, jnp.where(on, to, at)
+        new = _grow_piece(local, aim, strip)
+        is_turn = last[place] & (border < 1)
+        new = _choose(is_turn, new._replace(ends=border + left * new.ends), outer)
+        return new, jnp.where(is_turn, border, position)
 
-    whole, _ = jax.lax.fori_loop(1, len(state.ends), turn, (start, end))
-    return _book_loss(state, whole, enclosure)
+    result, _ = jax.lax.fori_loop(1, len(state.ends), turn, (start, end))
+    return _book_loss(state, result, enclosure)
 
 
 @law

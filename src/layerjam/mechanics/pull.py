@@ -42,7 +42,7 @@ class Peak(NamedTuple):
     slip: Any
     """[m]"""
     elongation: Any
-    """What the test machine's crosshead shows, x + F/k [m]."""
+    """Displacement of the test machine's crosshead, x + F/k [m]."""
     inside: Any
     """True where the force falls again within the travel; else it rises to the end."""
 
@@ -51,8 +51,8 @@ class Peak(NamedTuple):
 def peak(vacuum: Any, travel: Any, brake: Brake) -> Peak:
     """Peak of a pull over a slip `travel` [m] at a vacuum [Pa].
 
-    x_p = (e/2c)^2 and c L2 + e^2/4c where that lies before saturation and within travel; below
-    that vacuum the force rises to the end, which is then reported with inside = False. Sheets that
+    x_p = (e/2c)^2 and c L2 + e^2/4c if that lies before saturation and within travel. At a lower
+    vacuum the force rises to the end, which is then reported with inside = False. Sheets that
     fan out have no closed form: the greatest force is searched for.
     """
     sheets, enclosure = sheets_at(vacuum, brake), enclosure_at(vacuum, brake)
@@ -84,21 +84,21 @@ def searched_peak(travel: Any, sheets: Sheets, enclosure: EnclosureLaw) -> tuple
     The search is not differentiated: the slope of the force vanishes at the peak.
     """
 
-    def force(root: Any, at: tuple[Sheets, EnclosureLaw]) -> Any:
-        return force_of(root**2, at[0]) + backbone(root**2, at[1])
+    def force(root: Any, laws: tuple[Sheets, EnclosureLaw]) -> Any:
+        return force_of(root**2, laws[0]) + backbone(root**2, laws[1])
 
     end = safe_sqrt(jnp.maximum(travel, 0.0))
     end = end + sum(0.0 * part for part in jax.tree.leaves((sheets, enclosure)))
-    far, fixed = jax.lax.stop_gradient((end, (sheets, enclosure)))
-    share = jnp.linspace(0.0, 1.0, _PARTS + 1).reshape((-1,) + (1,) * far.ndim)
-    best = jnp.argmax(force(share * far, fixed), axis=0)
-    low, high = (jnp.clip(best + k, 0, _PARTS) * far / _PARTS for k in (-1, 1))
+    root_end, constants = jax.lax.stop_gradient((end, (sheets, enclosure)))
+    share = jnp.linspace(0.0, 1.0, _PARTS + 1).reshape((-1,) + (1,) * root_end.ndim)
+    best = jnp.argmax(force(share * root_end, constants), axis=0)
+    low, high = (jnp.clip(best + k, 0, _PARTS) * root_end / _PARTS for k in (-1, 1))
 
     def falls(root: Any) -> Any:
-        return -jax.jvp(lambda w: force(w, fixed), (root,), (jnp.ones_like(root),))[1]
+        return -jax.jvp(lambda w: force(w, constants), (root,), (jnp.ones_like(root),))[1]
 
     root = rising_zero(falls, low, high, 26)
-    inside = root < far
+    inside = root < root_end
     root = jnp.where(inside, root, end)
     return force(root, (sheets, enclosure)), root**2, inside
 
@@ -140,9 +140,9 @@ def slip_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
         return root(k * elongation - line.c * line.overlap, k - line.c)
 
     slip = along_tangents(meets, 0.0 * elongation, sheets)
-    alone = root(k * elongation, k)
+    enclosure_slip = root(k * elongation, k)
     past = slip > brake.sheets.overlap
-    slip = jnp.where(past, jnp.maximum(alone, brake.sheets.overlap), slip)
+    slip = jnp.where(past, jnp.maximum(enclosure_slip, brake.sheets.overlap), slip)
     return within((elongation >= 0) & (vacuum >= 0) & (k > tangent(0.0, sheets).c), slip)
 
 
@@ -172,9 +172,9 @@ def scale_factor_of_peak(force: Any, vacuum: Any, brake: Brake) -> Any:
     if brake.mount.spacers is not None:
         return _factor_by_bisection(force, vacuum, brake)
     root, overlap = enclosure_at(vacuum, brake).root, brake.sheets.overlap
-    one = friction_per_contact(vacuum, brake) / brake.scale_factor
+    unit_friction = friction_per_contact(vacuum, brake) / brake.scale_factor
     square = force**2 - root**2 * overlap
-    return (force + safe_sqrt(square)) / (2 * one * overlap)
+    return (force + safe_sqrt(square)) / (2 * unit_friction * overlap)
 
 
 def _factor_by_bisection(force: Any, vacuum: Any, brake: Brake) -> Any:
@@ -196,9 +196,9 @@ def _factor_by_bisection(force: Any, vacuum: Any, brake: Brake) -> Any:
 @law
 def scale_factor_eq8(force: Any, displacement: Any, vacuum: Any, brake: Brake) -> Any:
     """The paper's a (eq. 8), with the crosshead's displacement [m] where slip belongs."""
-    one = friction_per_contact(vacuum, brake) / brake.scale_factor
+    unit_friction = friction_per_contact(vacuum, brake) / brake.scale_factor
     enclosure = backbone(displacement, enclosure_at(vacuum, brake))
-    return (force - enclosure) / (one * (brake.sheets.overlap - displacement))
+    return (force - enclosure) / (unit_friction * (brake.sheets.overlap - displacement))
 
 
 @law
@@ -207,19 +207,19 @@ def factor_and_stiffness_of_eq8_and_eq9(
 ) -> tuple[Any, Any]:
     """The a [-] and k [N/m] of a brake on whose own pull eq. 8 and 9 give `factor`, `stiffness`.
 
-    The paper's formulas take peak force and displacement of one pull at `vacuum` [Pa]; put into
-    each other they are a quadratic in the root of the peak force, from which a and k follow
-    exactly. What they give on a law's curve is neither its a nor its k. NaN where no pull does.
+    The paper's formulas take peak force and displacement of one pull at `vacuum` [Pa]. Combined,
+    they are a quadratic in the root of the peak force, from which a and k follow exactly. On a
+    curve of the law they do not return its a and k. NaN if no pull gives these two values.
     """
     enclosure, overlap = enclosure_at(vacuum, brake), brake.sheets.overlap
-    one = friction_per_contact(vacuum, brake) / brake.scale_factor
+    unit = friction_per_contact(vacuum, brake) / brake.scale_factor
     # F = factor one (L2 - d) + e sqrt(d) with d = F/stiffness
-    square, linear = 1 + factor * one / stiffness, enclosure.root / safe_sqrt(stiffness)
-    root = (linear + safe_sqrt(linear**2 + 4 * square * factor * one * overlap)) / (2 * square)
+    square, linear = 1 + factor * unit / stiffness, enclosure.root / safe_sqrt(stiffness)
+    root = (linear + safe_sqrt(linear**2 + 4 * square * factor * unit * overlap)) / (2 * square)
     force = root**2
     displacement = force / stiffness
     exact = scale_factor_of_peak(force, vacuum, brake)
-    slip = (enclosure.root / (2 * exact * one)) ** 2
+    slip = (enclosure.root / (2 * exact * unit)) ** 2
     fine = (displacement < enclosure.saturation) & (slip < displacement) & (vacuum > 0)
     slope = force / jnp.where(fine, displacement - slip, 1.0)
     return within(fine, exact), within(fine, slope)
@@ -236,20 +236,20 @@ def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
     unit = enclosure_at(1.0, brake)
     enclosure_alone = unit.stiffness * slip / unit.reach
     contact = jnp.maximum(sheets.overlap - slip, 0.0)
-    most = force_of(slip, sheets_at(atmosphere, brake))
-    most = most + backbone(slip, enclosure_at(atmosphere, brake))
+    top_force = force_of(slip, sheets_at(atmosphere, brake))
+    top_force = top_force + backbone(slip, enclosure_at(atmosphere, brake))
     if is_proportional(brake):
         c1 = force_of(slip, sheets_at(1.0, brake))
         c2 = unit.root * safe_sqrt(slip)
         below = c2 + safe_sqrt(c2**2 + 4 * c1 * jnp.maximum(force, 0.0))
         spread = (2 * jnp.maximum(force, 0.0) / jnp.where(below > 0, below, 1.0)) ** 2
-        whole = (force - enclosure_alone) / (c1 + unit.friction * unit.reach)
-        saturated = whole * unit.saturation <= slip
-        vacuum = jnp.where(saturated & (slip > 0), whole, spread)
+        linear = (force - enclosure_alone) / (c1 + unit.friction * unit.reach)
+        saturated = linear * unit.saturation <= slip
+        vacuum = jnp.where(saturated & (slip > 0), linear, spread)
         vacuum = jnp.minimum(vacuum, atmosphere)
     else:
         vacuum = _vacuum_by_bisection(force, slip, brake)
-    reachable = (force >= enclosure_alone) & (force <= most) & (slip >= 0)
+    reachable = (force >= enclosure_alone) & (force <= top_force) & (slip >= 0)
     return within(reachable & ((contact > 0) | (slip > 0)), vacuum)
 
 
@@ -283,8 +283,8 @@ def peak_vacuum(brake: Brake) -> Any:
     if is_proportional(brake):
         return bound / tangent(0.0, sheets_at(1.0, brake)).c
 
-    def over(log_vacuum: Any) -> Any:
+    def excess(log_vacuum: Any) -> Any:
         return jnp.log(tangent(0.0, sheets_at(jnp.exp(log_vacuum), brake)).c / bound)
 
-    middle = 0.0 * over(0.0)
-    return jnp.exp(implicit_root(over, middle - 100.0, middle + 100.0))
+    middle = 0.0 * excess(0.0)
+    return jnp.exp(implicit_root(excess, middle - 100.0, middle + 100.0))

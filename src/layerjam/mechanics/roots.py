@@ -49,8 +49,8 @@ def first_fall(function: Callable[[Any], Any], low: Any, high: Any) -> tuple[Any
     falls = below[1:] & ~below[:-1]
     first, width = jnp.argmax(falls, axis=0), (high - low) / _PARTS
     start = low + first * width
-    found, any_ = rising_zero(lambda x: -function(x), start, start + width), falls.any(axis=0)
-    return jnp.where(any_, found, jax.lax.stop_gradient(high)), any_
+    root, any_ = rising_zero(lambda x: -function(x), start, start + width), falls.any(axis=0)
+    return jnp.where(any_, root, jax.lax.stop_gradient(high)), any_
 
 
 def newton_root(
@@ -65,21 +65,21 @@ def newton_root(
     `function` takes (place, hint) and returns value, slope and the hint of the next step. In
     reverse mode the values that it encloses must have no gradient.
     """
-    settled = _SETTLED * (high - low)
+    close = _SETTLED * (high - low)
 
     def step(state: tuple[Any, ...]) -> tuple[Any, ...]:
-        at, low, high, _, hint, count = state
-        value, slope, hint = function((at, hint))
-        low, high = jnp.where(value < 0, at, low), jnp.where(value > 0, at, high)
+        x, low, high, _, hint, count = state
+        value, slope, hint = function((x, hint))
+        low, high = jnp.where(value < 0, x, low), jnp.where(value > 0, x, high)
         move = -value / jnp.where(slope > 0, slope, 1.0)
-        near = at + move
-        inside = (slope > 0) & (near >= low) & (near <= high)
-        done = (slope > 0) & (jnp.abs(move) <= settled)
-        new = jnp.where(done | inside, near, (low + high) / 2)
-        return new, low, high, jnp.where(done, 0.0, jnp.abs(new - at)), hint, count + 1
+        next_x = x + move
+        inside = (slope > 0) & (next_x >= low) & (next_x <= high)
+        is_done = (slope > 0) & (jnp.abs(move) <= close)
+        new = jnp.where(is_done | inside, next_x, (low + high) / 2)
+        return new, low, high, jnp.where(is_done, 0.0, jnp.abs(new - x)), hint, count + 1
 
     def goes_on(state: tuple[Any, ...]) -> Any:
-        return jnp.any(state[3] > settled) & (state[5] < _MOST_STEPS)
+        return jnp.any(state[3] > close) & (state[5] < _MOST_STEPS)
 
     start = (guess, low, high, jnp.full_like(guess, jnp.inf), hint, 0)
     return jax.lax.while_loop(goes_on, step, start)[0]
@@ -90,19 +90,19 @@ class Bracket(NamedTuple):
 
     turn: Any
     low: Any
-    under: Any
+    below: Any
     """Value at `low`, halved each time that the other end moves."""
     high: Any
     above: Any
     best: Any
     """Place with the value nearest to zero so far."""
-    near: Any
+    error: Any
     """Distance of that value from zero."""
 
     @property
     def is_met(self) -> Any:
         """Whether the function passes zero between the ends."""
-        return (self.under <= 0) & (self.above >= 0)
+        return (self.below <= 0) & (self.above >= 0)
 
 
 def false_position(
@@ -110,34 +110,36 @@ def false_position(
 ) -> Bracket:
     """Search where a rising array function passes zero, by Illinois' false position.
 
-    It ends once all values are within `close` of zero, the ends meet (at a jump), or after so many
-    rounds. No slope is needed, and the function is compiled once.
+    It ends once all values are within `close` of zero, the ends meet (at a jump), or after
+    `rounds` steps. No slope is needed, and the function is compiled once.
     """
 
-    def goes_on(at: Bracket) -> Any:
-        apart = jnp.abs(at.high - at.low) > 1e-12 * jnp.abs(at.high)
-        still = at.is_met & (at.near > close) & apart
-        return (at.turn < 2) | ((at.turn < rounds) & jnp.any(still))
+    def goes_on(bracket: Bracket) -> Any:
+        is_open = jnp.abs(bracket.high - bracket.low) > 1e-12 * jnp.abs(bracket.high)
+        still = bracket.is_met & (bracket.error > close) & is_open
+        return (bracket.turn < 2) | ((bracket.turn < rounds) & jnp.any(still))
 
-    def step(at: Bracket) -> Bracket:
+    def step(bracket: Bracket) -> Bracket:
         # the first two turns evaluate the ends
-        first, last = at.turn == 0, at.turn == 1
-        share = -at.under / jnp.where(at.above > at.under, at.above - at.under, 1.0)
+        first, last = bracket.turn == 0, bracket.turn == 1
+        share = -bracket.below / jnp.where(
+            bracket.above > bracket.below, bracket.above - bracket.below, 1.0
+        )
         # every third step halves: a jump would be approached too slowly
-        share = jnp.where(at.turn % 3 == 1, 0.5, jnp.clip(share, 0.0, 1.0))
-        x = at.low + (at.high - at.low) * share
-        x = jnp.where(first, at.low, jnp.where(last, at.high, x))
-        here = rising(x)
-        less = first | (~last & (here < 0))
-        closer = jnp.abs(here) < at.near
+        share = jnp.where(bracket.turn % 3 == 1, 0.5, jnp.clip(share, 0.0, 1.0))
+        x = bracket.low + (bracket.high - bracket.low) * share
+        x = jnp.where(first, bracket.low, jnp.where(last, bracket.high, x))
+        value = rising(x)
+        is_low = first | (~last & (value < 0))
+        closer = jnp.abs(value) < bracket.error
         return Bracket(
-            at.turn + 1,
-            jnp.where(less, x, at.low),
-            jnp.where(less, here, jnp.where(last, at.under, at.under / 2)),
-            jnp.where(less, at.high, x),
-            jnp.where(less, jnp.where(first, at.above, at.above / 2), here),
-            jnp.where(closer, x, at.best),
-            jnp.where(closer, jnp.abs(here), at.near),
+            bracket.turn + 1,
+            jnp.where(is_low, x, bracket.low),
+            jnp.where(is_low, value, jnp.where(last, bracket.below, bracket.below / 2)),
+            jnp.where(is_low, bracket.high, x),
+            jnp.where(is_low, jnp.where(first, bracket.above, bracket.above / 2), value),
+            jnp.where(closer, x, bracket.best),
+            jnp.where(closer, jnp.abs(value), bracket.error),
         )
 
     zero = jnp.zeros_like(low + high)

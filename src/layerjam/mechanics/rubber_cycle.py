@@ -10,7 +10,7 @@ from layerjam.mechanics.cycle import Cycle
 from layerjam.mechanics.fan import force_of, tangent, work_of
 from layerjam.mechanics.friction import sheets_at
 from layerjam.mechanics.hyperelastic import strip_at
-from layerjam.mechanics.rubber_strip import Rubber, cells_for, follow, relaxed
+from layerjam.mechanics.rubber_strip import Rubber, cells_for, follow, new_strip
 from layerjam.mechanics.stiffness import working_stiffness
 
 
@@ -20,9 +20,9 @@ class _State(NamedTuple):
     work: Any
     heat: Any
     vacuum: Any
-    closed: Any
-    snapped: Any
-    lost: Any
+    has_closed: Any
+    has_snapped: Any
+    is_invalid: Any
     """True once the vacuum fell on a loaded brake, or the rubber was asked too much."""
 
 
@@ -41,48 +41,48 @@ def rubber_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
         friction = strip_at(pressure, brake).friction
         trial, hold = k * (target - before.slip), force_of(before.slip, sheets)
         out = trial > 2 * before.pull + hold
-        back = jnp.maximum(trial, 0.0) < 2 * before.pull - hold
-        way = jnp.where(out, 1.0, -1.0)
+        returns = jnp.maximum(trial, 0.0) < 2 * before.pull - hold
+        sign = jnp.where(out, 1.0, -1.0)
 
         def drive(pull: Any, slip: Any) -> tuple[Any, Any, Any]:
             # slack, the enclosure closes the brake against its friction
             taut = k * (target - slip)
-            rest = jnp.maximum(taut, 0.0) - 2 * pull - way * force_of(slip, sheets)
-            over_slip = way * tangent(slip, sheets).c - jnp.where(taut > 0, k, 0.0)
-            return rest, -2.0 + 0.0 * pull, over_slip
+            residual = jnp.maximum(taut, 0.0) - 2 * pull - sign * force_of(slip, sheets)
+            over_slip = sign * tangent(slip, sheets).c - jnp.where(taut > 0, k, 0.0)
+            return residual, -2.0 + 0.0 * pull, over_slip
 
-        made = jax.lax.cond(
-            out | back, lambda: follow(before, drive, friction, cells), lambda: before
+        strip = jax.lax.cond(
+            out | returns, lambda: follow(before, drive, friction, cells), lambda: before
         )
-        force = jnp.maximum(k * (target - made.slip), 0.0)
-        heat = jnp.abs(work_of(before.slip, made.slip, sheets)) + made.heat - before.heat
+        force = jnp.maximum(k * (target - strip.slip), 0.0)
+        heat = jnp.abs(work_of(before.slip, strip.slip, sheets)) + strip.heat - before.heat
         elastic = (force**2 - state.force**2) / (2 * k)
-        fell = (pressure < state.vacuum) & ((before.slip > 0) | (state.force > 0))
-        now = _State(
-            enclosure=made,
+        falls = (pressure < state.vacuum) & ((before.slip > 0) | (state.force > 0))
+        new = _State(
+            enclosure=strip,
             force=force,
-            work=state.work + heat + (made.stored - before.stored) + elastic,
+            work=state.work + heat + (strip.stored - before.stored) + elastic,
             heat=state.heat + heat,
             vacuum=pressure,
-            closed=state.closed | (before.slip - made.slip > 1e-12 * overlap),
-            snapped=state.snapped | (out & (k <= tangent(before.slip, sheets).c)),
-            lost=state.lost | fell | made.beyond,
+            has_closed=state.has_closed | (before.slip - strip.slip > 1e-12 * overlap),
+            has_snapped=state.has_snapped | (out & (k <= tangent(before.slip, sheets).c)),
+            is_invalid=state.is_invalid | falls | strip.is_exceeded,
         )
-        fine = (target >= 0) & (pressure >= 0) & ~(now.snapped | now.lost)
-        return now, Cycle(
+        fine = (target >= 0) & (pressure >= 0) & ~(new.has_snapped | new.is_invalid)
+        return new, Cycle(
             force=jnp.where(fine, force, jnp.nan),
-            slip=made.slip,
-            sleeve_force=2 * made.pull,
-            work=now.work,
-            heat=now.heat,
-            stored=made.stored + force**2 / (2 * k),
-            slack=(force <= 0) & (target < made.slip),
-            closed=now.closed,
-            separated=made.slip >= overlap * (1 - 1e-12),
+            slip=strip.slip,
+            sleeve_force=2 * strip.pull,
+            work=new.work,
+            heat=new.heat,
+            stored=strip.stored + force**2 / (2 * k),
+            slack=(force <= 0) & (target < strip.slip),
+            closed=new.has_closed,
+            separated=strip.slip >= overlap * (1 - 1e-12),
             overflow=jnp.array(False),
-            snapped=now.snapped,
+            snapped=new.has_snapped,
         )
 
     zero, no = jnp.array(0.0), jnp.array(False)
-    start = _State(relaxed(cells), zero, zero, zero, vacuum[0], no, no, no)
+    start = _State(new_strip(cells), zero, zero, zero, vacuum[0], no, no, no)
     return jax.lax.scan(step, start, (elongation, vacuum))[1]

@@ -1,16 +1,15 @@
 """The enclosure with a hyperelastic law under any slip: a strip of cells that stick and slide.
 
-A cell at the distance s from the driven end of a half face feels that end only through the friction
-in between, which bears at most q s. Its tension is therefore the play of the tension N0 at the end,
+A cell at the distance s from the driven end of a half face is coupled to that end only by the
+friction in between, which carries at most q s. Its tension is the play of the end tension N0,
 
     N(s) = the old N(s), kept between N0 - q s and N0 + q s,
 
-for every law in which a cell's tension rises with its strain and nothing else (Masing's rule is
-this with a strain that is linear in the tension). So the tensions of a move are known without a
-contact to be solved; the one unknown is N0. A cell's strain follows from its tension and from the
-greatest strain it has seen. The cells are those of springs with Coulomb friction between them, so
-that work, heat and elastic energy balance exactly; what the cells leave open falls with the square
-of their number.
+for every law in which a cell's tension rises with its strain and depends on nothing else (Masing's
+rule is the case of a strain that is linear in the tension). So no contact has to be solved for the
+tensions of a move: the only unknown is N0. A cell's strain follows from its tension and from its
+greatest strain so far. The cells act as springs with Coulomb friction between them, so that work,
+heat and elastic energy balance exactly. The error falls with the square of the number of cells.
 """
 
 from collections.abc import Callable
@@ -34,7 +33,7 @@ from layerjam.mechanics.softening import elastic_energy, lost_energy, softening
 CELLS = 240
 """Cells of half a face."""
 Drive = Callable[[Any, Any], tuple[Any, Any, Any]]
-"""(what is left over, its slopes) over the tension at the end [N] and the slip [m]; falling."""
+"""Function of end tension [N] and slip [m] that returns a falling residual and its two slopes."""
 
 
 class Cells(NamedTuple):
@@ -43,10 +42,10 @@ class Cells(NamedTuple):
     place: Any
     """Distance of the cells' middles from the driven end [m], shape (cells,)."""
     size: Any
-    """Their lengths [m]."""
+    """Lengths of the cells [m]."""
     section: Any
     rubber: Hyperelastic
-    most: Any
+    top: Any
     """Tension of the end at the greatest strain that was fitted [N]."""
 
 
@@ -56,16 +55,16 @@ class Rubber(NamedTuple):
     pull: Any
     """Tension of the end of a face [N]."""
     tension: Any
-    """Of the cells [N], shape (cells,)."""
+    """Tensions of the cells [N], shape (cells,)."""
     strain: Any
-    """Of the cells [-]."""
-    held: Any
-    """Greatest energy a volume that they have held [Pa]."""
+    """Strains of the cells [-]."""
+    peak_energy: Any
+    """Greatest energy density of the cells so far [Pa]."""
     slip: Any
     heat: Any
     """Friction heat, and what was lost in softening [J]."""
     stored: Any
-    beyond: Any
+    is_exceeded: Any
     """True once more was asked for than the rubber was measured to bear."""
 
 
@@ -74,75 +73,76 @@ def cells_for(slip: Any, least: Any, highest: Any, brake: Brake, count: int = CE
 
     They cover what can move, and are small near the driven end, where every turn begins.
     """
-    made = at_slip(slip, highest, brake)[1]
+    loading = at_slip(slip, highest, brake)[1]
     strip, rubber = strip_at(least, brake), strip_at(highest, brake).rubber
-    most = strip.section * rubber_stress(rubber.strain + 0.0 * slip, rubber)
-    pull = jnp.where(jnp.isnan(made.force), most, made.force / 2)
+    top = strip.section * rubber_stress(rubber.strain + 0.0 * slip, rubber)
+    pull = jnp.where(jnp.isnan(loading.force), top, loading.force / 2)
     rubs = strip.friction * strip.reach > pull
     moves = jnp.where(rubs, pull / jnp.where(rubs, strip.friction, 1.0), strip.reach)
     edges = moves * jnp.linspace(0.0, 1.0, count + 1) ** 2
-    return Cells((edges[1:] + edges[:-1]) / 2, jnp.diff(edges), strip.section, rubber, most)
+    return Cells((edges[1:] + edges[:-1]) / 2, jnp.diff(edges), strip.section, rubber, top)
 
 
-def relaxed(cells: Cells) -> Rubber:
+def new_strip(cells: Cells) -> Rubber:
     """A new enclosure, never stretched."""
     none, zero = jnp.zeros_like(cells.place), jnp.array(0.0)
     return Rubber(zero, none, none, none, zero, zero, zero, jnp.array(False))
 
 
-def _stress(strain: Any, held: Any, rubber: Hyperelastic) -> tuple[Any, Any]:
+def _stress(strain: Any, peak_energy: Any, rubber: Hyperelastic) -> tuple[Any, Any]:
     """Stress [Pa] at a strain and its slope, of a point that has held an energy [Pa]."""
     first = rubber_stress(strain, rubber)
-    eta, steep = softening(rubber_energy(strain, rubber), held, rubber)
+    eta, steep = softening(rubber_energy(strain, rubber), peak_energy, rubber)
     return eta * first, eta * rubber_slope(strain, rubber) + steep * first**2
 
 
-def _strain_under(tension: Any, held: Any, guess: Any, cells: Cells) -> Any:
+def _strain_under(tension: Any, peak_energy: Any, guess: Any, cells: Cells) -> Any:
     """Strain of the cells [-] at their tension [N]."""
 
-    def over(state: tuple[Any, Any]) -> tuple[Any, Any, Any]:
-        stress, slope = _stress(state[0], held, cells.rubber)
+    def excess(state: tuple[Any, Any]) -> tuple[Any, Any, Any]:
+        stress, slope = _stress(state[0], peak_energy, cells.rubber)
         return stress - tension / cells.section, slope, state[1]
 
     top = cells.rubber.strain * 1.01 + 0.0 * tension
     # below zero only for the search, so that no strain of rest lies at the end of the bracket
-    found = newton_root(over, guess, jnp.full_like(tension, -0.1), top, 0.0)
-    return jnp.where(tension > 0, jnp.maximum(found, 0.0), 0.0)
+    strain = newton_root(excess, guess, jnp.full_like(tension, -0.1), top, 0.0)
+    return jnp.where(tension > 0, jnp.maximum(strain, 0.0), 0.0)
 
 
 def follow(state: Rubber, drive: Drive, friction: Any, cells: Cells) -> Rubber:
     """The strip once `drive` is met at a friction [N/m]; one move in one direction."""
 
-    def drawn(pull: Any, guess: Any) -> tuple[Any, Any]:
+    def strip_at_pull(pull: Any, guess: Any) -> tuple[Any, Any]:
         bears = friction * cells.place
         tension = jnp.clip(state.tension, pull - bears, pull + bears)
-        return tension, _strain_under(tension, state.held, guess, cells)
+        return tension, _strain_under(tension, state.peak_energy, guess, cells)
 
-    def over(now: tuple[Any, Any]) -> tuple[Any, Any, Any]:
-        tension, strain = drawn(*now)
-        steep = _stress(strain, state.held, cells.rubber)[1] * cells.section
-        moves = jnp.abs(now[0] - tension) >= friction * cells.place * (1 - 1e-12)
+    def excess(point: tuple[Any, Any]) -> tuple[Any, Any, Any]:
+        tension, strain = strip_at_pull(*point)
+        steep = _stress(strain, state.peak_energy, cells.rubber)[1] * cells.section
+        moves = jnp.abs(point[0] - tension) >= friction * cells.place * (1 - 1e-12)
         slip = 2 * (cells.size * strain).sum()
         rises = 2 * jnp.where(moves, cells.size / steep, 0.0).sum()
-        rest, over_pull, over_slip = drive(now[0], slip)
-        return -rest, -(over_pull + over_slip * rises), strain
+        residual, over_pull, over_slip = drive(point[0], slip)
+        return -residual, -(over_pull + over_slip * rises), strain
 
-    pull = newton_root(over, state.pull, jnp.zeros_like(cells.most), cells.most, state.strain)
-    tension, strain = drawn(pull, state.strain)
+    pull = newton_root(excess, state.pull, jnp.zeros_like(cells.top), cells.top, state.strain)
+    tension, strain = strip_at_pull(pull, state.strain)
     energy = rubber_energy(strain, cells.rubber)
-    held = jnp.maximum(state.held, energy)
+    peak_energy = jnp.maximum(state.peak_energy, energy)
     slip, volume = 2 * (cells.size * strain).sum(), 4 * cells.section * cells.size
-    rubbed = 4 * friction * jnp.abs((cells.size * cells.place * (strain - state.strain)).sum())
-    lost = lost_energy(held, cells.rubber) - lost_energy(state.held, cells.rubber)
+    rubbing = 4 * friction * jnp.abs((cells.size * cells.place * (strain - state.strain)).sum())
+    loss = lost_energy(peak_energy, cells.rubber) - lost_energy(state.peak_energy, cells.rubber)
     return Rubber(
         pull=pull,
         tension=tension,
         strain=strain,
-        held=held,
+        peak_energy=peak_energy,
         slip=slip,
-        heat=state.heat + rubbed + (volume * lost).sum(),
-        stored=(volume * elastic_energy(energy, held, cells.rubber)).sum(),
-        beyond=state.beyond | (drive(cells.most, slip)[0] > 0) & (pull >= cells.most * (1 - 1e-9)),
+        heat=state.heat + rubbing + (volume * loss).sum(),
+        stored=(volume * elastic_energy(energy, peak_energy, cells.rubber)).sum(),
+        is_exceeded=state.is_exceeded
+        | (drive(cells.top, slip)[0] > 0) & (pull >= cells.top * (1 - 1e-9)),
     )
 
 
@@ -155,20 +155,20 @@ def along_slip(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
     cells = cells_for(slip.max(), vacuum.min(), vacuum.max(), brake)
 
     def step(carry: tuple[Rubber, Any, Any], point: tuple[Any, Any]) -> Any:
-        state, before, lost = carry
+        state, before, bad = carry
         target, pressure = point
 
         def drive(pull: Any, slip: Any) -> tuple[Any, Any, Any]:
             return target - slip, 0.0 * pull, -jnp.ones_like(slip)
 
         friction = strip_at(pressure, brake).friction
-        made = jax.lax.cond(
+        strip = jax.lax.cond(
             target == state.slip, lambda: state, lambda: follow(state, drive, friction, cells)
         )
-        lost = lost | made.beyond | ((pressure < before) & (state.slip > 0)) | (target < 0)
-        lost = lost | (jnp.abs(made.slip - target) > 1e-9 * (jnp.abs(target) + state.slip))
-        out = tuple(jnp.where(lost, jnp.nan, v) for v in (2 * made.pull, made.stored, made.heat))
-        return (made._replace(slip=target), pressure, lost), out
+        bad = bad | strip.is_exceeded | ((pressure < before) & (state.slip > 0)) | (target < 0)
+        bad = bad | (jnp.abs(strip.slip - target) > 1e-9 * (jnp.abs(target) + state.slip))
+        out = tuple(jnp.where(bad, jnp.nan, v) for v in (2 * strip.pull, strip.stored, strip.heat))
+        return (strip._replace(slip=target), pressure, bad), out
 
-    start = (relaxed(cells), vacuum[0], jnp.array(False))
+    start = (new_strip(cells), vacuum[0], jnp.array(False))
     return jax.lax.scan(step, start, (slip, vacuum))[1]

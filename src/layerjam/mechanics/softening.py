@@ -1,9 +1,9 @@
 """Softening of a rubber by its first loading, after Ogden and Roxburgh (1999).
 
-Once a point has held the energy W_max a volume, its stress below that is eta times the one of the
-first loading, eta = 1 - erf((W_max - W)/(m + beta W_max))/r: reversible, until W_max grows. What
-the point would give back is then less than W_max by D(W_max); the difference is counted as heat
-when W_max is reached. D rises with W_max, so that the softening never gives energy.
+Once a point has reached the energy density W_max, its stress below that is eta times the stress of
+first loading, with eta = 1 - erf((W_max - W)/(m + beta W_max))/r. This is reversible until W_max
+grows. The point then returns D(W_max) less than W_max; the difference is counted as heat when W_max
+is reached. D rises with W_max, so that softening never releases energy.
 """
 
 from typing import Any
@@ -16,16 +16,16 @@ from layerjam.device.hyperelastic import Hyperelastic
 _ROOT_PI = jnp.pi**0.5
 
 
-def _width(most: Any, rubber: Hyperelastic) -> Any:
-    return rubber.softening_m + rubber.softening_beta * most
+def _width(peak_energy: Any, rubber: Hyperelastic) -> Any:
+    return rubber.softening_m + rubber.softening_beta * peak_energy
 
 
-def softening(energy: Any, most: Any, rubber: Hyperelastic) -> tuple[Any, Any]:
+def softening(energy: Any, peak_energy: Any, rubber: Hyperelastic) -> tuple[Any, Any]:
     """eta [-] and its slope over the energy [1/Pa], at an energy and the greatest so far [Pa]."""
     if rubber.softening_r is None:
         return jnp.ones_like(energy), jnp.zeros_like(energy)
-    width = _width(most, rubber)
-    below = (most - energy) / width
+    width = _width(peak_energy, rubber)
+    below = (peak_energy - energy) / width
     eta = 1 - jax.lax.erf(jnp.maximum(below, 0.0)) / rubber.softening_r
     slope = 2 / _ROOT_PI * jnp.exp(-(below**2)) / (rubber.softening_r * width)
     return eta, jnp.where(below > 0, slope, 0.0)
@@ -36,18 +36,18 @@ def _area(below: Any) -> Any:
     return below * jax.lax.erf(below) + jnp.expm1(-(below**2)) / _ROOT_PI
 
 
-def lost_energy(most: Any, rubber: Hyperelastic) -> Any:
+def lost_energy(peak_energy: Any, rubber: Hyperelastic) -> Any:
     """D [Pa]: energy a volume that the softening has taken once W_max was reached."""
     if rubber.softening_r is None:
-        return jnp.zeros_like(most)
-    width = _width(most, rubber)
-    return width * _area(most / width) / rubber.softening_r
+        return jnp.zeros_like(peak_energy)
+    width = _width(peak_energy, rubber)
+    return width * _area(peak_energy / width) / rubber.softening_r
 
 
-def elastic_energy(energy: Any, most: Any, rubber: Hyperelastic) -> Any:
+def elastic_energy(energy: Any, peak_energy: Any, rubber: Hyperelastic) -> Any:
     """Energy a volume [Pa] that a softened point gives back from here."""
     if rubber.softening_r is None:
         return energy
-    width = _width(most, rubber)
-    taken = _area(most / width) - _area(jnp.maximum(most - energy, 0.0) / width)
-    return energy - width * taken / rubber.softening_r
+    width = _width(peak_energy, rubber)
+    area = _area(peak_energy / width) - _area(jnp.maximum(peak_energy - energy, 0.0) / width)
+    return energy - width * area / rubber.softening_r

@@ -1,4 +1,4 @@
-"""How stiff the brake is before and while it slides (paper, eq. 1, 2, 6)."""
+"""Stiffness of the brake before and during sliding (paper, eq. 1, 2, 6)."""
 
 from typing import Any
 
@@ -22,10 +22,10 @@ def sheet_section(brake: Brake) -> Any:
 @law
 def stiffness_before_slip(brake: Brake) -> Any:
     """Sheets alone, stuck [N/m]: three springs in series (eq. 1, 2), A1 = ceil(n/2) W t."""
-    sheets, one = brake.sheets, brake.film.modulus * sheet_section(brake)
+    sheets, rigidity = brake.sheets, brake.film.modulus * sheet_section(brake)
     left, right = sides(brake)
     flexibility = sheets.free_left / left + sheets.overlap / sheets.count
-    return one / (flexibility + sheets.free_right / right)
+    return rigidity / (flexibility + sheets.free_right / right)
 
 
 @law
@@ -34,9 +34,9 @@ def stiffness_sliding(slip: Any, brake: Brake) -> Any:
 
     The paper takes the lengths at rest: slip = 0.
     """
-    sheets, one = brake.sheets, brake.film.modulus * sheet_section(brake)
+    sheets, rigidity = brake.sheets, brake.film.modulus * sheet_section(brake)
     left, right = sides(brake)
-    return one / ((sheets.free_left + slip) / left + (sheets.free_right + slip) / right)
+    return rigidity / ((sheets.free_left + slip) / left + (sheets.free_right + slip) / right)
 
 
 def working_stiffness(brake: Brake) -> Any:
@@ -48,10 +48,10 @@ def working_stiffness(brake: Brake) -> Any:
 
 @law
 def mount_stiffness(brake: Brake) -> Any:
-    """What caps and rig add [N/m], from 1/k = 1/k_before_slip + 1/k_mount; already inside k.
+    """Stiffness of caps and rig [N/m] from 1/k = 1/k_before_slip + 1/k_mount; already part of k.
 
-    Infinite where no stiffness was measured; negative where the measured one exceeds the sheets'
-    own, which says that the film's modulus is too low.
+    Infinite if no stiffness was measured; negative if the measured one exceeds the sheets' own,
+    which means that the film's modulus is too low.
     """
     if brake.stiffness_measured is None:
         return jnp.inf

@@ -1,4 +1,4 @@
-"""Threads: how many, what each of them must know, and what is made once for all of them."""
+"""Threads: their number, their precision, and a cache that they share."""
 
 import functools
 import itertools
@@ -15,25 +15,25 @@ R = TypeVar("R")
 
 
 def cores() -> int:
-    """How many cores this process may use."""
+    """Number of cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def once(make: Callable[P, R]) -> Callable[P, R]:
+def cache_threadsafe(make: Callable[P, R]) -> Callable[P, R]:
     """`make`, run once for each set of arguments; threads that ask meanwhile wait for it.
 
     For compiled loops, which take seconds: `functools.cache` would let several threads compile.
     """
-    made: dict[Any, R] = {}
+    results: dict[Any, R] = {}
     lock = threading.RLock()
 
     @functools.wraps(make)
     def get(*args: P.args, **named: P.kwargs) -> R:
         key = (args, tuple(sorted(named.items())))
         with lock:
-            if key not in made:
-                made[key] = make(*args, **named)
-            return made[key]
+            if key not in results:
+                results[key] = make(*args, **named)
+            return results[key]
 
     return get
 

@@ -1,4 +1,4 @@
-"""What to do, step by step, in sentences with the numbers of one build."""
+"""Assembly instructions, step by step, with the numbers of one build."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -26,18 +26,20 @@ def _m(millimetres: float) -> str:
     return show(millimetres * 1e-3, "m")
 
 
-def _said(made: Drawing, *codes: str) -> str:
-    """What checks say, as sentences."""
-    return " ".join(f"{check.code}: {check.text}." for check in made.checks if check.code in codes)
+def _checks(drawing: Drawing, *codes: str) -> str:
+    """Return the results of checks as sentences."""
+    return " ".join(
+        f"{check.code}: {check.text}." for check in drawing.checks if check.code in codes
+    )
 
 
 PATTERN = "cut/pattern.pdf"
 
 
-def film(made: Drawing, coupons: bool, there: Collection[str] | None = None) -> list[Step]:
-    """From the film to a pile of sheets; `there` are the files that are made, else all."""
-    found, build = made.lengths, made.build
-    made_of = ", ".join(f"{part.count} × cut/{part.name}.dxf" for part in made.film.parts)
+def film(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) -> list[Step]:
+    """Return the steps from film to a pile of sheets; `files` lists the written files, else all."""
+    lengths, build = drawing.lengths, drawing.build
+    made_of = ", ".join(f"{part.count} × cut/{part.name}.dxf" for part in drawing.film.parts)
     cutter = {
         "service": "Send the files of single parts to the service. They are nominal: ask it to "
         "compensate its kerf, and to keep the film's direction along the part.",
@@ -49,13 +51,13 @@ def film(made: Drawing, coupons: bool, there: Collection[str] | None = None) -> 
     }[build.cutter]
     out = [
         Step(
-            f"Measure the film's thickness in five places: {_m(found.thickness)} is drawn. A "
-            f"stack off by more than 7 % of {_m(found.stack)} changes the clamp and the force."
+            f"Measure the film's thickness in five places: {_m(lengths.thickness)} is drawn. A "
+            f"stack off by more than 7 % of {_m(lengths.stack)} changes the clamp and the force."
         ),
-        Step(_said(made, "C15")),
+        Step(_checks(drawing, "C15")),
     ]
     if coupons:
-        measured = {
+        kerf_hint = {
             "service": "ask the service to compensate it.",
             "laser": "give it with --kerf, and build again.",
             "knife": "a knife leaves next to none.",
@@ -64,11 +66,11 @@ def film(made: Drawing, coupons: bool, there: Collection[str] | None = None) -> 
             Step(
                 "Cut cut/coupon.dxf first, from the same film. Push the ten slats of the comb "
                 "together in their frame: the gap that is left, divided by 11, is the kerf; "
-                f"{measured}"
+                f"{kerf_hint}"
             )
         )
     by_hand = f" By hand, cut through {PATTERN} printed at 100 %; its ruler must measure 100 mm."
-    if there is not None and PATTERN not in there:
+    if files is not None and PATTERN not in files:
         by_hand = " A piece is larger than any paper: there is no pattern to cut by hand."
     out += [
         Step(f"Cut {made_of}. {cutter}"),
@@ -77,36 +79,36 @@ def film(made: Drawing, coupons: bool, there: Collection[str] | None = None) -> 
             f"the same along and across.{by_hand}"
         ),
     ]
-    if found.hole < PUNCHED_BELOW and build.cutter == "knife":
-        out.append(Step(f"Punch the holes of {_m(found.hole)}: a knife leaves no round ones."))
+    if lengths.hole < PUNCHED_BELOW and build.cutter == "knife":
+        out.append(Step(f"Punch the holes of {_m(lengths.hole)}: a knife leaves no round ones."))
     out.append(
         Step(
             f"Take beads and char off the edges, wipe every part, and touch it with clean gloves. "
-            f"Press all {found.count} sheets of one brake flat: they must measure "
-            f"{_m(found.stack)}; what is more are beads."
+            f"Press all {lengths.count} sheets of one brake flat: they must measure "
+            f"{_m(lengths.stack)}; what is more are beads."
         )
     )
     return out
 
 
-def caps(made: Drawing) -> list[Step]:
+def caps(drawing: Drawing) -> list[Step]:
     """Printed parts, fitted before anything is stacked."""
-    found, build = made.lengths, made.build
-    thread = found.thread
+    lengths, build = drawing.lengths, drawing.build
+    thread = lengths.thread
     port = (
-        f"Cut M5 into the ports ({_m(found.port)}) of both caps."
+        f"Cut M5 into the ports ({_m(lengths.port)}) of both caps."
         if build.port == M5
         else f"The tubes of {_m(mm(float(build.port)))} are glued into the ports later."
     )
-    printed = ", ".join(
-        f"{part.count * made.brakes} × {part.name}"
-        for part in made.parts
+    printed_parts = ", ".join(
+        f"{part.count * drawing.brakes} × {part.name}"
+        for part in drawing.parts
         if part.printed and part.stays
     )
-    sides = "" if found.same_caps else " Mark left and right: the caps differ."
+    sides = "" if lengths.same_caps else " Mark left and right: the caps differ."
     return [
         Step(
-            f"Print {printed} (print/print.3mf holds one of each, print/*.stl too), solid, "
+            f"Print {printed_parts} (print/print.3mf holds one of each, print/*.stl too), solid, "
             "by SLA as the paper did. A cap of melted filament leaks between its layers unless "
             f"it is sealed.{sides}"
         ),
@@ -117,10 +119,10 @@ def caps(made: Drawing) -> list[Step]:
         ),
         Step(f"{port} Do it now: later the chips would end in the stack."),
         Step(
-            f"Try everything dry: {screw_name(found)} falls through plate and shelf; the "
+            f"Try everything dry: {screw_name(lengths)} falls through plate and shelf; the "
             f"{thread.name} nut slides into its pocket from the front and does not turn; the "
             f"plate drops into the tray; the {_m(mm(build.pin))} dowel slides through the head."
-            f"{_flush(made)}"
+            f"{_flush(drawing)}"
         ),
         Step(
             "Break every edge that the enclosure will touch, neck and tray first, and feel for "
@@ -129,42 +131,42 @@ def caps(made: Drawing) -> list[Step]:
     ]
 
 
-def _flush(made: Drawing) -> str:
+def _flush(drawing: Drawing) -> str:
     """Return the sentences on the front corners of the nuts, which may project from the tray."""
-    found = made.lengths
-    proud = nut_overhang(found)
+    lengths = drawing.lengths
+    proud = nut_overhang(lengths)
     if proud <= 0:
         return " No nut projects from the tray."
     return (
-        f" The front corner of each {found.thread.name} nut reaches up to {_m(round(proud, 2))} "
+        f" The front corner of each {lengths.thread.name} nut reaches up to {_m(round(proud, 2))} "
         "beyond the tray's face, where it would cut the enclosure: file that corner off, until no "
         "nut projects from the tray."
     )
 
 
-def sleeve(made: Drawing) -> list[Step]:
+def sleeve(drawing: Drawing) -> list[Step]:
     """Mould, silicone, cut to length."""
-    found, build, known = made.lengths, made.build, made.file.making.enclosure
-    halves = made.silicone_parts
+    lengths, build, silicone = drawing.lengths, drawing.build, drawing.file.making.enclosure
+    halves = drawing.silicone_parts
     if halves is None:
-        each = show(made.silicone_mass / made.brakes, "kg", 3)
-        amount = f"Mix {each} of silicone as its maker says"
+        mass = show(drawing.silicone_mass / drawing.brakes, "kg", 3)
+        amount = f"Mix {mass} of silicone as its maker says"
     else:
-        a, b = (show(half / made.brakes, "kg", 3) for half in halves)
-        amount = f"Mix {a} of A with {b} of B ({known.mix})"
+        a, b = (show(half / drawing.brakes, "kg", 3) for half in halves)
+        amount = f"Mix {a} of A with {b} of B ({silicone.mix})"
     life = (
-        f"It flows for {show(known.pot_life, 's')}."
-        if known.pot_life
+        f"It flows for {show(silicone.pot_life, 's')}."
+        if silicone.pot_life
         else "Its pot life is not known here: read it on the can."
     )
     cure = (
-        f"Let it cure for {show(known.cure_time, 's')}"
-        if known.cure_time
+        f"Let it cure for {show(silicone.cure_time, 's')}"
+        if silicone.cure_time
         else "Let it cure as its maker says"
     )
-    count = 2 * (found.mould.bolts - 1)
-    amount += " for each casting" if made.brakes > 1 else ""
-    castings = "" if made.brakes == 1 else f" {made.brakes} castings are needed."
+    count = 2 * (lengths.mould.bolts - 1)
+    amount += " for each casting" if drawing.brakes > 1 else ""
+    castings = "" if drawing.brakes == 1 else f" {drawing.brakes} castings are needed."
     return [
         Step(
             "Print both halves and the core. Uncured resin, sulphur, latex and tin-cured silicone "
@@ -172,92 +174,92 @@ def sleeve(made: Drawing) -> list[Step]:
             "on a corner of it before you fill it."
         ),
         Step(
-            f"{_said(made, 'C13')} Lay the core into its seats, set the upper half onto the two "
-            f"keys and close it with {count} bolts ({bolt(made)})."
+            f"{_checks(drawing, 'C13')} Lay the core into its seats, set the upper half onto the "
+            f"two keys and close it with {count} bolts ({bolt(drawing)})."
         ),
-        Step(f"{amount} and draw the air out. {life} {_said(made, 'C12')}"),
+        Step(f"{amount} and draw the air out. {life} {_checks(drawing, 'C12')}"),
         Step(
             "Stand the mould on end, the sprue below. Inject slowly at the sprue until silicone "
             "runs from both vents, then plug the sprue."
         ),
         Step(
             f"{cure}, open the mould, and work the core out with soapy water. Trim "
-            f"{_m(mm(build.trim))} off either end, with sprue and vents: {_m(found.sleeve)} are "
+            f"{_m(mm(build.trim))} off either end, with sprue and vents: {_m(lengths.sleeve)} are "
             f"left. Rinse it and let it dry.{castings}"
         ),
         Step(
-            f"Measure the wall in eight places: {_m(found.wall)} is drawn. Hold it against the "
+            f"Measure the wall in eight places: {_m(lengths.wall)} is drawn. Hold it against the "
             "light: a bubble is a leak."
         ),
     ]
 
 
-def stack(made: Drawing) -> list[Step]:
+def stack(drawing: Drawing) -> list[Step]:
     """Layers into both caps, and the clamps."""
-    found = made.lengths
-    left, right = found.sides
-    where = f"{_m(found.pin_to_pin)} apart"
+    lengths = drawing.lengths
+    left, right = lengths.sides
+    distance = f"{_m(lengths.pin_to_pin)} apart"
     faces = (
         "Both outer faces are left sheets."
-        if found.count % 2
+        if lengths.count % 2
         else "The lowest layer is a left sheet, the highest a right one: mark the faces."
     )
-    many = "the nut" if found.screws == 1 else f"the {found.screws} nuts"
-    screw = "the screw" if found.screws == 1 else "the screws in turn"
+    nuts = "the nut" if lengths.screws == 1 else f"the {lengths.screws} nuts"
+    screw = "the screw" if lengths.screws == 1 else "the screws in turn"
     return [
         Step(
-            f"Slide {many} of each cap into the shelf from the front. Cut a board from "
-            f"cut/jig.dxf, or drill two holes {where}, and set the caps on dowels in it, trays "
-            f"towards each other.{_level(made)}"
+            f"Slide {nuts} of each cap into the shelf from the front. Cut a board from "
+            f"cut/jig.dxf, or drill two holes {distance}, and set the caps on dowels in it, trays "
+            f"towards each other.{_level(drawing)}"
         ),
         Step(
-            f"Stand a rod or a drill of {found.thread.size - found.thread.pitch:g} mm in the nut "
-            "below each screw hole: every layer goes over it and stays in its place."
+            f"Stand a rod or a drill of {lengths.thread.size - lengths.thread.pitch:g} mm in the "
+            "nut below each screw hole: every layer goes over it and stays in its place."
         ),
         Step(
             f"Stack from below as drawn above: a left sheet, a spacer behind it in the right cap; "
             f"then a right sheet, and a spacer in the left cap; and so on. The left cap holds "
             f"{left.sheets} sheets and {left.spacers} spacers, the right cap {right.sheets} and "
-            f"{right.spacers}: {found.count} layers in each. {faces}"
+            f"{right.spacers}: {lengths.count} layers in each. {faces}"
         ),
         Step(
             "Lay the plates on, take out one rod after the other, put its screw there, and "
-            f"tighten {screw}. {_said(made, 'C8')} Tighten again after an hour and after a "
+            f"tighten {screw}. {_checks(drawing, 'C8')} Tighten again after an hour and after a "
             "day: plastic creeps under the screw, and the clamp holds by its force alone."
         ),
         Step(
-            f"Measure: {_m(found.free)} between the faces of the caps. Pull by hand: all sheets "
+            f"Measure: {_m(lengths.free)} between the faces of the caps. Pull by hand: all sheets "
             "slide, none buckles, and every hole lies under its screw."
         ),
     ]
 
 
-def _level(made: Drawing) -> str:
-    """How the caps lie level on a flat board, where neck, tray and head are not equally low."""
-    found = made.lengths
+def _level(drawing: Drawing) -> str:
+    """Return how to level caps on a flat board if neck, tray and head differ in height."""
+    lengths = drawing.lengths
     below = {
-        "necks": found.neck_b,
-        "trays": found.stack / 2 + found.shelf_height,
-        "heads": found.head_height / 2,
+        "necks": lengths.neck_b,
+        "trays": lengths.stack / 2 + lengths.shelf_height,
+        "heads": lengths.head_height / 2,
     }
     lowest = max(below.values())
-    packed = {where: lowest - depth for where, depth in below.items() if lowest - depth > 0.05}
-    if not packed:
+    gaps = {place: lowest - depth for place, depth in below.items() if lowest - depth > 0.05}
+    if not gaps:
         return ""
-    words = " and ".join(f"{_m(round(gap, 1))} under the {where}" for where, gap in packed.items())
+    words = " and ".join(f"{_m(round(gap, 1))} under the {place}" for place, gap in gaps.items())
     return f" Not all of a cap is equally low: pack {words}, with strips of card or film."
 
 
-def close(made: Drawing) -> list[Step]:
+def close(drawing: Drawing) -> list[Step]:
     """Enclosure, ties, fittings."""
-    found, build = made.lengths, made.build
-    ends = f"{_m(found.left.reach)} behind the face of each cap"
-    if not found.same_caps:
-        ends = f"{_m(found.left.reach)} behind the left cap's face and "
-        ends += f"{_m(found.right.reach)} behind the right one's"
+    lengths, build = drawing.lengths, drawing.build
+    ends = f"{_m(lengths.left.reach)} behind the face of each cap"
+    if not lengths.same_caps:
+        ends = f"{_m(lengths.left.reach)} behind the left cap's face and "
+        ends += f"{_m(lengths.right.reach)} behind the right one's"
     fitting = (
         f"Screw the fittings, with a washer or thread tape, at least {_m(M5_LEAST)} "
-        f"({M5_LEAST / M5_PITCH:.0f} turns; the thread is {_m(found.head / 2)} deep) and by hand "
+        f"({M5_LEAST / M5_PITCH:.0f} turns; the thread is {_m(lengths.head / 2)} deep) and by hand "
         "only: a thread in printed resin strips"
         if build.port == M5
         else f"Glue the {_m(mm(float(build.port)))} tubes in"
@@ -277,7 +279,7 @@ def close(made: Drawing) -> list[Step]:
         Step(
             f"Tie both necks in their grooves with ties {_m(mm(build.tie_width))} wide. Pull by "
             f"hand, about {show(build.tie_tension, 'N')}, turn the locks to opposite sides, and "
-            f"cut the ends flush. {_said(made, 'C11')}"
+            f"cut the ends flush. {_checks(drawing, 'C11')}"
         ),
         Step(
             f"{fitting}. Both ports get one: the first takes the line to the pump or the valve, "
@@ -287,39 +289,40 @@ def close(made: Drawing) -> list[Step]:
     ]
 
 
-def array(made: Drawing) -> list[Step]:
+def array(drawing: Drawing) -> list[Step]:
     """Yokes and links."""
     out = []
-    if made.series > 1:
+    if drawing.series > 1:
         out.append(
             Step(
-                f"Join {made.series} brakes in a row with two links at each joint (cut/link.dxf), "
-                "one above and one below the heads, on their dowels."
+                f"Join {drawing.series} brakes in a row with two links at each joint "
+                "(cut/link.dxf), one above and one below the heads, on their dowels."
             )
         )
-    if made.parallel > 1 and made.yoke_moment is not None:
+    if drawing.parallel > 1 and drawing.yoke_moment is not None:
         out.append(
             Step(
-                f"Set {made.parallel} side by side between two yokes at each end (cut/yoke.dxf). "
-                f"Each yoke bends with {show(made.yoke_moment, 'N m', 3)}: its section modulus is "
-                "at least that over the stress that your material bears. The load hangs on the "
-                "eye; the brakes share their elongation only while the yoke does not tilt."
+                f"Set {drawing.parallel} side by side between two yokes at each end "
+                f"(cut/yoke.dxf). Each yoke bends with {show(drawing.yoke_moment, 'N m', 3)}: "
+                "its section modulus is at least that over the stress that your material bears. "
+                "The load hangs on the eye; the brakes share their elongation only while the yoke "
+                "does not tilt."
             )
         )
     return out
 
 
-def tools(made: Drawing) -> str:
-    """What lies on the table beside the parts, as one sentence."""
-    found, build = made.lengths, made.build
-    keys = {found.thread.key}
-    if (thread := mould_thread(made)) is not None:
+def tools(drawing: Drawing) -> str:
+    """Return the tools that are needed besides the parts, as one sentence."""
+    lengths, build = drawing.lengths, drawing.build
+    keys = {lengths.thread.key}
+    if (thread := mould_thread(drawing)) is not None:
         keys.add(thread.key)
     cutters = {"service": "", "laser": "a CO2 laser with extraction; ", "knife": "a plotter; "}
-    cast = show(cavity(found) * (1 + build.waste), "m^3", 2)
+    cast = show(cavity(lengths) * (1 + build.waste), "m^3", 2)
     things = [
         f"hexagon keys of {' and '.join(f'{key:g} mm' for key in sorted(keys))}",
-        f"a torque driver for the one of {found.thread.key:g} mm",
+        f"a torque driver for the one of {lengths.thread.key:g} mm",
         "calliper and a balance that shows 0.1 g",
         *(["a tap M5 x 0.8"] if build.port == M5 else ["glue for the tubes"]),
         f"a syringe or mixing cartridge that holds {cast}",
@@ -331,15 +334,15 @@ def tools(made: Drawing) -> str:
     return f"On the table: {cutters[build.cutter]}{'; '.join(things)}."
 
 
-def first(made: Drawing, coupons: bool) -> list[Step]:
+def first_checks(drawing: Drawing, coupons: bool) -> list[Step]:
     """Checks of the first brake, each by a command of ours."""
-    found = made.lengths
-    begun = (
-        (f"layerjam new my-brake --from {made.file.name} --out my-brake.toml",)
-        if made.file.name in catalogue() and not made.file.path.endswith(".toml")
+    lengths = drawing.lengths
+    new_file = (
+        (f"layerjam new my-brake --from {drawing.file.name} --out my-brake.toml",)
+        if drawing.file.name in catalogue() and not drawing.file.path.endswith(".toml")
         else ()
     )
-    mass = sum(row.mass for row in made.masses)
+    mass = sum(row.mass for row in drawing.masses)
     strips = (
         "Drag a sled with a patch of the film over the strip of cut/coupon.dxf, along the film"
         if coupons
@@ -350,7 +353,7 @@ def first(made: Drawing, coupons: bool) -> list[Step]:
         Step(
             f"Weigh it. As drawn it is {show(mass, 'kg', 3)} without ties, fittings, tube and "
             "dowels. Write what the balance says into the brake's file, as weighed_mass.",
-            (*begun, "layerjam show my-brake.toml"),
+            (*new_file, "layerjam show my-brake.toml"),
         ),
         Step(
             "Look for leaks: pump to full vacuum, close the valve, log the pressure for ten "
@@ -366,8 +369,8 @@ def first(made: Drawing, coupons: bool) -> list[Step]:
         ),
         Step(
             f"Pull it slowly under vacuum in a test machine, no further than "
-            f"{show(made.file.brake.sheets.usable_travel, 'm')} and behind a shield. The greatest "
-            f"force that was computed is {show(made.force, 'N', 3)}.",
+            f"{show(drawing.file.brake.sheets.usable_travel, 'm')} and behind a shield. The "
+            f"greatest force that was computed is {show(drawing.force, 'N', 3)}.",
             (
                 "layerjam calibrate my-brake-friction.toml pull-*.csv "
                 "--out my-brake-calibrated.toml",
@@ -375,6 +378,6 @@ def first(made: Drawing, coupons: bool) -> list[Step]:
         ),
         Step(
             f"Open the clamps again: no hole is drawn out, no sheet has crept, and the pins lie "
-            f"{_m(found.pin_to_pin)} apart as before. Then build the next one."
+            f"{_m(lengths.pin_to_pin)} apart as before. Then build the next one."
         ),
     ]

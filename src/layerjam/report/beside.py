@@ -1,8 +1,8 @@
-"""Figures drawn by a process beside this one, which goes on computing meanwhile.
+"""Figures drawn by another process while this one continues to compute.
 
-To turn a figure into SVG takes Matplotlib a few tenths of a second and holds Python's lock. The
-other process has neither JAX nor the computation: it takes figures, pickled, and returns SVG. It
-ends when its pipe is closed, and hears no Ctrl-C: this process stops it.
+Matplotlib needs a few tenths of a second to turn a figure into SVG, and holds Python's lock. The
+other process has neither JAX nor the computation: it receives pickled figures and returns SVG. It
+ends when its pipe is closed, and ignores Ctrl-C: this process stops it.
 """
 
 import contextlib
@@ -21,30 +21,30 @@ from typing import Any
 
 from layerjam.mechanics.threads import cores
 from layerjam.report import style
-from layerjam.report.style import drawn
+from layerjam.report.style import svg_text
 
 FEW = 4
 """Figures that are drawn before another process has started."""
 SERVE = "import sys; sys.path[:] = sys.argv[1:]; from layerjam.report.beside import serve; serve()"
-OWN = ("backend", "backend_fallback", "interactive", "toolbar")
+WINDOW_SETTINGS = ("backend", "backend_fallback", "interactive", "toolbar")
 """Settings of Matplotlib that are about windows."""
 
 
-class Beside:
-    """Draws figures in another process, and here what is left or does not work there.
+class DrawingProcess:
+    """Draws figures in another process, and the remaining or failed ones in this process.
 
-    A context manager: when it is left the other process is gone. All are drawn here where fewer
-    than `FEW` are to come or there is one core only.
+    A context manager: the other process ends on exit. All figures are drawn here if there are
+    fewer than `FEW` or only one core.
     """
 
     def __init__(self, count: int) -> None:
-        self._process = _started() if count >= FEW and cores() > 1 else None
+        self._process = _start() if count >= FEW and cores() > 1 else None
         self._asking = ThreadPoolExecutor(1, thread_name_prefix="layerjam-drawing")
         self._posted: list[tuple[bytes | style.Figure, Future[str | None]]] = []
         if self._process is not None:
             self._asking.submit(_greet, self._process)
 
-    def __enter__(self) -> "Beside":
+    def __enter__(self) -> "DrawingProcess":
         return self
 
     def __exit__(
@@ -64,47 +64,47 @@ class Beside:
     def post(self, figure: style.Figure) -> None:
         """Hand over a figure; what is done to it afterwards is not drawn."""
         if self._process is None:
-            self._posted.append((figure, _done(drawn(figure))))
+            self._posted.append((figure, _complete(svg_text(figure))))
             return
         try:
-            data = _pickled(figure)
+            data = _pickle_figure(figure)
         except (pickle.PicklingError, AttributeError, TypeError):  # it holds a local function
-            self._posted.append((figure, _done(drawn(figure))))
+            self._posted.append((figure, _complete(svg_text(figure))))
             return
-        self._posted.append((data, self._asking.submit(_asked, self._process, data)))
+        self._posted.append((data, self._asking.submit(_request, self._process, data)))
 
     def collect(self) -> list[str]:
         """The SVG of every figure posted, in their order; this process now draws as well."""
         texts: list[str] = []
         # the last first: the other process goes on from the front
-        for posted, asked in reversed(self._posted):
-            text = None if asked.cancel() else asked.result()
+        for item, future in reversed(self._posted):
+            text = None if future.cancel() else future.result()
             if text is None:
-                text = drawn(pickle.loads(posted) if isinstance(posted, bytes) else posted)
+                text = svg_text(pickle.loads(item) if isinstance(item, bytes) else item)
             texts.append(text)
         return texts[::-1]
 
 
-def _started() -> subprocess.Popen[bytes] | None:
-    """The other process, importing Matplotlib; None where there is no Python to start."""
+def _start() -> subprocess.Popen[bytes] | None:
+    """Start the other process, which imports Matplotlib; None if Python cannot be started."""
     if not sys.executable or getattr(sys, "frozen", False):
         return None
-    apart: dict[str, Any] = {"start_new_session": True}
+    options: dict[str, Any] = {"start_new_session": True}
     if sys.platform == "win32":
-        apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
+        options = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
     try:
         return subprocess.Popen(
             [sys.executable, "-c", SERVE, *sys.path],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            **apart,
+            **options,
         )
     except OSError:
         return None
 
 
-def _pickled(figure: style.Figure) -> bytes:
+def _pickle_figure(figure: style.Figure) -> bytes:
     """Return a figure as bytes; raises what `pickle` raises."""
     from matplotlib.transforms import TransformNode
 
@@ -122,8 +122,8 @@ def _pickled(figure: style.Figure) -> bytes:
 def _with_parents(node: Any, state: dict[str, Any]) -> None:
     """Give a transform its state, and its parents under the addresses that they have here.
 
-    Matplotlib keeps the addresses from before: a new parent may get one of them, and then the old
-    parent no longer hears of the layout, so that what it draws is clipped as it was before.
+    Matplotlib keeps the old addresses. If a new parent gets one of them, the old parent is no
+    longer notified of the layout and clips its drawing as before.
     """
     node.__dict__.update(state, _parents={})
     parents = node._parents
@@ -137,7 +137,7 @@ def _forget(pop: Callable[..., object], key: int, _: object) -> None:
     pop(key, None)
 
 
-def _done(text: str) -> Future[str | None]:
+def _complete(text: str) -> Future[str | None]:
     future: Future[str | None] = Future()
     future.set_result(text)
     return future
@@ -150,22 +150,22 @@ def _greet(process: subprocess.Popen[bytes]) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of settings that are on their way out
         # one by one: to read which backend there is would load one
-        settings = {name: rcParams[name] for name in rcParams if name not in OWN}
-    _asked(process, pickle.dumps(settings, pickle.HIGHEST_PROTOCOL))
+        settings = {name: rcParams[name] for name in rcParams if name not in WINDOW_SETTINGS}
+    _request(process, pickle.dumps(settings, pickle.HIGHEST_PROTOCOL))
 
 
-def _asked(process: subprocess.Popen[bytes], data: bytes) -> str | None:
-    """What the other process returns, None where it could not draw or is gone."""
-    sent, received = process.stdin, process.stdout
-    if sent is None or received is None:
+def _request(process: subprocess.Popen[bytes], data: bytes) -> str | None:
+    """Return the reply of the other process, or None if it could not draw or has ended."""
+    requests, replies = process.stdin, process.stdout
+    if requests is None or replies is None:
         return None
     try:
-        sent.write(data)
-        sent.flush()
-        found = pickle.load(received)
+        requests.write(data)
+        requests.flush()
+        reply = pickle.load(replies)
     except (OSError, ValueError, EOFError, pickle.UnpicklingError):
         return None
-    return found if isinstance(found, str) else None
+    return reply if isinstance(reply, str) else None
 
 
 def serve() -> None:
@@ -173,22 +173,22 @@ def serve() -> None:
 
     A figure that raises or warns is returned as None, and drawn again where that is heard.
     """
-    received, sent = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what a library prints is no reply
+    requests, replies = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # output that a library prints is not a reply
     import matplotlib.backends.backend_svg
 
-    settings: Any = pickle.load(received)
+    settings: Any = pickle.load(requests)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         matplotlib.rcParams.update(settings)
     warnings.simplefilter("error")
     reply: str | None = "ready"
     while True:
-        pickle.dump(reply, sent)
-        sent.flush()
+        pickle.dump(reply, replies)
+        replies.flush()
         try:
-            figure = pickle.load(received)
-            reply = drawn(figure)
+            figure = pickle.load(requests)
+            reply = svg_text(figure)
         except EOFError:
             return
         except Exception:

@@ -25,19 +25,19 @@ PAGE = 7.0
 
 def vacuum_colors(vacuums: Sequence[float]) -> dict[str, str]:
     """A colour for every vacuum by its text, the greatest first."""
-    ordered = sorted(vacuums, reverse=True)
-    return style.scheme(list(dict.fromkeys(show(v, "Pa") for v in ordered)))
+    descending = sorted(vacuums, reverse=True)
+    return style.scheme(list(dict.fromkeys(show(v, "Pa") for v in descending)))
 
 
-@style.styled
+@style.in_style
 def factors(result: Calibration) -> style.Figure:
     """The scale factor each pull gives, their mean and its 95 % interval."""
     colors = vacuum_colors([f.vacuum for f in result.fits])
     figure, (axes,) = style.canvas(width=PAGE, height=2.6)
     count = len(result.fits)
-    between = result.intervals["scale_factor"]
-    if between is not None:
-        axes.axhspan(between.low, between.high, color="#e7ebee", lw=0)
+    interval = result.intervals["scale_factor"]
+    if interval is not None:
+        axes.axhspan(interval.low, interval.high, color="#e7ebee", lw=0)
     axes.axhline(result.scale_factor, color=INK, lw=1.0)
     for number, fit in enumerate(result.fits, 1):
         style.spot(axes, number, fit.scale_factor, color=colors[show(fit.vacuum, "Pa")])
@@ -45,7 +45,7 @@ def factors(result: Calibration) -> style.Figure:
     axes.set_xticks(range(1, count + 1) if count <= 12 else [1, count // 2, count])
     axes.margins(y=0.25)
     style.key(axes, *colors.items(), handlelength=0)
-    style.title(axes, "Each pull, and the mean" + ", 95 % interval" * bool(between))
+    style.title(axes, "Each pull, and the mean" + ", 95 % interval" * bool(interval))
     return figure
 
 
@@ -58,17 +58,17 @@ def _over_speeds(
 ) -> style.Figure:
     """A panel for every speed, all on the same axes, each condition labelled at its end."""
     panels: dict[str, list[ConditionError]] = {}
-    for one in result.conditions:
-        name = "speed not known" if one.speed is None else f"at {show(one.speed, 'm/s', 3)}"
-        panels.setdefault(name, []).append(one)
+    for case in result.conditions:
+        name = "speed not known" if case.speed is None else f"at {show(case.speed, 'm/s', 3)}"
+        panels.setdefault(name, []).append(case)
     colors = vacuum_colors([c.vacuum for c in result.conditions])
     columns = len(panels) if len(panels) <= 3 else min(-(-len(panels) // 2), 3)
     rows = -(-len(panels) // columns)
     figure, axes = style.canvas(columns, rows, PAGE + 1, height * rows, sharex=True, sharey=True)
     ends = []
     for place, conditions in zip(axes, panels.values(), strict=False):
-        names = [show(one.vacuum, "Pa") for one in conditions]
-        heights = [draw(place, one, colors[n]) for one, n in zip(conditions, names, strict=True)]
+        names = [show(case.vacuum, "Pa") for case in conditions]
+        heights = [draw(place, case, colors[n]) for case, n in zip(conditions, names, strict=True)]
         ends.append([(y, n, colors[n]) for y, n in zip(heights, names, strict=True)])
     axes[0].set(xlim=(0, None), ylim=(low, None))
     for place, speed, words in zip(axes, panels, ends, strict=False):
@@ -81,20 +81,20 @@ def _over_speeds(
     return figure
 
 
-@style.styled
+@style.in_style
 def overlay(brake: Brake, result: Validation, with_uncalibrated: bool) -> style.Figure:
     """Mean of the repeats with its SD band and the model's line, a panel for every speed."""
     models = [(brake, INK, style.DASHED)]
     if with_uncalibrated:
         models.append((uncalibrated(brake), GREY, style.DOTTED))
 
-    def draw(axes: style.Axes, one: ConditionError, color: str) -> float:
-        grid = _grid(one)
-        mean, sd = _mean_sd(np.stack([sample_force(c.pull, grid) for c in one.curves]))
+    def draw(axes: style.Axes, case: ConditionError, color: str) -> float:
+        grid = _grid(case)
+        mean, sd = _mean_sd(np.stack([sample_force(c.pull, grid) for c in case.curves]))
         style.band(axes, grid * MM, mean - sd, mean + sd, color, 0.28)
         axes.plot(grid * MM, mean, color=color, lw=1.3)
         for law, shade, dash in models:
-            force = np.asarray(force_at_elongation(grid, one.vacuum, law))
+            force = np.asarray(force_at_elongation(grid, case.vacuum, law))
             axes.plot(grid * MM, force, color=shade, lw=1.0, ls=dash)
         return float(mean[-1])
 
@@ -105,23 +105,23 @@ def overlay(brake: Brake, result: Validation, with_uncalibrated: bool) -> style.
     ]
     names += [("model", INK, style.DASHED)]
     names += [("model before calibration", GREY, style.DOTTED)] * with_uncalibrated
-    style.key(figure, *names, at="outside upper center", ncols=2, handlelength=2.2)
+    style.key(figure, *names, loc="outside upper center", ncols=2, handlelength=2.2)
     return figure
 
 
-@style.styled
+@style.in_style
 def residuals(result: Validation) -> style.Figure:
     """Model less measured over the windows: mean of the repeats with SD band, and the zero line."""
 
-    def draw(axes: style.Axes, one: ConditionError, color: str) -> float:
+    def draw(axes: style.Axes, case: ConditionError, color: str) -> float:
         axes.axhline(0, color=INK, lw=0.9, zorder=3)
-        start = max(float(c.elongation[0]) for c in one.curves)
-        end = min(float(c.elongation[-1]) for c in one.curves)
+        start = max(float(c.elongation[0]) for c in case.curves)
+        end = min(float(c.elongation[-1]) for c in case.curves)
         if not end > start:
             return math.nan
         grid = np.linspace(start, end, 160)
-        found = [np.interp(grid, c.elongation, c.model - c.measured) for c in one.curves]
-        mean, sd = _mean_sd(np.stack(found))
+        errors = [np.interp(grid, c.elongation, c.model - c.measured) for c in case.curves]
+        mean, sd = _mean_sd(np.stack(errors))
         style.band(axes, grid * MM, mean - sd, mean + sd, color, 0.22)
         axes.plot(grid * MM, mean, color=color, lw=1.2)
         return float(mean[-1])
@@ -134,8 +134,8 @@ def _mean_sd(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return rows.mean(axis=0), sd
 
 
-def _grid(one: ConditionError) -> np.ndarray:
+def _grid(case: ConditionError) -> np.ndarray:
     """Elongations all repeats of a condition have [m], dense where the force turns."""
-    far = min(float(c.pull.elongation[-1]) for c in one.curves)
-    near = min(4 * max(c.pull.peak_elongation for c in one.curves), 0.5 * far)
-    return np.concatenate([np.linspace(0, near, 160, endpoint=False), np.linspace(near, far, 160)])
+    end = min(float(c.pull.elongation[-1]) for c in case.curves)
+    turn = min(4 * max(c.pull.peak_elongation for c in case.curves), 0.5 * end)
+    return np.concatenate([np.linspace(0, turn, 160, endpoint=False), np.linspace(turn, end, 160)])

@@ -43,15 +43,15 @@ def results(report: BrakeReport, numbers: Sequence[Number]) -> dict[str, Any]:
         **{stage: report.stages.get(stage) for stage in STAGES},
         "numbers": [n.row() for n in numbers],
         "files": [vars(f) for f in report.files],
-        "refused": [{"file": f, "stage": s, "reason": why} for f, s, why in report.refused],
-        "excluded": [{"file": f, "stage": s, "because": why} for f, s, why in report.excluded],
+        "refused": [{"file": f, "stage": s, "reason": cause} for f, s, cause in report.refused],
+        "excluded": [{"file": f, "stage": s, "because": cause} for f, s, cause in report.excluded],
         "warnings": report.warnings,
     }
 
 
 @dataclass(frozen=True, kw_only=True)
 class Written:
-    """Paths of the report; `pdf` is None where typst is not installed."""
+    """Paths of the report; `pdf` is None if typst is not installed."""
 
     report: str
     pdf: str | None
@@ -62,7 +62,7 @@ class Written:
 
 
 def check_folder(out: Path, overwrite: bool) -> None:
-    """Raise FileError where a report could not be written into `out`, before anything is done."""
+    """Raise FileError if a report cannot be written into `out`, before any work is done."""
     folder.check_folder(out, overwrite, NAMES)
 
 
@@ -74,19 +74,19 @@ def write(
 ) -> Written:
     """Write the report into the folder `out`, whole or not at all.
 
-    Without the extra `pdf` there is no PDF and a warning says so. Raises FileError where a report
+    Without the extra `pdf` there is no PDF, and a warning states it. Raises FileError if a report
     exists and `overwrite` is not set.
     """
     say = say or (lambda _: None)
     check_folder(out, overwrite)
-    names, made = report.names, page(report)
-    numbers = all_numbers(made.parts)
-    pictures = drawn_all(made.pictures(), lambda what, _: say(what))
-    shown = rename_files(made.shown(), names)
+    names, document = report.names, page(report)
+    numbers = all_numbers(document.parts)
+    pictures = drawn_all(document.pictures(), lambda what, _: say(what))
+    data = rename_files(document.shown(), names)
     content: dict[str, str | bytes] = {
         "results.json": json_text(rename_files(plain(results(report, numbers)), names)),
         "numbers.csv": csv_text(numbers, names),
-        "report.html": html(shown, pictures),
+        "report.html": html(data, pictures),
         **figures_of(pictures),
     }
     warnings = []
@@ -94,7 +94,7 @@ def write(
         from layerjam.report.typeset import pdf
 
         say("page report.pdf")
-        content["report.pdf"] = pdf(shown, pictures)
+        content["report.pdf"] = pdf(data, pictures)
     except MissingExtraError as error:
         warnings.append(f"no PDF was written: {error}")
     write_folder(out, content, old=(*NAMES, *(f"figures/{name}.svg" for name in FIGURES)))

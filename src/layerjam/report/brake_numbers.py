@@ -1,6 +1,6 @@
 """Numbers of a report: each with its unit, uncertainty, count and source, and how a page shows it.
 
-Pages show nothing but what stands here, so that the CSV holds every number of a page.
+Pages show only these numbers, so that the CSV contains every number of a page.
 """
 
 import math
@@ -15,10 +15,10 @@ from layerjam.units import get, show
 
 @dataclass(frozen=True, kw_only=True)
 class Number:
-    """One number, SI. `low` and `high` bound a 95 % interval; None is what is not known.
+    """One number, SI. `low` and `high` bound a 95 % interval; unknown values are None.
 
-    `shown_in` is the unit the page uses, "" for the one that reads best; `decimals` fixes the
-    digits behind the point, None for those that the standard error deserves.
+    `shown_in` is the unit on the page, "" for the most readable one. `decimals` fixes the number
+    of decimals, None for the number that the standard error justifies.
     """
 
     quantity: str
@@ -37,22 +37,22 @@ class Number:
         return {name: getattr(self, name) for name in COLUMNS}
 
     def shown(self, with_unit: bool) -> dict[str, str]:
-        """As a table's cell takes it."""
+        """Return the cell of a table."""
         return {"text": self.text(with_unit), "kind": "number"}
 
     def text(self, with_unit: bool = True) -> str:
-        """As a page shows it."""
+        """Return the number as a page shows it."""
         if self.value is None or not math.isfinite(self.value):
             return NONE
         return self._scaled(self.value) + (self._after() if with_unit else "")
 
     def error_text(self) -> str:
-        """Its standard error, in the unit of `text`."""
+        """Return the standard error, in the unit of `text`."""
         error = self.standard_error
         return NONE if error is None else self._scaled(error) + self._after()
 
     def interval_text(self) -> str:
-        """Its 95 % interval, in the unit of `text`."""
+        """Return the 95 % interval, in the unit of `text`."""
         if self.low is None or self.high is None:
             return NONE
         return f"{self._scaled(self.low)} to {self._scaled(self.high)}{self._after()}"
@@ -72,7 +72,7 @@ class Number:
         factor, error, places = self._factor(), self.standard_error, self.decimals
         if places is None and error and math.isfinite(error):
             places = max(0, 1 - math.floor(math.log10(error / factor)))
-        return _fixed(value / factor, places)
+        return _format_fixed(value / factor, places)
 
     def _factor(self) -> float:
         unit = self.page_unit()
@@ -93,12 +93,12 @@ class Column(NamedTuple):
     decimals: int | None = None
     error: str = ""
 
-    def of(self, record: object, stem: str, which: str = "", **more: Any) -> Number:
+    def of(self, record: object, stem: str, detail: str = "", **more: Any) -> Number:
         """The record's number, called "stem: words, which"; `more` is the rest of a Number."""
         if self.error:
             more["standard_error"] = get(record, self.error)
         return Number(
-            quantity=f"{stem}: {self.words}{which and ', '}{which}",
+            quantity=f"{stem}: {self.words}{detail and ', '}{detail}",
             value=get(record, self.path),
             unit=self.unit,
             shown_in=self.shown_in,
@@ -133,7 +133,7 @@ def _words(number: Number) -> str:
     return number.quantity.split(": ", 1)[-1]
 
 
-def _fixed(value: float, places: int | None) -> str:
+def _format_fixed(value: float, places: int | None) -> str:
     if places is not None:
         text = f"{value:.{min(places, 12)}f}"
     else:

@@ -1,4 +1,4 @@
-"""The report of one brake: what stands in it, the same as HTML and as PDF."""
+"""Report of one brake; HTML and PDF have the same content."""
 
 import functools
 from collections.abc import Mapping, Sequence
@@ -50,13 +50,13 @@ KEY = (
 
 @dataclass(kw_only=True)
 class BrakeReport:
-    """What a report is made of, stage by stage; `file` is the brake as the last one left it.
+    """Content of a report, stage by stage; `file` is the brake after the last stage.
 
-    `names` {name of a file: what the pages call it} is for files that lie under other names.
-    `stages` maps friction, calibration and validation to the keys of the commands' results, for the
-    stages there are; `refused` and `excluded` (by hand) are (file, stage, why); `seen` names
-    validation files that the brake was calibrated on; `command` made the report, on `date` (ISO).
-    `checks` are those of each stage, `verdict` judges them all; `earlier` are accepted failures of
+    `names` {name of a file: its name on the pages} is for files stored under other names.
+    `stages` maps each stage (friction, calibration, validation) that was done to the keys of its
+    command's result. `refused` and `excluded` (by hand) are (file, stage, reason). `seen` names
+    validation files that the brake was calibrated on. `command` wrote the report, on `date` (ISO).
+    `checks` are those of each stage; `verdict` judges them all. `earlier` are accepted failures of
     the brake's file that still apply. `number` and `customer` are empty if only sidecars may state
     them.
     """
@@ -110,15 +110,15 @@ class BrakeReport:
 
 def page(report: BrakeReport) -> Page:
     """The page, its PDF and their numbers."""
-    refused = [f"{name} ({stage}): {why}" for name, stage, why in report.refused]
+    rejections = [f"{name} ({stage}): {reason}" for name, stage, reason in report.refused]
     parts = _stages(report)
     if report.excluded:
-        excluded = [f"{name} ({stage}): {why}" for name, stage, why in report.excluded]
+        exclusions = [f"{name} ({stage}): {reason}" for name, stage, reason in report.excluded]
         title = "Left out by hand, and not part of any number here"
-        parts.insert(0, Part(id="excluded", title=title, notes=excluded))
-    if refused:
+        parts.insert(0, Part(id="excluded", title=title, notes=exclusions))
+    if rejections:
         title = "Refused, and not part of any number here"
-        parts.insert(0, Part(id="refused", title=title, notes=refused))
+        parts.insert(0, Part(id="refused", title=title, notes=rejections))
     files = Part(
         id="provenance",
         title="Where this comes from",
@@ -129,8 +129,8 @@ def page(report: BrakeReport) -> Page:
             "Every number of this report is in numbers.csv (SI units), all else in results.json.",
         ],
     )
-    stated, identity = report.stated, report.identity
-    parts += [signed.circumstances(stated), files, signed.place_to_sign(identity)]
+    facts, identity = report.stated, report.identity
+    parts += [signed.circumstances(facts), files, signed.place_to_sign(identity)]
     number = identity["report number"]
     return Page(
         title=f"Test report: {report.file.name}",
@@ -141,7 +141,7 @@ def page(report: BrakeReport) -> Page:
         banner=[
             *([SYNTHETIC] if report.synthetic else []),
             *map(_accepted_sentence, report.accepted),
-            *signed.certificate_problems(stated),
+            *signed.certificate_problems(facts),
         ],
         numbers=headline(report, parts),
         key=KEY,
@@ -161,13 +161,12 @@ def _verdict_word(report: BrakeReport) -> Word:
     return Word(text, "differs" if count else "reproduced")
 
 
-def _accepted_sentence(one: Acceptance) -> str:
+def _accepted_sentence(acceptance: Acceptance) -> str:
     """Return who decided what about a failed check."""
-    finding = f" ({one.finding})" if one.finding else ""
-    place = f", as {Path(one.file).name} states" if one.file else ""
-    return typeset(
-        f"Check '{one.check}' failed{finding}. Accepted on {one.date}{place}: {one.reason}."
-    )
+    finding = f" ({acceptance.finding})" if acceptance.finding else ""
+    place = f", as {Path(acceptance.file).name} states" if acceptance.file else ""
+    decision = f"Accepted on {acceptance.date}{place}: {acceptance.reason}."
+    return typeset(f"Check '{acceptance.check}' failed{finding}. {decision}")
 
 
 def _stages(report: BrakeReport) -> list[Part]:
@@ -210,9 +209,9 @@ def _calibration(report: BrakeReport, result: Calibration) -> Part:
     pictures = [Picture(name="calibration", figure=curves, caption=caption)]
     tables.append(brake_tables.calibration_pulls(result))
     if result.fits:
-        each = functools.partial(brake_figures.factors, result)
+        factors = functools.partial(brake_figures.factors, result)
         caption = "The scale factor that each pull gives alone."
-        pictures.append(Picture(name="scale-factors", figure=each, caption=caption))
+        pictures.append(Picture(name="scale-factors", figure=factors, caption=caption))
     return Part(
         id="calibration",
         title="Calibration",
@@ -235,7 +234,7 @@ def _limits(report: BrakeReport, role: str) -> dict[str, float | None]:
     facts = [f.facts for f in report.files if f.role == role]
     out: dict[str, float | None] = {}
     for name in ("load_cell", "gauge", "normal_force", "area"):
-        limits = [getattr(one, f"{name}_limit") for one in facts]
+        limits = [getattr(fact, f"{name}_limit") for fact in facts]
         out[name] = None if None in limits else max(limits, default=None)
     return out
 
@@ -261,31 +260,31 @@ def _budgets(report: BrakeReport, result: Calibration) -> tuple[Budget, Budget]:
         report.file.sources,
         result.scale_factor,
     )
-    more = _friction_lines(report, report.brake.pressure_exponent or 0.0)
-    whole = replace(product, contributions=(*product.contributions, *more))
-    return whole, replace(product, value=product.value * report.brake.film.kinetic)
+    lines = _friction_lines(report, report.brake.pressure_exponent or 0.0)
+    factor = replace(product, contributions=(*product.contributions, *lines))
+    return factor, replace(product, value=product.value * report.brake.film.kinetic)
 
 
 def _validation(report: BrakeReport, result: Validation) -> Part:
     before = report.before
     model = functools.partial(brake_figures.overlay, report.brake, result, before is not None)
-    dotted = "" if before is None else " and before it (dotted)"
-    own = len(report.seen) == len(result.curves)
+    earlier = "" if before is None else " and before it (dotted)"
+    is_fit = len(report.seen) == len(result.curves)
     tables = [
         brake_tables.validation_table(result, before),
         brake_tables.validation_pulls(result, before),
     ]
     return Part(
         id="validation",
-        title="Fit to the calibration's own pulls" if own else "Validation",
-        text=_said_of_validation(report, result),
+        title="Fit to the calibration's own pulls" if is_fit else "Validation",
+        text=_validation_text(report, result),
         tables=tables,
         pictures=[
             Picture(
                 name="validation",
                 figure=model,
                 caption="Measured force, mean of the repeats with a band of ± 1 SD, and the model "
-                f"after calibration (dashed){dotted}.",
+                f"after calibration (dashed){earlier}.",
             ),
             Picture(
                 name="residuals",
@@ -299,15 +298,15 @@ def _validation(report: BrakeReport, result: Validation) -> Part:
     )
 
 
-def _said_of_validation(report: BrakeReport, result: Validation) -> list[str]:
+def _validation_text(report: BrakeReport, result: Validation) -> list[str]:
     text = []
     if report.seen:
-        count, of = len(report.seen), len(result.curves)
-        which = "all" if count == of else f"{count} of {of}"
-        more = f" and {count - 4} more" if count > 4 else ""
+        count, total = len(report.seen), len(result.curves)
+        share = "all" if count == total else f"{count} of {total}"
+        others = f" and {count - 4} more" if count > 4 else ""
         text.append(
-            f"This does not test the model: {which} pulls below were also calibrated on "
-            f"({', '.join(report.seen[:4])}{more}). It shows how well the law fits, not how well "
+            f"This does not test the model: {share} pulls below were also calibrated on "
+            f"({', '.join(report.seen[:4])}{others}). It shows how well the law fits, not how well "
             "it predicts."
         )
     elif report.calibration is not None:
@@ -334,34 +333,34 @@ def headline(report: BrakeReport, parts: Sequence[Part]) -> list[tuple[str, str]
     if rig := _friction_lines(report, 0.0):
         budgets["kinetic friction"] = Budget(contributions=rig, value=report.brake.film.kinetic)
     if report.calibration is not None:
-        whole, product = _budgets(report, report.calibration)
-        budgets |= {"scale factor a": whole, "a × kinetic friction": product}
+        factor, product = _budgets(report, report.calibration)
+        budgets |= {"scale factor a": factor, "a × kinetic friction": product}
     for name, words in HEADLINE.items():
         number = numbers.get(name)
         if number is not None and number.value is not None:
-            known = budgets.get(words)
-            if known is not None:
-                out.append(_with_uncertainty(number, words, known))
+            uncertainty = budgets.get(words)
+            if uncertainty is not None:
+                out.append(_with_uncertainty(number, words, uncertainty))
                 continue
             fit = " (fit)" if report.seen and words == "MAPE" else ""
-            between = "" if number.low is None else f"\n95 % interval {number.interval_text()}"
-            out.append((number.text(), words + fit + between))
+            interval = "" if number.low is None else f"\n95 % interval {number.interval_text()}"
+            out.append((number.text(), words + fit + interval))
     if report.validation is not None and report.before is not None:
         out.append((f"{100 * report.before.mape:.2f} %", "MAPE before calibration"))
     return out
 
 
-def _with_uncertainty(number: Number, words: str, found: Budget) -> tuple[str, str]:
+def _with_uncertainty(number: Number, words: str, uncertainty: Budget) -> tuple[str, str]:
     """Return a number with its expanded uncertainty, and the words below it."""
-    if found.headline is None:
+    if uncertainty.headline is None:
         digits = replace(number, standard_error=None).text()
         return digits, f"{words}\nuncertainty not stated: the budget lists what to state"
-    if (found.expanded or 0.0) >= 1:
-        reach = f"± {found.headline[1]} reaches zero"
+    if (uncertainty.expanded or 0.0) >= 1:
+        reach = f"± {uncertainty.headline[1]} reaches zero"
         return number.text(), f"{words}\nnot determined: expanded uncertainty {reach}"
-    missing = len(found.missing)
+    missing = len(uncertainty.missing)
     least = f"\nlower bound: {count_of(missing, 'line')} not stated" if missing else ""
-    return " ± ".join(found.headline), f"{words}\n{signed.coverage_words(found)}{least}"
+    return " ± ".join(uncertainty.headline), f"{words}\n{signed.coverage_words(uncertainty)}{least}"
 
 
 def all_numbers(parts: Sequence[Part]) -> list[Number]:
@@ -379,9 +378,9 @@ def _lead(report: BrakeReport) -> str:
     if report.validation is not None:
         pulls = count_of(len(report.validation.curves), "validation pull")
         counts.append(f"{pulls} at {count_of(len(report.validation.conditions), 'condition')}")
-    what = f"{report.file.title.rstrip('.')}. " if report.file.title else ""
+    title = f"{report.file.title.rstrip('.')}. " if report.file.title else ""
     size = f"{show(sheets.width, 'm')} wide, {show(sheets.thickness, 'm')} thick"
     return (
-        f"{what}{sheets.count} sheets, {size}, overlapping by {show(sheets.overlap, 'm')}. "
+        f"{title}{sheets.count} sheets, {size}, overlapping by {show(sheets.overlap, 'm')}. "
         f"Tested: {', '.join(counts)}."
     )

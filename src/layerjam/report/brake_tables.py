@@ -22,10 +22,10 @@ from layerjam.report.page import NONE, Table
 from layerjam.units import show
 
 UNTOLD = "≈ 0"
-"""Shown for a model's error that cannot be told from none."""
+"""Text for a model error that is not distinguishable from zero."""
 KINDS = Column("static", "static", decimals=4), Column("kinetic", "kinetic", decimals=4)
 CONDITION = Column("vacuum", "vacuum", "Pa", "kPa", 1), Column("speed", "speed", "m/s", "mm/s")
-ALONE = (
+SINGLE = (
     Column("scale factor a", "factor", decimals=4),
     Column("stiffness k", "stiffness", "N/m", "kN/m", 1),
     Column("vacuum of the peak", "vacuum_of_peak", "Pa", "kPa", 1),
@@ -55,7 +55,7 @@ OVER_CONDITIONS = (
     (Column("mean of the conditions' MAPE", "mape_conditions"), "conditions"),
     (Column("SD of the conditions' MAPE", "mape_conditions_sd"), "conditions"),
 )
-"""With what they are taken over."""
+"""Columns, and the field that they are averaged over."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,22 +95,22 @@ def friction_table(result: FrictionResult) -> Table:
     """Per repeat, and pooled."""
     count, rows = len(result.repeats), list[list[Cell]]()
     for index, repeat in enumerate(result.repeats, 1):
-        name, which = Path(repeat.path).name, f"repeat {index}"
-        both = [c.of(repeat, "friction", which, n=1, source=name) for c in KINDS]
+        name, repeat_name = Path(repeat.path).name, f"repeat {index}"
+        both = [c.of(repeat, "friction", repeat_name, n=1, source=name) for c in KINDS]
         rows.append([str(index), *both, name])
-    pooled, spread = [], []
-    of: dict[str, Any] = {"n": count, "source": count_of(count, "repeat")}
+    means, spread = [], []
+    base: dict[str, Any] = {"n": count, "source": count_of(count, "repeat")}
     for column in KINDS:
-        known = [v for r in result.repeats if (v := getattr(r, column.path)) is not None]
-        over = over_repeats(known or [math.nan])
-        sure = {"standard_error": over.standard_error, "low": over.low, "high": over.high}
+        values = [v for r in result.repeats if (v := getattr(r, column.path)) is not None]
+        span = over_repeats(values or [math.nan])
+        sure = {"standard_error": span.standard_error, "low": span.low, "high": span.high}
         scatter = column._replace(path=f"{column.path}_sd")
-        pooled.append(column.of(result, "friction", "mean", **of, **sure))
-        spread.append(scatter.of(result, "friction", "standard deviation", **of))
+        means.append(column.of(result, "friction", "mean", **base, **sure))
+        spread.append(scatter.of(result, "friction", "standard deviation", **base))
     rows += [
-        ["mean", *pooled, f"of {count_of(count, 'repeat')}"],
+        ["mean", *means, f"of {count_of(count, 'repeat')}"],
         ["SD", *spread, "between repeats"],
-        ["95 %", *(number.interval_text() for number in pooled), "interval of the mean"],
+        ["95 %", *(number.interval_text() for number in means), "interval of the mean"],
     ]
     start, end = (show(w, "m") for w in result.window)
     first = "the first maximum" if result.standard.first_maximum else "the greatest force"
@@ -126,7 +126,7 @@ def friction_table(result: FrictionResult) -> Table:
         "interval is Student's t over the repeats.",
         extra=[
             Column("normal force", "normal_force", "N").of(result, "friction"),
-            *(Number(quantity=f"friction: window {at}", value=w, unit="m") for at, w in window),
+            *(Number(quantity=f"friction: window {edge}", value=w, unit="m") for edge, w in window),
         ],
     )
 
@@ -143,14 +143,14 @@ LABELS = {
     "scale_factor_eq8": ("scale factor by the paper's eq. 8", "1"),
     "stiffness_eq9": ("stiffness by the paper's eq. 9", "N/m"),
 }
-_HOW = {
+_METHODS = {
     "scale_factor_eq8": "as printed: crosshead where slip belongs",
     "stiffness_eq9": "as printed: peak force over peak displacement",
 }
 
 
 def calibration_table(result: Calibration, kinetic: float) -> Table:
-    """Quantities that the pulls determine, with its uncertainty."""
+    """Table of the fitted values with their uncertainties."""
     count = len(result.curves)
     plainly = "mean of the pulls" if count > 1 else "the pull"
     numbers = []
@@ -159,8 +159,8 @@ def calibration_table(result: Calibration, kinetic: float) -> Table:
         value = result.values.get(like, getattr(result, like, None))
         if value is None:
             continue
-        error, over = result.standard_errors.get(like), result.intervals.get(like)
-        low, high = (over.low * factor, over.high * factor) if over else (None, None)
+        error, interval = result.standard_errors.get(like), result.intervals.get(like)
+        low, high = (interval.low * factor, interval.high * factor) if interval else (None, None)
         numbers.append(
             Number(
                 quantity=f"calibration: {words}",
@@ -170,17 +170,17 @@ def calibration_table(result: Calibration, kinetic: float) -> Table:
                 low=low,
                 high=high,
                 n=count,
-                source=_HOW.get(key, plainly) if error is None else result.errors_rest_on,
+                source=_METHODS.get(key, plainly) if error is None else result.errors_rest_on,
             )
         )
-    note, moved = _leave_one_out(result)
+    note, changes = _leave_one_out(result)
     caption = "Quantities that the pulls determine"
-    return estimates(numbers, id="calibration", caption=caption, note=note, extra=moved)
+    return estimates(numbers, id="calibration", caption=caption, note=note, extra=changes)
 
 
 def _leave_one_out(result: Calibration) -> tuple[str, list[Number]]:
     """(sentence, numbers): how far a and k move without the pull that matters most."""
-    said, numbers = [], []
+    phrases, numbers = [], []
     for key, shown_in, decimals in (("scale_factor", "", 4), ("stiffness", "kN/m", 2)):
         moves = (result.leave_one_out or {}).get(key)
         if moves is None or moves.most_influential is None:
@@ -196,8 +196,8 @@ def _leave_one_out(result: Calibration) -> tuple[str, list[Number]]:
             decimals=decimals,
         )
         numbers.append(number)
-        said.append(f"{words} by {'+' * (moves.files[name] >= 0)}{number.text()} ({name})")
-    note = f"Without its most influential pull changes {'; '.join(said)}." if said else ""
+        phrases.append(f"{words} by {'+' * (moves.files[name] >= 0)}{number.text()} ({name})")
+    note = f"Without its most influential pull changes {'; '.join(phrases)}." if phrases else ""
     return note, numbers
 
 
@@ -231,33 +231,40 @@ def validation_pulls(result: Validation, before: Validation | None) -> Table:
     columns = [*MEASURES[:3], MEASURES[3]._replace(decimals=4)]
     rows = []
     for index, (pull, curve) in enumerate(zip(result.pulls, result.curves, strict=True)):
-        of: dict[str, Any] = {"n": curve.points, "source": pull.file}
-        cells: list[Cell] = [column.of(curve, "validation pull", **of) for column in columns]
+        base: dict[str, Any] = {"n": curve.points, "source": pull.file}
+        cells: list[Cell] = [column.of(curve, "validation pull", **base) for column in columns]
         if before is not None:
             earlier = before.curves[index]
-            of["n"] = earlier.points
-            cells.insert(0, columns[0].of(earlier, "validation pull", "before calibration", **of))
+            base["n"] = earlier.points
+            cells.insert(0, columns[0].of(earlier, "validation pull", "before calibration", **base))
         rows.append(_Row(pull, cells, note=curve.note))
     if before is not None:
         columns.insert(0, columns[0]._replace(words="MAPE before"))
     return _pulls_table("validation", rows, columns)
 
 
-def _pulls_table(stage: str, pulls: Sequence[_Row], own: Sequence[Column], note: str = "") -> Table:
+def _pulls_table(
+    stage: str, pulls: Sequence[_Row], columns: Sequence[Column], note: str = ""
+) -> Table:
     """Return the table of a stage's pulls: test, the stage's own columns, pull alone, verdict."""
     rows: list[list[Cell]] = []
     for number, (pull, cells, errors, remark) in enumerate(pulls, 1):
         stem = f"{stage} pull"
-        of: dict[str, Any] = {"n": 1, "source": pull.file}
-        test = [column.of(pull, stem, **of) for column in CONDITION]
-        alone = [c.of(pull, stem, **of, standard_error=errors.get(c.path)) for c in ALONE]
+        base: dict[str, Any] = {"n": 1, "source": pull.file}
+        test = [column.of(pull, stem, **base) for column in CONDITION]
+        single = [c.of(pull, stem, **base, standard_error=errors.get(c.path)) for c in SINGLE]
         words = "; ".join(filter(None, [_verdict_words(pull), remark]))
-        rows.append([str(number), pull.file, *test, *cells, *alone, words])
+        rows.append([str(number), pull.file, *test, *cells, *single, words])
     return Table(
         id=f"{stage}-pulls",
         caption="Each pull",
-        head=["no.", "file", *map(_head, (*CONDITION, *own, *ALONE)), "verdict"],
-        groups=[("", 2 + len(CONDITION)), (stage, len(own)), ("pull alone", len(ALONE)), ("", 1)],
+        head=["no.", "file", *map(_head, (*CONDITION, *columns, *SINGLE)), "verdict"],
+        groups=[
+            ("", 2 + len(CONDITION)),
+            (stage, len(columns)),
+            ("pull alone", len(SINGLE)),
+            ("", 1),
+        ],
         rows=rows,
         unit_in_head=True,
         note=note + OF_PULLS,
@@ -284,22 +291,22 @@ def _verdict_words(pull: SinglePull) -> str:
     return ", ".join(odd) or ("ok" if "ok" in pull.verdicts.values() else "too few to compare")
 
 
-def _states(one: Any, before: Any) -> list[tuple[str, Any]]:
+def _states(after: Any, before: Any) -> list[tuple[str, Any]]:
     """The brake before calibration, where that is known, and as it is."""
-    known = ("before calibration", before), ("calibrated", one)
-    return [(state, found) for state, found in known if found is not None]
+    states = ("before calibration", before), ("calibrated", after)
+    return [(state, value) for state, value in states if value is not None]
 
 
-def _error_cells(stem: str, one: PooledErrors, before: PooledErrors | None) -> list[Cell]:
+def _error_cells(stem: str, after: PooledErrors, before: PooledErrors | None) -> list[Cell]:
     """MAPE, RMSE, bias and R^2 of a condition or of all, before calibration and after."""
     cells: list[Cell] = []
     for column in MEASURES:
-        for state, found in _states(one, before):
+        for state, errors in _states(after, before):
             sure = {}
-            if column.path == "mape" and isinstance(found, ConditionError):
-                spread = over_repeats([c.mape for c in found.curves])
+            if column.path == "mape" and isinstance(errors, ConditionError):
+                spread = over_repeats([c.mape for c in errors.curves])
                 sure = {"low": spread.low, "high": spread.high}
-            cells.append(column.of(found, stem, state, n=found.repeats, **sure))
+            cells.append(column.of(errors, stem, state, n=errors.repeats, **sure))
     return cells
 
 
@@ -307,42 +314,44 @@ def _split_cells(stem: str, split: Split | None) -> tuple[list[Cell], list[Numbe
     """(cells, numbers that no cell shows): the model's own error, the scatter, its share."""
     if split is None:
         return [NONE] * 3, []
-    of: dict[str, Any] = {"n": split.repeats, "source": "split over the repeats"}
-    own, scatter, share = (column.of(split, stem, **of) for column in SPLIT)
-    cells: list[Cell] = [own if own.value else UNTOLD, scatter, share if split.share else NONE]
-    return cells, [column.of(split, stem, **of) for column in SQUARES]
+    base: dict[str, Any] = {"n": split.repeats, "source": "split over the repeats"}
+    error, scatter, share = (column.of(split, stem, **base) for column in SPLIT)
+    cells: list[Cell] = [error if error.value else UNTOLD, scatter, share if split.share else NONE]
+    return cells, [column.of(split, stem, **base) for column in SQUARES]
 
 
 def condition_words(condition: ConditionError) -> str:
-    """Such as "80.6 kPa, 7 mm/s"."""
+    """Return a condition in words, such as "80.6 kPa, 7 mm/s"."""
     speed = "speed unknown" if condition.speed is None else show(condition.speed, "m/s", 3)
     return f"{show(condition.vacuum, 'Pa')}, {speed}"
 
 
 def validation_table(result: Validation, before: Validation | None) -> Table:
-    """A row for every condition and one for all; after calibration beside before."""
+    """Table with a row for each condition and one for all, before and after calibration."""
     rows: list[list[Cell]] = []
     extra: list[Number] = []
 
-    def row(first: Sequence[Cell], stem: str, one: PooledErrors, then: PooledErrors | None) -> None:
-        split, hidden = _split_cells(stem, one.scatter)
-        pulls = Column("pulls", "repeats", decimals=0).of(one, stem)
-        rows.append([*first, pulls, *_error_cells(stem, one, then), *split])
+    def row(
+        first: Sequence[Cell], stem: str, case: PooledErrors, earlier: PooledErrors | None
+    ) -> None:
+        split, hidden = _split_cells(stem, case.scatter)
+        pulls = Column("pulls", "repeats", decimals=0).of(case, stem)
+        rows.append([*first, pulls, *_error_cells(stem, case, earlier), *split])
         extra.extend(hidden)
 
-    for index, one in enumerate(result.conditions):
-        stem = f"validation, {condition_words(one)}"
-        then = before.conditions[index] if before is not None else None
-        row([column.of(one, stem) for column in CONDITION], stem, one, then)
+    for index, case in enumerate(result.conditions):
+        stem = f"validation, {condition_words(case)}"
+        earlier = before.conditions[index] if before is not None else None
+        row([column.of(case, stem) for column in CONDITION], stem, case, earlier)
     row(["all", ""], "validation, all", result, before)
     names = ["MAPE [%]", "RMSE [N]", "bias [N]", "R²"]
     head, groups = names, [("", 3), ("brake as it is", 4)]
     if before is not None:
         head, groups = ["before", "after"] * 4, [("", 3), *((name, 2) for name in names)]
     split = ["own [N]", "scatter [N]", "share [%]"]
-    for state, found in _states(result, before):
+    for state, errors in _states(result, before):
         for column, count in OVER_CONDITIONS:
-            number = column.of(found, "validation, all", state, n=len(getattr(found, count)))
+            number = column.of(errors, "validation, all", state, n=len(getattr(errors, count)))
             extra.append(number)
     return Table(
         id="validation",
@@ -358,9 +367,9 @@ def validation_table(result: Validation, before: Validation | None) -> Table:
 
 
 def _note(result: Validation, before: Validation | None) -> str:
-    def words(one: Validation) -> str:
-        text = f"{one.mape_conditions:.1%}"
-        return text + (f" ± {one.mape_conditions_sd:.1%}" if one.mape_conditions_sd else "")
+    def words(v: Validation) -> str:
+        text = f"{v.mape_conditions:.1%}"
+        return text + (f" ± {v.mape_conditions_sd:.1%}" if v.mape_conditions_sd else "")
 
     text = f"Mean MAPE of {count_of(len(result.conditions), 'condition')} ± SD between them: "
     text += words(result)
@@ -381,10 +390,10 @@ def _note(result: Validation, before: Validation | None) -> str:
 
 
 def files_table(files: Sequence[FileUsed]) -> Table:
-    """What was read, with its digest."""
+    """Table of the files that were read, with their digests."""
     rows: list[list[Cell]] = []
     for file in files:
-        known = (column.of(file, f"file {file.name}") for column in FILE)
-        rows.append([file.name, file.role, file.format, *known, file.sha256])
+        numbers = (column.of(file, f"file {file.name}") for column in FILE)
+        rows.append([file.name, file.role, file.format, *numbers, file.sha256])
     head = ["file", "used for", "format", "vacuum", "speed", "SHA-256"]
     return Table(id="files", caption="Files", head=head, rows=rows)

@@ -21,28 +21,30 @@ from layerjam.report.build_scene import (
 from layerjam.report.style import GREY, INK, Axes
 
 SHOWN = 14
-"""Layers of the drawing; of more the middle ones are left out."""
+"""Greatest number of layers in the drawing; middle ones are left out of thicker stacks."""
 _LETTER = 0.066
 """Width of a letter of a dimension [in]."""
 Part = tuple[str, float, float]
 
 
 def _box(
-    axes: Axes, x: tuple[float, float], z: tuple[float, float], color: str, **how: Any
+    axes: Axes, x: tuple[float, float], z: tuple[float, float], color: str, **options: Any
 ) -> None:
     from matplotlib.patches import Rectangle
 
-    how = {"facecolor": color, "edgecolor": INK, "lw": 0.7, **how}
-    axes.add_patch(Rectangle((x[0], z[0]), x[1] - x[0], z[1] - z[0], **how))
+    options = {"facecolor": color, "edgecolor": INK, "lw": 0.7, **options}
+    axes.add_patch(Rectangle((x[0], z[0]), x[1] - x[0], z[1] - z[0], **options))
 
 
-def _round(axes: Axes, at: tuple[float, float], size: float) -> None:
+def _round(axes: Axes, center: tuple[float, float], size: float) -> None:
     from matplotlib.patches import Circle
 
-    axes.add_patch(Circle(at, size / 2, facecolor="white", edgecolor=INK, lw=0.7))
+    axes.add_patch(Circle(center, size / 2, facecolor="white", edgecolor=INK, lw=0.7))
 
 
-def _scaled(low: tuple[float, float], high: tuple[float, float], width: float) -> tuple[Any, Axes]:
+def _new_figure(
+    low: tuple[float, float], high: tuple[float, float], width: float
+) -> tuple[Any, Axes]:
     """A figure at one scale for both axes, without frame; `width` in inches."""
     from matplotlib.figure import Figure
 
@@ -54,31 +56,31 @@ def _scaled(low: tuple[float, float], high: tuple[float, float], width: float) -
     return figure, axes
 
 
-@style.styled
+@style.in_style
 def section(world: Scene) -> style.Figure:
     """The left cap cut along the middle of a screw, to scale, with its dimensions in mm."""
     lengths, build, side = world.lengths, world.build, world.lengths.left
-    neck, back = -side.reach, -side.tray - mm(build.back)
+    neck, rear = -side.reach, -side.tray - mm(build.back)
     end = neck - lengths.port_length - lengths.head
     free = world.lengths.free + lengths.right.clamped - lengths.sheet_length
-    far = free + 6
+    edge = free + 6
     top = lengths.stack / 2 + lengths.plate_height
     low = -lengths.stack / 2 - lengths.shelf_height
     below = min(low, -lengths.head_height / 2, -lengths.neck_b) - lengths.wall
     above = max(top, lengths.head_height / 2, lengths.neck_b) + lengths.wall
-    unit = (far - end) / 62
-    figure, axes = _scaled(
-        (end - 12 * unit, below - 12 * unit), (far + 14 * unit, above + 7 * unit), 8.2
+    unit = (edge - end) / 62
+    figure, axes = _new_figure(
+        (end - 12 * unit, below - 12 * unit), (edge + 14 * unit, above + 7 * unit), 8.2
     )
-    _enclosure(axes, world, far)
+    _enclosure(axes, world, edge)
     _plastic(axes, world)
-    _layers(axes, lengths, far, free)
+    _layers(axes, lengths, edge, free)
     _screw(axes, lengths)
     chain = [
         ("head", end, neck - lengths.port_length),
         ("port", neck - lengths.port_length, neck),
-        ("neck", neck, back),
-        ("back", back, -side.tray),
+        ("neck", neck, rear),
+        ("back", rear, -side.tray),
         ("air", -side.tray, -side.clamped),
         ("clamp", -side.clamped, 0.0),
         ("free", 0.0, free),
@@ -87,19 +89,19 @@ def section(world: Scene) -> style.Figure:
     stack = lengths.stack / 2
     _upright(
         axes,
-        far + 2 * unit,
+        edge + 2 * unit,
         [("plate", stack, top), ("stack", -stack, stack), ("shelf", low, -stack)],
         unit,
     )
     half = lengths.head_height / 2
     _upright(axes, end - 2 * unit, [("head", -half, half)], -unit)
-    _named(axes, world, above, unit, far)
+    _add_names(axes, world, above, unit, edge)
     return figure
 
 
 def _plastic(axes: Axes, world: Scene) -> None:
     lengths, build, side = world.lengths, world.build, world.lengths.left
-    back, neck = -side.tray - mm(build.back), -side.reach
+    rear, neck = -side.tray - mm(build.back), -side.reach
     head = neck - lengths.port_length - lengths.head
     stack, thread = lengths.stack / 2, lengths.thread
     top, low = stack + lengths.plate_height, -stack - lengths.shelf_height
@@ -108,12 +110,12 @@ def _plastic(axes: Axes, world: Scene) -> None:
     pin = neck - lengths.port_length - lengths.head / 2
     bore = (mm(build.pin) + mm(build.pin_clearance)) / 2
     _box(axes, (pin - bore, pin + bore), (-half, half), "white")
-    _box(axes, (neck, back), (-b, b), PRINTED)
-    middle, slot, depth = (neck + back) / 2, mm(build.tie_slot) / 2, mm(build.tie_depth)
+    _box(axes, (neck, rear), (-b, b), PRINTED)
+    middle, slot, depth = (neck + rear) / 2, mm(build.tie_slot) / 2, mm(build.tie_depth)
     for sign in (-1, 1):
         groove = sorted((sign * (b - depth), sign * b))
         _box(axes, (middle - slot, middle + slot), (groove[0], groove[1]), "white")
-    _box(axes, (back, -side.tray), (low, top), PRINTED)
+    _box(axes, (rear, -side.tray), (low, top), PRINTED)
     _box(axes, (-side.tray, 0), (low, -stack), PRINTED)
     _box(axes, (-side.tray, 0), (-stack, top), "white")
     pocket = -side.clamped / 2 - (thread.nut + mm(build.fit)) / 3**0.5
@@ -126,43 +128,43 @@ def _plastic(axes: Axes, world: Scene) -> None:
     _round(axes, (port, air), lengths.port)
 
 
-def _layers(axes: Axes, lengths: Lengths, far: float, free: float) -> None:
+def _layers(axes: Axes, lengths: Lengths, edge: float, free: float) -> None:
     side = lengths.left
     for index in range(lengths.count):
         z = -lengths.stack / 2 + index * lengths.thickness
         high = z + lengths.thickness
         thin = {"lw": min(0.5, 1.2 * lengths.thickness)}
         if index % 2 == 0:
-            _box(axes, (-side.clamped, far), (z, high), LEFT, **thin)
+            _box(axes, (-side.clamped, edge), (z, high), LEFT, **thin)
         else:
             _box(axes, (-side.clamped, 0), (z, high), SPACER, **thin)
-            _box(axes, (free, far), (z, high), RIGHT, **thin)
+            _box(axes, (free, edge), (z, high), RIGHT, **thin)
 
 
 def _screw(axes: Axes, lengths: Lengths) -> None:
     thread, x = lengths.thread, -lengths.left.clamped / 2
-    under, over = -lengths.stack / 2 - lengths.floor, lengths.stack / 2 + lengths.floor
-    tip = over - lengths.screw_length
-    _box(axes, (x - thread.size / 2, x + thread.size / 2), (tip, over), STEEL)
+    low, high = -lengths.stack / 2 - lengths.floor, lengths.stack / 2 + lengths.floor
+    tip = high - lengths.screw_length
+    _box(axes, (x - thread.size / 2, x + thread.size / 2), (tip, high), STEEL)
     head = thread.head / 2
-    _box(axes, (x - head, x + head), (over, over + thread.head_height), STEEL)
-    across = thread.nut / 3**0.5
-    _box(axes, (x - across, x + across), (under - thread.nut_height, under), "#7b818a")
+    _box(axes, (x - head, x + head), (high, high + thread.head_height), STEEL)
+    radius = thread.nut / 3**0.5
+    _box(axes, (x - radius, x + radius), (low - thread.nut_height, low), "#7b818a")
 
 
-def _enclosure(axes: Axes, world: Scene, far: float) -> None:
+def _enclosure(axes: Axes, world: Scene, edge: float) -> None:
     from matplotlib.patches import Polygon
 
     lengths, build, side = world.lengths, world.build, world.lengths.left
-    back, neck = -side.tray - mm(build.back), -side.reach
+    rear, neck = -side.tray - mm(build.back), -side.reach
     stack = lengths.inner_height / 2
-    slope = min(0.45 * lengths.free, (lengths.cap_height - lengths.inner_height) / 2 + 2, far - 1)
+    slope = min(0.45 * lengths.free, (lengths.cap_height - lengths.inner_height) / 2 + 2, edge - 1)
     for sign, tray in (
         (1, lengths.stack / 2 + lengths.plate_height),
         (-1, lengths.stack / 2 + lengths.shelf_height),
     ):
-        inner = [(neck, lengths.neck_b), (back - 0.8, lengths.neck_b), (back, tray), (0.0, tray)]
-        inner += [(slope, stack), (far, stack)]
+        inner = [(neck, lengths.neck_b), (rear - 0.8, lengths.neck_b), (rear, tray), (0.0, tray)]
+        inner += [(slope, stack), (edge, stack)]
         thin = 0.75 * lengths.wall
         walls = [thin, thin, thin, thin, lengths.wall, lengths.wall]
         outer = [(x, z + w) for (x, z), w in zip(inner, walls, strict=True)]
@@ -177,8 +179,8 @@ def _dimension(axes: Axes, start: tuple[float, float], stop: tuple[float, float]
 
 
 def _chain(axes: Axes, parts: Sequence[Part], level: float, unit: float) -> None:
-    """Dimensions side by side below the drawing; words of narrow ones stand on a lower row."""
-    taken = [-1e9, -1e9, -1e9]
+    """Draw dimensions in a row below the drawing; labels of narrow ones are on a lower row."""
+    edges = [-1e9, -1e9, -1e9]
     for words, start, stop in parts:
         for x in (start, stop):
             axes.plot((x, x), (level + 1.6 * unit, level - 0.6 * unit), color=GREY, lw=0.5)
@@ -186,14 +188,14 @@ def _chain(axes: Axes, parts: Sequence[Part], level: float, unit: float) -> None
         text = f"{words} {stop - start:.4g}"
         wide = len(text) * 1.02 * unit * _LETTER / 0.097
         middle = (start + stop) / 2
-        row = next((i for i, edge in enumerate(taken) if middle - wide / 2 > edge), len(taken) - 1)
-        taken[row] = middle + wide / 2
+        row = next((i for i, edge in enumerate(edges) if middle - wide / 2 > edge), len(edges) - 1)
+        edges[row] = middle + wide / 2
         z = level - (1.4 + 2.2 * row) * unit
         axes.text(middle, z, text, ha="center", va="top", fontsize=style.WORDS)
 
 
 def _upright(axes: Axes, x: float, parts: Sequence[Part], unit: float) -> None:
-    """Heights beside the drawing; a negative unit puts the words to the left."""
+    """Draw heights next to the drawing; a negative unit puts the words to the left."""
     for words, low, high in parts:
         for z in (low, high):
             axes.plot((x - 1.2 * unit, x + 0.6 * unit), (z, z), color=GREY, lw=0.5)
@@ -203,23 +205,23 @@ def _upright(axes: Axes, x: float, parts: Sequence[Part], unit: float) -> None:
         axes.text(x + unit, (low + high) / 2, text, ha=ha, va="center", fontsize=style.WORDS)
 
 
-def _named(axes: Axes, world: Scene, above: float, unit: float, far: float) -> None:
+def _add_names(axes: Axes, world: Scene, above: float, unit: float, edge: float) -> None:
     """Names above the drawing, each with a line to its part."""
     lengths, side = world.lengths, world.lengths.left
     neck, stack = -side.reach, lengths.stack / 2
     port = neck - lengths.port_length / 2
-    at = [
+    labels = [
         ("dowel", neck - lengths.port_length - lengths.head / 2, 0.0),
         ("port", port, lengths.air_axis),
         ("tie", neck + mm(world.build.neck_length) / 2, lengths.neck_b - 0.3),
         ("air", -side.tray - mm(world.build.back) / 2, lengths.air_axis),
         ("screw", -side.clamped / 2, stack + lengths.floor + lengths.thread.head_height / 2),
         ("spacers", -0.2 * side.clamped, stack - 1.5 * lengths.thickness),
-        ("enclosure", 0.5 * far, stack + lengths.inner_height / 2 - stack + lengths.wall / 2),
+        ("enclosure", 0.5 * edge, stack + lengths.inner_height / 2 - stack + lengths.wall / 2),
     ]
     least = 6.2 * unit
     last = -1e9
-    for words, x, z in sorted(at, key=lambda each: each[1]):
+    for words, x, z in sorted(labels, key=lambda each: each[1]):
         last = max(x, last + least)
         axes.annotate(
             words,
@@ -232,20 +234,20 @@ def _named(axes: Axes, world: Scene, above: float, unit: float, far: float) -> N
         )
 
 
-@style.styled
+@style.in_style
 def order(world: Scene) -> style.Figure:
     """The layers from below, thickness not to scale, as they lie in both caps."""
     from matplotlib.figure import Figure
 
     lengths = world.lengths
-    shown: list[int | None] = list(range(lengths.count))
+    layers: list[int | None] = list(range(lengths.count))
     if lengths.count > SHOWN:
         half = SHOWN // 2
-        shown = [*range(half), None, *range(lengths.count - half, lengths.count)]
-    figure = Figure(figsize=(8.2, 0.55 + 0.2 * len(shown)))
+        layers = [*range(half), None, *range(lengths.count - half, lengths.count)]
+    figure = Figure(figsize=(8.2, 0.55 + 0.2 * len(layers)))
     axes = figure.add_axes((0, 0, 1, 1))
     style.bare(axes)
-    for row, index in enumerate(shown):
+    for row, index in enumerate(layers):
         z = row + 0.15, row + 0.85
         if index is None:
             axes.text(
@@ -261,50 +263,50 @@ def order(world: Scene) -> style.Figure:
         _box(axes, (14, 78) if left else (22, 86), z, LEFT if left else RIGHT)
         _box(axes, (80, 86) if left else (14, 20), z, SPACER)
         words, ink = ("left sheet", INK) if left else ("right sheet", "white")
-        how: dict[str, Any] = {"va": "center", "fontsize": style.WORDS - 1}
-        axes.text(50, row + 0.5, words, ha="center", color=ink, **how)
-        for x, ha, here in ((12.5, "right", left), (87.5, "left", not left)):
-            said = f"{index + 1}  sheet" if here else f"{index + 1}  spacer"
-            axes.text(x, row + 0.5, said, ha=ha, **how)
-    high = len(shown) + 0.3
+        options: dict[str, Any] = {"va": "center", "fontsize": style.WORDS - 1}
+        axes.text(50, row + 0.5, words, ha="center", color=ink, **options)
+        for x, ha, is_sheet in ((12.5, "right", left), (87.5, "left", not left)):
+            text = f"{index + 1}  sheet" if is_sheet else f"{index + 1}  spacer"
+            axes.text(x, row + 0.5, text, ha=ha, **options)
+    high = len(layers) + 0.3
     for x, words in ((17, "left cap"), (50, "from below, number 1 first"), (83, "right cap")):
         axes.text(x, high, words, ha="center", va="bottom", fontsize=style.WORDS, weight="bold")
-    axes.set(xlim=(0, 100), ylim=(-0.2, len(shown) + 1.6))
+    axes.set(xlim=(0, 100), ylim=(-0.2, len(layers) + 1.6))
     return figure
 
 
-@style.styled
-def plates(named: Sequence[tuple[str, Outline]]) -> style.Figure:
-    """Boards beside the sheets, one above the other, each with its length."""
+@style.in_style
+def plates(boards: Sequence[tuple[str, Outline]]) -> style.Figure:
+    """Draw the boards that are cut besides the sheets, each with its length."""
     from matplotlib.patches import Circle, Polygon
 
-    long = max(part.length for _, part in named)
+    long = max(part.length for _, part in boards)
     unit = long / 60
-    tall = sum(part.width + 7 * unit for _, part in named)
-    figure, axes = _scaled((-12 * unit, -5 * unit), (long + 3 * unit, tall - 5 * unit), 8.2)
+    tall = sum(part.width + 7 * unit for _, part in boards)
+    figure, axes = _new_figure((-12 * unit, -5 * unit), (long + 3 * unit, tall - 5 * unit), 8.2)
     low = 0.0
-    for name, part in named[::-1]:
-        placed = part.translate(0.0, low + part.width / 2)
-        axes.add_patch(Polygon(placed.points(0.05), facecolor=BOARD, edgecolor=INK, lw=0.7))
-        for hole in placed.holes:
+    for name, part in boards[::-1]:
+        outline = part.translate(0.0, low + part.width / 2)
+        axes.add_patch(Polygon(outline.points(0.05), facecolor=BOARD, edgecolor=INK, lw=0.7))
+        for hole in outline.holes:
             axes.add_patch(
                 Circle(hole[:2], hole.diameter / 2, facecolor="white", edgecolor=INK, lw=0.7)
             )
-        at = low + part.width / 2
-        axes.text(-unit, at, name, ha="right", va="center", fontsize=style.WORDS)
+        middle = low + part.width / 2
+        axes.text(-unit, middle, name, ha="right", va="center", fontsize=style.WORDS)
         _chain(axes, [("length", 0.0, part.length)], low - 1.6 * unit, unit)
         low += part.width + 7 * unit
     return figure
 
 
-@style.styled
+@style.in_style
 def film(piece: Piece) -> style.Figure:
     """A piece of film with its parts, as it is cut."""
     from matplotlib.patches import Circle, Polygon
 
     long, wide = piece.length, piece.width
     unit = max(long, wide) / 60
-    figure, axes = _scaled(
+    figure, axes = _new_figure(
         (-5 * unit, -7 * unit),
         (long + 3 * unit, wide + 2 * unit),
         8.2 * min(1.0, 1.1 * long / wide),

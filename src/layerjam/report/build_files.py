@@ -15,9 +15,9 @@ from layerjam.fabricate.outline import Circle, Outline, around
 from layerjam.report import assembly_steps as steps
 from layerjam.report import build_drawings as drawings
 from layerjam.report.assembly_steps import PATTERN
-from layerjam.report.build_pictures import labelled, shots
+from layerjam.report.build_pictures import add_labels, shots
 from layerjam.report.build_scene import scene
-from layerjam.report.style import drawn
+from layerjam.report.style import svg_text
 from layerjam.report.typeset import typeset
 from layerjam.units import show
 
@@ -26,73 +26,81 @@ MARKS = {"passed": "ok", "note": "-", "warning": "LOOK", "failed": "FAIL"}
 
 
 def assembly(
-    made: Drawing,
-    named: Mapping[str, str],
+    drawing: Drawing,
+    svgs: Mapping[str, str],
     coupons: bool = False,
-    there: Collection[str] | None = None,
+    files: Collection[str] | None = None,
 ) -> bytes:
-    """The PDF's bytes; `named` holds the pictures as SVG by name.
+    """Return the PDF's bytes; `svgs` maps the names of the pictures to SVG.
 
-    `there` are the files beside it, all that there can be without it. Raises MissingExtraError
-    without typst.
+    `files` are the other files of the build, all possible ones if None. Raises MissingExtraError
+    if typst is not installed.
     """
     data = {
-        "title": f"How to build {made.file.name}",
-        "lead": made.file.title or "A layer-jamming brake",
+        "title": f"How to build {drawing.file.name}",
+        "lead": drawing.file.title or "A layer-jamming brake",
         "footer": f"layerjam {__version__}",
         "banner": [
             "This design was never cut, printed or cast by us. Build one, do the checks on the "
             "last pages, and only then build more.",
-            *made.film.notes,
+            *drawing.film.notes,
         ],
-        "numbers": _numbers(made),
-        "parts": _parts(made, coupons, there),
+        "numbers": _numbers(drawing),
+        "parts": _parts(drawing, coupons, files),
     }
-    return typeset("assembly", data, {f"{name}.svg": svg for name, svg in named.items()})
+    return typeset("assembly", data, {f"{name}.svg": svg for name, svg in svgs.items()})
 
 
-def _numbers(made: Drawing) -> list[tuple[str, str]]:
-    found = made.lengths
-    mass = sum(row.mass for row in made.masses)
+def _numbers(drawing: Drawing) -> list[tuple[str, str]]:
+    lengths = drawing.lengths
+    mass = sum(row.mass for row in drawing.masses)
     return [
-        (str(made.brakes), "brake" if made.brakes == 1 else "brakes"),
+        (str(drawing.brakes), "brake" if drawing.brakes == 1 else "brakes"),
         (show(mass, "kg", 3), "each as drawn, without fittings"),
-        (show(found.pin_to_pin * 1e-3, "m"), "pin to pin at rest"),
-        (show(found.strap * 1e-3, "m"), "pin to pin, pulled out"),
-        (show(made.torque, "N m", 2), "on each clamp screw"),
+        (show(lengths.pin_to_pin * 1e-3, "m"), "pin to pin at rest"),
+        (show(lengths.strap * 1e-3, "m"), "pin to pin, pulled out"),
+        (show(drawing.torque, "N m", 2), "on each clamp screw"),
     ]
 
 
-def _parts(made: Drawing, coupons: bool, there: Collection[str] | None) -> list[dict[str, Any]]:
+def _parts(drawing: Drawing, coupons: bool, files: Collection[str] | None) -> list[dict[str, Any]]:
     chapters: list[tuple[str, bool, list[Block]]] = [
         (
             "1  Parts",
             False,
-            [picture("exploded"), _list(made, there), {"kind": "text", "text": steps.tools(made)}],
+            [
+                picture("exploded"),
+                _list(drawing, files),
+                {"kind": "text", "text": steps.tools(drawing)},
+            ],
         ),
         (
             "2  Cut the film",
             True,
-            [numbered(steps.film(made, coupons, there)), picture("film", _share(made))],
+            [to_steps(steps.film(drawing, coupons, files)), picture("film", _share(drawing))],
         ),
-        ("3  Print caps and plates", True, [numbered(steps.caps(made)), picture("section")]),
-        ("4  Cast the enclosure", True, [picture("mould", 0.8), numbered(steps.sleeve(made))]),
+        ("3  Print caps and plates", True, [to_steps(steps.caps(drawing)), picture("section")]),
+        ("4  Cast the enclosure", True, [picture("mould", 0.8), to_steps(steps.sleeve(drawing))]),
         (
             "5  Stack and clamp",
             True,
-            [picture("layers", 0.86), numbered(steps.stack(made)), picture("stacking", 0.62)],
+            [picture("layers", 0.86), to_steps(steps.stack(drawing)), picture("stacking", 0.62)],
         ),
-        ("6  Close it", True, [picture("assembled", 0.86), numbered(steps.close(made))]),
+        ("6  Close it", True, [picture("assembled", 0.86), to_steps(steps.close(drawing))]),
     ]
-    if made.brakes > 1:
+    if drawing.brakes > 1:
         chapters.append(
-            ("7  Join the brakes", False, [picture("boards", 0.7), numbered(steps.array(made))])
+            ("7  Join the brakes", False, [picture("boards", 0.7), to_steps(steps.array(drawing))])
         )
     number = len(chapters) + 1
     chapters += [
-        (f"{number}  Check the first one", True, [numbered(steps.first(made, coupons))]),
-        (f"{number + 1}  What the drawing was checked for", False, [_checks(made)]),
-        (f"{number + 2}  What is assumed", False, [{"kind": "list", "items": made.assumptions()}]),
+        (f"{number}  Check the first one", True, [to_steps(steps.first_checks(drawing, coupons))]),
+        (f"{number + 1}  What the drawing was checked for", False, [_checks(drawing)]),
+        (
+            f"{number + 2}  What is assumed",
+            False,
+            [{"kind": "list", "items": drawing.assumptions()}],
+        ),
     ]
     return [{"title": t, "page": page, "blocks": blocks} for t, page, blocks in chapters]
 
@@ -102,21 +110,21 @@ def picture(name: str, share: float = 1.0) -> Block:
     return {"kind": "picture", "name": name, "share": share}
 
 
-def numbered(found: Sequence[steps.Step]) -> Block:
+def to_steps(step_list: Sequence[steps.Step]) -> Block:
     """Numbered steps with the commands that belong to them."""
-    rows = [{"text": step.text, "commands": list(step.commands)} for step in found]
+    rows = [{"text": step.text, "commands": list(step.commands)} for step in step_list]
     return {"kind": "steps", "steps": rows}
 
 
-def _share(made: Drawing) -> float:
+def _share(drawing: Drawing) -> float:
     """Share of the width at which the film's picture leaves room for the steps."""
-    if not made.film.pieces:
+    if not drawing.film.pieces:
         return 0.5
-    piece = made.film.pieces[0]
+    piece = drawing.film.pieces[0]
     return min(0.8, 0.8 * piece.length / piece.width)
 
 
-def _list(made: Drawing, there: Collection[str] | None) -> Block:
+def _list(drawing: Drawing, files: Collection[str] | None) -> Block:
     rows = [
         [
             row.item,
@@ -125,7 +133,7 @@ def _list(made: Drawing, there: Collection[str] | None) -> Block:
             row.file,
             row.basis,
         ]
-        for row in items(made, there)
+        for row in items(drawing, files)
     ]
     return {
         "kind": "table",
@@ -136,8 +144,8 @@ def _list(made: Drawing, there: Collection[str] | None) -> Block:
     }
 
 
-def _checks(made: Drawing) -> Block:
-    rows = [[MARKS[check.level], check.code, check.text] for check in made.checks]
+def _checks(drawing: Drawing) -> Block:
+    rows = [[MARKS[check.level], check.code, check.text] for check in drawing.checks]
     return {"kind": "checks", "rows": rows}
 
 
@@ -154,7 +162,7 @@ FORMATS = {
 BORDER, STRIP = 10.0, 24.0
 """Paper that a printer leaves white, and the strip of the ruler below the parts [mm]."""
 ROUND = 4 / 3 * (2**0.5 - 1)
-"""How far the handles of a quarter of a circle reach, in radii: off by 0.03 % of the radius."""
+"""Length of the handles of a quarter circle, in radii; the error is 0.03 % of the radius."""
 
 
 class Paper(NamedTuple):
@@ -172,7 +180,7 @@ def holds(paper: str) -> tuple[float, float]:
 
 
 def paper_for(parts: Sequence[Outline]) -> Paper | None:
-    """The smallest format that holds the parts and the ruler; None where none does."""
+    """Return the smallest format that holds the parts and the ruler, or None."""
     left, low, right, high = around(parts)
     wide = max(right - left, BAR) + 2 * BORDER
     tall = high - low + 2 * BORDER + STRIP
@@ -184,9 +192,9 @@ def paper_for(parts: Sequence[Outline]) -> Paper | None:
 
 
 def pattern(pieces: Sequence[Piece], notes: Sequence[str] = ()) -> bytes | None:
-    """The PDF's bytes, one page a piece; None where a piece is larger than any paper.
+    """Return the PDF's bytes, one page a piece; None if a piece is larger than any paper.
 
-    `notes` are sentences for every page. Raises MissingExtraError without typst.
+    `notes` are sentences for every page. Raises MissingExtraError if typst is not installed.
     """
     pages = []
     for piece in pieces:
@@ -198,12 +206,12 @@ def pattern(pieces: Sequence[Piece], notes: Sequence[str] = ()) -> bytes | None:
 
 
 def _page(piece: Piece, paper: Paper, notes: Sequence[str]) -> dict[str, Any]:
-    """What the template draws: curves in mm from the page's upper left corner."""
+    """Return the data of the template: curves in mm from the page's upper left corner."""
     left, _, _, high = around(piece.parts)
-    at = BORDER - left, BORDER + high
+    origin = BORDER - left, BORDER + high
     curves = []
     for part in piece.parts:
-        curves += [_hole(hole, at) for hole in part.holes] + [_edge(part, at)]
+        curves += [_hole(hole, origin) for hole in part.holes] + [_edge(part, origin)]
     counts = ", ".join(f"{count} × {name}" for name, count in piece.counts)
     return {
         "width": paper.width,
@@ -215,87 +223,87 @@ def _page(piece: Piece, paper: Paper, notes: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _edge(part: Outline, at: tuple[float, float]) -> list[list[float]]:
+def _edge(part: Outline, origin: tuple[float, float]) -> list[list[float]]:
     path = part.path()
-    made = [[path[0].x, path[0].y]]
+    curve = [[path[0].x, path[0].y]]
     for begin, stop in zip(path, [*path[1:], path[0]], strict=True):
         x, y, u, v = begin.x, begin.y, stop.x, stop.y
         if begin.bulge:
             # an anticlockwise quarter leaves along x where x and y grow or shrink together
             level = (u - x) * (v - y) > 0
-            one = (x + ROUND * (u - x), y) if level else (x, y + ROUND * (v - y))
-            two = (u, v - ROUND * (v - y)) if level else (u - ROUND * (u - x), v)
-            made.append([*one, *two, u, v])
+            first = (x + ROUND * (u - x), y) if level else (x, y + ROUND * (v - y))
+            second = (u, v - ROUND * (v - y)) if level else (u - ROUND * (u - x), v)
+            curve.append([*first, *second, u, v])
         else:
-            made.append([u, v])
-    return [_down(numbers, at) for numbers in made]
+            curve.append([u, v])
+    return [_down(numbers, origin) for numbers in curve]
 
 
-def _hole(hole: Circle, at: tuple[float, float]) -> list[list[float]]:
+def _hole(hole: Circle, origin: tuple[float, float]) -> list[list[float]]:
     x, y, r = hole.x, hole.y, hole.diameter / 2
     k = ROUND * r
-    made = [
+    curve = [
         [x + r, y],
         [x + r, y + k, x + k, y + r, x, y + r],
         [x - k, y + r, x - r, y + k, x - r, y],
         [x - r, y - k, x - k, y - r, x, y - r],
         [x + k, y - r, x + r, y - k, x + r, y],
     ]
-    return [_down(numbers, at) for numbers in made]
+    return [_down(numbers, origin) for numbers in curve]
 
 
-def _down(numbers: Sequence[float], at: tuple[float, float]) -> list[float]:
+def _down(numbers: Sequence[float], origin: tuple[float, float]) -> list[float]:
     """Points of the part as points of the page, where y points down."""
-    return [at[1] - n if i % 2 else at[0] + n for i, n in enumerate(numbers)]
+    return [origin[1] - n if i % 2 else origin[0] + n for i, n in enumerate(numbers)]
 
 
 class Pictures(NamedTuple):
     """Pictures by name."""
 
     plain: dict[str, bytes]
-    """PNG of what is shaded, without words."""
-    named: dict[str, str]
+    """PNG of the shaded pictures, without words."""
+    svgs: dict[str, str]
     """SVG of every picture, with names or dimensions."""
 
     def files(self) -> dict[str, bytes]:
         """{path: bytes}."""
-        made = {f"pictures/{name}.png": png for name, png in self.plain.items()}
-        return made | {f"pictures/{name}.svg": svg.encode() for name, svg in self.named.items()}
+        pngs = {f"pictures/{name}.png": png for name, png in self.plain.items()}
+        return pngs | {f"pictures/{name}.svg": svg.encode() for name, svg in self.svgs.items()}
 
 
 def pictures(build: Build, lengths: Lengths, pieces: Sequence[Piece]) -> Pictures:
-    """Exploded, stacking, mould, assembled; layers, film, and the section with dimensions.
+    """Draw the parts apart, stacking, mould and assembly; layers, film, and the section.
 
-    Raises MissingExtraError without matplotlib or manifold3d.
+    Raises MissingExtraError if matplotlib or manifold3d is not installed.
     """
     world = scene(build, lengths)
-    seen = shots(world)
-    figures = {name: labelled(shot, labels) for name, (shot, labels) in seen.items()}
+    views = shots(world)
+    figures = {name: add_labels(shot, labels) for name, (shot, labels) in views.items()}
     figures |= {"section": drawings.section(world), "layers": drawings.order(world)}
     if pieces:
         figures["film"] = drawings.film(pieces[0])
     return Pictures(
-        {name: shot.png() for name, (shot, _) in seen.items()},
-        {name: drawn(figure) for name, figure in figures.items()},
+        {name: shot.png() for name, (shot, _) in views.items()},
+        {name: svg_text(figure) for name, figure in figures.items()},
     )
 
 
 def papers(
-    made: Drawing, coupons: bool = False, others: Collection[str] | None = None
+    drawing: Drawing, coupons: bool = False, others: Collection[str] | None = None
 ) -> dict[str, bytes]:
     """{path: bytes} of the pictures, assembly.pdf and cut/pattern.pdf of a build.
 
-    `others` are its other files, all that there can be without it. No pattern where a piece of film
-    is larger than any paper. Raises MissingExtraError without matplotlib, manifold3d or typst.
+    `others` are its other files, all possible ones if None. There is no pattern if a piece of film
+    is larger than any paper. Raises MissingExtraError if an extra is not installed.
     """
-    drawn_ones = pictures(made.build, made.lengths, made.film.pieces)
-    if made.brakes > 1:
-        flat_parts = plates(made.build, made.lengths, made.parallel, made.series)
-        drawn_ones.named["boards"] = drawn(drawings.plates(list(flat_parts.items())))
+    drawn_ones = pictures(drawing.build, drawing.lengths, drawing.film.pieces)
+    if drawing.brakes > 1:
+        flat_parts = plates(drawing.build, drawing.lengths, drawing.parallel, drawing.series)
+        drawn_ones.svgs["boards"] = svg_text(drawings.plates(list(flat_parts.items())))
     content = drawn_ones.files()
-    flat = pattern(made.film.pieces, made.film.notes)
+    flat = pattern(drawing.film.pieces, drawing.film.notes)
     if flat is not None:
         content[PATTERN] = flat
-    there = None if others is None else {*others, *content}
-    content["assembly.pdf"] = assembly(made, drawn_ones.named, coupons, there)
+    files = None if others is None else {*others, *content}
+    content["assembly.pdf"] = assembly(drawing, drawn_ones.svgs, coupons, files)
     return content

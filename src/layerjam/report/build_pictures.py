@@ -15,33 +15,33 @@ Point = tuple[float, float, float]
 
 
 class Label(NamedTuple):
-    """Words, the body or the point in space that they name, and whether they stand above."""
+    """Words, the body or point in space that they name, and whether they appear above."""
 
     words: str
-    what: Body | Point
+    target: Body | Point
     above: bool | None = None
 
     def place(self, shot: Shot) -> tuple[float, float]:
-        """Column and row in a picture: of a body, where it is seen."""
-        if isinstance(self.what, Body):
-            return shot.where(self.what) or shot.place(_middle(self.what))
-        return shot.place(self.what)
+        """Return column and row in a picture; for a body, a place where it is visible."""
+        if isinstance(self.target, Body):
+            return shot.where(self.target) or shot.place(_middle(self.target))
+        return shot.place(self.target)
 
 
-Seen = tuple[Shot, list[Label]]
+LabelledShot = tuple[Shot, list[Label]]
 SHOWN = 12
-"""Layers of the stacking picture; of more the middle ones are left out."""
+"""Greatest number of layers in the stacking picture; middle ones are left out."""
 _LETTER = 0.062
 """Width of a letter in a label [in]."""
 
 
-def shots(world: Scene) -> dict[str, Seen]:
-    """{picture: (what is seen, (words, the point they name) of each part)}."""
-    makers: Mapping[str, Callable[[Scene], Seen]] = {
-        "exploded": _exploded,
+def shots(world: Scene) -> dict[str, LabelledShot]:
+    """Return {picture: (shot, labels of its parts)}."""
+    makers: Mapping[str, Callable[[Scene], LabelledShot]] = {
+        "exploded": _draw_exploded,
         "stacking": _stacking,
         "mould": _mould,
-        "assembled": _assembled,
+        "assembled": _draw_assembled,
     }
     return {name: make(world) for name, make in makers.items()}
 
@@ -52,7 +52,7 @@ def _middle(body: Body) -> Point:
     return float(x), float(y), float(z)
 
 
-def exploded(world: Scene) -> dict[str, list[Body]]:
+def exploded_parts(world: Scene) -> dict[str, list[Body]]:
     """{name: bodies} of every part of one brake, apart, on both sides."""
     lengths = world.lengths
     out = 0.35 * lengths.free + 20
@@ -60,34 +60,34 @@ def exploded(world: Scene) -> dict[str, list[Body]]:
     alike: dict[str, list[Body]] = {}
     fan = min(4.0, 36 / lengths.count)
     for index in range(lengths.count):
-        raised = (index - (lengths.count - 1) / 2) * fan
-        sheet, spacer = parts.layer(world, index, raised)
-        own, word = (-1, "left") if index % 2 == 0 else (1, "right")
-        alike.setdefault(f"{word} sheet", []).append(sheet.moved(own * out * 0.35))
-        alike.setdefault("spacer", []).append(spacer.moved(-own * out * 0.62))
+        height = (index - (lengths.count - 1) / 2) * fan
+        sheet, spacer = parts.layer(world, index, height)
+        sign, word = (-1, "left") if index % 2 == 0 else (1, "right")
+        alike.setdefault(f"{word} sheet", []).append(sheet.shift(sign * out * 0.35))
+        alike.setdefault("spacer", []).append(spacer.shift(-sign * out * 0.62))
     for side in lengths.sides:
         for name, body in _of_side(world, side, -1 if side.name == "left" else 1, out, lift):
             alike.setdefault(name, []).append(body)
     below = -(lengths.count * fan / 2 + lengths.cap_height + 12)
-    alike["enclosure"] = [parts.sleeve(world).moved(z=below)]
+    alike["enclosure"] = [parts.sleeve(world).shift(z=below)]
     return alike
 
 
-def _exploded(world: Scene) -> Seen:
+def _draw_exploded(world: Scene) -> LabelledShot:
     """Every part of one brake with its name."""
-    alike = exploded(world)
-    shot = shoot([body for some in alike.values() for body in some])
+    alike = exploded_parts(world)
+    shot = shoot([body for bodies in alike.values() for body in bodies])
     (tube,) = alike["enclosure"]
     points = [Label("enclosure", tube)]
-    for name, some in alike.items():
+    for name, bodies in alike.items():
         if "sheet" not in name and name != "enclosure":  # of equal parts the first one seen well
-            shown = [int(shot.seen(body).sum()) for body in some]
-            first = next(i for i, area in enumerate(shown) if area >= 0.5 * max(shown))
-            points.append(Label(name, some[first]))
+            areas = [int(shot.seen(body).sum()) for body in bodies]
+            first = next(i for i, area in enumerate(areas) if area >= 0.5 * max(areas))
+            points.append(Label(name, bodies[first]))
     # the middle of a sheet lies under the others: its free end is seen
-    for word, at in (("left", -1), ("right", 1)):
+    for word, side in (("left", -1), ("right", 1)):
         corners = alike[f"{word} sheet"][-1].corners
-        x = corners[:, 0].min() + 12 if at < 0 else corners[:, 0].max() - 12
+        x = corners[:, 0].min() + 12 if side < 0 else corners[:, 0].max() - 12
         top = float(corners[:, 2].max())
         points.append(Label(f"{word} sheets", (float(x), 0.0, top), True))
     return shot, points
@@ -97,57 +97,57 @@ def _of_side(
     world: Scene, side: Side, sign: int, out: float, lift: float
 ) -> Iterator[tuple[str, Body]]:
     """Printed and bought parts of one side, apart; `sign` points outwards."""
-    yield "cap", parts.cap(world, side).moved(sign * out)
-    yield "clamp plate", parts.plate(world, side).moved(sign * out, z=lift)
+    yield "cap", parts.cap(world, side).shift(sign * out)
+    yield "clamp plate", parts.plate(world, side).shift(sign * out, z=lift)
     for screw in parts.screws(world, side):
-        yield "screw", screw.moved(sign * out, z=2 * lift)
+        yield "screw", screw.shift(sign * out, z=2 * lift)
     for nut in parts.nuts(world, side):
-        yield "nut", nut.moved(sign * (out - 14), z=-lift)
-    yield "dowel", parts.dowel(world, side).moved(sign * out, z=1.6 * lift)
-    yield "fitting", parts.fitting(world, side).moved(sign * out, y=-sign * 18.0)
-    yield "cable tie", parts.tie(world, side, 1.2).moved(sign * (out - 6), z=-1.7 * lift)
+        yield "nut", nut.shift(sign * (out - 14), z=-lift)
+    yield "dowel", parts.dowel(world, side).shift(sign * out, z=1.6 * lift)
+    yield "fitting", parts.fitting(world, side).shift(sign * out, y=-sign * 18.0)
+    yield "cable tie", parts.tie(world, side, 1.2).shift(sign * (out - 6), z=-1.7 * lift)
 
 
-def _stacking(world: Scene) -> Seen:
+def _stacking(world: Scene) -> LabelledShot:
     """The left clamp with its layers spread, cut off beyond the begin of the overlap."""
     lengths = world.lengths
     side = lengths.left
-    seen = min(lengths.sheet_length, side.clamped + 2.2 * max(lengths.width, 12))
+    length = min(lengths.sheet_length, side.clamped + 2.2 * max(lengths.width, 12))
     begin = lengths.free + lengths.right.clamped - lengths.sheet_length
-    seen = max(seen, min(lengths.sheet_length, side.clamped + begin + 12))
-    short = replace(world.sheets[0], length=seen, end=0.0)
-    bodies, named = [parts.cap(world, side)], dict[str, Body | Point]()
+    length = max(length, min(lengths.sheet_length, side.clamped + begin + 12))
+    short = replace(world.sheets[0], length=length, end=0.0)
+    bodies, targets = [parts.cap(world, side)], dict[str, Body | Point]()
     fan = min(1.6, 22 / lengths.count) + lengths.thickness
-    shown = _shown(lengths.count)
-    for place, index in enumerate(shown):
+    layers = _drawn_layers(lengths.count)
+    for place, index in enumerate(layers):
         low = -lengths.stack / 2 + place * fan
         high = low + lengths.thickness
         if index % 2 == 0:
-            bodies.append(parts.slab(short, low, high, parts.LEFT).moved(-side.clamped))
-            edge = seen - side.clamped - 3
-            named["left sheet"] = (edge, -lengths.width / 2, (low + high) / 2)
+            bodies.append(parts.slab(short, low, high, parts.LEFT).shift(-side.clamped))
+            edge = length - side.clamped - 3
+            targets["left sheet"] = (edge, -lengths.width / 2, (low + high) / 2)
         else:
             spacer = parts.slab(world.spacers[0], low, high, parts.SPACER)
-            bodies.append(spacer.moved(-side.clamped))
+            bodies.append(spacer.shift(-side.clamped))
             tip = replace(world.sheets[1], holes=(), start=world.sheets[1].end, end=0.0)
-            other = replace(tip, length=max(seen - side.clamped - begin, 4.0))
-            bodies.append(parts.slab(other, low, high, parts.RIGHT).moved(begin))
+            right = replace(tip, length=max(length - side.clamped - begin, 4.0))
+            bodies.append(parts.slab(right, low, high, parts.RIGHT).shift(begin))
             level = (low + high) / 2
-            named["spacer"] = (-1.0, -lengths.width / 2, level)
-            named["right sheet"] = (begin + 3, -lengths.width / 2, level)
-    top = -lengths.stack / 2 + len(shown) * fan
+            targets["spacer"] = (-1.0, -lengths.width / 2, level)
+            targets["right sheet"] = (begin + 3, -lengths.width / 2, level)
+    top = -lengths.stack / 2 + len(layers) * fan
     rise = top - lengths.stack / 2 + 8
-    bodies.append(parts.plate(world, side).moved(z=rise))
-    bodies += [screw.moved(z=rise + lengths.screw_length) for screw in parts.screws(world, side)]
-    bodies += [nut.moved(x=side.clamped + 4, z=-1) for nut in parts.nuts(world, side)]
-    named["clamp plate"] = bodies[-2 * lengths.screws - 1]
-    named["screw"] = bodies[-lengths.screws - 1]
-    named["nut, slid in from the front"] = bodies[-lengths.screws]
-    named["cap"] = bodies[0]
-    return shoot(bodies, View(-58, 24), width=1000), [Label(*each) for each in named.items()]
+    bodies.append(parts.plate(world, side).shift(z=rise))
+    bodies += [screw.shift(z=rise + lengths.screw_length) for screw in parts.screws(world, side)]
+    bodies += [nut.shift(x=side.clamped + 4, z=-1) for nut in parts.nuts(world, side)]
+    targets["clamp plate"] = bodies[-2 * lengths.screws - 1]
+    targets["screw"] = bodies[-lengths.screws - 1]
+    targets["nut, slid in from the front"] = bodies[-lengths.screws]
+    targets["cap"] = bodies[0]
+    return shoot(bodies, View(-58, 24), width=1000), [Label(*item) for item in targets.items()]
 
 
-def _shown(count: int) -> list[int]:
+def _drawn_layers(count: int) -> list[int]:
     """Layers of a picture: all, or the lowest and highest ones of a thick stack."""
     if count <= SHOWN:
         return list(range(count))
@@ -156,25 +156,22 @@ def _shown(count: int) -> list[int]:
 
 def mould_apart(world: Scene) -> dict[str, Body]:
     """Both halves ("top", "bottom") and the "core", apart."""
-    found, lift = parts.tools(world), _mould_lift(world)
-    return found | {
-        "top": found["top"].moved(z=2 * lift),
-        "core": found["core"].moved(z=lift),
-    }
+    tools, lift = parts.tools(world), _mould_lift(world)
+    return tools | {"top": tools["top"].shift(z=2 * lift), "core": tools["core"].shift(z=lift)}
 
 
 def _mould_lift(world: Scene) -> float:
     return 1.2 * world.lengths.mould.half + 14
 
 
-def _mould(world: Scene) -> Seen:
+def _mould(world: Scene) -> LabelledShot:
     """The mould and its bolts, apart."""
-    lengths, found = world.lengths, mould_apart(world)
-    top, core = found["top"], found["core"]
+    lengths, tools = world.lengths, mould_apart(world)
+    top, core = tools["top"], tools["core"]
     roof = 2 * _mould_lift(world) + lengths.mould.half
     (low, sprue), *vents = mould.openings(lengths, world.build)
     bolts, keys = mould.places(lengths)
-    raised = parts.bolts(world, roof + 12 + 2 * lengths.mould.half)
+    bodies = parts.bolts(world, roof + 12 + 2 * lengths.mould.half)
     points = [
         Label("upper half", (0.0, 0.0, roof)),
         Label("core", core),
@@ -182,12 +179,12 @@ def _mould(world: Scene) -> Seen:
         Label(f"sprue {sprue:g} mm", (*low, roof)),
         Label(f"vents {vents[0][1]:g} mm", (*vents[0][0], roof), True),
         Label("key", (*keys[0], 4.0)),
-        Label(f"{len(bolts)} bolts with nuts", raised[0]),
+        Label(f"{len(bolts)} bolts with nuts", bodies[0]),
     ]
-    return shoot([top, core, found["bottom"], *raised], View(-62, 32)), points
+    return shoot([top, core, tools["bottom"], *bodies], View(-62, 32)), points
 
 
-def _assembled(world: Scene) -> Seen:
+def _draw_assembled(world: Scene) -> LabelledShot:
     """The brake without its enclosure, and below with it, ties, fittings and dowels."""
     lengths = world.lengths
     bare: list[Body] = []
@@ -199,7 +196,7 @@ def _assembled(world: Scene) -> Seen:
     board = parts.jig(world)
     bare += board
     lift = lengths.cap_height + 0.3 * lengths.free + 14
-    worn = [
+    outer = [
         body
         for side in lengths.sides
         for body in (
@@ -216,17 +213,17 @@ def _assembled(world: Scene) -> Seen:
         Label("stack in its clamps", (0.4 * lengths.free, 0.0, lift + lengths.stack / 2)),
         Label("groove for the tie", (-lengths.left.reach + 4, 0.0, lift + lengths.neck_b)),
         Label("enclosure", (0.55 * lengths.free, -lengths.width / 2, 0.0)),
-        Label("cable tie", worn[-1]),
-        Label("dowel", worn[-3]),
-        Label("fitting", worn[-2]),
+        Label("cable tie", outer[-1]),
+        Label("dowel", outer[-3]),
+        Label("fitting", outer[-2]),
         Label("tube", tube),
     ]
-    seen = [body.moved(z=lift) for body in bare]
-    return shoot([*seen, parts.mounted_sleeve(world), *worn, tube]), points
+    upper = [body.shift(z=lift) for body in bare]
+    return shoot([*upper, parts.mounted_sleeve(world), *outer, tube]), points
 
 
-@style.styled
-def labelled(shot: Shot, points: Sequence[Label], width: float = 8.2) -> style.Figure:
+@style.in_style
+def add_labels(shot: Shot, points: Sequence[Label], width: float = 8.2) -> style.Figure:
     """A picture with the names of its parts above and below, each with a line to its part."""
     rows, columns, _ = shot.pixels.shape
     strip = 0.3
@@ -234,8 +231,8 @@ def labelled(shot: Shot, points: Sequence[Label], width: float = 8.2) -> style.F
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, tall + 2 * strip))
-    whole = tall + 2 * strip
-    axes = figure.add_axes((0, strip / whole, 1, tall / whole))
+    height = tall + 2 * strip
+    axes = figure.add_axes((0, strip / height, 1, tall / height))
     axes.imshow(shot.pixels, interpolation="none", aspect="equal")
     style.bare(axes)
     upper: list[tuple[str, float, float]] = []
@@ -246,11 +243,11 @@ def labelled(shot: Shot, points: Sequence[Label], width: float = 8.2) -> style.F
         (upper if higher else lower).append((label.words, x, y))
     inch = columns / width
     for group, level, va in ((upper, -0.08 * inch, "bottom"), (lower, rows + 0.08 * inch, "top")):
-        for (words, x, y), at in _spread(group, inch, columns):
+        for (words, x, y), place in _spread(group, inch, columns):
             axes.annotate(
                 words,
                 (x, y),
-                (at, level),
+                (place, level),
                 ha="center",
                 va=va,
                 fontsize=style.WORDS,
@@ -265,13 +262,13 @@ def labelled(shot: Shot, points: Sequence[Label], width: float = 8.2) -> style.F
 def _spread(
     group: Sequence[tuple[str, float, float]], inch: float, columns: int
 ) -> list[tuple[tuple[str, float, float], float]]:
-    """Where each label of a row stands: over its part, or beside its neighbour."""
-    ordered = sorted(group, key=lambda p: p[1])
-    half = [inch * _LETTER * (len(words) + 2) / 2 for words, _, _ in ordered]
-    at = [max(x, h) for (_, x, _), h in zip(ordered, half, strict=True)]
-    for i in range(1, len(at)):
-        at[i] = max(at[i], at[i - 1] + half[i - 1] + half[i])
-    for i in range(len(at) - 1, -1, -1):
-        most = columns - half[i] if i == len(at) - 1 else at[i + 1] - half[i + 1] - half[i]
-        at[i] = min(at[i], most)
-    return list(zip(ordered, at, strict=True))
+    """Return the place of each label of a row: over its part, or next to its neighbour."""
+    labels = sorted(group, key=lambda p: p[1])
+    half = [inch * _LETTER * (len(words) + 2) / 2 for words, _, _ in labels]
+    spots = [max(x, h) for (_, x, _), h in zip(labels, half, strict=True)]
+    for i in range(1, len(spots)):
+        spots[i] = max(spots[i], spots[i - 1] + half[i - 1] + half[i])
+    for i in range(len(spots) - 1, -1, -1):
+        limit = columns - half[i] if i == len(spots) - 1 else spots[i + 1] - half[i + 1] - half[i]
+        spots[i] = min(spots[i], limit)
+    return list(zip(labels, spots, strict=True))

@@ -30,31 +30,31 @@ Ring = Sequence[tuple[float, float]]
 
 @dataclass(frozen=True)
 class Scene:
-    """What the pictures are made of."""
+    """Build, lengths and outlines of the parts in the pictures."""
 
     build: Build
     lengths: Lengths
     sheets: tuple[Outline, Outline]
     spacers: tuple[Outline, Outline]
-    """Of the left and of the right side, nominal."""
+    """Spacers of the left and of the right side, nominal."""
 
 
 def scene(build: Build, lengths: Lengths) -> Scene:
     """The scene of a build."""
-    found = {part.name: part.outline for part in film_parts(build, lengths)}
+    outlines = {part.name: part.outline for part in film_parts(build, lengths)}
 
     def both(kind: str) -> tuple[Outline, Outline]:
-        if kind in found:
-            return found[kind], found[kind]
-        return found[f"{kind}-left"], found[f"{kind}-right"]
+        if kind in outlines:
+            return outlines[kind], outlines[kind]
+        return outlines[f"{kind}-left"], outlines[f"{kind}-right"]
 
     return Scene(build, lengths, both("sheet"), both("spacer"))
 
 
 def body(part: Solid, colour: str) -> Body:
     """A solid as a body."""
-    made = mesh(part)
-    return Body(made.corners, made.triangles, colour)
+    surface = mesh(part)
+    return Body(surface.corners, surface.triangles, colour)
 
 
 def slab(outline: Outline, low: float, high: float, colour: str) -> Body:
@@ -64,68 +64,68 @@ def slab(outline: Outline, low: float, high: float, colour: str) -> Body:
         turns = [2 * math.pi * k / 40 for k in range(40)]
         r = hole.diameter / 2
         rings.append([(hole.x + r * math.cos(a), hole.y - r * math.sin(a)) for a in turns])
-    return _swept(rings, low, high, colour)
+    return _extrude(rings, low, high, colour)
 
 
-def _swept(rings: Sequence[Ring], low: float, high: float, colour: str) -> Body:
+def _extrude(rings: Sequence[Ring], low: float, high: float, colour: str) -> Body:
     """Rings, holes clockwise, swept upright."""
     from manifold3d import CrossSection, Manifold
 
     section = CrossSection([np.array(ring) for ring in rings])
-    found = Manifold.extrude(section, high - low).to_mesh64()
-    corners = np.asarray(found.vert_properties, dtype=float)[:, :3]
-    triangles = np.asarray(found.tri_verts, dtype=np.int64)
+    prism = Manifold.extrude(section, high - low).to_mesh64()
+    corners = np.asarray(prism.vert_properties, dtype=float)[:, :3]
+    triangles = np.asarray(prism.tri_verts, dtype=np.int64)
     return Body(corners + np.array([0, 0, low]), triangles, colour)
 
 
 def cap(world: Scene, side: Side) -> Body:
     """A cap where it belongs."""
-    made = body(caps.cap(world.lengths, world.build, side, "cap"), PRINTED)
-    return _placed(world, side, made)
+    part = body(caps.cap(world.lengths, world.build, side, "cap"), PRINTED)
+    return _place(world, side, part)
 
 
 def plate(world: Scene, side: Side) -> Body:
     """A clamp plate where it belongs."""
-    return _placed(world, side, body(caps.plate(world.lengths, world.build, side, "plate"), PLATE))
+    return _place(world, side, body(caps.plate(world.lengths, world.build, side, "plate"), PLATE))
 
 
 def screws(world: Scene, side: Side) -> list[Body]:
     """The screws of one cap: head and shank."""
     lengths, thread = world.lengths, world.lengths.thread
-    under = lengths.stack / 2 + lengths.floor
-    made = []
+    seat = lengths.stack / 2 + lengths.floor
+    bodies = []
     for y in caps.screw_places(lengths, side):
-        at = -side.clamped / 2, y
-        shank = add("z", under - lengths.screw_length, under, Ellipse.circle(at, thread.size))
-        head = add("z", under, under + thread.head_height, Ellipse.circle(at, thread.head))
+        center = -side.clamped / 2, y
+        shank = add("z", seat - lengths.screw_length, seat, Ellipse.circle(center, thread.size))
+        head = add("z", seat, seat + thread.head_height, Ellipse.circle(center, thread.head))
         key = cut(
             "z",
-            under + 0.5 * thread.head_height,
-            under + thread.head_height,
-            Ellipse.circle(at, 0.9 * thread.size),
+            seat + 0.5 * thread.head_height,
+            seat + thread.head_height,
+            Ellipse.circle(center, 0.9 * thread.size),
         )
-        made.append(_placed(world, side, body(solid("screw", [shank, head, key]), STEEL)))
-    return made
+        bodies.append(_place(world, side, body(solid("screw", [shank, head, key]), STEEL)))
+    return bodies
 
 
 def nuts(world: Scene, side: Side) -> list[Body]:
     """The nuts of one cap, each slid in from the front."""
     lengths, thread = world.lengths, world.lengths.thread
     top = -lengths.stack / 2 - lengths.floor
-    made = []
+    bodies = []
     for y in caps.screw_places(lengths, side):
-        x, far = -side.clamped / 2, thread.nut / math.sqrt(3)
+        x, radius = -side.clamped / 2, thread.nut / math.sqrt(3)
         hexagon = [
-            (x + far * math.cos(k * math.pi / 3), y + far * math.sin(k * math.pi / 3))
+            (x + radius * math.cos(k * math.pi / 3), y + radius * math.sin(k * math.pi / 3))
             for k in range(6)
         ]
         r = thread.size / 2
         turns = [2 * math.pi * k / 24 for k in range(24)]
         hole = [(x + r * math.cos(a), y - r * math.sin(a)) for a in turns]
-        made.append(
-            _placed(world, side, _swept([hexagon, hole], top - thread.nut_height, top, STEEL))
+        bodies.append(
+            _place(world, side, _extrude([hexagon, hole], top - thread.nut_height, top, STEEL))
         )
-    return made
+    return bodies
 
 
 def layer(world: Scene, index: int, shift: float = 0.0) -> tuple[Body, Body]:
@@ -133,11 +133,11 @@ def layer(world: Scene, index: int, shift: float = 0.0) -> tuple[Body, Body]:
     lengths, left = world.lengths, index % 2 == 0
     low = -lengths.stack / 2 + index * lengths.thickness + shift
     high = low + lengths.thickness
-    own, other = (lengths.left, lengths.right)[:: 1 if left else -1]
-    at = 0 if left else 1
-    sheet = slab(world.sheets[at], low, high, LEFT if left else RIGHT).moved(-own.clamped)
-    spacer = slab(world.spacers[1 - at], low, high, SPACER).moved(-other.clamped)
-    return _placed(world, own, sheet), _placed(world, other, spacer)
+    near_side, far_side = (lengths.left, lengths.right)[:: 1 if left else -1]
+    number = 0 if left else 1
+    sheet = slab(world.sheets[number], low, high, LEFT if left else RIGHT).shift(-near_side.clamped)
+    spacer = slab(world.spacers[1 - number], low, high, SPACER).shift(-far_side.clamped)
+    return _place(world, near_side, sheet), _place(world, far_side, spacer)
 
 
 def dowel(world: Scene, side: Side) -> Body:
@@ -146,61 +146,61 @@ def dowel(world: Scene, side: Side) -> Body:
     end = side.reach + lengths.port_length + lengths.head / 2
     half = lengths.head_height / 2 + 6
     pin = solid("pin", [add("z", -half, half, Ellipse.circle((-end, 0), size))])
-    return _placed(world, side, body(pin, STEEL))
+    return _place(world, side, body(pin, STEEL))
 
 
 def jig(world: Scene) -> list[Body]:
-    """The board below both caps, and the dowels that stand in it."""
+    """The board below both caps, with its dowels."""
     lengths, build = world.lengths, world.build
     board = boards.jig(lengths.pin_to_pin, caps.pin_hole(build))
     left = lengths.left.reach + lengths.port_length + lengths.head / 2
     ground = -max(lengths.stack / 2 + lengths.shelf_height, lengths.neck_b) - 0.2
-    made = [slab(board, ground - 6, ground, BOARD).moved(-left - board.holes[0].x)]
+    bodies = [slab(board, ground - 6, ground, BOARD).shift(-left - board.holes[0].x)]
     for x in (-left, lengths.pin_to_pin - left):
         pin = Ellipse.circle((x, 0), mm(build.pin))
-        made.append(
+        bodies.append(
             body(solid("pin", [add("z", ground - 6, lengths.head_height / 2 + 4, pin)]), STEEL)
         )
-    return made
+    return bodies
 
 
-def bolts(world: Scene, at: float) -> list[Body]:
-    """The mould's bolts, heads on z = `at`, in their places."""
+def bolts(world: Scene, z: float) -> list[Body]:
+    """The mould's bolts, heads on z = `z`, in their places."""
     size = mm(world.build.mould_bolt)
-    made = []
+    bodies = []
     for place in mould.places(world.lengths)[0]:
-        shank = add("z", at - 2 * world.lengths.mould.half, at, Ellipse.circle(place, 0.88 * size))
-        head = add("z", at, at + 0.8 * size, Ellipse.circle(place, 1.5 * size))
-        made.append(body(solid("bolt", [shank, head]), STEEL))
-    return made
+        shank = add("z", z - 2 * world.lengths.mould.half, z, Ellipse.circle(place, 0.88 * size))
+        head = add("z", z, z + 0.8 * size, Ellipse.circle(place, 1.5 * size))
+        bodies.append(body(solid("bolt", [shank, head]), STEEL))
+    return bodies
 
 
 def tube(world: Scene, side: Side) -> Body:
     """A piece of the tube on a fitting."""
     lengths = world.lengths
-    x, near = -(side.reach + lengths.port_length / 2), lengths.head / 2
-    ring = add("y", near + 6, near + 24, Ellipse.circle((0, x), max(lengths.port, 2.5)))
-    return _placed(world, side, body(solid("tube", [ring]), TUBE))
+    x, face = -(side.reach + lengths.port_length / 2), lengths.head / 2
+    ring = add("y", face + 6, face + 24, Ellipse.circle((0, x), max(lengths.port, 2.5)))
+    return _place(world, side, body(solid("tube", [ring]), TUBE))
 
 
 def fitting(world: Scene, side: Side) -> Body:
     """A fitting in the port, as a plain stub: which one is the maker's choice."""
     lengths = world.lengths
     x = -(side.reach + lengths.port_length / 2)
-    near, size = lengths.head / 2, lengths.port
+    face, size = lengths.head / 2, lengths.port
     rings = [
-        add("y", near - 4, near, Ellipse.circle((0, x), size)),
-        add("y", near, near + 3, Ellipse.circle((0, x), size + 2.5)),
-        add("y", near + 3, near + 9, Ellipse.circle((0, x), max(size - 1, 1.5))),
+        add("y", face - 4, face, Ellipse.circle((0, x), size)),
+        add("y", face, face + 3, Ellipse.circle((0, x), size + 2.5)),
+        add("y", face + 3, face + 9, Ellipse.circle((0, x), max(size - 1, 1.5))),
     ]
-    return _placed(world, side, body(solid("fitting", rings), BRASS))
+    return _place(world, side, body(solid("fitting", rings), BRASS))
 
 
-def tie(world: Scene, side: Side, over: float = 0.0) -> Body:
+def tie(world: Scene, side: Side, gap: float = 0.0) -> Body:
     """A cable tie around the neck, `over` mm above the groove's ground."""
     lengths, build = world.lengths, world.build
     depth, wide = mm(build.tie_depth), mm(build.tie_width)
-    a, b = lengths.neck_a - depth + over, lengths.neck_b - depth + over
+    a, b = lengths.neck_a - depth + gap, lengths.neck_b - depth + gap
     middle = -(side.reach - mm(build.neck_length) / 2)
     ends = middle - wide / 2, middle + wide / 2
     rings = [
@@ -208,20 +208,20 @@ def tie(world: Scene, side: Side, over: float = 0.0) -> Body:
         cut("x", *ends, Ellipse((0, 0), a, b)),
         add("x", *ends, Box((-2.4, b + 1.0), (2.4, b + 4.2))),
     ]
-    return _placed(world, side, body(solid("tie", rings), TIE))
+    return _place(world, side, body(solid("tie", rings), TIE))
 
 
 def sleeve(world: Scene) -> Body:
     """The enclosure as trimmed, where it lies when nothing stretches it."""
     lengths = world.lengths
     middle = (lengths.free + lengths.right.reach - lengths.left.reach) / 2
-    return body(mould.sleeve(lengths), SILICONE).moved(middle)
+    return body(mould.sleeve(lengths), SILICONE).shift(middle)
 
 
 def mounted_sleeve(world: Scene) -> Body:
     """The enclosure as it is worn: over both trays and tied to both necks; thin where stretched."""
     lengths, build = world.lengths, world.build
-    back, neck = mm(build.back), mm(build.neck_length)
+    rear, neck = mm(build.back), mm(build.neck_length)
     low = -lengths.stack / 2 - lengths.shelf_height
     high = lengths.stack / 2 + lengths.plate_height
     wall, thin = lengths.wall, 0.7 * lengths.wall
@@ -231,12 +231,12 @@ def mounted_sleeve(world: Scene) -> Body:
     slope = min(0.45 * lengths.free, (lengths.cap_height - lengths.inner_height) / 2 + 2)
     ends = []
     for side in lengths.sides:
-        behind = side.tray + back
-        steps = [(-behind - 2 * (1 - t), _between(oval, tray, t)) for t in np.linspace(0, 1, 9)]
-        ends.append([(-behind - neck, oval), *steps, (0.0, tray)])
+        tail = side.tray + rear
+        steps = [(-tail - 2 * (1 - t), _interpolate(oval, tray, t)) for t in np.linspace(0, 1, 9)]
+        ends.append([(-tail - neck, oval), *steps, (0.0, tray)])
     stations = [*ends[0], (slope, flat), (lengths.free - slope, flat)]
     stations += [(lengths.free - x, ring) for x, ring in ends[1][::-1]]
-    return _lofted(stations)
+    return _loft(stations)
 
 
 AROUND = 96
@@ -260,9 +260,9 @@ def _oval(a: float, b: float, wall: float) -> Rings:
     return outer, inner
 
 
-def _between(one: Rings, other: Rings, share: float) -> Rings:
+def _interpolate(first: Rings, second: Rings, share: float) -> Rings:
     """Rings between two others."""
-    outer, inner = (a + (b - a) * share for a, b in zip(one, other, strict=True))
+    outer, inner = (a + (b - a) * share for a, b in zip(first, second, strict=True))
     return outer, inner
 
 
@@ -272,7 +272,7 @@ def _on_square(k: int) -> tuple[float, float]:
     return ((1.0, t), (-t, 1.0), (-1.0, -t), (t, -1.0))[quarter]
 
 
-def _lofted(stations: Sequence[tuple[float, Rings]]) -> Body:
+def _loft(stations: Sequence[tuple[float, Rings]]) -> Body:
     """A tube through rings at their x, closed between outer and inner at both ends."""
     count = len(stations)
     corners = [
@@ -282,19 +282,19 @@ def _lofted(stations: Sequence[tuple[float, Rings]]) -> Body:
     ]
     this = np.arange(AROUND)
     after = (this + 1) % AROUND
-    made = []
+    triangles = []
 
-    def strip(one: int, other: int) -> None:
-        a, b = AROUND * one, AROUND * other
-        made.append(np.column_stack([a + this, b + after, a + after]))
-        made.append(np.column_stack([a + this, b + this, b + after]))
+    def strip(ring: int, next_ring: int) -> None:
+        a, b = AROUND * ring, AROUND * next_ring
+        triangles.append(np.column_stack([a + this, b + after, a + after]))
+        triangles.append(np.column_stack([a + this, b + this, b + after]))
 
     for i in range(count - 1):
         strip(i + 1, i)
         strip(count + i, count + i + 1)
     strip(0, count)
     strip(2 * count - 1, count - 1)
-    return Body(np.concatenate(corners), np.concatenate(made).astype(np.int64), SILICONE)
+    return Body(np.concatenate(corners), np.concatenate(triangles).astype(np.int64), SILICONE)
 
 
 def tools(world: Scene) -> dict[str, Body]:
@@ -307,6 +307,6 @@ def tools(world: Scene) -> dict[str, Body]:
     }
 
 
-def _placed(world: Scene, side: Side, made: Body) -> Body:
+def _place(world: Scene, side: Side, part: Body) -> Body:
     """A body of one side, drawn as the left one's."""
-    return made if side.name == "left" else made.turned(world.lengths.free)
+    return part if side.name == "left" else part.turn(world.lengths.free)

@@ -22,7 +22,7 @@ Ends = tuple[float | None, float | None]
 
 @dataclass(frozen=True)
 class Curve:
-    """A line of a pane; `x` and `y` shape (N,) in its units; `name` appears at its end."""
+    """A line of a pane; `x` and `y` have shape (N,) in its units, `name` appears at its end."""
 
     x: Any
     y: Any
@@ -42,8 +42,8 @@ class Curve:
     @property
     def end(self) -> tuple[float, float]:
         """The last point, NaN if none is known."""
-        known = np.flatnonzero(np.isfinite(np.asarray(self.y, float)))
-        return (self.x[known[-1]], self.y[known[-1]]) if len(known) else (np.nan, np.nan)
+        finite = np.flatnonzero(np.isfinite(np.asarray(self.y, float)))
+        return (self.x[finite[-1]], self.y[finite[-1]]) if len(finite) else (np.nan, np.nan)
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Pane:
     headline: str = ""
     detail: str = ""
     share: float = 1.0
-    """Part of the height, beside panes above or below."""
+    """Share of the height if other panes are above or below."""
 
     @property
     def lines(self) -> list[Curve]:
@@ -73,8 +73,8 @@ class Pane:
         ends = self.x_range[0], self.x_range[1]
         if self.levels and ends[1] is None:
             ends = ends[0], max(float(np.nanmax(curve.x)) for curve in self.curves)
-        across = [Curve(ends, (y, y), color, name, "dashed", 1.2) for y, name, color in self.levels]
-        return [*self.curves, *across]
+        levels = [Curve(ends, (y, y), color, name, "dashed", 1.2) for y, name, color in self.levels]
+        return [*self.curves, *levels]
 
 
 def stacked(panes: Sequence[Pane]) -> bool:
@@ -82,9 +82,9 @@ def stacked(panes: Sequence[Pane]) -> bool:
     return len(panes) > 1 and len({pane.x for pane in panes}) == 1
 
 
-def beside(panes: Sequence[Pane], others: Mapping[str, Sequence[Curve]]) -> list[Pane]:
+def add_comparisons(panes: Sequence[Pane], others: Mapping[str, Sequence[Curve]]) -> list[Pane]:
     """The panes with curves of others by their labels, one in each, quiet and named once."""
-    made = []
+    result = []
     for place, pane in enumerate(panes):
         quiet = [
             replace(curves[place], color=GREY, name=label, width=1.2, labelled=not place)
@@ -93,14 +93,14 @@ def beside(panes: Sequence[Pane], others: Mapping[str, Sequence[Curve]]) -> list
         ]
         ends = []
         for (low, high), values, room in ((pane.x_range, "x", 1.0), (pane.y_range, "y", 1.1)):
-            most = [room * float(np.nanmax(getattr(one, values))) for one in quiet]
-            ends.append((low, None if high is None else max(high, *most, high)))
+            tops = [room * float(np.nanmax(getattr(curve, values))) for curve in quiet]
+            ends.append((low, None if high is None else max(high, *tops, high)))
         curves = [*pane.curves, *quiet]
-        made.append(replace(pane, curves=curves, x_range=ends[0], y_range=ends[1]))
-    return made
+        result.append(replace(pane, curves=curves, x_range=ends[0], y_range=ends[1]))
+    return result
 
 
-@style.styled
+@style.in_style
 def draw(panes: Sequence[Pane]) -> style.Figure:
     """The figure of panes."""
     count = len(panes)
@@ -122,18 +122,18 @@ def fill(axes: style.Axes, pane: Pane, below: bool = False) -> None:
         axes.axvspan(start, end, color=color, alpha=0.12, lw=0)
     for low, high in pane.bands:
         style.band(axes, high.x, low.y, high.y, high.color)
-    for place, one in enumerate(pane.lines):
-        dash: Any = {"dashed": style.DASHED, "dotted": style.DOTTED}.get(one.dash, "-")
-        width, above = POINTS_PER_PIXEL * one.width, 2.0 + (not place)
-        dots: dict[str, Any] = dict(marker="o", ms=2.6, markevery=0.02) if one.measured else {}
-        axes.plot(one.x, one.y, color=one.color, ls=dash, lw=width, zorder=above, **dots)
+    for place, curve in enumerate(pane.lines):
+        dash: Any = {"dashed": style.DASHED, "dotted": style.DOTTED}.get(curve.dash, "-")
+        width, above = POINTS_PER_PIXEL * curve.width, 2.0 + (not place)
+        dots: dict[str, Any] = dict(marker="o", ms=2.6, markevery=0.02) if curve.measured else {}
+        axes.plot(curve.x, curve.y, color=curve.color, ls=dash, lw=width, zorder=above, **dots)
     axes.set(xlim=pane.x_range, ylim=pane.y_range)
     for x, y, words, color in pane.marks:
         style.spot(axes, x, y, words, color)
     ends: dict[float, list[tuple[float, str, str]]] = {}
-    for one in pane.lines:
-        if one.name and one.labelled:
-            ends.setdefault(one.end[0], []).append((one.end[1], one.name, one.color))
+    for curve in pane.lines:
+        if curve.name and curve.labelled:
+            ends.setdefault(curve.end[0], []).append((curve.end[1], curve.name, curve.color))
     for x, names in ends.items():
         style.labels_right(axes, x, names)
     style.panel(axes, pane.headline, pane.detail)

@@ -18,107 +18,107 @@ from layerjam.report.style import BLUE, GREEN, GREY, INK, KPA, ORANGE, RED, SKY
 from layerjam.units import show
 
 
-def loop(regulator: Regulator, made: ClosedLoop, fault_at: float | None = None) -> list[Pane]:
+def loop(regulator: Regulator, run: ClosedLoop, fault_at: float | None = None) -> list[Pane]:
     """Vacuum, reading and target over time, and what the pump does; ground from a fault on."""
-    time, end = made.time, float(made.time[-1])
+    time, end = run.time, float(run.time[-1])
     vacuum = [
-        Curve(time, made.vacuum * KPA, name="vacuum"),
-        Curve(time, made.measured * KPA, SKY, "sensor", width=1.0),
-        Curve(time, made.target * KPA, GREEN, "target", "dashed", 1.5),
+        Curve(time, run.vacuum * KPA, name="vacuum"),
+        Curve(time, run.measured * KPA, SKY, "sensor", width=1.0),
+        Curve(time, run.target * KPA, GREEN, "target", "dashed", 1.5),
     ]
     commands = [
-        Curve(time, made.pump, name="pump", width=1.2),
-        Curve(time, made.vent, RED, "vent", width=1.5),
+        Curve(time, run.pump, name="pump", width=1.2),
+        Curve(time, run.vent, RED, "vent", width=1.5),
     ]
-    found = float(made.fault_time) if np.isfinite(made.fault_time) else end
-    begins = found if fault_at is None else min(fault_at, found)
-    grounds = (begins, found, ORANGE), (found, end, RED)
+    fault_time = float(run.fault_time) if np.isfinite(run.fault_time) else end
+    begins = fault_time if fault_at is None else min(fault_at, fault_time)
+    grounds = (begins, fault_time, ORANGE), (fault_time, end, RED)
     common: dict[str, Any] = {"x": "time [s]", "x_range": (0, end)}
     common["spans"] = [ground for ground in grounds if ground[0] < ground[1]]
-    high = 1.15 * float(max(made.target.max(), made.vacuum.max())) * KPA
-    rise = show(made.rise_time, "s", 3) if np.isfinite(made.rise_time) else "never reached"
-    words = f"rise 10 to 90 %: {rise}; overshoot {show(made.overshoot, 'Pa', 3)}; pump switched "
-    words += f"{made.pump_switches} times"
-    said: dict[str, Any] = {
-        "headline": f"Regulator {regulator.kind}: {made.outcome}",
+    high = 1.15 * float(max(run.target.max(), run.vacuum.max())) * KPA
+    rise = show(run.rise_time, "s", 3) if np.isfinite(run.rise_time) else "never reached"
+    words = f"rise 10 to 90 %: {rise}; overshoot {show(run.overshoot, 'Pa', 3)}; pump switched "
+    words += f"{run.pump_switches} times"
+    titles: dict[str, Any] = {
+        "headline": f"Regulator {regulator.kind}: {run.outcome}",
         "detail": words,
     }
-    low = min(1.15 * float(made.pump.min()), 0.0)
+    low = min(1.15 * float(run.pump.min()), 0.0)
     return [
-        Pane(vacuum, y="vacuum [kPa]", y_range=(0, high), share=1.7, **said, **common),
+        Pane(vacuum, y="vacuum [kPa]", y_range=(0, high), share=1.7, **titles, **common),
         Pane(commands, y="command [-]", y_range=(low, 1.15), **common),
     ]
 
 
-def seen(time: Any, vacuum: Any, target: Any, **pane: Any) -> list[Pane]:
+def bench_panes(time: Any, vacuum: Any, target: Any, **pane: Any) -> list[Pane]:
     """Vacuum and target [Pa] of a bench over time [s]; NaN where the sensor showed none."""
-    wanted, shown = np.asarray(target, float) * KPA, np.asarray(vacuum, float) * KPA
-    aim = Curve(time, wanted, GREEN, "target", "dashed", 1.5)
-    most = max(50.0, 1.15 * float(np.nanmax((*wanted, *shown))))
-    how = {"x": "time [s]", "x_range": (0, max(float(time[-1]), 1e-3)), **pane}
-    curves, top = [Curve(time, shown, name="vacuum"), aim], math.ceil(most / 10) * 10
-    return [Pane(curves, y="vacuum [kPa]", y_range=(0, top), **how)]
+    target_kpa, vacuum_kpa = np.asarray(target, float) * KPA, np.asarray(vacuum, float) * KPA
+    aim = Curve(time, target_kpa, GREEN, "target", "dashed", 1.5)
+    highest = max(50.0, 1.15 * float(np.nanmax((*target_kpa, *vacuum_kpa))))
+    options = {"x": "time [s]", "x_range": (0, max(float(time[-1]), 1e-3)), **pane}
+    curves, top = [Curve(time, vacuum_kpa, name="vacuum"), aim], math.ceil(highest / 10) * 10
+    return [Pane(curves, y="vacuum [kPa]", y_range=(0, top), **options)]
 
 
 def watched(
     time: Sequence[float], vacuum: Sequence[float], target: Sequence[float], simulated: bool = False
 ) -> style.Figure:
     """The figure of `seen`."""
-    about = f"over {show(max(float(time[-1]), 1e-3), 's', 3)}"
-    about = "a virtual board: computed, not measured" if simulated else about
-    return draw(seen(time, vacuum, target, headline="Vacuum of the bench", detail=about))
+    detail = f"over {show(max(float(time[-1]), 1e-3), 's', 3)}"
+    detail = "a virtual board: computed, not measured" if simulated else detail
+    return draw(bench_panes(time, vacuum, target, headline="Vacuum of the bench", detail=detail))
 
 
-@style.styled
-def following(made: Following, swept: Bode | None) -> style.Figure:
-    """Force and what was wanted, the vacuum behind it, and the response to a sine."""
-    figure, (force, *size) = style.canvas(columns=1 + (swept is not None), width=10.4, height=4.2)
-    detail = f"error {show(made.rms, 'N', 3)} RMS; the brake slips from "
-    detail += f"{show(float(made.slip[0]), 'm', 3)} to {show(float(made.slip[-1]), 'm', 3)}"
-    profile(force, made, 1.3 * float(max(made.wanted.max(), made.force.max())))
+@style.in_style
+def following(run: Following, sweep: Bode | None) -> style.Figure:
+    """Force and target, and the response to a sine."""
+    figure, (force, *size) = style.canvas(columns=1 + (sweep is not None), width=10.4, height=4.2)
+    detail = f"error {show(run.rms, 'N', 3)} RMS; the brake slips from "
+    detail += f"{show(float(run.slip[0]), 'm', 3)} to {show(float(run.slip[-1]), 'm', 3)}"
+    profile(force, run, 1.3 * float(max(run.wanted.max(), run.force.max())))
     style.title(force, "A force that follows a profile", detail)
-    if swept is not None:
+    if sweep is not None:
         wide = (
-            "beyond what was tried" if swept.bandwidth is None else show(swept.bandwidth, "Hz", 3)
+            "beyond what was tried" if sweep.bandwidth is None else show(sweep.bandwidth, "Hz", 3)
         )
-        frequency_response(size[0], [(swept, INK, "")], turn=(-180, 45))
+        frequency_response(size[0], [(sweep, INK, "")], turn=(-180, 45))
         style.title(size[0], "A sine of this swing", f"down to 71 % at {wide}; phase dashed")
     return figure
 
 
-def profile(axes: style.Axes, made: Following, top: float) -> None:
-    """Force given over the force wanted, and where it cannot be followed."""
-    lost = ~made.possible
-    across = axes.get_xaxis_transform()
-    axes.fill_between(made.time, 0, 1, where=lost, color=RED, alpha=0.15, lw=0, transform=across)
-    axes.plot(made.time, made.wanted, color=GREEN, lw=2.2, alpha=0.7)
-    axes.plot(made.time, made.force, color=INK, lw=1.1)
+def profile(axes: style.Axes, run: Following, top: float) -> None:
+    """Draw force and target, and mark the times at which it cannot be followed."""
+    gaps = ~run.possible
+    transform = axes.get_xaxis_transform()
+    axes.fill_between(run.time, 0, 1, where=gaps, color=RED, alpha=0.15, lw=0, transform=transform)
+    axes.plot(run.time, run.wanted, color=GREEN, lw=2.2, alpha=0.7)
+    axes.plot(run.time, run.force, color=INK, lw=1.1)
     names = [("wanted", GREEN), ("given", INK)]
-    names += [("cannot be followed", RED)] if lost.mean() > 0.005 else []
-    axes.set(xlim=(0, float(made.time[-1])), ylim=(0, top), xlabel="time [s]", ylabel="force [N]")
-    style.key(axes, *names, at="upper left", ncols=3)
+    names += [("cannot be followed", RED)] if gaps.mean() > 0.005 else []
+    axes.set(xlim=(0, float(run.time[-1])), ylim=(0, top), xlabel="time [s]", ylabel="force [N]")
+    style.key(axes, *names, loc="upper left", ncols=3)
 
 
 def frequency_response(
-    axes: style.Axes, swept: list[tuple[Bode, str, str]], turn: tuple[float, float]
+    axes: style.Axes, sweeps: list[tuple[Bode, str, str]], turn: tuple[float, float]
 ) -> None:
     """Size and phase over the frequency of (response, colour, name); `turn` bounds the phase."""
     phase = axes.twinx()
-    for made, color, _ in swept:
-        axes.plot(made.frequency, made.magnitude, "o-", color=color, ms=3.5, lw=1.3)
-        phase.plot(made.frequency, made.phase, color=color, lw=1.0, ls=style.DASHED)
+    for sweep, color, _ in sweeps:
+        axes.plot(sweep.frequency, sweep.magnitude, "o-", color=color, ms=3.5, lw=1.3)
+        phase.plot(sweep.frequency, sweep.phase, color=color, lw=1.0, ls=style.DASHED)
     style.plain(axes)
     axes.set(ylim=(0, 1.25), xlabel="frequency [Hz]", ylabel="force / required force [-]")
     style.level(axes, 2**-0.5, "71 %", GREY)
     phase.set(ylabel="phase, dashed [degrees]", ylim=turn)
     phase.grid(visible=False)
-    if any(name for *_, name in swept):
-        style.key(axes, *((name, color) for _, color, name in swept), at="lower left")
+    if any(name for *_, name in sweeps):
+        style.key(axes, *((name, color) for _, color, name in sweeps), loc="lower left")
 
 
 STEPS = 25
 """Uncertainties drawn, from none to `MOST` times the one given."""
-MOST = 2.0
+WIDEST = 2.0
 GUESS = 0.1
 """Standard deviation of the speed over its mean, where none was given."""
 
@@ -130,50 +130,53 @@ def energy_sd(case: Arrival) -> float:
     return float(np.sqrt(np.expm1(mass + 4 * speed)))
 
 
-@style.styled
-def planned(made: Plan) -> style.Figure:
+@style.in_style
+def plan_figure(plan: Plan) -> style.Figure:
     """Vacuum that comes in the warning time; expected peak and chance to run out of travel."""
     figure, (rises, peaks, chances) = style.canvas(columns=3, width=12.4, height=3.9)
-    _rise(rises, made)
-    _modes(peaks, chances, made)
+    _rise(rises, plan)
+    _modes(peaks, chances, plan)
     return figure
 
 
-def _rise(axes: style.Axes, made: Plan) -> None:
-    time, vacuum = made.rising.time, made.rising.vacuum * KPA
-    end, needed = max(float(time[-1]), 1e-3), made.needed
+def _rise(axes: style.Axes, plan: Plan) -> None:
+    time, vacuum = plan.rising.time, plan.rising.vacuum * KPA
+    end, limit = max(float(time[-1]), 1e-3), plan.needed
     axes.plot(time, vacuum, color=BLUE)
-    top = max(float(vacuum.max()), 0.0 if needed is None else needed * KPA, 1.0)
+    top = max(float(vacuum.max()), 0.0 if limit is None else limit * KPA, 1.0)
     axes.set(xlim=(0, end * 1.02), ylim=(0, top * 1.22))
     axes.set(xlabel="time from the warning [s]", ylabel="vacuum [kPa]")
     style.spot(axes, time[-1], vacuum[-1], color=BLUE, clip_on=False)
-    words = [(f"{show(made.reached, 'Pa', 3)} in time", BLUE)]
-    what, detail = "Vacuum available in time", "no vacuum of the site stops it within the travel"
-    if needed is not None:
-        enough, case = needed <= made.reached, made.case
+    words = [(f"{show(plan.reached, 'Pa', 3)} in time", BLUE)]
+    headline, detail = (
+        "Vacuum available in time",
+        "no vacuum of the site stops it within the travel",
+    )
+    if limit is not None:
+        enough, case = limit <= plan.reached, plan.case
         color = GREEN if enough else RED
-        axes.axhline(needed * KPA, color=color, lw=1.2, ls=style.DASHED)
-        words.append((f"{show(needed, 'Pa', 3)} needed", color))
-        what = f"{'Enough' if enough else 'Too little'} vacuum comes in time"
+        axes.axhline(limit * KPA, color=color, lw=1.2, ls=style.DASHED)
+        words.append((f"{show(limit, 'Pa', 3)} needed", color))
+        headline = f"{'Enough' if enough else 'Too little'} vacuum comes in time"
         detail = f"{show(case.mass, 'kg')} at {show(case.speed, 'm/s')} within "
         detail += f"{show(case.travel, 'm')} of slip"
-    style.key(axes, *words, at="lower right")
-    style.title(axes, what, detail)
+    style.key(axes, *words, loc="lower right")
+    style.title(axes, headline, detail)
 
 
-def _modes(peaks: style.Axes, chances: style.Axes, made: Plan) -> None:
-    case, brake = made.case, made.brake.brake
+def _modes(peaks: style.Axes, chances: style.Axes, plan: Plan) -> None:
+    case, brake = plan.case, plan.brake.brake
     given = energy_sd(case) > 0
     if not given:
         case = replace(case, speed_sd=GUESS * case.speed)
     cases = [
         replace(case, mass_sd=case.mass_sd * part, speed_sd=case.speed_sd * part)
-        for part in np.linspace(0, MOST, STEPS).tolist()
+        for part in np.linspace(0, WIDEST, STEPS).tolist()
     ]
     x = np.array([energy_sd(c) for c in cases]) * 100
-    modes = [("full", INK, made.reached), ("tuned", ORANGE, made.tuned.vacuum)]
-    if made.capped:
-        modes = [("full (tuned is capped to it)", INK, made.reached)]
+    modes = [("full", INK, plan.reached), ("tuned", ORANGE, plan.tuned.vacuum)]
+    if plan.capped:
+        modes = [("full (tuned is capped to it)", INK, plan.reached)]
     highest = 0.0
     for name, color, vacuum in modes:
         runs = [spread(vacuum, brake, c) for c in cases]
@@ -192,7 +195,7 @@ def _modes(peaks: style.Axes, chances: style.Axes, made: Plan) -> None:
     for axes in (peaks, chances):
         axes.set(xlim=(0, x[-1]), xlabel=f"standard deviation of the energy{from_speed} [%]")
         if given:
-            style.upright(axes, energy_sd(made.case) * 100, "as given", at=0.03)
-        style.key(axes, at="upper left")
+            style.upright(axes, energy_sd(plan.case) * 100, "as given", share=0.03)
+        style.key(axes, loc="upper left")
     style.title(peaks, "Force on the mass", "expected peak of those that stop")
     style.title(chances, "Faults", f"it needs more than the brake's {usable}")

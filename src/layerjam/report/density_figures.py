@@ -20,7 +20,7 @@ G = 1e3
 """Grams in a kilogram."""
 
 
-@style.styled
+@style.in_style
 def density(
     rows: Sequence[dict[str, Any]],
     lines: "Sequence[SheetLine]",
@@ -42,17 +42,19 @@ def density(
         words = f"not drawn, for no device with a source was found: {', '.join(missing)}"
         below = "\n".join(textwrap.wrap(words, 125))
         figure.supxlabel(below, fontsize=8, color=GREY, x=0.01, ha="left")
-    of = [show(sheet[k], unit, 3) for k, unit in (("force_per_sheet", "N"), ("paper_force", "N"))]
-    to = [show(sheet[k], "kg", 3) for k in ("mass_per_sheet", "paper_mass")]
+    forces = [
+        show(sheet[k], unit, 3) for k, unit in (("force_per_sheet", "N"), ("paper_force", "N"))
+    ]
+    masses = [show(sheet[k], "kg", 3) for k in ("mass_per_sheet", "paper_mass")]
     detail = f"one more sheet in {sheet['brake']} at {show(sheet['vacuum'], 'Pa', 4)}: "
-    detail += f"{of[0]} and {to[0]} (the paper: {of[1]}, {to[1]})"
-    at = show(first.vacuum, "Pa", 4)
-    style.title(axes, f"Force over mass, ours computed at {at} where not said", detail)
+    detail += f"{forces[0]} and {masses[0]} (the paper: {forces[1]}, {masses[1]})"
+    vacuum = show(first.vacuum, "Pa", 4)
+    style.title(axes, f"Force over mass, ours computed at {vacuum} where not said", detail)
     return figure
 
 
 def fig12() -> style.Figure:
-    """The paper's Fig. 12 from the mass model, beside what others make where a source was read."""
+    """The paper's Fig. 12 from the mass model, with devices of others that have a source."""
     from layerjam.design.comparison import comparison
     from layerjam.device.load import devices, load
 
@@ -71,8 +73,8 @@ def _equal_density(axes: style.Axes) -> None:
         axes.plot([left, right], [left * per_gram, right * per_gram], color=FAINT, lw=0.8, zorder=1)
         end = min(right, high / per_gram)
         name = f"{10.0**power:g} N/kg" if power < 3 else f"{10.0 ** (power - 3):g} kN/kg"
-        where = {"fontsize": 8, "ha": "right", "va": "top", "zorder": 2}
-        style.label(axes, end / 1.08, end * per_gram / 1.08, name, GREY, **where)
+        align = {"fontsize": 8, "ha": "right", "va": "top", "zorder": 2}
+        style.label(axes, end / 1.08, end * per_gram / 1.08, name, GREY, **align)
 
 
 def _ours(axes: style.Axes, ours: Sequence[dict[str, Any]], line: "SheetLine") -> None:
@@ -82,10 +84,10 @@ def _ours(axes: style.Axes, ours: Sequence[dict[str, Any]], line: "SheetLine") -
     for count, m, f in list(zip(line.sheets, masses, line.forces, strict=True))[1:]:
         style.label(axes, m / 1.1, f * 1.05, f"{count} sheets", BLUE, ha="right", fontsize=8)
     for row in ours:
-        m, f, stacked = row["mass"] * G, row["max_force"], row["brakes"] > 1
-        shape, size = ("*", 10) if stacked else ("o", 6)
+        m, f, is_array = row["mass"] * G, row["max_force"], row["brakes"] > 1
+        shape, size = ("*", 10) if is_array else ("o", 6)
         axes.plot(m, f, shape, color=BLUE, mfc="white" if row["note"] else BLUE, ms=size, zorder=4)
-        if stacked:
+        if is_array:
             words = f"{row['brakes']} brakes side by side"
             style.label(axes, m * 1.13, f / 1.06, words, BLUE, fontsize=8)
     _names(axes, [r for r in ours if r["brakes"] == 1])
@@ -99,7 +101,7 @@ def _names(axes: style.Axes, single: Sequence[dict[str, Any]]) -> None:
         height = max(row["max_force"] / 1.1, height * 1.3)
         words = row["name"] + (", friction not measured" if row["note"] else "")
         point = row["mass"] * G, row["max_force"]
-        style.pointed(axes, words, point, (column, height), BLUE, fontsize=8, zorder=3)
+        style.point_to(axes, words, point, (column, height), BLUE, fontsize=8, zorder=3)
 
 
 def _theirs(axes: style.Axes, theirs: Sequence[dict[str, Any]]) -> None:
@@ -109,8 +111,8 @@ def _theirs(axes: style.Axes, theirs: Sequence[dict[str, Any]]) -> None:
         for row in mine:
             axes.plot(row["mass"] * G, row["max_force"], marker, color=color, ms=7, zorder=4)
         middle = mine[len(mine) // 2]
-        at = (middle["mass"] * G, middle["max_force"])
-        light = at[0] < np.sqrt(np.prod(axes.get_xlim()))
+        point = (middle["mass"] * G, middle["max_force"])
+        light = point[0] < np.sqrt(np.prod(axes.get_xlim()))
         rim = "\n(torque at its own rim)" if middle["lever"] else ""
         text = f"{kind}{rim}" if len(mine) > 1 else f"{kind}:\n{mine[0]['name']}"
         shift: dict[str, Any] = {
@@ -118,4 +120,4 @@ def _theirs(axes: style.Axes, theirs: Sequence[dict[str, Any]]) -> None:
             "textcoords": "offset points",
         }
         shade = INK if color == ORANGE else style.readable(color)
-        axes.annotate(text, at, va="top", fontsize=8.5, color=shade, bbox=_GROUND, **shift)
+        axes.annotate(text, point, va="top", fontsize=8.5, color=shade, bbox=_GROUND, **shift)

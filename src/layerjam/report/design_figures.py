@@ -15,7 +15,7 @@ save = style.save
 
 
 class Look(NamedTuple):
-    """How a design is marked: in a figure, and with a symbol of its own on the page."""
+    """Mark of a design in a figure, and its symbol on the page."""
 
     color: str
     mark: str
@@ -33,21 +33,23 @@ FORBIDDEN = Look(RED, "X", 7, "triangle", 13)
 
 
 def seen_over(answer: Any) -> tuple[str, str]:
-    """What the front is seen over: the first two objectives, or mass or force beside the one."""
+    """Return the axes of the front: the first two objectives, or the only one and mass or force."""
     names = [o.name for o in answer.record.spec.objectives][:2]
     if len(names) == 1:
         names.insert(0, "mass" if names[0] != "mass" else "holding_force")
     return names[0], names[1]
 
 
-def marked(answer: Any, names: tuple[str, str]) -> list[tuple[Mapping[str, Any], str, Look]]:
+def marked_designs(
+    answer: Any, names: tuple[str, str]
+) -> list[tuple[Mapping[str, Any], str, Look]]:
     """(design, what it is, its look) of those that are named in the picture."""
-    named = zip((answer.chosen, answer.runner_up, answer.refined), LOOKS.items(), strict=True)
-    made = [(design, word, look) for design, (word, look) in named if design is not None]
-    for blocked in sorted(answer.forbidden, key=lambda f: f["short"])[:1]:
-        if all(math.isfinite(blocked["design"][n]) for n in names):
-            made.append((blocked["design"], f"but for {blocked['constraint']}", FORBIDDEN))
-    return made
+    designs = zip((answer.chosen, answer.runner_up, answer.refined), LOOKS.items(), strict=True)
+    marks = [(design, word, look) for design, (word, look) in designs if design is not None]
+    for forbidden in sorted(answer.forbidden, key=lambda f: f["short"])[:1]:
+        if all(math.isfinite(forbidden["design"][n]) for n in names):
+            marks.append((forbidden["design"], f"but for {forbidden['constraint']}", FORBIDDEN))
+    return marks
 
 
 def losing(answer: Any, name: str) -> float:
@@ -56,7 +58,7 @@ def losing(answer: Any, name: str) -> float:
     return 1.0 if goals.get(name, True) else -1.0
 
 
-@style.styled
+@style.in_style
 def front(answer: Any) -> style.Figure:
     """The designs that no other one beats in both objectives, with the chosen one.
 
@@ -68,17 +70,17 @@ def front(answer: Any) -> style.Figure:
     figure, (axes,) = style.canvas(width=7.4, height=4.8)
     scales = [scale(answer, n) for n in names]
 
-    def at(design: Any) -> tuple[float, ...]:
+    def point(design: Any) -> tuple[float, ...]:
         return tuple(design[n] * f for n, (f, _) in zip(names, scales, strict=True))
 
-    x, y = np.array(sorted(at(d) for d in answer.front)).T
+    x, y = np.array(sorted(point(d) for d in answer.front)).T
     if len(spec.objectives) == 2:
         axes.plot(x, y, color=FAINT, lw=1.2, zorder=1)
     axes.plot(x, y, "o", color=GREY, ms=3.2, mec="none", zorder=2)
     points = []
-    for design, word, look in marked(answer, names):
-        axes.plot(*at(design), look.mark, color=look.color, ms=look.size, mec="white", zorder=4)
-        points.append((at(design), word, look.color))
+    for design, word, look in marked_designs(answer, names):
+        axes.plot(*point(design), look.mark, color=look.color, ms=look.size, mec="white", zorder=4)
+        points.append((point(design), word, look.color))
     words = [f"{n.replace('_', ' ')} [{unit}]" for n, (_, unit) in zip(names, scales, strict=True)]
     axes.set(xlabel=words[0], ylabel=words[1])
     axes.margins(0.12)
@@ -94,19 +96,19 @@ def front(answer: Any) -> style.Figure:
 def _labels(
     axes: style.Axes, points: list[tuple[Any, str, str]], aside: float, down: float
 ) -> None:
-    """A word beside each mark, on the side of the designs that lose, where nothing is drawn."""
+    """Draw a word next to each mark, on the side of the worse designs, which is empty."""
     low, high = axes.get_xlim()
     bottom, top = axes.get_ylim()
-    taken: list[tuple[float, float]] = []
+    places: list[tuple[float, float]] = []
     for (x, y), word, color in sorted(points, key=lambda p: down * p[0][1]):
-        across, up = (x - low) / (high - low), (y - bottom) / (top - bottom)
-        at, height = across + 0.05 * aside, up + 0.05 * down
-        while any(abs(height - h) < 0.058 and abs(at - p) < 0.4 for p, h in taken):
+        share, up = (x - low) / (high - low), (y - bottom) / (top - bottom)
+        x_text, height = share + 0.05 * aside, up + 0.05 * down
+        while any(abs(height - h) < 0.058 and abs(x_text - p) < 0.4 for p, h in places):
             height += 0.015 * down
-        taken.append((at, height))
+        places.append((x_text, height))
         side = {"ha": "left" if aside > 0 else "right", "textcoords": "axes fraction"}
         foot = {"relpos": (0.0 if aside > 0 else 1.0, 0.5)}
-        style.pointed(axes, word, (x, y), (at, height), color, line=foot, **side)
+        style.point_to(axes, word, (x, y), (x_text, height), color, line=foot, **side)
 
 
 def scale(answer: Any, name: str) -> tuple[float, str]:

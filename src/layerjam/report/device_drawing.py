@@ -13,7 +13,7 @@ from layerjam.units import show
 
 SKIN, CAP = "#dfe9ee", "#b9c2ca"
 DRAWN = 11
-"""Sheets that are drawn; of more the number is said."""
+"""Greatest number of sheets in the drawing; a label states the number if there are more."""
 LOOSE, JAMMED, SHEET = 1.0, 0.62, 0.5
 """Distance of the sheets at rest and under vacuum, and their thickness; units of the drawing."""
 SIDE = 15.0
@@ -32,14 +32,14 @@ class _Shape:
     sheets: int
 
     @property
-    def whole(self) -> float:
+    def length(self) -> float:
         """Between the caps at rest."""
         return self.left + self.overlap + self.right
 
     @property
     def room(self) -> float:
-        """For a word beside the caps."""
-        return 0.16 * (self.whole + self.travel)
+        """Space for a word next to the caps."""
+        return 0.16 * (self.length + self.travel)
 
 
 def _shape(brake: Brake) -> _Shape:
@@ -55,26 +55,26 @@ def _shape(brake: Brake) -> _Shape:
     )
 
 
-@style.styled
+@style.in_style
 def device(file: BrakeFile) -> style.Figure:
     """The brake at rest and pulled to its usable travel, along the pull and across."""
     brake, shape = file.brake, _shape(file.brake)
     figure, axes = style.canvas(2, 2, 8.6, 5.0, width_ratios=(4.4, 1))
-    rest, rest_end, pulled, pulled_end = axes
-    for one in axes:
-        style.bare(one)
-    far = shape.whole + shape.travel + shape.cap + shape.room
-    for one in (rest, pulled):
-        one.set(xlim=(-shape.cap - shape.room, far), ylim=(-SIDE, SIDE))
-    _along(rest, shape, 0.0, LOOSE)
-    _along(pulled, shape, shape.travel, JAMMED)
-    _said_at_rest(rest, shape, brake)
-    _said_pulled(pulled, shape, brake)
-    _across(rest_end, brake, shape, LOOSE)
-    _across(pulled_end, brake, shape, JAMMED)
-    style.title(rest, "Full of air: the sheets slide freely")
-    style.title(pulled, "Pumped empty: the sheets press together, friction resists")
-    style.title(rest_end, "Across")
+    loose, loose_end, pull, pull_end = axes
+    for pane in axes:
+        style.bare(pane)
+    end = shape.length + shape.travel + shape.cap + shape.room
+    for pane in (loose, pull):
+        pane.set(xlim=(-shape.cap - shape.room, end), ylim=(-SIDE, SIDE))
+    _side_view(loose, shape, 0.0, LOOSE)
+    _side_view(pull, shape, shape.travel, JAMMED)
+    _label_rest(loose, shape, brake)
+    _label_travel(pull, shape, brake)
+    _end_view(loose_end, brake, shape, LOOSE)
+    _end_view(pull_end, brake, shape, JAMMED)
+    style.title(loose, "Full of air: the sheets slide freely")
+    style.title(pull, "Pumped empty: the sheets press together, friction resists")
+    style.title(loose_end, "Across")
     figure.suptitle(
         f"{file.name}: lengths along the pull to scale, thicknesses not",
         x=0.01,
@@ -85,11 +85,11 @@ def device(file: BrakeFile) -> style.Figure:
     return figure
 
 
-def _along(axes: style.Axes, shape: _Shape, pulled: float, pitch: float) -> None:
+def _side_view(axes: style.Axes, shape: _Shape, travel: float, pitch: float) -> None:
     """The section along the pull."""
     from matplotlib.patches import Polygon, Rectangle
 
-    end = shape.whole + pulled
+    end = shape.length + travel
     high, low = _height(shape, LOOSE), _height(shape, pitch)
     slope = min(0.5 * min(shape.left, shape.right), 0.04 * end)
     upper = [(0, high), (slope, low), (end - slope, low), (end, high)]
@@ -98,9 +98,9 @@ def _along(axes: style.Axes, shape: _Shape, pulled: float, pitch: float) -> None
     for number in range(shape.sheets):
         y = (number - (shape.sheets - 1) / 2) * pitch
         from_left = number % 2 == 0
-        bent = 0.0 if pitch == LOOSE else slope
-        start = bent if from_left else shape.left + pulled
-        stop = shape.left + shape.overlap if from_left else end - bent
+        inset = 0.0 if pitch == LOOSE else slope
+        start = inset if from_left else shape.left + travel
+        stop = shape.left + shape.overlap if from_left else end - inset
         color = BLUE if from_left else ORANGE
         size = (stop - start, SHEET)
         axes.add_patch(Rectangle((start, y - SHEET / 2), *size, fc=color, ec="white", lw=0.3))
@@ -129,16 +129,18 @@ def _measure(axes: style.Axes, start: float, stop: float, y: float, text: str, *
     style.label(axes, x, y - 0.9, text, ha=ha, va="top")
 
 
-def _said_at_rest(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
+def _label_rest(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
     sheets, high = brake.sheets, _height(shape, LOOSE)
     y, edge = -high - 1.6, shape.left + shape.overlap
-    narrow = 0.1 * (shape.whole + shape.travel)
+    narrow = 0.1 * (shape.length + shape.travel)
     lower = y - 3.2 * (min(shape.left, shape.right) < narrow)
     _measure(axes, shape.left, edge, y, f"overlap $L_2$ = {show(sheets.overlap, 'm')}")
     left = f"$L_1$ = {show(sheets.free_left, 'm')}"
     right = f"$L_3$ = {show(sheets.free_right, 'm')}"
     _measure(axes, 0, shape.left, lower, left, ha="right" if shape.left < narrow else "center")
-    _measure(axes, edge, shape.whole, lower, right, ha="left" if shape.right < narrow else "center")
+    _measure(
+        axes, edge, shape.length, lower, right, ha="left" if shape.right < narrow else "center"
+    )
     style.label(axes, -shape.cap / 2, high + 1.4, "cap", ha="center")
     style.label(
         axes,
@@ -148,33 +150,33 @@ def _said_at_rest(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
         ha="center",
         color=GREY,
     )
-    more = "" if sheets.count <= DRAWN else f", {DRAWN} of them drawn"
+    note = "" if sheets.count <= DRAWN else f", {DRAWN} of them drawn"
     style.label(
         axes,
-        shape.whole + shape.cap + 0.02 * shape.whole,
+        shape.length + shape.cap + 0.02 * shape.length,
         1.2,
-        f"$n$ = {sheets.count} sheets{more}\n{show(sheets.thickness, 'm')} thick ($t$)",
+        f"$n$ = {sheets.count} sheets{note}\n{show(sheets.thickness, 'm')} thick ($t$)",
         ha="left",
     )
-    place = (shape.whole + shape.cap + 0.02 * shape.whole, -2.4)
+    place = (shape.length + shape.cap + 0.02 * shape.length, -2.4)
     style.label(axes, *place, "held left", ha="left", color=BLUE)
     style.label(axes, place[0], place[1] - 2.2, "held right", ha="left", color=ORANGE)
 
 
-def _said_pulled(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
+def _label_travel(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
     sheets, high, low = brake.sheets, _height(shape, LOOSE), _height(shape, JAMMED)
     start, edge = shape.left + shape.travel, shape.left + shape.overlap
-    end, y = shape.whole + shape.travel, -high - 1.6
+    end, y = shape.length + shape.travel, -high - 1.6
     left = sheets.overlap - sheets.usable_travel
     _measure(axes, start, edge, y, f"overlap $L_2 − x$ = {show(left, 'm')}")
     _measure(
         axes,
-        shape.whole,
+        shape.length,
         end,
         high + 3.2,
         f"slip $x$ = {show(sheets.usable_travel, 'm')}",
     )
-    axes.plot((shape.whole,) * 2, (-high, high + 2.4), color=GREY, lw=0.8, ls=style.DASHED)
+    axes.plot((shape.length,) * 2, (-high, high + 2.4), color=GREY, lw=0.8, ls=style.DASHED)
     push = {"arrowstyle": "-|>", "color": RED, "lw": 1.2, "mutation_scale": 8}
     for share in (0.2, 0.4, 0.6, 0.8):
         x = share * end
@@ -185,12 +187,12 @@ def _said_pulled(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
     style.label(axes, 0.3 * end, low + 3.6, "vacuum $P$ presses", ha="center", color=RED)
     pull = {"arrowstyle": "-|>", "color": INK, "lw": 2.2, "mutation_scale": 14}
     reach = 0.6 * shape.room
-    for root, way in ((-shape.cap, -1), (end + shape.cap, 1)):
-        axes.annotate("", (root + way * reach, 0), (root, 0), arrowprops=pull)
-        style.label(axes, root + way * reach / 2, 2.2, "force $F$", ha="center")
+    for root, sign in ((-shape.cap, -1), (end + shape.cap, 1)):
+        axes.annotate("", (root + sign * reach, 0), (root, 0), arrowprops=pull)
+        style.label(axes, root + sign * reach / 2, 2.2, "force $F$", ha="center")
 
 
-def _across(axes: style.Axes, brake: Brake, shape: _Shape, pitch: float) -> None:
+def _end_view(axes: style.Axes, brake: Brake, shape: _Shape, pitch: float) -> None:
     """The section across the pull."""
     from matplotlib.patches import FancyBboxPatch, Rectangle
 
@@ -203,8 +205,8 @@ def _across(axes: style.Axes, brake: Brake, shape: _Shape, pitch: float) -> None
     for number in range(shape.sheets):
         y = (number - (shape.sheets - 1) / 2) * pitch
         color = BLUE if number % 2 == 0 else ORANGE
-        at = (-half, y - SHEET / 2)
-        axes.add_patch(Rectangle(at, 2 * half, SHEET, fc=color, ec="white", lw=0.3))
+        start = (-half, y - SHEET / 2)
+        axes.add_patch(Rectangle(start, 2 * half, SHEET, fc=color, ec="white", lw=0.3))
     if pitch == LOOSE:
         width, wall = show(brake.sheets.width, "m"), show(brake.enclosure.wall, "m")
         _measure(axes, -half, half, -high - 1.6, f"width $W$ = {width}\nwall {wall}")

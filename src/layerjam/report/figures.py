@@ -18,7 +18,7 @@ from layerjam.units import show
 calibration = calibration_figure.calibration
 
 
-@style.styled
+@style.in_style
 def force_over_slip(file: BrakeFile, vacuum: float, slip: float) -> style.Figure:
     """Force of the sliding brake over its slip at one vacuum, parts stacked."""
     brake = file.brake
@@ -31,86 +31,86 @@ def force_over_slip(file: BrakeFile, vacuum: float, slip: float) -> style.Figure
     top = 1.3 * float(total.max()) or 1.0
     axes.set(xlabel="slip of the sheets [mm]", ylabel="force [N]", xlim=(0, None), ylim=(0, top))
     style.upright(axes, brake.sheets.usable_travel * MM, "usable travel")
-    here = float(brake_force(slip, vacuum, brake))
-    style.spot(axes, slip * MM, here, show(here, "N"))
-    style.key(axes, ("sheets", BLUE), ("enclosure", ORANGE), at="upper left", ncols=2)
+    force = float(brake_force(slip, vacuum, brake))
+    style.spot(axes, slip * MM, force, show(force, "N"))
+    style.key(axes, ("sheets", BLUE), ("enclosure", ORANGE), loc="upper left", ncols=2)
     style.title(axes, f"{file.name} sliding at {show(vacuum, 'Pa')}", "computed")
     return figure
 
 
-@style.styled
-def force_over_vacuum(file: BrakeFile, slip: float, wanted: float, vacuum: float) -> style.Figure:
-    """Force at one slip over the vacuum, with the force wanted."""
+@style.in_style
+def force_over_vacuum(file: BrakeFile, slip: float, target: float, vacuum: float) -> style.Figure:
+    """Force at one slip over the vacuum, with the target force."""
     brake = file.brake
     pressure = np.linspace(0, brake.site.atmosphere, 400)
     figure, (axes,) = style.canvas()
     force = np.asarray(brake_force(slip, pressure, brake))
     axes.plot(pressure * KPA, force, color=BLUE)
     axes.set(xlabel="vacuum [kPa]", ylabel="force [N]", xlim=(0, None))
-    axes.set_ylim(0, 1.12 * max(float(force.max()), wanted))
-    style.level(axes, wanted, f"wanted {show(wanted, 'N')}")
+    axes.set_ylim(0, 1.12 * max(float(force.max()), target))
+    style.level(axes, target, f"wanted {show(target, 'N')}")
     if np.isfinite(vacuum):
-        style.upright(axes, vacuum * KPA, show(vacuum, "Pa"), RED, at=0.03)
-        style.spot(axes, vacuum * KPA, wanted)
+        style.upright(axes, vacuum * KPA, show(vacuum, "Pa"), RED, share=0.03)
+        style.spot(axes, vacuum * KPA, target)
     style.title(axes, f"{file.name} at {show(slip, 'm')} of slip", "computed")
     return figure
 
 
-@style.styled
+@style.in_style
 def friction(traces: Sequence[Trace], result: FrictionResult) -> style.Figure:
     """Friction coefficient over slip of every repeat, with the reduced values.
 
-    Shown are the kinetic window, where each repeat's static friction was taken, and the envelope
-    of repeats that stick and slip, these enlarged beside it.
+    The figure also shows the kinetic window, the place of each repeat's static friction, and the
+    envelope of repeats that stick and slip, enlarged in a second panel.
     """
-    found = result.stick_slip
+    events = result.stick_slip
     count, (start, end) = len(result.repeats), (w * MM for w in result.window)
-    figure, panels = style.canvas(1 + bool(found), width=10.4 if found else 6.4, height=3.2)
+    figure, panels = style.canvas(1 + bool(events), width=10.4 if events else 6.4, height=3.2)
     axes = panels[0]
     for place in panels:
-        for trace, one in zip(traces, result.repeats, strict=True):
+        for trace, repeat in zip(traces, result.repeats, strict=True):
             slip = np.abs(trace.elongation - trace.elongation[0]) * MM
-            place.plot(*style.thinned(slip, trace.force / result.normal_force), color=SKY, lw=0.8)
-            style.spot(place, one.static_at * MM, one.static, color=INK, ms=4, mfc="white")
+            place.plot(*style.thin_out(slip, trace.force / result.normal_force), color=SKY, lw=0.8)
+            style.spot(place, repeat.static_at * MM, repeat.static, color=INK, ms=4, mfc="white")
         style.panel(place, xlabel="slip [mm]", ylabel="force / normal force [-]", xlim=(0, None))
     axes.set_ylim(0, max(r.static for r in result.repeats) * 1.3)
     axes.axvspan(start, end, color=style.SHADE, lw=0)
     axes.axhline(result.static, color=INK, lw=1, ls=style.DASHED)
     ends = [(result.static, f"static {result.static:.4f}{_pm(result.static_sd)}", INK)]
     if result.kinetic is not None:
-        word = "middle" if found else "kinetic"
+        word = "middle" if events else "kinetic"
         axes.plot([start, end], [result.kinetic] * 2, color=RED, lw=2)
         ends.append((result.kinetic, f"{word} {result.kinetic:.4f}{_pm(result.kinetic_sd)}", RED))
     detail = result.standard.title
-    if found:
-        detail = f"{len(found.files)} of {count} stick and slip"
-        ends += _envelope(panels, result, found, (start, end))
+    if events:
+        detail = f"{len(events.files)} of {count} stick and slip"
+        ends += _envelope(panels, result, events, (start, end))
     synthetic = any(t.facts.synthetic for t in traces)
-    made = "synthetic data, made by the virtual test machine" if synthetic else "measured"
-    style.title(axes, f"Friction, {count_of(count, 'repeat')}", f"{made}; {detail}")
+    origin = "synthetic data, made by the virtual test machine" if synthetic else "measured"
+    style.title(axes, f"Friction, {count_of(count, 'repeat')}", f"{origin}; {detail}")
     style.labels_right(axes, axes.get_xlim()[1], ends)
-    which = "first maximum" if result.standard.first_maximum else "maximum"
-    words = (f"circle: {which} of a repeat", INK), ("grey ground: kinetic window", FAINT)
-    style.key(axes, *words, at="upper left", ncols=2, handlelength=0)
+    maximum = "first maximum" if result.standard.first_maximum else "maximum"
+    words = (f"circle: {maximum} of a repeat", INK), ("grey ground: kinetic window", FAINT)
+    style.key(axes, *words, loc="upper left", ncols=2, handlelength=0)
     return figure
 
 
 def _envelope(
     panels: Sequence[style.Axes],
     result: FrictionResult,
-    found: StickSlip,
+    stick_slip: StickSlip,
     span: tuple[float, float],
 ) -> list[tuple[float, str, str]]:
     """Ends of the stick–slip over the window, eight teeth enlarged; labels for the right side."""
     axes, zoom = panels
     ends = []
-    for name, at in (("upper", found.upper), ("lower", found.lower)):
+    for name, height in (("upper", stick_slip.upper), ("lower", stick_slip.lower)):
         for place in panels:
-            place.plot(span, [at] * 2, color=ORANGE, lw=2)
-        ends.append((at, f"{name} end {at:.4f}", ORANGE))
+            place.plot(span, [height] * 2, color=ORANGE, lw=2)
+        ends.append((height, f"{name} end {height:.4f}", ORANGE))
     first = next(r.teeth.start for r in result.repeats if r.teeth is not None) * MM
-    zoom.set(xlim=(first, first + 8 * found.spacing * MM), ylim=axes.get_ylim())
-    style.title(zoom, "Eight teeth, enlarged", f"one slip every {show(found.spacing, 'm', 3)}")
+    zoom.set(xlim=(first, first + 8 * stick_slip.spacing * MM), ylim=axes.get_ylim())
+    style.title(zoom, "Eight teeth, enlarged", f"one slip every {show(stick_slip.spacing, 'm', 3)}")
     return ends
 
 
@@ -118,10 +118,10 @@ def _pm(sd: float | None) -> str:
     return "" if sd is None else f" ± {sd:.4f} SD"
 
 
-@style.styled
+@style.in_style
 def validation(file: BrakeFile, result: Validation, synthetic: bool) -> style.Figure:
-    """Measured and predicted curves over the comparison window, and what is left between them."""
-    figure, (axes, rest) = style.canvas(
+    """Measured and predicted curves over the comparison window, and their differences."""
+    figure, (axes, residuals) = style.canvas(
         rows=2, width=6.8, height=5.2, sharex=True, height_ratios=(2, 1)
     )
     ends = {}
@@ -129,13 +129,13 @@ def validation(file: BrakeFile, result: Validation, synthetic: bool) -> style.Fi
         x = curve.elongation * MM
         axes.plot(x, curve.measured, color=SKY, lw=3.2)
         axes.plot(x, curve.model, color=INK, lw=1.2, ls=style.DASHED)
-        rest.plot(x, curve.model - curve.measured, color=BLUE, lw=0.9)
+        residuals.plot(x, curve.model - curve.measured, color=BLUE, lw=0.9)
         ends[show(curve.vacuum, "Pa")] = float(curve.model[-1])
-    rest.axhline(0, color=FAINT, lw=1)
+    residuals.axhline(0, color=FAINT, lw=1)
     words = f"MAPE {result.mape:.2%}, RMSE {show(result.rmse, 'N', 3)}"
     words += f" over {count_of(len(result.curves), 'file')}" + ", synthetic data" * synthetic
     headline = f"{file.name}: files (light blue) and model (dashed)"
     style.panel(axes, headline, words, ylabel="force [N]", ylim=(0, None), xlim=(0, None))
     style.labels_right(axes, axes.get_xlim()[1], [(y, text, INK) for text, y in ends.items()])
-    style.panel(rest, xlabel="elongation [mm]", ylabel="model − file [N]")
+    style.panel(residuals, xlabel="elongation [mm]", ylabel="model − file [N]")
     return figure

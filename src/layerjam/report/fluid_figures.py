@@ -16,28 +16,28 @@ from layerjam.units import show
 
 FULL = 94.5e3
 LONG, TOP = 1.6, 1.12
-"""How much a figure shows, over the time to the target and over the target itself."""
+"""Ends of the axes, over the time to the target and over the target itself."""
 
 
 def _bars(axes: style.Axes, line: Line, target: float, water: bool = False) -> None:
-    """What would make the line faster: rise times as rows, the first on top."""
+    """Draw rise times of changes to the line as rows, the first on top."""
     rows = changes(line, target, water)[::-1]
     longest = max((time for _, time in rows), default=1.0)
-    for y, (what, time) in enumerate(rows):
-        color = INK if what == "as it is" else GREEN
+    for y, (change, time) in enumerate(rows):
+        color = INK if change == "as it is" else GREEN
         axes.plot([0, time], [y, y], color=color, lw=1.2)
         style.spot(axes, time, y, color=color, ms=5)
         style.label(axes, time + 0.03 * longest, y, show(time, "s", 3), color)
     if not rows:
         middle: dict[str, Any] = {"transform": axes.transAxes, "ha": "center"}
         style.label(axes, 0.5, 0.5, "none of these reaches the target", GREY, **middle)
-    axes.set_yticks(range(len(rows)), [what for what, _ in rows])
+    axes.set_yticks(range(len(rows)), [change for change, _ in rows])
     axes.set(xlim=(0, 1.3 * longest), ylim=(-0.6, max(len(rows), 1) - 0.4))
     axes.grid(axis="y", visible=False)
     detail = "each alone, all else as it is"
     if line.reservoir is None and not water:
-        stored = max(STORED, forms.lowest(line))
-        detail = f"reservoir at {stored * KPA:.3g} kPa absolute, its valve 0.2 L/(s bar)"
+        pressure = max(STORED, forms.lowest(line))
+        detail = f"reservoir at {pressure * KPA:.3g} kPa absolute, its valve 0.2 L/(s bar)"
     style.panel(axes, "How to make it faster", detail, xlabel="rise time 10 to 90 % [s]")
 
 
@@ -49,24 +49,24 @@ def _levels(axes: style.Axes, target: float) -> None:
 
 
 def rising(
-    file: LineFile, target: float, made: Response | forms.Filling, rise: float | None
+    file: LineFile, target: float, response: Response | forms.Filling, rise: float | None
 ) -> list[Pane]:
     """Vacuum over time up to a target [Pa].
 
-    `rise` is the rise time [s], None where the target is never reached; a Filling is one in water.
+    `rise` is the rise time [s], None if the target is never reached; a Filling is a rise in water.
     """
-    time, vacuum, water = made.time, made.vacuum, isinstance(made, forms.Filling)
-    reached = np.flatnonzero(vacuum >= target)
-    end = LONG * float(time[reached[0]]) if len(reached) else np.inf
-    seen = (time <= end) & (vacuum <= TOP * target)
+    time, vacuum, water = response.time, response.vacuum, isinstance(response, forms.Filling)
+    hits = np.flatnonzero(vacuum >= target)
+    end = LONG * float(time[hits[0]]) if len(hits) else np.inf
+    is_drawn = (time <= end) & (vacuum <= TOP * target)
     levels = [(part * target * KPA, f"{100 * part:.0f} %", GREY) for part in (0.1, 0.9)]
     levels.append((target * KPA, f"target {show(target, 'Pa')}", GREEN))
     return [
         Pane(
-            [Curve(time[seen], vacuum[seen] * KPA)],
+            [Curve(time[is_drawn], vacuum[is_drawn] * KPA)],
             "time [s]",
             "vacuum [kPa]",
-            (0, float(time[seen][-1])),
+            (0, float(time[is_drawn][-1])),
             (0, TOP * target * KPA),
             levels=levels,
             headline=f"{file.name} in {'water' if water else 'air'}",
@@ -75,7 +75,7 @@ def rising(
     ]
 
 
-@style.styled
+@style.in_style
 def rise_figure(pane: Pane, line: Line, target: float, water: bool) -> style.Figure:
     """Vacuum over time up to a target [Pa], and what would make the line faster."""
     figure, (steps, bars) = style.canvas(columns=2, width=9.6, height=3.9)
@@ -84,23 +84,23 @@ def rise_figure(pane: Pane, line: Line, target: float, water: bool) -> style.Fig
     return figure
 
 
-@style.styled
+@style.in_style
 def fig5() -> style.Figure:
     """Vacuum over time in air and water, and rise times of other lines."""
     line = load_line("choi2018").line
-    made = respond(line, 8.0)
+    response = respond(line, 8.0)
     flow = forms.pumps_flow(line) / (line.chamber.compliance or np.nan)
     figure, (steps, bars) = style.canvas(columns=2, width=9.6, height=3.9)
-    for name, vacuum, color, printed in (
-        ("air", made.vacuum, INK, 3.9),
-        ("water", flow * made.time, BLUE, 1.5),
+    for name, vacuum, color, paper_time in (
+        ("air", response.vacuum, INK, 3.9),
+        ("water", flow * response.time, BLUE, 1.5),
     ):
         rise = forms.rise_time(FULL, line, water=name == "water") or np.nan
-        words = f"{name}: {rise:.2f} s (paper {printed} s)"
-        steps.plot(made.time, np.minimum(vacuum, FULL) * KPA, color=color, label=words)
+        words = f"{name}: {rise:.2f} s (paper {paper_time} s)"
+        steps.plot(response.time, np.minimum(vacuum, FULL) * KPA, color=color, label=words)
     steps.set(xlim=(0, 8), ylim=(0, 100))
     _levels(steps, FULL)
-    style.key(steps, at="center right")
+    style.key(steps, loc="center right")
     style.title(steps, "Fig. 5: rise to 94.5 kPa", "7.50 mL and 0.0661 mL/kPa are inferred from it")
     _bars(bars, line, FULL)
     return figure

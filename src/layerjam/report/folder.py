@@ -16,17 +16,17 @@ NAMES = ("report.html", "results.json")
 
 
 def check_folder(out: Path, overwrite: bool, names: Sequence[str] = NAMES) -> None:
-    """Raise FileError where a report could not be written into `out`, before anything is done."""
+    """Raise FileError if a report cannot be written into `out`, before any work is done."""
     try:
         if os.path.lexists(out) and not out.is_dir():
             raise FileError(out, "is a file, not a folder")
         for name in names:
             if os.path.lexists(out / name) and not overwrite:
                 raise FileError(out / name, "exists already; --overwrite replaces it")
-        there = _nearest(out)
-        if not os.access(there, os.W_OK):
-            raise FileError(out, f"cannot be made: the folder {there} is read-only")
-        with hidden_folder(there):
+        parent = _nearest(out)
+        if not os.access(parent, os.W_OK):
+            raise FileError(out, f"cannot be made: the folder {parent} is read-only")
+        with hidden_folder(parent):
             pass  # an administrator may write anywhere, and yet not everywhere
     except (OSError, ValueError) as err:
         reason = getattr(err, "strerror", None) or str(err)
@@ -44,26 +44,26 @@ def _nearest(out: Path) -> Path:
 
 
 def write_folder(out: Path, content: Mapping[str, str | bytes], old: Sequence[str] = ()) -> None:
-    """Write {path inside `out`: content}, whole or not at all; of `old` what is not new goes.
+    """Write {path inside `out`: content}, whole or not at all; delete `old` files without content.
 
-    Everything is made in a folder beside it first. Other files in `out` stay. Raises FileError.
+    Everything is written to a folder next to it first. Other files in `out` stay. Raises FileError.
     """
     try:
         with hidden_folder(_nearest(out.parent)) as hidden:
-            made = hidden / "report"
-            write_files(made, content)
+            report = hidden / "report"
+            write_files(report, content)
             if not out.exists():
                 out.parent.mkdir(parents=True, exist_ok=True)
-                os.replace(made, out)
+                os.replace(report, out)
                 return
             for name in content:
                 (out / name).parent.mkdir(exist_ok=True)
-                os.replace(made / name, out / name)
+                os.replace(report / name, out / name)
         for name in set(old) - set(content):
             (out / name).unlink(missing_ok=True)
     except OSError as err:
-        at = Path(err.filename2 or out)
-        raise FileError(out, f"cannot be written: {system_reason(err, at)}") from None
+        path = Path(err.filename2 or out)
+        raise FileError(out, f"cannot be written: {system_reason(err, path)}") from None
 
 
 def figures_of(drawings: Mapping[str, str]) -> dict[str, str | bytes]:
@@ -77,7 +77,7 @@ def json_text(value: Any) -> str:
 
 
 def plain(value: Any) -> Any:
-    """As JSON takes it; JSON has no NaN: what is not finite is not known."""
+    """Return a value as JSON; NaN and infinite numbers become None."""
     if isinstance(value, Mapping):
         return {str(k): plain(v) for k, v in value.items()}
     if is_dataclass(value) and not isinstance(value, type):
@@ -90,5 +90,5 @@ def plain(value: Any) -> Any:
         return plain(value.tolist())
     if isinstance(value, bool | int | str) or value is None:
         return value
-    found = float(value)
-    return found if math.isfinite(found) else None
+    number = float(value)
+    return number if math.isfinite(number) else None

@@ -21,26 +21,26 @@ from layerjam.simulate.stick_slip import StickSlipRecord, bounds_at
 from layerjam.units import show
 
 
-def pulled(record: Any, headline: str, detail: str, x: str = "elongation [mm]") -> list[Pane]:
+def pull_panes(record: Any, headline: str, detail: str, x: str = "elongation [mm]") -> list[Pane]:
     """Force over elongation, with its peak, of a record that has both, shape (N,)."""
     top = int(np.argmax(record.force))
     force, elongation = float(record.force[top]), float(record.elongation[top])
     peak = elongation * MM, force, f"{show(force, 'N')} at {show(elongation, 'm')}", RED
     curve, high = Curve(record.elongation * MM, record.force), (0, force * 1.18 + 1e-9)
-    named: dict[str, Any] = {
+    options: dict[str, Any] = {
         "headline": headline,
         "detail": detail,
         "y_range": high,
         "marks": [peak],
     }
-    return [Pane([curve], x, "force [N]", **named)]
+    return [Pane([curve], x, "force [N]", **options)]
 
 
 def tensile(record: TensileRecord) -> list[Pane]:
     """Force over elongation of a simulated pull."""
     first = record.procedure if len(record.procedure) < 66 else record.procedure[:63] + "..."
     title, detail = f"{record.brake.name}: {record.outcome}", f"simulated, {record.model}; {first}"
-    return pulled(record, title, detail, "elongation at the crosshead [mm]")
+    return pull_panes(record, title, detail, "elongation at the crosshead [mm]")
 
 
 def between_bounds(record: StickSlipRecord) -> list[Pane]:
@@ -59,12 +59,12 @@ def between_bounds(record: StickSlipRecord) -> list[Pane]:
     return [Pane(curves, "elongation [mm]", "force [N]", *ends, headline=title, detail=words)]
 
 
-@style.styled
+@style.in_style
 def stick_slip(record: StickSlipRecord, pane: Pane) -> style.Figure:
     """Force over elongation between its bounds, and the last slip in slow motion."""
-    figure, (whole, one) = style.canvas(columns=2, width=10.4, height=3.8, width_ratios=(1.7, 1))
-    fill(whole, pane)
-    _one_slip(one, record)
+    figure, (full, zoom) = style.canvas(columns=2, width=10.4, height=3.8, width_ratios=(1.7, 1))
+    fill(full, pane)
+    _one_slip(zoom, record)
     return figure
 
 
@@ -73,12 +73,12 @@ def _one_slip(axes: style.Axes, record: StickSlipRecord) -> None:
     if len(record.events):
         start, end = float(record.events.break_time[-1]), float(record.events.stick_time[-1])
         room = 0.25 * (end - start)
-        start, end, what = start - room, end + room, "The last slip in slow motion"
+        start, end, headline = start - room, end + room, "The last slip in slow motion"
         detail = "sheets stick, slip, stick"
     else:
         moving = np.flatnonzero(record.sliding)
         start = float(record.time[moving[0]]) if len(moving) else 0.0
-        end, what = float(record.time[-1]), "From the first slip on"
+        end, headline = float(record.time[-1]), "From the first slip on"
         detail = "the swing dies away"
     # straight between samples while stuck; dense while it slides
     grid = np.linspace(start, end, 500)
@@ -92,11 +92,11 @@ def _one_slip(axes: style.Axes, record: StickSlipRecord) -> None:
     twin.set_ylabel("speed of the sheets [m/s]", color=style.readable(ORANGE))
     twin.set_ylim(0, max(float(pace.max()) * 1.3, 1e-9))
     twin.grid(False)
-    style.key(axes, ("force", BLUE), ("speed", ORANGE), at="upper left", ncols=2)
-    style.title(axes, what, detail)
+    style.key(axes, ("force", BLUE), ("speed", ORANGE), loc="upper left", ncols=2)
+    style.title(axes, headline, detail)
 
 
-@style.styled
+@style.in_style
 def bend(
     file: BrakeFile, vacuum: float, angle: float, slip: float, radius: float | None
 ) -> style.Figure:
@@ -109,32 +109,32 @@ def bend(
     return figure
 
 
-def _moment(axes: style.Axes, file: BrakeFile, vacuum: float, most: float, slip: float) -> None:
+def _moment(axes: style.Axes, file: BrakeFile, vacuum: float, limit: float, slip: float) -> None:
     brake, milli = file.brake, 1e3
-    angle = np.linspace(0, 1.25 * most, 400)
-    jammed = np.asarray(turning_moment(angle, slip, vacuum, brake)) * milli
+    angle = np.linspace(0, 1.25 * limit, 400)
+    moment = np.asarray(turning_moment(angle, slip, vacuum, brake)) * milli
     free = float(turning_stiffness_free(slip, brake)) * angle * milli
     friction = float(slip_moment(slip, vacuum, brake)) * milli
-    top, degrees = float(max(jammed.max(), free.max())) * 1.3, np.degrees(angle)
+    top, degrees = float(max(moment.max(), free.max())) * 1.3, np.degrees(angle)
     axes.plot(degrees, friction + free, color=GREY, lw=1.1, ls=style.DASHED)
-    axes.plot(degrees, jammed, color=BLUE)
+    axes.plot(degrees, moment, color=BLUE)
     axes.plot(degrees, free, color=INK)
     axes.set(xlabel="angle between the caps [°]", ylabel="moment [mN m]")
     axes.set(xlim=(0, float(degrees[-1])), ylim=(0, top))
     euler = float(buckling_moment(slip, brake)) * milli
     if euler < 0.9 * top:
-        style.level(axes, euler, "sheets buckle", at=0.98)
+        style.level(axes, euler, "sheets buckle", share=0.98)
     names = (("jammed", BLUE), ("without vacuum", INK), ("every interface slips", GREY))
-    style.key(axes, *names, at="upper left", ncols=2)
+    style.key(axes, *names, loc="upper left", ncols=2)
     style.title(axes, f"{file.name}, bent", f"computed; {show(vacuum, 'Pa')}")
 
 
 def _pull(
-    axes: style.Axes, file: BrakeFile, vacuum: float, most: float, slip: float, radius: float
+    axes: style.Axes, file: BrakeFile, vacuum: float, limit: float, slip: float, radius: float
 ) -> None:
     brake = file.brake
-    angle = np.linspace(0, 1.25 * most, 400)
-    held, off = (
+    angle = np.linspace(0, 1.25 * limit, 400)
+    friction, friction_free = (
         np.asarray(
             joint_friction(
                 slip,
@@ -148,11 +148,11 @@ def _pull(
         for pressure in (vacuum, 0.0)
     )
     degrees = np.degrees(angle)
-    axes.plot(degrees, held, color=BLUE)
-    axes.plot(degrees, off, color=INK)
+    axes.plot(degrees, friction, color=BLUE)
+    axes.plot(degrees, friction_free, color=INK)
     axes.set(xlabel="angle of the joint [°]", ylabel="friction of the sheets [N]")
-    axes.set(xlim=(0, float(degrees[-1])), ylim=(0, float(held.max()) * 1.3 or 1.0))
-    here = float(np.interp(most, angle, held))
-    style.spot(axes, float(np.degrees(most)), here, show(here, "N"), RED)
-    style.key(axes, ("jammed", BLUE), ("without vacuum", INK), at="upper left", ncols=2)
+    axes.set(xlim=(0, float(degrees[-1])), ylim=(0, float(friction.max()) * 1.3 or 1.0))
+    force = float(np.interp(limit, angle, friction))
+    style.spot(axes, float(np.degrees(limit)), force, show(force, "N"), RED)
+    style.key(axes, ("jammed", BLUE), ("without vacuum", INK), loc="upper left", ncols=2)
     style.title(axes, "Pulled over a joint", f"radius {show(radius, 'm')}")

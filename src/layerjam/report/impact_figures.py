@@ -26,30 +26,33 @@ TIME, FORCE = "time [ms]", "force [N]"
 def drop(record: DropRecord, crash: Crash | None = None) -> list[Pane]:
     """Force and speed over time, and force over the displacement of the mass.
 
-    What comes after the end of the travel, at a rigid end, is dotted.
+    The course after the end of the travel, at a rigid end, is dotted.
     """
     time, travel = record.time * MS, record.travel * MM
     courses = [[Curve(time, record.force)], [Curve(time, record.speed_of_mass)]]
     courses.append([Curve(travel, record.force)])
     top, words = int(np.argmax(record.force)), ""
-    peak, at = float(record.force[top]), time[top]
+    peak, peak_time = float(record.force[top]), time[top]
     if crash is not None:
         top, words = int(np.argmax(crash.force)), "crash: "
-        peak, at = float(crash.peak_force), crash.time[top] * MS
+        peak, peak_time = float(crash.peak_force), crash.time[top] * MS
         xs = crash.time * MS, crash.time * MS, crash.travel * MM
         ys = crash.force, crash.speed, crash.force
         for curves, x, y in zip(courses, xs, ys, strict=True):
             curves.append(Curve(x, y, RED, dash="dotted"))
     high = (0, 1.18 * max(peak, float(record.force.max())) or 1.0)
-    mark, title = (at, peak, words + show(peak, "N"), RED), f"{record.brake.name}: {record.outcome}"
+    mark, title = (
+        (peak_time, peak, words + show(peak, "N"), RED),
+        f"{record.brake.name}: {record.outcome}",
+    )
     detail = f"simulated; {show(record.mass, 'kg')} at {show(record.speed, 'm/s')}, "
-    said: dict[str, Any] = {
+    options: dict[str, Any] = {
         "headline": title,
         "detail": detail + show(record.vacuum, "Pa"),
         "marks": [mark],
     }
     return [
-        Pane(courses[0], TIME, FORCE, y_range=high, **said),
+        Pane(courses[0], TIME, FORCE, y_range=high, **options),
         Pane(courses[1], TIME, "speed of the mass [m/s]", headline="Speed"),
         _work(courses[2], high),
     ]
@@ -68,15 +71,15 @@ def bare(record: BareDrop) -> list[Pane]:
     time, force = record.time[taut] * MS, record.force[taut]
     top = int(np.argmax(force))
     high, peak = (0, float(force.max()) * 1.18 or 1.0), float(force[top])
-    said: dict[str, Any] = {"detail": f"simulated; {show(record.mass, 'kg')} on the rope alone"}
-    said |= {"headline": "No brake", "marks": [(time[top], peak, show(peak, "N"), RED)]}
+    options: dict[str, Any] = {"detail": f"simulated; {show(record.mass, 'kg')} on the rope alone"}
+    options |= {"headline": "No brake", "marks": [(time[top], peak, show(peak, "N"), RED)]}
     return [
-        Pane([Curve(time, force)], TIME, FORCE, y_range=high, **said),
+        Pane([Curve(time, force)], TIME, FORCE, y_range=high, **options),
         _work([Curve(record.travel[taut] * MM, force)], high),
     ]
 
 
-@style.styled
+@style.in_style
 def fig11() -> style.Figure:
     """Peak acceleration over the speed of impact: no brake, full vacuum, tuned vacuum."""
     brake = load("choi2018-kapton").brake
@@ -88,15 +91,15 @@ def fig11() -> style.Figure:
     run = stop(1.0, speed, full, spring, g, brake)
     hard, out = np.asarray(run.peak_force) / g, np.asarray(run.outcome) == BOTTOMED_OUT
     vacuum = np.asarray(tuned_vacuum(1.0, speed, SLIP, spring, g, brake))
-    within = np.isfinite(vacuum) & (vacuum <= full)
-    soft = np.asarray(peak(np.where(within, vacuum, full), 0.06, brake).force) / g
+    is_tuned = np.isfinite(vacuum) & (vacuum <= full)
+    soft = np.asarray(peak(np.where(is_tuned, vacuum, full), 0.06, brake).force) / g
     floor = 1 + speed**2 / (2 * g * (SLIP + soft * g / spring))
     figure, (axes,) = style.canvas(width=7.6, height=4.8)
     axes.plot(speed, bare, color=INK, label="no brake")
     axes.plot(speed[~out], hard[~out], color=BLUE, label="full vacuum, 94.5 kPa")
     axes.plot(speed[out], hard[out], color=BLUE, ls=style.DOTTED, label="out of travel")
-    axes.plot(speed[within], soft[within], color=GREEN, label="tuned for 40 mm")
-    (least,) = axes.plot(speed[within], floor[within], color=GREY, lw=1.1, ls=style.DASHED)
+    axes.plot(speed[is_tuned], soft[is_tuned], color=GREEN, label="tuned for 40 mm")
+    (least,) = axes.plot(speed[is_tuned], floor[is_tuned], color=GREY, lw=1.1, ls=style.DASHED)
     least.set_label("least possible, 1 + v²/2gz")
     axes.plot([0.5, 2.5], [2, 2], color=RED, lw=3)
     axes.set(xlabel="speed at impact [m/s]", ylabel="peak acceleration [g]")
@@ -104,6 +107,6 @@ def fig11() -> style.Figure:
     style.spot(axes, 3.7, 50, "paper: 50 g", shape="^")
     style.spot(axes, 3.7, 10, "paper: about a fifth", shape="s")
     style.label(axes, 0.5, 3.9, "paper: under 2 g", RED)
-    style.key(axes, at="upper left")
+    style.key(axes, loc="upper left")
     style.title(axes, "Fig. 11 from the model", "1 kg on the inferred rope; the paper's in red")
     return figure

@@ -19,7 +19,7 @@ from layerjam.device.load import load
 from layerjam.fluid.file import load_line
 from layerjam.fluid.line import Leak, Line, Sensor, Valve
 from layerjam.report import style
-from layerjam.report.control_figures import frequency_response, planned, profile
+from layerjam.report.control_figures import frequency_response, plan_figure, profile
 from layerjam.report.style import BLUE, GREEN, GREY, INK, KPA, MM, ORANGE, RED
 from layerjam.simulate.coupled import coupled_drop
 
@@ -27,7 +27,7 @@ SENSOR = Sensor(range=103e3, lag=0.005, noise=50.0, resolution=25.0)
 HELD = 80e3
 """Target of the regulators [Pa]."""
 LOW, HIGH, PERIOD = 20.0, 100.0, 16.0
-"""Of the force profile [N, N, s]."""
+"""Least and greatest force, and period, of the force profile [N, N, s]."""
 STARTS = (30e3, 40e3, 50e3, 65e3, 80e3, 94.5e3)
 """Vacuums at first contact of the coupled stops [Pa]."""
 WIDER = 40e-6
@@ -48,33 +48,33 @@ def regulator(kind: str, safe_state: str = "release") -> Regulator:
     return Regulator(plant=plant, sensor=SENSOR, kind=kind, safe_state=safe_state, tuned_at=HELD)
 
 
-@style.styled
+@style.in_style
 def regulators() -> style.Figure:
     """Three regulators near their target, and a pump that dies under one of them."""
-    figure, (near, fault) = style.canvas(columns=2, width=9.6, height=3.9)
+    figure, (zoom, fault) = style.canvas(columns=2, width=9.6, height=3.9)
     for kind, color in zip(KINDS, (BLUE, ORANGE, INK), strict=True):
-        made = simulate(regulator(kind), [(25.0, HELD)])
-        words = f"{kind}: {made.pump_switches} switchings"
-        near.plot(made.time, made.vacuum * KPA, color=color, lw=1.3, label=words)
-    near.axhline(HELD * KPA, color=GREEN, lw=1.0, ls=style.DASHED, label="target")
-    near.set(xlim=(3, 25), ylim=(78.8, 81.4), xlabel="time [s]", ylabel="vacuum [kPa]")
-    style.key(near, at="upper right")
+        run = simulate(regulator(kind), [(25.0, HELD)])
+        words = f"{kind}: {run.pump_switches} switchings"
+        zoom.plot(run.time, run.vacuum * KPA, color=color, lw=1.3, label=words)
+    zoom.axhline(HELD * KPA, color=GREEN, lw=1.0, ls=style.DASHED, label="target")
+    zoom.set(xlim=(3, 25), ylim=(78.8, 81.4), xlabel="time [s]", ylabel="vacuum [kPa]")
+    style.key(zoom, loc="upper right")
     detail = "the true vacuum; the pump's switchings in all"
-    style.title(near, "Three regulators hold 80 kPa", detail)
+    style.title(zoom, "Three regulators hold 80 kPa", detail)
     fault.set(xlim=(0, 6), ylim=(0, 80), xlabel="time [s]", ylabel="vacuum [kPa]")
     for state, color in (("release", RED), ("hold", BLUE)):
         dead = FaultInjection(at=1.5, pump=0.0)
-        made = simulate(regulator("pi", state), [(6.0, HELD)], injected=dead)
-        fault.plot(made.time, made.vacuum * KPA, color=color, lw=1.6, label=f"safe state {state}")
-    late = made.fault_time - 1.5
-    style.upright(fault, 1.5, f"the pump dies; {made.outcome}\nis said {late:.2f} s later", INK)
-    style.key(fault, at="right")
+        run = simulate(regulator("pi", state), [(6.0, HELD)], injected=dead)
+        fault.plot(run.time, run.vacuum * KPA, color=color, lw=1.6, label=f"safe state {state}")
+    late = run.fault_time - 1.5
+    style.upright(fault, 1.5, f"the pump dies; {run.outcome}\nis said {late:.2f} s later", INK)
+    style.key(fault, loc="right")
     detail = "the pump gives nothing from 1.5 s on"
     style.title(fault, "A fault ends where you declared", detail)
     return figure
 
 
-@style.styled
+@style.in_style
 def forces() -> style.Figure:
     """A force that follows a profile and steps, with what cannot be followed; sines of two sizes.
 
@@ -97,45 +97,45 @@ def forces() -> style.Figure:
     down = time[(time > 8) & (force < LOW + 0.1 * swing)][0] - PERIOD / 2
     style.title(steps, "Steps", f"90 % of the way up takes {up:.1f} s, down {down:.1f} s")
     fast = np.geomspace(0.02, 4.0, 12).tolist()
-    swept = []
+    sweeps = []
     for size, color in ((5.0, BLUE), (30.0, ORANGE)):
-        made = bode(loop, brake, slip=20 / MM, mean=60.0, amplitude=size, frequencies=fast)
-        swept.append((made, color, f"±{size:g} N"))
-    frequency_response(sine, swept, turn=(-270, 45))
+        sweep = bode(loop, brake, slip=20 / MM, mean=60.0, amplitude=size, frequencies=fast)
+        sweeps.append((sweep, color, f"±{size:g} N"))
+    frequency_response(sine, sweeps, turn=(-270, 45))
     style.title(sine, "Sines about 60 N", "larger swings are limited by pump and valve")
     return figure
 
 
 def warned() -> style.Figure:
-    """The plan for one collision: what comes in time, full against tuned."""
+    """The plan for one collision: vacuum in time, full against tuned."""
     brake = load("choi2018-kapton")
     case = replace(COLLISION, gravity=brake.brake.site.gravity)
-    return planned(plan(brake, load_line("choi2018").line, case))
+    return plan_figure(plan(brake, load_line("choi2018").line, case))
 
 
-@style.styled
+@style.in_style
 def coupling(starts: Sequence[float] = STARTS) -> style.Figure:
-    """When the enclosure's stretching matters: vacuum gained and slip saved over the vacuum first.
+    """Effect of the enclosure's stretching: vacuum gained and slip saved over the first vacuum.
 
     Line shut off, 1 kg at 2 m/s.
     """
     line, brake = load_line("choi2018").line, load("choi2018-kapton")
-    at = np.array(starts) * KPA
+    start_kpa = np.array(starts) * KPA
     figure, (gain, slip) = style.canvas(columns=2, width=9.6, height=3.7)
     for area, color in ((10e-6, BLUE), (WIDER, RED)):
         shut = replace(line, chamber=replace(line.chamber, volume_per_slip=area))
-        made = [coupled_drop(brake, shut, mass=1.0, speed=2.0, start=p) for p in starts]
+        runs = [coupled_drop(brake, shut, mass=1.0, speed=2.0, start=p) for p in starts]
         name = f"{area * 1e6:g} mm² of volume per slip"
-        gained, slipped = ([m.vacuum_change for m in made], [m.timed.slip for m in made])
-        gain.plot(at, np.array(gained) * KPA, "o-", color=color, ms=3.5, label=name)
-        slip.plot(at, np.array(slipped) * MM, "o-", color=color, ms=3.5, label=name)
-    still = np.array([float(m.constant.slip) for m in made]) * MM
-    slip.plot(at, still, color=GREY, lw=1.2, ls=style.DASHED, label="vacuum held")
-    for axes, what in (
+        gains, slips = ([m.vacuum_change for m in runs], [m.timed.slip for m in runs])
+        gain.plot(start_kpa, np.array(gains) * KPA, "o-", color=color, ms=3.5, label=name)
+        slip.plot(start_kpa, np.array(slips) * MM, "o-", color=color, ms=3.5, label=name)
+    still = np.array([float(m.constant.slip) for m in runs]) * MM
+    slip.plot(start_kpa, still, color=GREY, lw=1.2, ls=style.DASHED, label="vacuum held")
+    for axes, label in (
         (gain, "vacuum gained in the stop [kPa]"),
         (slip, "slip until the stop [mm]"),
     ):
-        axes.set(xlim=(18, 100), xlabel="vacuum at first contact [kPa]", ylabel=what)
+        axes.set(xlim=(18, 100), xlabel="vacuum at first contact [kPa]", ylabel=label)
         axes.set_ylim(bottom=0)
         style.key(axes)
     detail = "volume gained per slip: two guesses"

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from layerjam.errors import MissingExtraError
 from layerjam.report import style
-from layerjam.report.beside import Beside
+from layerjam.report.beside import DrawingProcess
 
 if TYPE_CHECKING:
     import jinja2
 
 NONE = "–"
-_ONE = r"(≈ )?−?\d+(\.\d+)?"
-NUMERIC = re.compile(rf"{NONE}|{_ONE}( to {_ONE})?( [^ ]{{1,8}})?")
+_NUMBER = r"(≈ )?−?\d+(\.\d+)?"
+NUMERIC = re.compile(rf"{NONE}|{_NUMBER}( to {_NUMBER})?( [^ ]{{1,8}})?")
 """Texts of cells that count as numbers: no day and no file's name."""
 LEVELS = {
     "passed": ("ok", "yes"),
@@ -42,13 +42,13 @@ class Picture:
 
 @dataclass(frozen=True)
 class Word:
-    """A cell that is no number, with the class the style sheet knows it by."""
+    """A cell that is not a number, with its class in the style sheet."""
 
     text: str
     kind: str = ""
 
     def shown(self, with_unit: bool) -> dict[str, str]:
-        """As the templates take it."""
+        """Return the data for the templates."""
         return {"text": self.text, "kind": self.kind}
 
 
@@ -56,10 +56,10 @@ class Word:
 class Table:
     """A table of a page; its cells are texts, Words and Numbers.
 
-    `total` rows at the end stand apart; `groups` are (title, columns).
+    The last `total` rows are set off; `groups` are (title, columns).
 
-    `extra` are numbers of the note or of an interval's cell that no cell holds. A table that is
-    `whole` is not divided between pages.
+    `extra` are numbers of the note or of an interval's cell that no cell contains. A table that
+    is `whole` is not divided between pages.
     """
 
     id: str
@@ -74,7 +74,7 @@ class Table:
     whole: bool = False
 
     def shown(self) -> dict[str, Any]:
-        """As the templates take it, all of it text."""
+        """Return the data for the templates, as text."""
         rows = [[self._cell(cell) for cell in row] for row in self.rows]
         return {
             "id": self.id,
@@ -88,10 +88,10 @@ class Table:
             "whole": self.whole,
         }
 
-    def _is_right(self, column: int, shown: Sequence[Sequence[Mapping[str, str]]]) -> bool:
+    def _is_right(self, column: int, rows: Sequence[Sequence[Mapping[str, str]]]) -> bool:
         """Whether a column is one of numbers, some of which may be missing."""
         cells = [row[column] for row in self.rows]
-        first = bool(shown) and shown[0][column]["kind"] == "number"
+        first = bool(rows) and rows[0][column]["kind"] == "number"
         return first or any(not isinstance(cell, str | Word) for cell in cells)
 
     def _cell(self, cell: Any) -> dict[str, str]:
@@ -104,7 +104,7 @@ class Table:
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """A section of a page; of `checks` each has name, level and sentence."""
+    """A section of a page; each of `checks` has name, level and sentence."""
 
     id: str
     title: str
@@ -115,7 +115,7 @@ class Part:
     notes: Sequence[str] = ()
 
     def shown(self) -> dict[str, Any]:
-        """As the templates take it, all of it text."""
+        """Return the data for the templates, as text."""
         return {
             "id": self.id,
             "title": self.title,
@@ -133,10 +133,10 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """A page: `numbers` are (value, words) to be seen first, `verdicts` words with their class.
+    """A page: `numbers` are (value, words) at the top, `verdicts` words with their class.
 
-    `key` explains the numbers; `identity` {words: text} says which document this is; `mark`
-    appears on every printed page.
+    `key` explains the numbers, `identity` {words: text} identifies the document. `mark` appears
+    on every printed page.
     """
 
     title: str
@@ -151,14 +151,14 @@ class Page:
     identity: Mapping[str, str] = field(default_factory=dict)
     mark: str = ""
     more: Mapping[str, str] = field(default_factory=dict)
-    """What only one page has."""
+    """Entries of a single kind of page."""
 
     def pictures(self) -> list[Picture]:
         """Every picture, in order of reading."""
         return [picture for part in self.parts for picture in part.pictures]
 
     def shown(self) -> dict[str, Any]:
-        """What the templates of HTML and PDF show, all of it text."""
+        """Return the data for the templates of HTML and PDF, as text."""
         return {
             "title": self.title,
             "lead": self.lead,
@@ -175,12 +175,12 @@ class Page:
         }
 
 
-def html(shown: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
+def html(data: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
     """The page from what `Page.shown` gives and the drawn SVGs by name: no script, no address."""
-    inside = {name: themed(svg_of(svg, name)) for name, svg in pictures.items()}
-    made = page_environment().from_string(_text("page.html.j2"))
-    style_sheet = _text("page.css") + _at_the_foot(shown["mark"])
-    return made.render(**shown, pictures=inside, style=style_sheet)
+    inside = {name: apply_theme(svg_of(svg, name)) for name, svg in pictures.items()}
+    template = page_environment().from_string(_text("page.html.j2"))
+    style_sheet = _text("page.css") + _at_the_foot(data["mark"])
+    return template.render(**data, pictures=inside, style=style_sheet)
 
 
 def _at_the_foot(mark: str) -> str:
@@ -196,21 +196,21 @@ def drawn_all(
     end: float = 1.0,
     meanwhile: Callable[[], object] = lambda: None,
 ) -> dict[str, str]:
-    """Every picture as an SVG file's text by its name; `tell` hears of each, and the share done.
+    """Return {name: text of the SVG} of every picture; `tell` receives each name and the progress.
 
-    Many are drawn beside the computation of the next ones. `meanwhile` is what else there is to
-    wait for before this process draws too.
+    Many are drawn during the computation of the next ones. `meanwhile` is called before this
+    process draws too, to wait for other work.
     """
-    with Beside(len(pictures)) as beside:
+    with DrawingProcess(len(pictures)) as process:
         for index, picture in enumerate(pictures):
             tell(f"figure {picture.name}", start + (end - start) * index / len(pictures))
-            beside.post(picture.figure())
+            process.post(picture.figure())
         meanwhile()
-        return dict(zip([p.name for p in pictures], beside.collect(), strict=True))
+        return dict(zip([p.name for p in pictures], process.collect(), strict=True))
 
 
 def svg_of(file: str, name: str) -> str:
-    """A drawn SVG to stand inside a page; ids carry `name` so that two do not clash."""
+    """Return a drawn SVG for use inside a page; ids contain `name` so that two do not clash."""
     text = re.sub(r"^.*?(?=<svg)", "", file, flags=re.DOTALL)
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     text = re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{name}-", text)
@@ -222,7 +222,7 @@ def svg_of(file: str, name: str) -> str:
     return re.sub(r'(<svg[^>]*?) width="[^"]*"', wide, text, count=1)
 
 
-def themed(svg: str) -> str:
+def apply_theme(svg: str) -> str:
     """An inline figure whose colours follow the page, so that it reads on a dark one too."""
     svg = re.sub(r' xmlns(:\w+)?="[^"]*"', "", svg)
     for name, color in re.findall(r"--(\w+):(#[0-9a-f]{6})", _text("page.css").split("}")[0]):
@@ -235,14 +235,14 @@ def _text(name: str) -> str:
 
 
 def check_extras() -> None:
-    """Raise MissingExtraError where the page could not be drawn or written."""
+    """Raise MissingExtraError if the page cannot be drawn or written."""
     page_environment()
     with style.look():
         pass
 
 
 def page_environment() -> "jinja2.Environment":
-    """The templates' environment; raises MissingExtraError without jinja2."""
+    """Return the templates' environment; MissingExtraError if jinja2 is not installed."""
     with MissingExtraError.raise_if_missing("the report (jinja2)", "report"):
         import jinja2
     return jinja2.Environment(autoescape=True, trim_blocks=True, undefined=jinja2.StrictUndefined)

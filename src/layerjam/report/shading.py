@@ -35,11 +35,11 @@ class Body:
     triangles: NDArray[np.int64]
     colour: str
 
-    def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> "Body":
+    def shift(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> "Body":
         """The body somewhere else."""
         return Body(self.corners + np.array([x, y, z]), self.triangles, self.colour)
 
-    def turned(self, length: float) -> "Body":
+    def turn(self, length: float) -> "Body":
         """Half a turn about the upright axis in the middle of 0 to `length`: the other side."""
         return Body(
             self.corners * (-1, -1, 1) + np.array([length, 0, 0]), self.triangles, self.colour
@@ -48,7 +48,7 @@ class Body:
 
 @dataclass(frozen=True)
 class View:
-    """Where it is seen from [deg]: azimuth from +x, elevation above the table."""
+    """Direction of view [deg]: azimuth from +x, elevation above the table."""
 
     azimuth: float = -62.0
     elevation: float = 26.0
@@ -77,12 +77,12 @@ class Shot:
     """Number of the body that each pixel shows, -1 for none."""
 
     def seen(self, body: Body) -> NDArray[np.bool_]:
-        """Which pixels show a body of the picture."""
-        number = next(i for i, each in enumerate(self.bodies) if each is body)
+        """Return the mask of the pixels that show a body of the picture."""
+        number = next(i for i, item in enumerate(self.bodies) if item is body)
         return self.owner == number
 
     def where(self, body: Body) -> tuple[float, float] | None:
-        """Column and row in the midst of what is seen of a body; None where it is hidden."""
+        """Return column and row in the middle of a body's visible part, or None if it is hidden."""
         rows, columns = np.nonzero(self.seen(body))
         if not len(rows):
             return None
@@ -111,9 +111,9 @@ class Shot:
 def shoot(bodies: Sequence[Body], view: View = View(), width: int = 1400, border: int = 12) -> Shot:
     """The bodies as large as `width` pixels allow, on white; at most as tall as wide."""
     axes = view.axes()
-    seen = [body.corners @ axes.T for body in bodies]
-    low = np.min([points.min(axis=0) for points in seen], axis=0)
-    high = np.max([points.max(axis=0) for points in seen], axis=0)
+    views = [body.corners @ axes.T for body in bodies]
+    low = np.min([points.min(axis=0) for points in views], axis=0)
+    high = np.max([points.max(axis=0) for points in views], axis=0)
     wide, tall = high[0] - low[0], high[1] - low[1]
     scale = float((width - 2 * border) / max(wide, tall))
     columns = math.ceil(wide * scale) + 2 * border
@@ -124,20 +124,20 @@ def shoot(bodies: Sequence[Body], view: View = View(), width: int = 1400, border
     face = np.full(depth.shape, -1, dtype=np.int32)
     normals, owners = [], []
     first = 0
-    for number, (points, body) in enumerate(zip(seen, bodies, strict=True)):
-        at = np.ascontiguousarray((points - (*corner, 0.0)) * (fine, fine, 1.0))
-        _fill(at, body.triangles, first, depth, face)
+    for number, (points, body) in enumerate(zip(views, bodies, strict=True)):
+        screen = np.ascontiguousarray((points - (*corner, 0.0)) * (fine, fine, 1.0))
+        _fill(screen, body.triangles, first, depth, face)
         a, b, c = (points[body.triangles[:, k]] for k in range(3))
-        across = np.cross(b - a, c - a)
-        normals.append(across / np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None])
+        normal = np.cross(b - a, c - a)
+        normals.append(normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None])
         owners.append(np.full(len(body.triangles), number, dtype=np.int32))
         first += len(body.triangles)
     shades, owner = _shades(bodies, normals, axes), np.concatenate(owners)
     pixels = np.empty((rows, columns, 3), dtype=np.uint8)
     _develop(depth, face, np.concatenate(normals), owner, shades, fine, pixels)
-    shown = face[::FINER, ::FINER]
+    faces = face[::FINER, ::FINER]
     return Shot(
-        pixels, axes, corner, scale, bodies, np.where(shown < 0, -1, owner[shown]).astype(np.int32)
+        pixels, axes, corner, scale, bodies, np.where(faces < 0, -1, owner[faces]).astype(np.int32)
     )
 
 
@@ -146,20 +146,20 @@ def _shades(
 ) -> NDArray[np.float64]:
     """Red, green and blue of each face."""
     light = axes @ (np.array(LIGHT) / np.linalg.norm(LIGHT))
-    made = []
+    colors = []
     for body, normal in zip(bodies, normals, strict=True):
         paint = np.array([int(body.colour[i : i + 2], 16) for i in (1, 3, 5)], dtype=float)
         bright = PALE + DARK * np.clip(normal @ light, 0.0, 1.0)
-        made.append(np.minimum(bright[:, None] * paint, 255.0))
-    return np.concatenate(made)
+        colors.append(np.minimum(bright[:, None] * paint, 255.0))
+    return np.concatenate(colors)
 
 
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _fill(at, triangles, first, depth, face):  # type: ignore[no-untyped-def]  # pragma: no cover
+def _fill(points, triangles, first, depth, face):  # type: ignore[no-untyped-def]  # pragma: no cover
     """Every triangle into the depth buffer; a row of the picture counts from the top."""
     rows, columns = depth.shape
     for i in range(len(triangles)):
-        a, b, c = at[triangles[i, 0]], at[triangles[i, 1]], at[triangles[i, 2]]
+        a, b, c = points[triangles[i, 0]], points[triangles[i, 1]], points[triangles[i, 2]]
         area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
         if area <= 1e-12:  # seen from behind, or on edge
             continue
@@ -170,15 +170,15 @@ def _fill(at, triangles, first, depth, face):  # type: ignore[no-untyped-def]  #
             # where this row of samples enters and leaves the triangle
             start, stop = -0.5, columns - 0.5
             for k in range(3):
-                e, f = at[triangles[i, k]], at[triangles[i, (k + 1) % 3]]
+                e, f = points[triangles[i, k]], points[triangles[i, (k + 1) % 3]]
                 # inside an edge: (f - e) x (sample - e) >= 0, linear in x
                 slope = e[1] - f[1]
-                rest = (f[0] - e[0]) * (y - e[1]) - slope * e[0]
+                offset = (f[0] - e[0]) * (y - e[1]) - slope * e[0]
                 if slope > 0.0:
-                    start = max(start, -rest / slope)
+                    start = max(start, -offset / slope)
                 elif slope < 0.0:
-                    stop = min(stop, -rest / slope)
-                elif rest < 0.0:
+                    stop = min(stop, -offset / slope)
+                elif offset < 0.0:
                     stop = -1.0
             row = rows - 1 - v
             for u in range(
@@ -196,12 +196,12 @@ def _fill(at, triangles, first, depth, face):  # type: ignore[no-untyped-def]  #
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def _edge(depth, face, normals, owner, v, u, w, t, fine):  # type: ignore[no-untyped-def]  # pragma: no cover
     """Whether an edge runs between two neighbouring samples."""
-    one, other = face[v, u], face[w, t]
-    if one == other:
+    first, second = face[v, u], face[w, t]
+    if first == second:
         return False
-    if one < 0 or other < 0 or owner[one] != owner[other]:
+    if first < 0 or second < 0 or owner[first] != owner[second]:
         return True
-    n, m = normals[one], normals[other]
+    n, m = normals[first], normals[second]
     if n[0] * m[0] + n[1] * m[1] + n[2] * m[2] < CREASE:
         return True
     # along a plane the depth changes by as much as its slope says
@@ -218,19 +218,19 @@ def _develop(depth, face, normals, owner, shades, fine, pixels):  # type: ignore
             red = green = blue = 0.0
             for i in range(FINER * FINER):
                 w, t = FINER * v + i // FINER, FINER * u + i % FINER
-                here = face[w, t]
+                front = face[w, t]
                 right, below = min(t + 1, columns - 1), min(w + 1, rows - 1)
-                if (face[w, right] != here or face[below, t] != here) and (
+                if (face[w, right] != front or face[below, t] != front) and (
                     _edge(depth, face, normals, owner, w, t, w, right, fine)
                     or _edge(depth, face, normals, owner, w, t, below, t, fine)
                 ):
                     red, green, blue = red + INK, green + INK, blue + INK
-                elif here < 0:
+                elif front < 0:
                     red, green, blue = red + 255.0, green + 255.0, blue + 255.0
                 else:
-                    red += shades[here, 0]
-                    green += shades[here, 1]
-                    blue += shades[here, 2]
+                    red += shades[front, 0]
+                    green += shades[front, 1]
+                    blue += shades[front, 2]
             pixels[v, u, 0] = np.uint8(red / (FINER * FINER) + 0.5)
             pixels[v, u, 1] = np.uint8(green / (FINER * FINER) + 0.5)
             pixels[v, u, 2] = np.uint8(blue / (FINER * FINER) + 0.5)

@@ -17,7 +17,7 @@ from layerjam.report.page import NONE, Part, Table, Word
 from layerjam.units import QuantitySpec, show
 
 NOT_STATED = "not stated"
-MOST = 4
+LIMIT = 4
 """Different statements of one thing that are spelled out."""
 STATED = (
     "number",
@@ -64,11 +64,11 @@ STATES = {
 }
 LINES = "Name and function", "Date", "Signature"
 BLANK = "_" * 60
-Stated = Sequence[tuple[str, Facts]]
+FileFacts = Sequence[tuple[str, Facts]]
 """(file, its facts) of every file."""
 
 
-def identity(facts: Stated, number: str, customer: str, issued: str) -> dict[str, str]:
+def identity(facts: FileFacts, number: str, customer: str, date: str) -> dict[str, str]:
     """Return what identifies a report: {words: text}, each text `NOT_STATED` if missing.
 
     `number` and `customer` replace those of the sidecars if not empty; `issued` is a day.
@@ -78,11 +78,11 @@ def identity(facts: Stated, number: str, customer: str, issued: str) -> dict[str
         "customer": customer or _common(facts, "customer"),
         "laboratory": _common(facts, "laboratory"),
         "tests done on": _common(facts, "date"),
-        "issued on": issued,
+        "issued on": date,
     }
 
 
-def circumstances(facts: Stated) -> Part:
+def circumstances(facts: FileFacts) -> Part:
     """Who tested what with which apparatus, one row for each thing; and the certificates."""
     rows: list[list[str | Word]] = []
     for name in STATED:
@@ -98,16 +98,16 @@ def circumstances(facts: Stated) -> Part:
     )
 
 
-def _certificates(facts: Stated) -> Table:
+def _certificates(facts: FileFacts) -> Table:
     """One row for each calibration certificate, or for an instrument without one."""
     rows: list[list[Cell]] = []
-    known = _by_certificate(facts)
-    for (instrument, found), used in known.items():
-        days = [found.date, found.due or NOT_STATED, found.laboratory]
-        state = STATES[_state(found, used)].format(due=found.due)
-        rows.append([instrument, found.number, *days, state, _first_of([f for f, _ in used])])
+    used_by = _by_certificate(facts)
+    for (instrument, certificate), used in used_by.items():
+        days = [certificate.date, certificate.due or NOT_STATED, certificate.laboratory]
+        state = STATES[_state(certificate, used)].format(due=certificate.due)
+        rows.append([instrument, certificate.number, *days, state, _first_of([f for f, _ in used])])
     for instrument in INSTRUMENTS.values():
-        if instrument not in {one for one, _ in known}:
+        if instrument not in {name for name, _ in used_by}:
             rows.append([instrument, *[NOT_STATED] * 4, "", ""])
     return Table(
         id="certificates",
@@ -125,40 +125,40 @@ def _certificates(facts: Stated) -> Table:
     )
 
 
-def _state(found: Certificate, used: Stated) -> str:
+def _state(certificate: Certificate, used: FileFacts) -> str:
     """Return the key in `STATES` of a certificate on the days of the tests."""
-    days = [day for _, one in used for day in re.findall(r"\d{4}-\d\d-\d\d", one.date)]
+    days = [day for _, fact in used for day in re.findall(r"\d{4}-\d\d-\d\d", fact.date)]
     if not days:
         return "no day"
-    if min(days) < found.date:
+    if min(days) < certificate.date:
         return "later"
-    if found.due and max(days) > found.due:
+    if certificate.due and max(days) > certificate.due:
         return "overdue"
-    return "valid" if found.due else "no due day"
+    return "valid" if certificate.due else "no due day"
 
 
-def certificate_problems(facts: Stated) -> list[str]:
+def certificate_problems(facts: FileFacts) -> list[str]:
     """Return a sentence for each certificate that did not hold on the days of the tests."""
     return [
-        f"Calibration certificate {found.number} of the {instrument}: "
-        f"{STATES[state].format(due=found.due)} ({_first_of([file for file, _ in files])})."
-        for (instrument, found), files in _by_certificate(facts).items()
-        if (state := _state(found, files)) in ("later", "overdue")
+        f"Calibration certificate {certificate.number} of the {instrument}: "
+        f"{STATES[state].format(due=certificate.due)} ({_first_of([file for file, _ in files])})."
+        for (instrument, certificate), files in _by_certificate(facts).items()
+        if (state := _state(certificate, files)) in ("later", "overdue")
     ]
 
 
-def _by_certificate(facts: Stated) -> dict[tuple[str, Certificate], list[tuple[str, Facts]]]:
+def _by_certificate(facts: FileFacts) -> dict[tuple[str, Certificate], list[tuple[str, Facts]]]:
     """Return the files of each (instrument, certificate)."""
     used: dict[tuple[str, Certificate], list[tuple[str, Facts]]] = {}
     for name, instrument in INSTRUMENTS.items():
-        for file, one in facts:
-            if (found := getattr(one, name)) is not None:
-                used.setdefault((instrument, found), []).append((file, one))
+        for file, fact in facts:
+            if (certificate := getattr(fact, name)) is not None:
+                used.setdefault((instrument, certificate), []).append((file, fact))
     return used
 
 
 def _text(facts: Facts, name: str) -> str:
-    """One fact as a reader reads it; empty where nobody stated it."""
+    """Return one fact as text; empty if it is not stated."""
     value = getattr(facts, name)
     if value is None or value == "":
         return ""
@@ -168,18 +168,18 @@ def _text(facts: Facts, name: str) -> str:
     return f"{100 * value:.3g} %" if spec.unit == "1" else show(value, spec.unit).replace("^2", "²")
 
 
-def _common(facts: Stated, name: str) -> str:
-    """What all files state of one thing, or which states what."""
-    by: dict[str, list[str]] = {}
-    for file, one in facts:
-        by.setdefault(_text(one, name), []).append(file)
-    if len(by) == 1:
-        return next(iter(by)) or NOT_STATED
-    silent = by.pop("", [])
-    parts = [f"{text} ({_first_of(names)})" for text, names in list(by.items())[:MOST]]
-    more = [f"and {len(by) - MOST} others"] if len(by) > MOST else []
-    rest = [f"{NOT_STATED} for {count_of(len(silent), 'file')}"] if silent else []
-    return "; ".join([*parts, *more, *rest]) or NOT_STATED
+def _common(facts: FileFacts, name: str) -> str:
+    """Return the common statement of all files on one fact, or each statement with its files."""
+    texts: dict[str, list[str]] = {}
+    for file, fact in facts:
+        texts.setdefault(_text(fact, name), []).append(file)
+    if len(texts) == 1:
+        return next(iter(texts)) or NOT_STATED
+    silent = texts.pop("", [])
+    parts = [f"{text} ({_first_of(names)})" for text, names in list(texts.items())[:LIMIT]]
+    extra = [f"and {len(texts) - LIMIT} others"] if len(texts) > LIMIT else []
+    silent_note = [f"{NOT_STATED} for {count_of(len(silent), 'file')}"] if silent else []
+    return "; ".join([*parts, *extra, *silent_note]) or NOT_STATED
 
 
 def _first_of(names: Sequence[str]) -> str:
@@ -187,7 +187,7 @@ def _first_of(names: Sequence[str]) -> str:
     return names[0] + (f" and {len(names) - 1} more" if len(names) > 1 else "")
 
 
-def budget_table(found: Budget, product: Budget | None = None) -> Table:
+def budget_table(budget: Budget, product: Budget | None = None) -> Table:
     """Return the uncertainty budget of the scale factor, with what its lines make together.
 
     `product` is the budget of the scale factor times the friction, whose lines come first. It has
@@ -195,7 +195,7 @@ def budget_table(found: Budget, product: Budget | None = None) -> Table:
     """
     rows: list[list[Cell]] = []
     extra: list[Number] = []
-    for line in found.contributions:
+    for line in budget.contributions:
         stem = f"uncertainty of the scale factor: {line.what}"
         rows.append(
             [
@@ -211,20 +211,20 @@ def budget_table(found: Budget, product: Budget | None = None) -> Table:
                 _percent(f"{stem}, contribution", line.relative),
             ]
         )
-    divided = product is not None and len(product.contributions) < len(found.contributions)
+    divided = product is not None and len(product.contributions) < len(budget.contributions)
     if product is not None and divided:
         first = f"first {len(product.contributions)} lines"
         _add_totals(rows, extra, product, "a × kinetic friction", first)
-    _add_totals(rows, extra, found, "the scale factor", "all lines")
+    _add_totals(rows, extra, budget, "the scale factor", "all lines")
     note = (
         "Each over the value. Limits of error count as rectangular, over the root of three. k is "
         "Student's quantile of 95 % for the effective degrees of freedom ν (GUM, annex G.4), or "
         "more if the sum would else be below a single line's own expanded uncertainty."
     )
-    if not found.whole:
-        if found.combined is not None:
+    if not budget.whole:
+        if budget.combined is not None:
             note += " What is not stated adds nothing: the sum is a lower bound."
-        note += f" State for a whole budget: {'; '.join(found.missing)}."
+        note += f" State for a whole budget: {'; '.join(budget.missing)}."
     return Table(
         id="budget",
         caption="Uncertainty budget of the scale factor",
@@ -237,17 +237,17 @@ def budget_table(found: Budget, product: Budget | None = None) -> Table:
 
 
 def _add_totals(
-    rows: list[list[Cell]], extra: list[Number], found: Budget, what: str, lines: str
+    rows: list[list[Cell]], extra: list[Number], budget: Budget, name: str, lines: str
 ) -> None:
     """Add the rows of a combined and an expanded uncertainty, and the numbers in their texts."""
-    stem = f"uncertainty of {what}"
-    degrees, factor = found.degrees_of_freedom, found.coverage_factor
+    stem = f"uncertainty of {name}"
+    degrees, factor = budget.degrees_of_freedom, budget.coverage_factor
     basis = f"root of the sum of squares, {lines}"
-    combined = _percent(f"{stem}, combined", found.combined)
-    expanded = _percent(f"{stem}, expanded", found.expanded)
+    combined_cell = _percent(f"{stem}, combined", budget.combined)
+    expanded_cell = _percent(f"{stem}, expanded", budget.expanded)
     rows += [
-        [f"{what}, combined", basis, NONE, NONE, combined],
-        [f"{what}, expanded", coverage_words(found), NONE, NONE, expanded],
+        [f"{name}, combined", basis, NONE, NONE, combined_cell],
+        [f"{name}, expanded", coverage_words(budget), NONE, NONE, expanded_cell],
     ]
     extra += [
         Number(quantity=f"{stem}, {words}", value=value, unit="1")
@@ -256,9 +256,9 @@ def _add_totals(
     ]
 
 
-def coverage_words(found: Budget) -> str:
+def coverage_words(budget: Budget) -> str:
     """Return coverage factor and effective degrees of freedom in words."""
-    degrees, factor = found.degrees_of_freedom, found.coverage_factor
+    degrees, factor = budget.degrees_of_freedom, budget.coverage_factor
     if factor is None or degrees is None:
         return NOT_STATED
     freedom = "∞" if degrees > 1e4 else f"{degrees:.1f}"
@@ -271,15 +271,15 @@ def _percent(quantity: str, value: float | None) -> Cell:
     return Number(quantity=quantity, value=value, unit="1", shown_in="%", decimals=3)
 
 
-def place_to_sign(stated: Mapping[str, str]) -> Part:
+def place_to_sign(items: Mapping[str, str]) -> Part:
     """Scope of the report, its identity, what it does not state, and lines for a signature."""
     missing = [
         f"{words[0].upper()}{words[1:]}: {NOT_STATED}. ISO/IEC 17025, section 7.8.2.1, asks for "
-        f"it; state it with {how}."
-        for words, how in REQUIRED.items()
-        if NOT_STATED in stated[words]
+        f"it; state it with {hint}."
+        for words, hint in REQUIRED.items()
+        if NOT_STATED in items[words]
     ]
-    rows = [[words, Word(text, "stated")] for words, text in stated.items()]
+    rows = [[words, Word(text, "stated")] for words, text in items.items()]
     rows += [[line, Word(BLANK)] for line in LINES]
     return Part(
         id="signature",

@@ -23,7 +23,7 @@ def warm_up() -> None:
     peak_spread(file, VACUUM, 0.0, samples=1)
 
 
-@style.styled
+@style.in_style
 def onset() -> style.Figure:
     """The Kapton brake held rigidly: interfaces let go in pairs; what each sheet carries then."""
     brake = load("choi2018-kapton").brake
@@ -33,7 +33,7 @@ def onset() -> style.Figure:
     starts = run.sliding.argmax(axis=0)
     sign = np.where(stack.right[:-1], -1.0, 1.0)
     bound = float(stack.friction[0])
-    figure, (force, each, carried) = style.canvas(columns=3, width=11.4, height=4.0)
+    figure, (force, shares, bars) = style.canvas(columns=3, width=11.4, height=4.0)
     together = np.minimum(float(stiffness_sliding(0.0, brake)) * u, stack.friction.sum())
     force.plot(u * UM, together, color=GREY, lw=1.2, ls=style.DASHED, label="if all slid at once")
     force.plot(u * UM, run.force, color=INK)
@@ -43,56 +43,58 @@ def onset() -> style.Figure:
         if name:
             style.spot(force, u[start] * UM, run.force[start], color=color, label=name)
         words = f"{pair + 1} and {10 - pair}"
-        each.plot(u * UM, sign[pair] * run.interface[:, pair], color=color, lw=1.6, label=words)
-    across = {"xlabel": "displacement of the cap [µm]", "xlim": (0, 160)}
-    style.panel(force, "The peak is rounded", "Kapton, 94.5 kPa, held rigidly; computed", **across)
+        shares.plot(u * UM, sign[pair] * run.interface[:, pair], color=color, lw=1.6, label=words)
+    axis = {"xlabel": "displacement of the cap [µm]", "xlim": (0, 160)}
+    style.panel(force, "The peak is rounded", "Kapton, 94.5 kPa, held rigidly; computed", **axis)
     force.set(ylabel="force [N]", ylim=(0, 205))
-    style.key(force, at="lower right")
-    style.panel(each, "The outermost interfaces let go first", "counted from one side", **across)
-    each.set(ylabel="force of an interface [N]", ylim=(0, bound * 1.18))
-    style.level(each, bound, f"friction at rest, {bound:.2f} N", GREY)
-    style.key(each, at="lower right")
+    style.key(force, loc="lower right")
+    style.panel(shares, "The outermost interfaces let go first", "counted from one side", **axis)
+    shares.set(ylabel="force of an interface [N]", ylim=(0, bound * 1.18))
+    style.level(shares, bound, f"friction at rest, {bound:.2f} N", GREY)
+    style.key(shares, loc="lower right")
     home = np.where(stack.right, run.cap[:, None], 0.0)
     loads = np.abs(stack.springs * (run.sheets - home))
     numbers = np.arange(1, len(stack.springs) + 1)
     moments = ((-0.2, int(starts[0]), SKY), (0.2, -1, BLUE))
-    for shift, at, color in moments:
-        carried.bar(numbers + shift, loads[at], 0.38, color=color)
-    carried.set(xlabel="number of the sheet, even ones move", xticks=numbers)
-    carried.set(ylabel="load of a sheet [N]", ylim=(0, 52))
-    carried.grid(False, axis="x")
-    style.key(carried, ("as the first slide", SKY), ("all slide", BLUE), at="upper left", ncols=2)
-    style.title(carried, "Tension in each sheet", "an outer sheet rubs on one side only")
+    for shift, row, color in moments:
+        bars.bar(numbers + shift, loads[row], 0.38, color=color)
+    bars.set(xlabel="number of the sheet, even ones move", xticks=numbers)
+    bars.set(ylabel="load of a sheet [N]", ylim=(0, 52))
+    bars.grid(False, axis="x")
+    style.key(bars, ("as the first slide", SKY), ("all slide", BLUE), loc="upper left", ncols=2)
+    style.title(bars, "Tension in each sheet", "an outer sheet rubs on one side only")
     return figure
 
 
-@style.styled
-def spread(found: Spread | None = None) -> style.Figure:
-    """How peak, onset and stiffness scatter where the friction of each interface does."""
+@style.in_style
+def spread(result: Spread | None = None) -> style.Figure:
+    """Scatter of peak, onset and stiffness due to the scatter of each interface's friction."""
     file = load("choi2018-kapton")
-    found = found or peak_spread(file, VACUUM, 0.10, samples=5_000)
+    result = result or peak_spread(file, VACUUM, 0.10, samples=5_000)
     even = peak_spread(file, VACUUM, 0.0, samples=1)
     figure, (force, stiffness) = style.canvas(
         columns=2, width=9.8, height=3.9, width_ratios=(1.7, 1)
     )
-    bins = np.linspace(found.onset.min(), found.peak.max(), 90)
+    bins = np.linspace(result.onset.min(), result.peak.max(), 90)
     for values, same, color, name in (
-        (found.onset, float(even.onset[0]), ORANGE, "first interface slides"),
-        (found.peak, float(even.peak[0]), BLUE, "peak"),
+        (result.onset, float(even.onset[0]), ORANGE, "first interface slides"),
+        (result.peak, float(even.peak[0]), BLUE, "peak"),
     ):
         words = f"{name}: {values.mean():.1f} ± {values.std(ddof=1):.1f} N"
         count, _ = np.histogram(values, bins)
         force.stairs(count, bins, fill=True, color=color, alpha=0.75, label=words)
         force.plot([same, same], [0, count.max()], color=INK, lw=1, ls=style.DASHED)
     force.set(xlabel="force [N]", ylabel="number of stacks", ylim=(0, force.get_ylim()[1] * 1.2))
-    style.key(force, at="upper left")
-    words = f"{found.done:,} stacks drawn; friction scatters by {found.scatter:.0%}; dashed: alike"
+    style.key(force, loc="upper left")
+    words = (
+        f"{result.done:,} stacks drawn; friction scatters by {result.scatter:.0%}; dashed: alike"
+    )
     style.title(force, "Scatter of the interfaces lets the first slide early", words)
-    count, bins = np.histogram(found.stiffness * KN, 60)
+    count, bins = np.histogram(result.stiffness * KN, 60)
     stiffness.stairs(count, bins, fill=True, color=GREEN, alpha=0.75)
     stiffness.axvline(float(even.stiffness[0]) * KN, color=INK, lw=1, ls=style.DASHED)
     below = "stiffness, 20 to 80 % of the peak [kN/m]"
-    mean, sd = found.stiffness.mean() * KN, found.stiffness.std(ddof=1) * KN
+    mean, sd = result.stiffness.mean() * KN, result.stiffness.std(ddof=1) * KN
     style.panel(
         stiffness, "The rig sets the stiffness", f"{mean:.2f} ± {sd:.2f} kN/m", xlabel=below
     )

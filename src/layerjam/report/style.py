@@ -1,8 +1,8 @@
 """The drawing kit: one look, panels that name their units, words that keep clear of the curves.
 
-A figure is a function under `@styled`: it takes a `canvas`, draws curves, `band`s, `spot`s and
-lines (`level`, `upright`), and closes every axes with `panel`, which names the axes. Words beside
-what they name are placed by the kit, in the colour of the thing, never by coordinates of one brake.
+A figure is a function under `@in_style`: it takes a `canvas`, draws curves, `band`s, `spot`s and
+lines (`level`, `upright`), and closes every axes with `panel`, which names the axes. The kit places
+labels next to their curves, in the same colour, never by coordinates of one brake.
 """
 
 import functools
@@ -83,9 +83,9 @@ _RC: dict[Any, Any] = {
 
 @contextmanager
 def look(words: bool = False) -> Iterator[None]:
-    """The style, for the figures made inside; raises MissingExtraError without matplotlib.
+    """Set the style of figures drawn inside; MissingExtraError if matplotlib is not installed.
 
-    With `words` an SVG keeps its words as text, else they are drawn as curves.
+    With `words` an SVG keeps its words as text; otherwise they are drawn as curves.
     """
     with MissingExtraError.raise_if_missing("drawing (matplotlib)", "figures"):
         import matplotlib
@@ -93,15 +93,15 @@ def look(words: bool = False) -> Iterator[None]:
         yield
 
 
-def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+def in_style(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     """The function that draws a figure, in the style."""
 
     @functools.wraps(draw)
-    def drawn(*given: P.args, **named: P.kwargs) -> Figure:
+    def draw_styled(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with look():
-            return draw(*given, **named)
+            return draw(*args, **kwargs)
 
-    return drawn
+    return draw_styled
 
 
 def canvas(
@@ -113,13 +113,13 @@ def canvas(
     """
     from matplotlib.figure import Figure
 
-    if (own := _own_axes.get()) is not None:
-        if len(own) != rows * columns:
+    if (given_axes := _own_axes.get()) is not None:
+        if len(given_axes) != rows * columns:
             raise LayerjamError(
-                f"ax: {len(own)} given, but this figure has {rows * columns} axes; give "
+                f"ax: {len(given_axes)} given, but this figure has {rows * columns} axes; give "
                 f"{rows * columns}, such as plt.subplots({rows}, {columns})[1]"
             )
-        return own[0].figure.get_figure(root=True), own  # type: ignore[return-value]
+        return given_axes[0].figure.get_figure(root=True), given_axes  # type: ignore[return-value]
     figure = Figure(figsize=(width, height), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, **grid)
     return figure, list(axes.ravel())
@@ -149,14 +149,14 @@ def drawing_into(axes: Any) -> Iterator[None]:
 
 
 def panel(axes: Axes, headline: str = "", detail: str = "", **axis: Any) -> None:
-    """Name the axes with their units, bound them, and say what is seen; `axis` as in Axes.set."""
+    """Name the axes with their units, limit them, and add a title; `axis` as in Axes.set."""
     axes.set(**axis)
     if headline or detail:
         title(axes, headline, detail)
 
 
 def title(axes: Axes, headline: str, detail: str = "") -> None:
-    """A headline that says what is seen, and a quiet line under it."""
+    """Set a headline, and a quiet line under it."""
     axes.set_title(headline, pad=20 if detail else 8)
     if detail:
         axes.text(0, 1.015, detail, transform=axes.transAxes, fontsize=8.5, color=GREY, va="bottom")
@@ -174,10 +174,10 @@ def readable(color: str) -> str:
     return _READABLE.get(color.upper(), color)
 
 
-def label(axes: Axes, x: float, y: float, text: str, color: str = INK, **how: Any) -> None:
+def label(axes: Axes, x: float, y: float, text: str, color: str = INK, **props: Any) -> None:
     """A word at a point, in a curve's colour, on a pale ground."""
-    how = {"fontsize": WORDS, "color": readable(color), "va": "center", "bbox": _GROUND, **how}
-    axes.text(x, y, text, **how)
+    props = {"fontsize": WORDS, "color": readable(color), "va": "center", "bbox": _GROUND, **props}
+    axes.text(x, y, text, **props)
 
 
 def labels_right(axes: Axes, x: float, items: Sequence[tuple[float, str, str]]) -> None:
@@ -189,19 +189,19 @@ def labels_right(axes: Axes, x: float, items: Sequence[tuple[float, str, str]]) 
     place = axes.get_position() if spec is None else spec.get_position(figure)
     points = place.height * figure.get_figheight() * 72
     gap = (high - low) * 1.25 * WORDS / points
-    known = sorted(item for item in items if np.isfinite(item[0]))
+    labels = sorted(item for item in items if np.isfinite(item[0]))
     heights: list[float] = []
-    for y, _, _ in known:
+    for y, _, _ in labels:
         heights.append(max(y, heights[-1] + gap, low) if heights else max(y, low))
-    over = max(heights[-1] - high, 0.0) if heights else 0.0
-    for (_, text, color), y in zip(known, heights, strict=True):
+    excess = max(heights[-1] - high, 0.0) if heights else 0.0
+    for (_, text, color), y in zip(labels, heights, strict=True):
         ground = _GROUND if x < axes.get_xlim()[1] else None
-        how = {"va": "center", "annotation_clip": False, "bbox": ground}
-        _beside(axes, text, x, y - over, color, (4, 0), **how)
+        props = {"va": "center", "annotation_clip": False, "bbox": ground}
+        _annotate(axes, text, x, y - excess, color, (4, 0), **props)
     axes.set_ylim(low, high)
 
 
-def key(axes: Axes | Figure, *items: tuple[Any, ...], at: str = "best", **how: Any) -> None:
+def key(axes: Axes | Figure, *items: tuple[Any, ...], loc: str = "best", **props: Any) -> None:
     """Names in the curves' colours, in a corner that they leave free; labels if there are no items.
 
     An item is (text, colour), or (text, colour, style) of a curve that is not solid; the style "o"
@@ -210,7 +210,7 @@ def key(axes: Axes | Figure, *items: tuple[Any, ...], at: str = "best", **how: A
     from matplotlib.colors import to_hex
     from matplotlib.lines import Line2D
 
-    bare = how.get("handlelength") == 0  # words alone
+    bare = props.get("handlelength") == 0  # words alone
 
     def handle(text: str, color: str, dash: Any = "-") -> Line2D:
         style = "none" if bare or dash == "o" else dash
@@ -218,87 +218,87 @@ def key(axes: Axes | Figure, *items: tuple[Any, ...], at: str = "best", **how: A
         return Line2D([], [], color=color, label=text, ls=style, marker=marker, ms=4)
 
     if items:
-        how["handles"] = [handle(*item) for item in items]
+        props["handles"] = [handle(*item) for item in items]
     legend = axes.legend(
-        **{"loc": at, "labelcolor": "linecolor", "handletextpad": 0.8 * (not bare), **how}
+        **{"loc": loc, "labelcolor": "linecolor", "handletextpad": 0.8 * (not bare), **props}
     )
     for text in legend.get_texts():
         text.set_color(readable(to_hex(text.get_color())))
 
 
 def spot(
-    axes: Axes, x: float, y: float, text: str = "", color: str = RED, shape: str = "o", **how: Any
+    axes: Axes, x: float, y: float, text: str = "", color: str = RED, shape: str = "o", **props: Any
 ) -> None:
     """A point of a curve, with its words on the side where there is room."""
-    axes.plot(x, y, shape, **{"color": color, "ms": 5.5, "zorder": 4, **how})
+    axes.plot(x, y, shape, **{"color": color, "ms": 5.5, "zorder": 4, **props})
     if text:
-        across, up = axes.transAxes.inverted().transform(axes.transData.transform((x, y)))
-        side = -7 if across > 0.6 else 7
+        x_share, up = axes.transAxes.inverted().transform(axes.transData.transform((x, y)))
+        side = -7 if x_share > 0.6 else 7
         height = -7 if up > 0.9 else 7
         ha, va = ("right" if side < 0 else "left"), ("top" if height < 0 else "bottom")
-        _beside(axes, text, x, y, color, (side, height), ha=ha, va=va, bbox=_GROUND, zorder=5)
+        _annotate(axes, text, x, y, color, (side, height), ha=ha, va=va, bbox=_GROUND, zorder=5)
 
 
 def level(
-    axes: Axes, y: float, text: str = "", color: str = RED, at: float = 0.02, below: bool = False
+    axes: Axes, y: float, text: str = "", color: str = RED, share: float = 0.02, below: bool = False
 ) -> None:
     """A line across at a height, named on it at a share of the width."""
     axes.axhline(y, color=color, lw=1.1, ls=LONG)
     if text:
-        _beside(
+        _annotate(
             axes,
             text,
-            at,
+            share,
             y,
             color,
             (0, -4 if below else 4),
             xycoords=axes.get_yaxis_transform(),
             va="top" if below else "bottom",
-            ha="right" if at > 0.5 else "left",
+            ha="right" if share > 0.5 else "left",
         )
 
 
-def upright(axes: Axes, x: float, text: str = "", color: str = GREY, at: float = 0.97) -> None:
-    """A line upright at an x, named beside it at a share of the height."""
+def upright(axes: Axes, x: float, text: str = "", color: str = GREY, share: float = 0.97) -> None:
+    """Draw an upright line at x, with its name next to it at a share of the height."""
     axes.axvline(x, color=color, lw=1.0, ls=DASHED)
     if text:
         corner = axes.transData.transform((x, axes.get_ylim()[0]))
         side = -4 if axes.transAxes.inverted().transform(corner)[0] > 0.5 else 4
-        _beside(
+        _annotate(
             axes,
             text,
             x,
-            at,
+            share,
             color,
             (side, 0),
             xycoords=axes.get_xaxis_transform(),
             ha="right" if side < 0 else "left",
-            va="top" if at > 0.5 else "bottom",
+            va="top" if share > 0.5 else "bottom",
             bbox=_GROUND,
         )
 
 
-def _beside(
-    axes: Axes, text: str, x: float, y: float, color: str, shift: tuple[float, float], **how: Any
+def _annotate(
+    axes: Axes, text: str, x: float, y: float, color: str, shift: tuple[float, float], **props: Any
 ) -> None:
     """Words at a shift [pt] from a point."""
-    how = {"fontsize": WORDS, "color": readable(color), "textcoords": "offset points", **how}
-    axes.annotate(text, (x, y), shift, **how)
+    props = {"fontsize": WORDS, "color": readable(color), "textcoords": "offset points", **props}
+    axes.annotate(text, (x, y), shift, **props)
 
 
-def pointed(
+def point_to(
     axes: Axes,
     text: str,
     point: tuple[float, float],
-    at: tuple[float, float],
+    place: tuple[float, float],
     color: str,
-    **how: Any,
+    **props: Any,
 ) -> None:
     """Words at a place of the axes' data, with a thin line to the point that they name."""
     line = {"arrowstyle": "-", "color": color, "lw": 0.5, "shrinkA": 1, "shrinkB": 4}
-    line |= how.pop("line", {})
-    how = {"fontsize": WORDS, "va": "center", "zorder": 5, "bbox": _GROUND, **how}
-    axes.annotate(text, point, at, color=readable(color), arrowprops=line, **how)
+    line |= props.pop("line", {})
+    props = {"fontsize": WORDS, "va": "center", "zorder": 5, "bbox": _GROUND, **props}
+    axes.annotate(text, point, place, color=readable(color), arrowprops=line, **props)
 
 
 def band(axes: Axes, x: Any, low: Any, high: Any, color: str, alpha: float = 0.2) -> None:
@@ -313,22 +313,22 @@ def bare(axes: Axes) -> None:
         axis.set_visible(False)
 
 
-def plain(axes: Axes, which: str = "x") -> None:
+def plain(axes: Axes, names: str = "x") -> None:
     """A logarithmic scale with plain numbers."""
-    for name in which:
+    for name in names:
         axis = axes.xaxis if name == "x" else axes.yaxis
         axes.set(**{f"{name}scale": "log"})
         axis.set_major_formatter("{x:g}")
 
 
-def thinned(x: Any, y: Any, bins: int = 400) -> tuple[Any, Any]:
-    """At most 2 * `bins` samples of a long record: the least and the greatest of each bin."""
+def thin_out(x: Any, y: Any, bins: int = 400) -> tuple[Any, Any]:
+    """Reduce a long record to 2 * `bins` samples: the least and the greatest of each bin."""
     if len(y) <= 2 * bins:
         return x, y
-    kept = []
+    indices = []
     for part in np.array_split(np.arange(len(y)), bins):
-        kept += sorted({int(part[np.argmin(y[part])]), int(part[np.argmax(y[part])])})
-    return x[kept], y[kept]
+        indices += sorted({int(part[np.argmin(y[part])]), int(part[np.argmax(y[part])])})
+    return x[indices], y[indices]
 
 
 def scheme(names: Sequence[str]) -> dict[str, str]:
@@ -336,9 +336,11 @@ def scheme(names: Sequence[str]) -> dict[str, str]:
     if len(names) <= 4:
         return dict(zip(names, (BLUE, RED, GREEN, PURPLE), strict=False))
     ramp = np.array([[int(c[i : i + 2], 16) for i in (1, 3, 5)] for c in VACUUMS], float)
-    at = np.linspace(0, len(VACUUMS) - 1, len(names))
-    mixed = np.stack([np.interp(at, range(len(VACUUMS)), channel) for channel in ramp.T], axis=1)
-    shades = (f"#{red:02x}{green:02x}{blue:02x}" for red, green, blue in mixed.round().astype(int))
+    positions = np.linspace(0, len(VACUUMS) - 1, len(names))
+    colors = np.stack(
+        [np.interp(positions, range(len(VACUUMS)), channel) for channel in ramp.T], axis=1
+    )
+    shades = (f"#{red:02x}{green:02x}{blue:02x}" for red, green, blue in colors.round().astype(int))
     return dict(zip(names, shades, strict=True))
 
 
@@ -348,12 +350,12 @@ def save(figure: Figure, path: Path, overwrite: bool = False) -> Path:
     kind = path.suffix.lower().lstrip(".")
     if kind not in ("svg", "png", "pdf"):
         raise FileError(path, f"the ending '{path.suffix}' is not known; use .svg, .png, .pdf")
-    when = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
+    meta = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
     with look():
-        return write_whole(path, lambda p: figure.savefig(p, format=kind, metadata=when), overwrite)
+        return write_whole(path, lambda p: figure.savefig(p, format=kind, metadata=meta), overwrite)
 
 
-def drawn(figure: Figure, words: bool = False) -> str:
+def svg_text(figure: Figure, words: bool = False) -> str:
     """The figure as an SVG file's text; the same figure gives the same bytes.
 
     With `words` what is written in it stays text, for a page that has a typeface of its own.

@@ -11,38 +11,38 @@ from typing import Any
 from layerjam.errors import MissingExtraError
 
 NO_DATE = datetime(1980, 1, 1, tzinfo=UTC)
-"""Of what carries no date, so that it is the same on any day."""
+"""Date of a PDF that has none, so that it is the same on any day."""
 
 
-def pdf(shown: Mapping[str, Any], pictures: Mapping[str, str]) -> bytes:
+def pdf(data: Mapping[str, Any], pictures: Mapping[str, str]) -> bytes:
     """A report's bytes; the same content on the same date gives the same bytes.
 
     `shown` is what Page.shown gives, with a `date` (ISO) and a `command`; `pictures` the figures'
     SVG by name.
     """
-    when = datetime.fromisoformat(str(shown["date"])).replace(tzinfo=UTC)
-    return typeset("page", shown, {f"{name}.svg": svg for name, svg in pictures.items()}, when)
+    date = datetime.fromisoformat(str(data["date"])).replace(tzinfo=UTC)
+    return typeset("page", data, {f"{name}.svg": svg for name, svg in pictures.items()}, date)
 
 
 def typeset(
     template: str,
     data: Mapping[str, Any],
     pictures: Mapping[str, str | bytes] | None = None,
-    when: datetime = NO_DATE,
+    date: datetime = NO_DATE,
 ) -> bytes:
-    """The bytes of a PDF from a template beside this file, such as page.typ.
+    """Return the bytes of a PDF from a template next to this file, such as page.typ.
 
-    The template reads `data` from data.json; `pictures` lie beside it by their file names. Fonts
-    are those inside typst, so that no machine's fonts change a page.
+    The template reads `data` from data.json; `pictures` are next to it, by file name. Fonts are
+    those of typst, so that no machine's fonts change a page.
     """
     with MissingExtraError.raise_if_missing("a page as PDF (typst)", "pdf"):
         import typst
     text = (files("layerjam.report") / f"{template}.typ").read_text(encoding="utf-8")
-    beside: dict[str, str | bytes] = {**(pictures or {}), "main.typ": text}
+    inputs: dict[str, str | bytes] = {**(pictures or {}), "main.typ": text}
     with tempfile.TemporaryDirectory() as folder:
-        for name, content in (beside | {"data.json": json.dumps(data)}).items():
-            made = content if isinstance(content, bytes) else content.encode()
-            (Path(folder) / name).write_bytes(made)
+        for name, content in (inputs | {"data.json": json.dumps(data)}).items():
+            raw = content if isinstance(content, bytes) else content.encode()
+            (Path(folder) / name).write_bytes(raw)
         main = str(Path(folder) / "main.typ")
-        how: dict[str, Any] = {"root": folder, "ignore_system_fonts": True, "timestamp": when}
-        return bytes(typst.compile(input=main, format="pdf", **how))
+        options: dict[str, Any] = {"root": folder, "ignore_system_fonts": True, "timestamp": date}
+        return bytes(typst.compile(input=main, format="pdf", **options))

@@ -58,12 +58,12 @@ class _Pen:
     def __init__(self, sheet: Any, elements: Any, circuit: Circuit) -> None:
         self.sheet, self.elements, self.circuit = sheet, elements, circuit
 
-    def add(self, made: Any, at: Any, end: Any = None, label: str = "", loc: str = "top") -> Any:
+    def add(self, item: Any, spot: Any, end: Any = None, label: str = "", loc: str = "top") -> Any:
         """Place an element at a point, or between two; returns it."""
-        made = made.at(at)
+        item = item.at(spot)
         if end is not None:
-            made = made.to(end)
-        return self.sheet.add(made.label(label, loc=loc, fontsize=9) if label else made)
+            item = item.to(end)
+        return self.sheet.add(item.label(label, loc=loc, fontsize=9) if label else item)
 
     def line(self, *points: Any) -> None:
         """Draw a wire through points."""
@@ -72,37 +72,37 @@ class _Pen:
 
     def text(self, x: float, y: float, text: str, size: float = 11) -> None:
         """Write a text that begins at a point."""
-        made = self.elements.Label().label(text, fontsize=size, halign="left", ofst=0)
-        self.sheet.add(made.at((x, y)))
+        item = self.elements.Label().label(text, fontsize=size, halign="left", ofst=0)
+        self.sheet.add(item.at((x, y)))
 
     def part(self, ref: str, start: Any, end: Any, loc: str = "top") -> Any:
         """Draw a component between two points, with its reference and value."""
-        made = self.circuit.components[ref]
-        name = f"{ref}\n{made.text}" if made.kind in UNITS else ref
-        return self.add(getattr(self.elements, SYMBOLS[made.kind])(), start, end, name, loc)
+        part = self.circuit.components[ref]
+        name = f"{ref}\n{part.text}" if part.kind in UNITS else ref
+        return self.add(getattr(self.elements, SYMBOLS[part.kind])(), start, end, name, loc)
 
-    def down(self, ref: str, at: Any, length: float = 2.2) -> None:
+    def down(self, ref: str, point: Any, length: float = 2.2) -> None:
         """Draw a component from a point of a line to GND."""
-        end = (at[0], at[1] - length)
-        turned = self.circuit.components[ref].kind == "tvs"
-        self.add(self.elements.Dot(), at)
-        self.part(ref, end if turned else at, at if turned else end, "bottom")
+        end = (point[0], point[1] - length)
+        is_turned = self.circuit.components[ref].kind == "tvs"
+        self.add(self.elements.Dot(), point)
+        self.part(ref, end if is_turned else point, point if is_turned else end, "bottom")
         self.add(self.elements.Ground(), end)
 
-    def tag(self, at: Any, text: str, direction: str = "right") -> None:
+    def tag(self, point: Any, text: str, direction: str = "right") -> None:
         """Draw a framed label, which joins this point with all of that name."""
-        made = self.elements.Tag(width=max(1.6, 0.2 * len(text) + 0.6))
-        self.add(getattr(made.theta(0), direction)(), at, None, text, "center")
+        item = self.elements.Tag(width=max(1.6, 0.2 * len(text) + 0.6))
+        self.add(getattr(item.theta(0), direction)(), point, None, text, "center")
 
-    def chip(self, at: Any, anchor: str, sides: dict[str, str], size: Any, name: str) -> Any:
+    def chip(self, point: Any, anchor: str, sides: dict[str, str], size: Any, name: str) -> Any:
         """Draw a box with pins, {name: side}, by one of its anchors; returns the anchors."""
         pins = [
             self.elements.IcPin(name=pin, side=side, anchorname=pin) for pin, side in sides.items()
         ]
-        made = (
+        item = (
             self.elements.Ic(pins=pins, size=size, leadlen=0.5, lblsize=10).theta(0).anchor(anchor)
         )
-        return self.add(made, at, None, name, "top").absanchors
+        return self.add(item, point, None, name, "top").absanchors
 
     def board(self) -> None:
         """Draw the socket, with the use of each pin that has one."""
@@ -145,12 +145,12 @@ class _Pen:
                 self.down(shunt.ref, (x + 0.6 + 1.8 * n, y), 1.9)
             y -= 3.6 if shunts else 1.15
 
-    def sense(self, use: str, at: Any) -> None:
+    def sense(self, use: str, point: Any) -> None:
         """Draw a divider from a point down to a pin's label, with its filter."""
         upper, lower, capacitor = (part.ref for part in self.circuit.divider(use))
-        middle, right = (at[0], at[1] - 2.2), (at[0] + 2.0, at[1] - 2.2)
-        self.add(self.elements.Dot(), at)
-        self.part(upper, at, middle, "bottom")
+        middle, right = (point[0], point[1] - 2.2), (point[0] + 2.0, point[1] - 2.2)
+        self.add(self.elements.Dot(), point)
+        self.part(upper, point, middle, "bottom")
         self.down(lower, middle)
         self.line(middle, right)
         self.down(capacitor, right)
@@ -167,9 +167,9 @@ class _Pen:
         self.line((x + 8.6, y), (x + 8.6, y - 2.2))
         self.add(self.elements.Dot(), (x + 8.6, y))
         sides = {"12 V": "left", "5 V": "right", "GND": "bottom"}
-        at = self.chip((x + 8.6, y - 2.2), "12 V", sides, (2.6, 1.6), "U1")
-        self.add(self.elements.Ground(), at["GND"])
-        five = at["5 V"]
+        pins = self.chip((x + 8.6, y - 2.2), "12 V", sides, (2.6, 1.6), "U1")
+        self.add(self.elements.Ground(), pins["GND"])
+        five = pins["5 V"]
         self.part("D3", five, (five[0] + 1.8, five[1]))
         self.tag((five[0] + 1.8, five[1]), "VSYS")
         self.sense("supply_adc", (x + 17.0, y))
@@ -188,18 +188,18 @@ class _Pen:
         self.down("C2", (stop + 17.2, y))
         self.switch("1", "M1", "pump_gate", (stop + 24.6, y))
 
-    def switch(self, number: str, load: str, use: str, at: Any) -> None:
+    def switch(self, number: str, load: str, use: str, point: Any) -> None:
         """Draw a load from 12 V to its transistor, with diode, gate resistor and pull-down."""
-        bottom, side = (at[0], at[1] - 2.6), at[0] + 1.6
-        self.add(self.elements.Dot(), at)
-        self.part(load, at, bottom)
+        bottom, side = (point[0], point[1] - 2.6), point[0] + 1.6
+        self.add(self.elements.Dot(), point)
+        self.part(load, point, bottom)
         self.line(bottom, (side, bottom[1]))
-        self.part(f"D{number}", (side, bottom[1]), (side, at[1]), "bottom")
+        self.part(f"D{number}", (side, bottom[1]), (side, point[1]), "bottom")
         switch = self.elements.NFet().anchor("drain").reverse().theta(0)
         ends = self.add(switch, bottom, None, f"Q{number}", "right").absanchors
         self.add(self.elements.Ground(), ends["source"])
-        behind = self.circuit.behind(use)[1]
-        (series,), (pull,) = self.circuit.between(use, behind), self.circuit.between(behind, "GND")
+        net = self.circuit.behind(use)[1]
+        (series,), (pull,) = (self.circuit.between(use, net), self.circuit.between(net, "GND"))
         corner = (ends["gate"][0] - 0.7, ends["gate"][1])
         self.line(ends["gate"], corner)
         self.down(pull.ref, corner)
@@ -213,14 +213,14 @@ class _Pen:
         )
         sides = {"IN2": "left", "IN1": "left", "OUT2": "right", "OUT1": "right"}
         sides |= {"VM": "top", "GND": "bottom"}
-        at = self.chip((x + 5.6, y), "IN1", sides, (4.4, 3.4), "")
-        self.tag(at["VM"], "pump plus")
-        self.add(self.elements.Ground(), at["GND"])
+        pins = self.chip((x + 5.6, y), "IN1", sides, (4.4, 3.4), "")
+        self.tag(pins["VM"], "pump plus")
+        self.add(self.elements.Ground(), pins["GND"])
         for name, use in (("IN1", "pump_gate"), ("IN2", "pump_back_gate")):
-            self.tag(at[name], use, "left")
-        ends = [(at[name][0] + 0.8, at[name][1]) for name in ("OUT1", "OUT2")]
+            self.tag(pins[name], use, "left")
+        ends = [(pins[name][0] + 0.8, pins[name][1]) for name in ("OUT1", "OUT2")]
         for name, end in zip(("OUT1", "OUT2"), ends, strict=True):
-            self.line(at[name], end)
+            self.line(pins[name], end)
         self.part("M1", ends[0], ends[1], "bottom")
 
 

@@ -14,7 +14,7 @@ from layerjam.fluid.line import Line
 from layerjam.kernel.engine import quick_kernel
 from layerjam.mechanics.enclosure import one_modulus
 from layerjam.mechanics.friction import growth_of
-from layerjam.mechanics.hysteresis import stepped, untouched
+from layerjam.mechanics.hysteresis import new_state, step_state
 from layerjam.mechanics.law import double_precision, register_records
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.speed import follows_speed, without_idle_speed_law
@@ -34,7 +34,7 @@ class SteppedBrake:
         self._brake, self._paced = brake, follows_speed(brake)
         with double_precision():
             spring = jnp.asarray(working_stiffness(brake), jnp.float64)
-        self._step = jax.jit(functools.partial(stepped, spring=spring, brake=brake))
+        self._step = jax.jit(functools.partial(step_state, spring=spring, brake=brake))
         self._state: Any = None
 
     def to(self, elongation: float, vacuum: float, speed: float = 0.0) -> tuple[float, float]:
@@ -52,7 +52,7 @@ class SteppedBrake:
             growth = np.float64(growth_of(speed, self._brake)) if self._paced else None
             if self._state is None:
                 # plain arrays, like every later state: otherwise it compiles twice
-                start = untouched(np.float64(vacuum), growth)
+                start = new_state(np.float64(vacuum), growth)
                 self._state = jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)), start)
             self._state, point = self._step(
                 self._state, np.float64(elongation), np.float64(vacuum), growth

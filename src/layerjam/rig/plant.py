@@ -263,9 +263,9 @@ class VirtualPlant:
         left = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
         a, b, gain, sensor_gain = factors(rates, pump, float(vent), dt, lag, left)
         if rates.side > 0.0:
-            from layerjam.control.through_tube import advanced  # numba takes half a second
+            from layerjam.control.through_tube import advance  # numba takes half a second
 
-            self.vacuum, self.side, self.shown = advanced(
+            self.vacuum, self.side, self.shown = advance(
                 self.vacuum, self.side, self.shown, a, b - rates.leak, rates, dt, lag
             )
         else:

@@ -36,7 +36,7 @@ class Axis(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """What the loop needs of a brake; SI."""
+    """Constants of a brake for the loop; SI."""
 
     friction: float
     """c per pascal [N/m/Pa]."""
@@ -50,8 +50,8 @@ class Constants(NamedTuple):
 
 def constants_of(brake: Brake) -> Constants | None:
     """Return the constants of a brake for the compiled loops, or None if they lack its laws."""
-    bent = (brake.speed_law, brake.hyperelastic, brake.mount.spacers)
-    if any(part is not None for part in bent) or not is_proportional(brake):
+    effects = (brake.speed_law, brake.hyperelastic, brake.mount.spacers)
+    if any(part is not None for part in effects) or not is_proportional(brake):
         return None
     enclosure = enclosure_at(1.0, brake)
     sheets, c = brake.sheets, friction_per_contact(1.0, brake)

@@ -24,7 +24,7 @@ from layerjam.mechanics.stop.motion import (
     STANDSTILL,
     TRAVEL_USED,
     Vacuum,
-    ended,
+    go_to_event,
     load_of,
     series_of,
     step_on,
@@ -111,7 +111,7 @@ def _march(motion: Motion, max_steps: Any, until: Any, dt: Any, case: _Case) -> 
 
 @jax.jit
 def _next_event(motion: Motion, until: Any, dt: Any, case: _Case) -> Motion:
-    return ended(motion, _next(motion, until, dt, case.vacuum), *case[1:])
+    return go_to_event(motion, _next(motion, until, dt, case.vacuum), *case[1:])
 
 
 def _event(case: _Case, dt: float, until: float) -> Motion:
@@ -277,7 +277,9 @@ def _hangs(state: Motion, case: _Case) -> bool:
     if bool(state.slack) or int(state.outcome) != MOVING or not float(load.gravity):
         return False
     if vacuum.time is not None:
-        later = np.append(float(vacuum.at(state.time)), vacuum.pressure[vacuum.time > state.time])
+        later = np.append(
+            float(vacuum.value_at(state.time)), vacuum.pressure[vacuum.time > state.time]
+        )
         if np.ptp(later) > 0:
             return False
     weight = float(load.mass * load.gravity)

@@ -12,7 +12,7 @@ from layerjam.mechanics.enclosure import first_loading
 from layerjam.mechanics.energy import sheet_work
 from layerjam.mechanics.fan import Sheets, along_tangents, force_of, tangent
 from layerjam.mechanics.friction import sheets_at
-from layerjam.mechanics.hyperelastic import at_slip, greatest_slip, stretched, strip_at
+from layerjam.mechanics.hyperelastic import at_slip, greatest_slip, loading_at, strip_at
 from layerjam.mechanics.law import law
 from layerjam.mechanics.pull import least_stiffness, slip_at_elongation
 from layerjam.mechanics.stiffness import working_stiffness
@@ -56,11 +56,11 @@ def first_peak(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
         return strip.friction / jnp.where(line.c > 0, line.c, strip.friction / limit)
 
     def top(line: Sheets) -> Any:
-        return stretched(jnp.minimum(strain(line), limit), strip).slip
+        return loading_at(jnp.minimum(strain(line), limit), strip).slip
 
     slip = along_tangents(top, 0.0 * vacuum, sheets)
     end = strain(tangent(slip, sheets))
-    state = stretched(jnp.minimum(end, limit), strip)
+    state = loading_at(jnp.minimum(end, limit), strip)
     is_inside = (end < limit) & (state.force < 2 * strip.friction * strip.reach)
     is_inside = is_inside & (state.slip < brake.sheets.overlap)
     return state.slip, force_of(state.slip, sheets) + state.force, is_inside

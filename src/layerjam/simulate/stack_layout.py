@@ -45,13 +45,13 @@ class FannedFriction:
         """
         slip = np.clip(slip, 0.0, self.length * (1 - 1e-12))
         factor, shrink = _interface_factors(slip, self.kinetic)
-        factor, shrink = factor / self.kinetic.held, shrink / self.kinetic.held
+        factor, shrink = factor / self.kinetic.reference, shrink / self.kinetic.reference
         overlap = self.length - slip
         unit = self.flat / self.length
         steep = factor + overlap * shrink
         reach = slip + overlap * factor / steep
         if self.ratio > 1:
-            static_factor = _interface_factors(slip, self.static)[0] / self.static.held
+            static_factor = _interface_factors(slip, self.static)[0] / self.static.reference
             return unit * steep * reach, reach, self.ratio * static_factor / factor
         return unit * steep * reach, reach, np.ones_like(reach)
 

@@ -243,7 +243,7 @@ def stick_slip(
     setup = slide_of(brake, slip=slip, **motion)
     travel = _travel(setup, brake, speed, slip) if travel is None else travel
     setup = setup._replace(ramp=travel / speed, end=travel / speed + hold, step=step)
-    state = slide(setup, events=EVENTS, samples=SAMPLES, most=4 * SAMPLES)
+    state = slide(setup, events=EVENTS, samples=SAMPLES, max_actions=4 * SAMPLES)
     if int(state.reason) == TOO_LONG:
         raise FitError(
             f"speed: at {show(speed, 'm/s')} the motion over {show(travel, 'm')} has more than "
@@ -322,7 +322,7 @@ def tooth(run: Slide, swings: int = 300) -> Tooth:
     omega = np.sqrt(np.asarray(run.spring) / run.mass)
     end = np.asarray(static) / (np.asarray(run.spring) * run.speed) + swings * 2 * np.pi / omega
     run = run._replace(ramp=np.inf, end=end, events=1.0, tolerance=MAP_TOLERANCE)
-    state = slide(run, events=1, samples=1, most=MAP_ACTIONS)
+    state = slide(run, events=1, samples=1, max_actions=MAP_ACTIONS)
     row = np.asarray(state.table)[..., 0, :]
     judders = np.asarray(state.count) > 0
     high, low, slip = (np.where(judders, row[..., i], 0.0) for i in (3, 4, 5))

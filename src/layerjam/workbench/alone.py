@@ -24,10 +24,10 @@ ENGINE = (
     "jax_persistent_cache_min_compile_time_secs",
     "jax_persistent_cache_min_entry_size_bytes",
 )
-"""What the other process takes over of JAX's settings."""
+"""Settings of JAX that the other process takes over."""
 
 
-def alone(work: Callable[..., T], *given: Any, tell: Tell) -> T:
+def run_in_subprocess(work: Callable[..., T], *args: Any, tell: Tell) -> T:
     """`work(*given, tell)`, which is sent to the other process, as is what comes back.
 
     `tell(what, share)` is called here, again and again; what it raises ends the process. Raises
@@ -35,14 +35,14 @@ def alone(work: Callable[..., T], *given: Any, tell: Tell) -> T:
     """
     # not forked: a fork of a process with threads can stand still
     context = multiprocessing.get_context("spawn")
-    here, there = context.Pipe(duplex=False)
-    with here, tempfile.TemporaryDirectory(prefix="layerjam-") as room:
-        told = (there, room, _settings(), work, given)
-        process = context.Process(target=_work, args=told, daemon=True)
+    receiver, sender = context.Pipe(duplex=False)
+    with receiver, tempfile.TemporaryDirectory(prefix="layerjam-") as room:
+        job = (sender, room, _settings(), work, args)
+        process = context.Process(target=_work, args=job, daemon=True)
         process.start()
-        there.close()
+        sender.close()
         try:
-            answer: T = _answer(here, tell)
+            answer: T = _answer(receiver, tell)
             return answer
         except EOFError:
             process.join()
@@ -59,34 +59,34 @@ def _settings() -> dict[str, Any]:
     return {} if config is None else {name: getattr(config, name) for name in ENGINE}
 
 
-def _answer(here: Connection, tell: Tell) -> Any:
+def _answer(pipe: Connection, tell: Tell) -> Any:
     doing = ("", 0.0)
     while True:
-        while not here.poll(LOOK):
+        while not pipe.poll(LOOK):
             tell(*doing)
-        kind, said = here.recv()
+        kind, content = pipe.recv()
         if kind == "made":
-            return said
+            return content
         if kind == "failed":
-            raise _error(*said)
-        doing = said
+            raise _error(*content)
+        doing = content
         tell(*doing)
 
 
 def _error(kind: type[Exception], texts: tuple[Any, ...], facts: dict[str, Any]) -> Exception:
     """The same error; its own constructor may want other arguments than it keeps."""
-    made = kind.__new__(kind)
-    made.args = texts
-    made.__dict__.update(facts)
-    return made
+    error = kind.__new__(kind)
+    error.args = texts
+    error.__dict__.update(facts)
+    return error
 
 
 def _work(
-    there: Connection,
+    pipe: Connection,
     room: str,
     settings: dict[str, Any],
     work: Callable[..., Any],
-    given: tuple[Any, ...],
+    args: tuple[Any, ...],
 ) -> None:
     """The other process; an interrupt typed at the terminal is the server's."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -97,10 +97,10 @@ def _work(
 
             for name, value in settings.items():
                 jax.config.update(name, value)
-        said = ("made", work(*given, lambda what, share: there.send(("doing", (what, share)))))
+        message = ("made", work(*args, lambda what, share: pipe.send(("doing", (what, share)))))
     except Exception as error:
         if not isinstance(error, LayerjamError):
             error.add_note(traceback.format_exc())  # where it happened
-        said = ("failed", (type(error), error.args, vars(error)))
-    with there:
-        there.send(said)
+        message = ("failed", (type(error), error.args, vars(error)))
+    with pipe:
+        pipe.send(message)

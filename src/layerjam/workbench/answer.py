@@ -15,7 +15,7 @@ from typing import Any
 from layerjam.commands.results import Result
 from layerjam.errors import LayerjamError
 from layerjam.report.style import Figure, save
-from layerjam.workbench.call import Apart, Call, apart, as_python, python_parts
+from layerjam.workbench.call import Call, CallExport, as_python, disambiguate, python_parts
 from layerjam.workbench.state import Pin
 from layerjam.workbench.widgets import one_line
 
@@ -44,7 +44,7 @@ class Answer:
     @property
     def beside(self) -> "Mapping[str, Answer]":
         """The pinned answers that have a curve, by their labels."""
-        return {one.label: one.answer for one in self.pins if one.answer.result.has_curve}
+        return {pin.label: pin.answer for pin in self.pins if pin.answer.result.has_curve}
 
     @property
     def pinned(self) -> Mapping[str, Call]:
@@ -58,17 +58,17 @@ class Answer:
 
     def python(self) -> str:
         """Lines that compute and draw it in a fresh process."""
-        own = self._apart
-        return as_python(own.calls, own.pinned)
+        export = self._exported
+        return as_python(export.calls, export.pinned)
 
     @property
     def files(self) -> Mapping[str, str]:
         """{name: content} of the brakes that are in no catalogue."""
-        return self._apart.texts
+        return self._exported.texts
 
     @property
-    def _apart(self) -> Apart:
-        return apart([self.call], self.pinned)
+    def _exported(self) -> CallExport:
+        return disambiguate([self.call], self.pinned)
 
     def notebook(self) -> str:
         """A Jupyter notebook that computes and draws it."""
@@ -79,7 +79,7 @@ class Answer:
 class Pinned:
     """A pinned curve: its label, its answer, and what the desk keeps of it.
 
-    `more` is what the page computes besides for its pin, None where nothing.
+    `more` is the page's additional result for its pin, or None.
     """
 
     label: str
@@ -88,7 +88,7 @@ class Pinned:
     pin: Pin | None = None
 
 
-def answered(call: Call, **more: Any) -> Answer:
+def try_call(call: Call, **more: Any) -> Answer:
     """The answer, or the refusal in words: where one of several calls may be refused alone."""
     try:
         return Answer(call, call.run(**more))
@@ -96,11 +96,11 @@ def answered(call: Call, **more: Any) -> Answer:
         return Answer(call, refusal=one_line(err))
 
 
-def answers_in(found: Any) -> list[Answer]:
+def answers_in(result: Any) -> list[Answer]:
     """Every answer in what a page has computed, in order."""
-    if isinstance(found, Answer):
-        return [found]
-    parts = list(found.values()) if isinstance(found, Mapping) else found
+    if isinstance(result, Answer):
+        return [result]
+    parts = list(result.values()) if isinstance(result, Mapping) else result
     return [a for p in parts for a in answers_in(p)] if isinstance(parts, list | tuple) else []
 
 
@@ -126,7 +126,7 @@ def file_bytes(
 
 
 SHOWING = "from IPython.display import SVG, display\n"
-"""What the lines that show a figure need."""
+"""Import that the lines that show a figure need."""
 
 
 def notebook(
@@ -137,28 +137,28 @@ def notebook(
     Brakes and lines that are in no catalogue are in the notebook, and written beside it where it is
     run; of measured files it says that they belong there.
     """
-    own = apart(calls, pinned)
-    head, *asked = python_parts(own.calls, own.pinned, display=True)
-    files = [file.shown for call in (*own.calls, *own.pinned.values()) for file in call.data]
-    cells = [_words(_about(title, own.calls, files)), _code(head + SHOWING)]
-    if own.texts:
-        cells.append(_code("from pathlib import Path\n\n" + "".join(_writing(own.texts))))
-    return _whole([*cells, *map(_code, asked)])
+    export = disambiguate(calls, pinned)
+    head, *blocks = python_parts(export.calls, export.pinned, display=True)
+    files = [file.shown for call in (*export.calls, *export.pinned.values()) for file in call.data]
+    cells = [_words(_introduction(title, export.calls, files)), _code(head + SHOWING)]
+    if export.texts:
+        cells.append(_code("from pathlib import Path\n\n" + "".join(_writing(export.texts))))
+    return _notebook_json([*cells, *map(_code, blocks)])
 
 
 def notebook_of(title: str, lines: str) -> str:
     """The notebook's JSON of Python lines that draw a `figure`."""
-    about = f"# {title}\n\nMade by layerjam's workbench. Run it where layerjam is installed.\n"
-    return _whole([_words(about), _code(f"{lines}figure\n")])
+    heading = f"# {title}\n\nMade by layerjam's workbench. Run it where layerjam is installed.\n"
+    return _notebook_json([_words(heading), _code(f"{lines}figure\n")])
 
 
-def _whole(cells: list[dict[str, Any]]) -> str:
+def _notebook_json(cells: list[dict[str, Any]]) -> str:
     for number, cell in enumerate(cells, 1):
         cell["id"] = f"cell-{number}"
     spec = {"name": "python3", "display_name": "Python 3", "language": "python"}
-    about = {"kernelspec": spec, "language_info": {"name": "python"}}
-    whole = {"nbformat": 4, "nbformat_minor": 5, "metadata": about, "cells": cells}
-    return json.dumps(whole, indent=1, ensure_ascii=False) + "\n"
+    metadata = {"kernelspec": spec, "language_info": {"name": "python"}}
+    document = {"nbformat": 4, "nbformat_minor": 5, "metadata": metadata, "cells": cells}
+    return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
 
 
 def _writing(texts: Mapping[str, str]) -> Iterator[str]:
@@ -172,13 +172,13 @@ def _literal(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-def _about(title: str, calls: Sequence[Call], files: Sequence[str]) -> str:
-    """What stands above the cells: the files that are needed, and the commands behind it."""
+def _introduction(title: str, calls: Sequence[Call], files: Sequence[str]) -> str:
+    """Return the text above the cells: required files, and the commands."""
     lines = [f"# {title}\n\nMade by layerjam's workbench. Run it where layerjam is installed.\n"]
-    needed = dict.fromkeys(files)
-    if needed:
-        named = "".join(f"- `{name}`\n" for name in needed)
-        lines.append(f"Put these files into the notebook's folder first:\n\n{named}")
+    names = dict.fromkeys(files)
+    if names:
+        listing = "".join(f"- `{name}`\n" for name in names)
+        lines.append(f"Put these files into the notebook's folder first:\n\n{listing}")
     lines += [f"    {line}\n" for call in calls for line in call.command().splitlines()]
     return "\n".join(lines)
 

@@ -30,8 +30,7 @@ from layerjam.units import exact_text
 LEASE = 3.0
 """Seconds after which a page that is gone keeps no brake closed any more."""
 PRESENT = 1.0
-"""Of these, seconds for which a page counts as there that was not heard of; the rest is the
-board's."""
+"""Seconds of these for which a silent page counts as open; the board waits for the rest."""
 PACE, SEEN = 0.1, 600
 """Seconds between two looks at the bench, and looks that are kept."""
 RECORDED_EVERY = 10
@@ -41,10 +40,10 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Look:
-    """What the bench did at one moment; vacuum None where the sensor gives none."""
+    """State of the bench at one moment; vacuum is None if the sensor gives no reading."""
 
     time: float
-    """By the board's clock [s]."""
+    """Time on the board's clock [s]."""
     vacuum: float | None
     target: float
     pump: float
@@ -61,7 +60,7 @@ class Session:
     alive: Callable[[], bool]
     looks: deque[Look] = field(default_factory=lambda: deque(maxlen=SEEN))
     lost: str = ""
-    """Why the line is gone; "" while it is there."""
+    """Reason for the loss of the connection; "" while connected."""
     running: Stop | None = None
     """The way to stop the procedure that runs now."""
 
@@ -81,10 +80,10 @@ class Session:
     @classmethod
     def connect(cls, address: str, alive: Callable[[], bool], target: float) -> "Session":
         """The session at an address; a virtual line is made linear at the target [Pa]."""
-        where = address_of(address)
-        if where.simulated and "at" not in where.options:
-            where = replace(where, options={**where.options, "at": exact_text(target, "Pa")})
-        bench = open_procedure_bench(where)
+        place = address_of(address)
+        if place.simulated and "at" not in place.options:
+            place = replace(place, options={**place.options, "at": exact_text(target, "Pa")})
+        bench = open_procedure_bench(place)
         try:
             return cls(bench, alive)
         except BaseException:
@@ -157,7 +156,7 @@ class Session:
             stop = self.running = Stop()
             try:
                 return bench.run(
-                    procedure, out=out, meta=meta, overwrite=True, stop=stop, watch=self._recorded
+                    procedure, out=out, meta=meta, overwrite=True, stop=stop, watch=self._on_block
                 )
             finally:
                 self.running = None
@@ -165,7 +164,7 @@ class Session:
 
         return self.ask(act)
 
-    def _recorded(self, block: Block) -> None:
+    def _on_block(self, block: Block) -> None:
         if not self.alive() and self.running is not None:
             self.running.ask()
         states = {0: "SAFE", 1: "RUN", 2: "FAULT"}
@@ -203,28 +202,30 @@ class Presence:
 def regulator_for(
     address: str, line: LineFile, target: float, safe_state: str, kind: str, sensor_range: float
 ) -> Regulator:
-    """For a virtual board that of its own line, else that of the line on the desk.
+    """Return the regulator of a virtual board's own line, or else of the line on the desk.
 
-    Raises QuantityError where a target [Pa] cannot be held.
+    Raises QuantityError if a target [Pa] cannot be held.
     """
-    where = address_of(address)
-    if where.simulated:
-        at = {"at": exact_text(target, "Pa"), **where.options}
-        made = behind(replace(where, options=at))
-        found = Regulator(plant=made.plant, sensor=made.sensor, kind=kind, safe_state=safe_state)
+    place = address_of(address)
+    if place.simulated:
+        options = {"at": exact_text(target, "Pa"), **place.options}
+        board = behind(replace(place, options=options))
+        regulator = Regulator(
+            plant=board.plant, sensor=board.sensor, kind=kind, safe_state=safe_state
+        )
     else:
-        stated: dict[str, Any] = {"safe_state": safe_state, "kind": kind}
+        settings: dict[str, Any] = {"safe_state": safe_state, "kind": kind}
         if line.line.sensor is None:
-            stated["sensor_range"] = sensor_range
-        found, _ = regulator_of(line, target, RegulatorSettings(**stated))
-    validate(found, target)
-    return found
+            settings["sensor_range"] = sensor_range
+        regulator, _ = regulator_of(line, target, RegulatorSettings(**settings))
+    validate(regulator, target)
+    return regulator
 
 
-def switch_on(bench: ProcedureBench, regulator: Regulator, rest: str, target: float) -> None:
+def switch_on(bench: ProcedureBench, regulator: Regulator, vent_rest: str, target: float) -> None:
     """Hold a target [Pa]; where it holds one already, only the target is another."""
     if not bench.output:
-        bench.safe_state, bench.vent_rest = regulator.safe_state, rest
+        bench.safe_state, bench.vent_rest = regulator.safe_state, vent_rest
         bench.regulator = regulator
         bench.target = target
         bench.output = True
@@ -233,7 +234,7 @@ def switch_on(bench: ProcedureBench, regulator: Regulator, rest: str, target: fl
 
 
 def provoke(bench: ProcedureBench, fault: str, regulator: Regulator, target: float) -> None:
-    """Break what is behind a virtual board; "none" mends it."""
+    """Inject a fault into the plant of a virtual board; "none" repairs it."""
     if bench.plant is not None:
-        broken = HEALTHY if fault == "none" else injection_of(fault, 0.0, regulator, target)[0]
-        bench.plant.injected = broken
+        injection = HEALTHY if fault == "none" else injection_of(fault, 0.0, regulator, target)[0]
+        bench.plant.injected = injection

@@ -74,23 +74,23 @@ class Call:
     @property
     def data(self) -> tuple[DataFile, ...]:
         """Every measured file."""
-        given = [v for v in (*self.options.values(), self.files) if isinstance(v, tuple)]
-        alone = [v for v in self.options.values() if isinstance(v, DataFile)]
-        return (*alone, *(f for some in given for f in some if isinstance(f, DataFile)))
+        tuples = [v for v in (*self.options.values(), self.files) if isinstance(v, tuple)]
+        single = [v for v in self.options.values() if isinstance(v, DataFile)]
+        return (*single, *(f for group in tuples for f in group if isinstance(f, DataFile)))
 
     @property
     def names(self) -> dict[str, str]:
         """{name under which a file lies: the user's name for it}."""
         return {file.path.name: file.shown for file in self.data}
 
-    def run(self, by: Callable[..., Any] | None = None, **more: Any) -> Any:
+    def run(self, function: Callable[..., Any] | None = None, **more: Any) -> Any:
         """The result, with the user's names of files; raises LayerjamError as the command does.
 
         `by` is asked instead of the command, where only a part of its answer is wanted.
         """
         try:
-            result = (by or load(self.name))(
-                *(_real(v) for v in self._alone()),
+            result = (function or load(self.name))(
+                *(_real(v) for v in self._positional()),
                 **{key: _real(v) for key, v in self.options.items()},
                 **more,
             )
@@ -101,7 +101,7 @@ class Call:
         names = self.names | ({self.out: self.out} if self.out else {})
         return _with_names(result, names) if names else result
 
-    def _alone(self) -> Iterator[Value]:
+    def _positional(self) -> Iterator[Value]:
         """The arguments that stand without a name."""
         yield from self.subjects
         if self.files:
@@ -111,25 +111,27 @@ class Call:
         """Lines that give the same numbers in a fresh process."""
         return as_python([self])
 
-    def asked(self) -> str:
+    def python_expression(self) -> str:
         """The call in Python, without what it is called on."""
-        parts = [_literal(_shown(v)) for v in self._alone()]
-        parts += [f"{key}={_literal(_shown(v))}" for key, v in self.options.items()]
+        parts = [_literal(_plain_value(v)) for v in self._positional()]
+        parts += [f"{key}={_literal(_plain_value(v))}" for key, v in self.options.items()]
         parts += [f"out={_literal(self.out)}", "overwrite=True"] if self.out else []
         return f"lj.{load(self.name).python_name}({', '.join(parts)})"
 
-    def _drawn(self, file: str, beside: "Mapping[str, Call]", display: bool) -> str:
+    def _python_block(self, file: str, others: "Mapping[str, Call]", display: bool) -> str:
         """Lines that compute, print and draw it; they `display` the figure in a notebook."""
-        text = f"result = {self.asked()}\nprint(result)\n"
+        text = f"result = {self.python_expression()}\nprint(result)\n"
         kind = load(self.name).result
         if not kind.drawable():
             return text
-        more = "overwrite=True"
-        if beside:
-            more += ", beside=pinned"
-            pins = "".join(f"    {_literal(k)}: {call.asked()},\n" for k, call in beside.items())
+        options = "overwrite=True"
+        if others:
+            options += ", beside=pinned"
+            pins = "".join(
+                f"    {_literal(k)}: {call.python_expression()},\n" for k, call in others.items()
+            )
             text += f"pinned = {{\n{pins}}}\n"
-        draws = [f'result.plot("{file}.svg", {more})']
+        draws = [f'result.plot("{file}.svg", {options})']
         draws += [f'display(SVG("{file}.svg"))'] if display else []
         if any(f.name == "feasible" for f in kind.keys()):  # noqa: SIM118 (it may say "cannot")
             draws = ["if result.has_curve:", *(f"    {line}" for line in draws)]
@@ -138,16 +140,16 @@ class Call:
     def command(self) -> str:
         """The same on the command line."""
         words = ["layerjam", load(self.name).name]
-        for value in self._alone():
-            words += _words(_shown(value))
+        for value in self._positional():
+            words += _words(_plain_value(value))
         for key, value in self.options.items():
-            declared = parameters(self.name)[key]
+            spec = parameters(self.name)[key]
             if value is True:
-                words.append(declared.option)
-            elif declared.help.greedy:
-                words += [declared.option, *_words(_shown(value))]
+                words.append(spec.option)
+            elif spec.help.greedy:
+                words += [spec.option, *_words(_plain_value(value))]
             elif value is not False:
-                words += [w for one in _words(_shown(value)) for w in (declared.option, one)]
+                words += [w for text in _words(_plain_value(value)) for w in (spec.option, text)]
         words += ["--out", self.out, "--overwrite"] if self.out else []
         return _head([self]) + " ".join(shlex.quote(word) for word in words)
 
@@ -157,8 +159,8 @@ def as_python(calls: Sequence[Call], pinned: Mapping[str, Call] = MappingProxyTy
 
     `pinned` calls are drawn, with their labels, beside the first that takes them.
     """
-    head, *asked = python_parts(calls, pinned)
-    return f"{head}\n{''.join(asked)}" if asked else ""
+    head, *blocks = python_parts(calls, pinned)
+    return f"{head}\n{''.join(blocks)}" if blocks else ""
 
 
 def python_parts(
@@ -172,20 +174,20 @@ def python_parts(
     """
     names = [load(call.name).name for call in calls]
     every = [*calls, *pinned.values()]
-    made, left = [f"{_head(every)}import layerjam as lj\n"], dict(pinned)
+    parts, left = [f"{_head(every)}import layerjam as lj\n"], dict(pinned)
     for place, call in enumerate(calls):
-        alone = names.count(names[place]) == 1
-        file = names[place] if alone else f"{names[place]}-{names[: place + 1].count(names[place])}"
+        lone = names.count(names[place]) == 1
+        file = names[place] if lone else f"{names[place]}-{names[: place + 1].count(names[place])}"
         takes = load(call.name).result.takes_beside
-        beside = {label: pin for label, pin in left.items() if takes(load(pin.name).result)}
-        left = {label: pin for label, pin in left.items() if label not in beside}
-        made.append(call._drawn(file, beside, display))
-    return made
+        pins = {label: pin for label, pin in left.items() if takes(load(pin.name).result)}
+        left = {label: pin for label, pin in left.items() if label not in pins}
+        parts.append(call._python_block(file, pins, display))
+    return parts
 
 
 def _head(calls: Sequence[Call]) -> str:
-    edited = any(file.edited for call in calls for file in call.data)
-    return f"# {NOTE}\n" if edited else ""
+    is_edited = any(file.edited for call in calls for file in call.data)
+    return f"# {NOTE}\n" if is_edited else ""
 
 
 @cache
@@ -202,7 +204,7 @@ def result_fields(name: str) -> Mapping[str, str]:
 
 
 def key_of(warning: str) -> str:
-    """What kind of warning it is."""
+    """Return the key of a warning; empty if it has none."""
     return warning.key if isinstance(warning, Notice) else ""
 
 
@@ -212,17 +214,17 @@ def _real(value: Value) -> Any:
     if isinstance(value, DataFile):
         return value.path
     if isinstance(value, tuple):
-        return [_real(one) for one in value]
+        return [_real(item) for item in value]
     return value
 
 
-def _shown(value: Value) -> str | float | bool | Sequence[str]:
+def _plain_value(value: Value) -> str | float | bool | Sequence[str]:
     if isinstance(value, Subject):
         return value.name
     if isinstance(value, DataFile):
         return value.shown
     if isinstance(value, tuple):
-        return [one if isinstance(one, str) else one.shown for one in value]
+        return [item if isinstance(item, str) else item.shown for item in value]
     return value
 
 
@@ -240,22 +242,22 @@ def _literal(value: object) -> str:
 
 def _in_users_words(error: LayerjamError, names: Mapping[str, str]) -> LayerjamError:
     """The same kind of error, whose texts call files as the user does."""
-    made = error.__class__.__new__(error.__class__)
-    made.__dict__.update({key: rename_files(value, names) for key, value in vars(error).items()})
-    made.args = (rename_files(str(error), names),)
-    return made
+    copy = error.__class__.__new__(error.__class__)
+    copy.__dict__.update({key: rename_files(value, names) for key, value in vars(error).items()})
+    copy.args = (rename_files(str(error), names),)
+    return copy
 
 
 def _with_names(result: Any, names: Mapping[str, str]) -> Any:
     """A result whose texts call files as the user does."""
-    said = (Notice(rename_files(str(w), names), key_of(w)) for w in result.warnings)
+    notices = (Notice(rename_files(str(w), names), key_of(w)) for w in result.warnings)
     keys = [f.name for f in result.keys()]  # noqa: SIM118
     values = {key: rename_files(getattr(result, key), names) for key in keys}
-    return replace(result, **values, warnings=list(dict.fromkeys(said)))
+    return replace(result, **values, warnings=list(dict.fromkeys(notices)))
 
 
 @dataclass(frozen=True)
-class Apart:
+class CallExport:
     """Calls whose files are named each under its own name.
 
     `texts` is {file name: content} of what is in no catalogue and has to be saved.
@@ -266,21 +268,25 @@ class Apart:
     texts: dict[str, str] = field(default_factory=dict)
 
 
-def apart(calls: Sequence[Call], pinned: Mapping[str, Call] = MappingProxyType({})) -> Apart:
+def disambiguate(
+    calls: Sequence[Call], pinned: Mapping[str, Call] = MappingProxyType({})
+) -> CallExport:
     """The calls with their files named apart.
 
     Two brakes may have one name: the edited one, and the one that was pinned before. A file that
     the call before writes keeps its name.
     """
     texts: dict[str, str] = {}
-    named = [_own(call, texts) for call in calls]
-    return Apart(named, {label: _own(call, texts) for label, call in pinned.items()}, texts)
+    renamed_calls = [_rename_files(call, texts) for call in calls]
+    return CallExport(
+        renamed_calls, {label: _rename_files(call, texts) for label, call in pinned.items()}, texts
+    )
 
 
-def _own(call: Call, texts: dict[str, str]) -> Call:
+def _rename_files(call: Call, texts: dict[str, str]) -> Call:
     """The call, its files named as `texts` keeps them."""
 
-    def kept(subject: Subject) -> Subject:
+    def unique(subject: Subject) -> Subject:
         if subject.file is None or call.made:
             return subject
         stem, name, count = subject.name.removesuffix(".toml"), subject.name, 1
@@ -289,5 +295,5 @@ def _own(call: Call, texts: dict[str, str]) -> Call:
             name = f"{stem}-{count}.toml"
         return replace(subject, name=name)
 
-    options = {k: kept(v) if isinstance(v, Subject) else v for k, v in call.options.items()}
-    return replace(call, subjects=tuple(map(kept, call.subjects)), options=options)
+    options = {k: unique(v) if isinstance(v, Subject) else v for k, v in call.options.items()}
+    return replace(call, subjects=tuple(map(unique, call.subjects)), options=options)

@@ -19,7 +19,7 @@ FONT = "Roboto, -apple-system, Helvetica, Arial, sans-serif"
 MARKS = 40
 """Points on a measured curve, equally far apart as one sees it."""
 BAND = 0.22
-"""How strong the ground of a band is."""
+"""Opacity of a band."""
 POINTS = 500
 """Points of a curve sent to the browser at most."""
 MOST_ROOM = 200
@@ -48,45 +48,45 @@ def _short(values: Any) -> list[float | None]:
     fine = np.isfinite(values) & (values != 0)
     size = np.floor(np.log10(np.abs(np.where(fine, values, 1.0))))
     digits = np.clip(5 - size, 0, 300)
-    made = np.where(fine, np.round(values * 10**digits) / 10**digits, values).tolist()
-    return [v if math.isfinite(v) else None for v in made]
+    rounded_values = np.where(fine, np.round(values * 10**digits) / 10**digits, values).tolist()
+    return [v if math.isfinite(v) else None for v in rounded_values]
 
 
 def options(panes: Sequence[Pane], dark: bool = False) -> dict[str, Any]:
     """The chart of panes that share their x axis, below each other."""
-    made: dict[str, Any] = dict(animation=False, grid=[], xAxis=[], yAxis=[], series=[])
-    alone, ink = len(panes) == 1, ink_of(dark)
+    chart: dict[str, Any] = dict(animation=False, grid=[], xAxis=[], yAxis=[], series=[])
+    lone, ink = len(panes) == 1, ink_of(dark)
     right = max(_room(pane.lines) for pane in panes)
     top, room = 3.0, 88.0 - 4.0 * (len(panes) - 1)
     firsts = []
     for i, pane in enumerate(panes):
-        high = room * pane.share / sum(one.share for one in panes)
-        place = dict(top=24, bottom=48) if alone else dict(top=f"{top:.2f}%", height=f"{high:.2f}%")
-        made["grid"].append({**dict(left=62, right=right), **place})
+        high = room * pane.share / sum(p.share for p in panes)
+        place = dict(top=24, bottom=48) if lone else dict(top=f"{top:.2f}%", height=f"{high:.2f}%")
+        chart["grid"].append({**dict(left=62, right=right), **place})
         top += high + 4.0
-        made["xAxis"].append({**_axis(pane.x, pane.x_range, 28, dark), "gridIndex": i})
+        chart["xAxis"].append({**_axis(pane.x, pane.x_range, 28, dark), "gridIndex": i})
         if pane is not panes[-1]:
-            made["xAxis"][i] |= {"name": "", "axisLabel": {"show": False}}
-        made["yAxis"].append({**_axis(pane.y, pane.y_range, 44, dark), "gridIndex": i})
+            chart["xAxis"][i] |= {"name": "", "axisLabel": {"show": False}}
+        chart["yAxis"].append({**_axis(pane.y, pane.y_range, 44, dark), "gridIndex": i})
         if high < LOW:
-            made["yAxis"][i]["splitNumber"] = 3
-        firsts.append(len(made["series"]))
-        made["series"] += [
+            chart["yAxis"][i]["splitNumber"] = 3
+        firsts.append(len(chart["series"]))
+        chart["series"] += [
             {**series, "xAxisIndex": i, "yAxisIndex": i}
-            for series in _drawn(pane, ink, TALL * (1.0 if alone else high / 60))
+            for series in _pane_series(pane, ink, TALL * (1.0 if lone else high / 60))
         ]
-    made["textStyle"] = {"fontFamily": FONT}
-    if not alone:
-        made["axisPointer"] = {"link": [{"xAxisIndex": "all"}]}
-    made["tooltip"] = {
+    chart["textStyle"] = {"fontFamily": FONT}
+    if not lone:
+        chart["axisPointer"] = {"link": [{"xAxisIndex": "all"}]}
+    chart["tooltip"] = {
         **dict(trigger="axis", confine=True, order="valueDesc"),
-        "axisPointer": {"type": "cross" if alone else "line"},
+        "axisPointer": {"type": "cross" if lone else "line"},
         ":formatter": _readout(panes, firsts),
     }
-    return made
+    return chart
 
 
-def _drawn(pane: Pane, ink: str, pixels: float) -> list[dict[str, Any]]:
+def _pane_series(pane: Pane, ink: str, pixels: float) -> list[dict[str, Any]]:
     """The series of a pane's curves, which bear its marks and spans, and of its bands.
 
     Names at the ends of curves are set apart in a pane so many `pixels` high.
@@ -109,7 +109,7 @@ def _drawn(pane: Pane, ink: str, pixels: float) -> list[dict[str, Any]]:
 def _set_apart(pane: Pane, series: Sequence[dict[str, Any]], pixels: float) -> None:
     """Move names at the ends of curves down where they would be on each other."""
     lines = zip((curve.end[1] for curve in pane.lines), series, strict=True)
-    ends = [(y, one["endLabel"]) for y, one in lines if one["endLabel"]["show"] and y == y]
+    ends = [(y, item["endLabel"]) for y, item in lines if item["endLabel"]["show"] and y == y]
     low, high = pane.y_range[0] or 0.0, pane.y_range[1] or max((y for y, _ in ends), default=1.0)
     above, scale = math.inf, pixels / (high - low or 1.0)
     for y, label in sorted(ends, key=lambda end: -end[0]):
@@ -167,9 +167,9 @@ def _round(value: float | None) -> bool | None:
 
 
 def _readout(panes: Sequence[Pane], firsts: Sequence[int]) -> str:
-    """What the cursor writes of every curve; of those without a name only of `firsts`."""
-    axes = [_named(pane.y) for pane in panes]
-    name, unit = _named(panes[-1].x)
+    """Return the text of the cursor for all named curves, and for unnamed ones in `firsts`."""
+    axes = [_name_and_unit(pane.y) for pane in panes]
+    name, unit = _name_and_unit(panes[-1].x)
     # the text is ours; a curve's name, which may be a file's, loses what HTML would read
     return (
         f"p => {{ const axes = {json.dumps(axes)}, firsts = {json.dumps(firsts)}, seen = new Set();"
@@ -182,7 +182,7 @@ def _readout(panes: Sequence[Pane], firsts: Sequence[int]) -> str:
     )
 
 
-def _named(axis: str) -> tuple[str, str]:
+def _name_and_unit(axis: str) -> tuple[str, str]:
     """Name and unit of an axis that is named "name [unit]"."""
     name, _, unit = axis.partition(" [")
     return name, unit.rstrip("]").replace("-", "")
@@ -206,23 +206,23 @@ def band(low: Curve, high: Curve) -> dict[str, Any]:
     }
 
 
-def marked(pairs: Sequence[Sequence[float | None]], count: int = MARKS) -> list[Any]:
+def mark_points(pairs: Sequence[Sequence[float | None]], count: int = MARKS) -> list[Any]:
     """Pairs of `thin`, of which about `count` are points to be seen, equally far apart.
 
     How far apart is measured with either axis as long as the curve reaches on it.
     """
-    known = [(k, x, y) for k, (x, y) in enumerate(pairs) if x is not None and y is not None]
-    if len(known) < 2:
+    finite = [(k, x, y) for k, (x, y) in enumerate(pairs) if x is not None and y is not None]
+    if len(finite) < 2:
         return list(pairs)
-    places = np.array([k for k, _, _ in known])
-    points = np.array([(x, y) for _, x, y in known])
+    places = np.array([k for k, _, _ in finite])
+    points = np.array([(x, y) for _, x, y in finite])
     steps = np.diff(points, axis=0) / np.maximum(np.ptp(points, axis=0), 1e-12)
-    along = np.concatenate(([0.0], np.cumsum(np.hypot(*steps.T))))
-    chosen = places[np.searchsorted(along, np.linspace(0.0, along[-1], count) - 1e-12)]
-    made: list[Any] = list(pairs)
-    for k in set(chosen.tolist()):
-        made[k] = {"value": pairs[k], "symbol": "circle"}
-    return made
+    distance = np.concatenate(([0.0], np.cumsum(np.hypot(*steps.T))))
+    picks = places[np.searchsorted(distance, np.linspace(0.0, distance[-1], count) - 1e-12)]
+    result: list[Any] = list(pairs)
+    for k in set(picks.tolist()):
+        result[k] = {"value": pairs[k], "symbol": "circle"}
+    return result
 
 
 def _series(curve: Curve, ink: str) -> dict[str, Any]:
@@ -234,7 +234,7 @@ def _series(curve: Curve, ink: str) -> dict[str, Any]:
         end |= dict(width=MOST_ROOM - 10, overflow="truncate")
     return {
         **dict(type="line", name=curve.name, color=ink if curve.color == INK else curve.color),
-        **dict(data=marked(data) if curve.measured else data, silent=True, endLabel=end),
+        **dict(data=mark_points(data) if curve.measured else data, silent=True, endLabel=end),
         **({"symbol": "none", "symbolSize": 5} if curve.measured else {}),
         **dict(showSymbol=curve.measured, lineStyle=dict(width=curve.width, type=curve.dash)),
         "emphasis": {"disabled": True},
@@ -244,7 +244,7 @@ def _series(curve: Curve, ink: str) -> dict[str, Any]:
 
 
 def _end_of(curve: Curve) -> str:
-    """What ECharts writes at a curve's end: its name and note, of a long name head and tail."""
+    """Return the label at a curve's end: name and note; long names are shortened."""
     if len(curve.name) <= LETTERS:
         return f"{{a}}, {curve.note}" if curve.note else "{a}"
     plain = curve.name.replace("{", "(").replace("}", ")")  # braces are ECharts' own

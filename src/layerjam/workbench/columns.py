@@ -7,7 +7,7 @@ from types import MappingProxyType
 from nicegui import ui
 
 from layerjam.measure.preview import COLUMN_LIMIT, Preview
-from layerjam.workbench.widgets import button, dressed
+from layerjam.workbench.widgets import button, dress
 
 UNITS = MappingProxyType(
     {
@@ -32,13 +32,13 @@ class ColumnTable:
         self,
         shown: Preview,
         negative: frozenset[str],
-        said: Callable[[int, str, str], object],
-        turned: Callable[[str], object],
+        choose: Callable[[int, str, str], object],
+        turn: Callable[[str], object],
     ) -> None:
-        self.shown, self.negative, self._said, self._turned = shown, negative, said, turned
+        self.shown, self.negative, self._said, self._turned = shown, negative, choose, turn
         with ui.element("div").classes("plain-scroll w-full").props("tabindex=0"):
             table = ui.element("table").classes("plain-table columns-table")
-            with dressed(table, "columns", aria_label="The first rows of the file"):
+            with dress(table, "columns", aria_label="The first rows of the file"):
                 with ui.element("thead"), ui.element("tr"):
                     for index in range(min(len(shown.names), COLUMN_LIMIT)):
                         self._head(index)
@@ -49,40 +49,40 @@ class ColumnTable:
                                 with ui.element("td").classes("num"):
                                     ui.label(cell)
         if len(shown.names) > COLUMN_LIMIT:
-            more = len(shown.names) - COLUMN_LIMIT
-            ui.label(f"and {more} columns more").classes("text-xs opacity-80")
+            hidden = len(shown.names) - COLUMN_LIMIT
+            ui.label(f"and {hidden} columns more").classes("text-xs opacity-80")
 
     def _head(self, index: int) -> None:
         name, unit = self.shown.names[index], self.shown.units[index]
-        role, of = self.shown.taken.get(index, ("", ""))
+        role, unit_used = self.shown.taken.get(index, ("", ""))
         with ui.element("th").props("scope=col"):
             if self.shown.ours:
                 ui.label(f"{name} [{unit}]")
                 return
             text = f"{name} [{unit}]" if unit else name
-            head = button(text, None, f"column-{index}", how=f"{FLAT} icon-right=expand_more")
+            head = button(text, None, f"column-{index}", look=f"{FLAT} icon-right=expand_more")
             head.classes("column-head" + (" column-taken" if role else ""))
-            turned = ", sign turned" if role in self.negative else ""
-            means = f"{role} in {of}{turned}" if role else "not used"
+            sign_note = ", sign turned" if role in self.negative else ""
+            means = f"{role} in {unit_used}{sign_note}" if role else "not used"
             ui.label(means).classes("text-xs " + ("yes font-medium" if role else "opacity-80"))
-            dressed(head, aria_label=f"{text}: {means}. What is this column?")
+            dress(head, aria_label=f"{text}: {means}. What is this column?")
             with head:
                 menu = ui.menu().props("auto-close no-parent-event")
             head.on_click(partial(self._fill, menu, index, role))
 
     def _fill(self, menu: ui.menu, index: int, role: str) -> None:
-        """What the column may be, made when it is asked for."""
+        """Fill the menu of roles of a column when it is opened."""
         menu.clear()
         with menu, ui.column().classes("gap-1 q-pa-sm"):
-            for what, units in UNITS.items():
+            for role_name, units in UNITS.items():
                 with ui.row().classes("items-center gap-1 no-wrap"):
-                    ui.label(what).classes("text-sm").style("width:5.5em")
+                    ui.label(role_name).classes("text-sm").style("width:5.5em")
                     for unit in units:
-                        act = partial(self._said, index, what, unit)
-                        made = button(unit, act, f"column-is-{what}-{unit}", how=FLAT)
-                        dressed(made, aria_label=f"{what} in {unit}")
+                        act = partial(self._said, index, role_name, unit)
+                        choice = button(unit, act, f"column-is-{role_name}-{unit}", look=FLAT)
+                        dress(choice, aria_label=f"{role_name} in {unit}")
             with ui.row().classes("gap-1"):
-                button("ignore", partial(self._said, index, "", ""), "column-ignore", how=FLAT)
+                button("ignore", partial(self._said, index, "", ""), "column-ignore", look=FLAT)
                 if role in TURNED:
-                    button("turn its sign", partial(self._turned, role), "column-turn", how=FLAT)
+                    button("turn its sign", partial(self._turned, role), "column-turn", look=FLAT)
         menu.open()

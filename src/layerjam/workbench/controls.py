@@ -13,8 +13,8 @@ from layerjam.workbench.call import parameters
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Bar
 from layerjam.workbench.spoken import on_page
-from layerjam.workbench.state import shared
-from layerjam.workbench.widgets import dressed, select
+from layerjam.workbench.state import shared_setting
+from layerjam.workbench.widgets import dress, select
 
 
 @dataclass(frozen=True)
@@ -43,12 +43,12 @@ class Control:
 
     @property
     def name(self) -> str:
-        """What stands before the slider."""
+        """Label of the slider."""
         return self.label or self.key.replace("_", " ").capitalize()
 
     @property
     def help(self) -> str:
-        """What it means and its bounds, as a sentence."""
+        """Meaning and bounds, as a sentence."""
         return f"{(self.text_of or self.spec.text).rstrip('.,')}: {self.spec.limits()}"
 
     def text(self, value: float) -> str:
@@ -65,7 +65,7 @@ class Control:
         """The SI value of the nearest step of the slider, short in the shown unit."""
         return float(f"{value / self.factor:.{self.digits}f}") * self.factor
 
-    def within(self, low: float | None = None, high: float | None = None) -> "Control":
+    def narrow(self, low: float | None = None, high: float | None = None) -> "Control":
         """The same with narrower bounds [SI]; what lies outside of them is refused."""
         lo = self.spec.lo if low is None else low
         hi = self.spec.hi if high is None else high
@@ -73,25 +73,25 @@ class Control:
         return replace(self, spec=replace(self.spec, lo=lo, hi=hi), default=default)
 
 
-def asked(
+def entry(
     command: str, name: str, default: float, span: tuple[float, float], **more: Any
 ) -> Control:
     """The control of one parameter of a command, with its declared meaning and bounds."""
-    declared = parameters(command)[name]
-    if declared.spec is None:
+    parameter = parameters(command)[name]
+    if parameter.spec is None:
         raise TypeError(f"{command} declares no quantity called {name}")
     key = more.pop("key", name)
-    return Control(key, declared.spec, default, *span, text_of=declared.help.text, **more)
+    return Control(key, parameter.spec, default, *span, text_of=parameter.help.text, **more)
 
 
 USUAL_VACUUM = 94.5e3
-"""Where the one vacuum of all pages begins [Pa]: that of the paper's pulls."""
+"""Initial vacuum of all pages [Pa]: that of the paper's pulls."""
 
 
-def vacuum_asked(command: str, name: str, full: float, low: float = 0.0, **more: Any) -> Control:
+def vacuum_entry(command: str, name: str, full: float, low: float = 0.0, **more: Any) -> Control:
     """The control of the vacuum that pages share, from `low` to the full one of the site [Pa]."""
     span = (low, full)
-    return asked(command, name, min(USUAL_VACUUM, full), span, **more).within(high=full)
+    return entry(command, name, min(USUAL_VACUUM, full), span, **more).narrow(high=full)
 
 
 def by_key(*controls: Control) -> dict[str, Control]:
@@ -111,16 +111,16 @@ class Choice:
 
     @property
     def name(self) -> str:
-        """What stands before it."""
+        """Label of the choice."""
         return self.label or self.key.replace("_", " ").capitalize()
 
 
-def chosen(command: str, name: str, words: Mapping[str, str], **more: str) -> Choice:
+def word_choice(command: str, name: str, words: Mapping[str, str], **more: str) -> Choice:
     """The choice of one parameter of a command; `words` says more of what may be chosen."""
-    declared = parameters(command)[name]
-    shown = {word: words.get(word, word.replace("-", " ")) for word in declared.words}
-    default = more.pop("default", "") or declared.default_text or declared.words[0]
-    return Choice(name, shown, default, help=more.pop("help", "") or declared.sentence, **more)
+    parameter = parameters(command)[name]
+    labels = {word: words.get(word, word.replace("-", " ")) for word in parameter.words}
+    default = more.pop("default", "") or parameter.default_text or parameter.words[0]
+    return Choice(name, labels, default, help=more.pop("help", "") or parameter.sentence, **more)
 
 
 def number(desk: Desk, page: str, control: Control) -> float:
@@ -156,13 +156,13 @@ class Slider:
             with ui.row().classes("w-full items-center justify-between no-wrap"):
                 ui.label(control.name).classes("text-sm").tooltip(on_page(control.help))
                 self.field = number_field(f"{control.name} [{control.shown_unit}]", "w-36")
-                dressed(self.field, f"{ident}-number", suffix=control.shown_unit)
+                dress(self.field, f"{ident}-number", suffix=control.shown_unit)
             bar = Bar(min=0, max=1)
-            self.bar = dressed(bar, ident, how="dense", aria_label=control.name)
-        self.bar.beside(self.field)
-        self.bar.on_value_change(self._moved)
-        on_typed(self.field, self._typed)
-        desk.watch(self._changed)
+            self.bar = dress(bar, ident, look="dense", aria_label=control.name)
+        self.bar.mirror(self.field)
+        self.bar.on_value_change(self._on_move)
+        on_typed(self.field, self._on_type)
+        desk.watch(self._on_change)
         self._span()
         self._fill()
 
@@ -179,14 +179,14 @@ class Slider:
         self.field.error = None
         self._filling = False
 
-    def _moved(self, event: Any) -> None:
+    def _on_move(self, event: Any) -> None:
         if self._filling:
             return
         self.field.error = None
-        moved = self.control.rounded(float(event.value) * self.control.factor)
-        self.desk.put(self.page, self.control.key, moved)
+        value = self.control.rounded(float(event.value) * self.control.factor)
+        self.desk.put(self.page, self.control.key, value)
 
-    def _typed(self) -> None:
+    def _on_type(self) -> None:
         text = with_unit(str(self.field.value or ""), self.control.shown_unit)
         try:
             value = self.control.spec.read(text, self.control.name)
@@ -198,15 +198,15 @@ class Slider:
             self.desk.put(self.page, self.control.key, value)
         self._fill()
 
-    def _changed(self, what: str) -> None:
-        if what == "page":
+    def _on_change(self, change: str) -> None:
+        if change == "page":
             # what pages share was perhaps moved on another one
-            if self.page == self.desk.state.page and shared(self.page, self.control.key):
+            if self.page == self.desk.state.page and shared_setting(self.page, self.control.key):
                 self._fill()
             return
-        if what not in ("undo", "brake", "line", "moved"):
+        if change not in ("undo", "brake", "line", "moved"):
             return
-        if what != "moved" and self._renew is not None:
+        if change != "moved" and self._renew is not None:
             self.control = self._renew()
             self._span()
         self._fill()
@@ -214,8 +214,8 @@ class Slider:
 
 def number_field(label: str, width: str) -> ui.input:
     """A field for a number, which stands right in it."""
-    how = "dense outlined hide-bottom-space"
-    return dressed(ui.input(), "", width, how, aria_label=label, input_class="text-right")
+    look = "dense outlined hide-bottom-space"
+    return dress(ui.input(), "", width, look, aria_label=label, input_class="text-right")
 
 
 def on_typed(field: ui.input, act: Callable[[], None]) -> None:
@@ -225,7 +225,7 @@ def on_typed(field: ui.input, act: Callable[[], None]) -> None:
 
 
 def with_unit(text: str, unit: str) -> str:
-    """What was typed; a bare number is in the unit that the page shows."""
+    """Return typed text with a unit; a bare number is in the unit of the page."""
     text = text.strip()
     try:
         float(text)
@@ -234,28 +234,28 @@ def with_unit(text: str, unit: str) -> str:
     return f"{text} {unit}".strip()
 
 
-def choice(desk: Desk, page: str, what: Choice) -> None:
+def choice(desk: Desk, page: str, item: Choice) -> None:
     """A row of words to choose from."""
     with ui.row().classes("w-full items-center justify-between"):
-        ui.label(what.name).classes("text-sm").tooltip(on_page(what.help or what.name))
-        toggle = ui.toggle(dict(what.words), value=word(desk, page, what))
+        ui.label(item.name).classes("text-sm").tooltip(on_page(item.help or item.name))
+        toggle = ui.toggle(dict(item.words), value=word(desk, page, item))
         look = "dense no-caps unelevated"
-        dressed(toggle, f"{page}-{what.key}", "toggle", look, role="group", aria_label=what.name)
-    _bind(desk, page, what, toggle)
+        dress(toggle, f"{page}-{item.key}", "toggle", look, role="group", aria_label=item.name)
+    _bind(desk, page, item, toggle)
 
 
-def menu(desk: Desk, page: str, what: Choice) -> None:
+def menu(desk: Desk, page: str, item: Choice) -> None:
     """A list of words to choose from that opens; for more words than fit a row."""
-    ident, now = f"{page}-{what.key}", word(desk, page, what)
-    _bind(desk, page, what, select(what.words, what.name, ident, value=now, tip=what.help))
+    ident, now = f"{page}-{item.key}", word(desk, page, item)
+    _bind(desk, page, item, select(item.words, item.name, ident, value=now, tip=item.help))
 
 
-def _bind(desk: Desk, page: str, what: Choice, box: ui.toggle | ui.select) -> None:
+def _bind(desk: Desk, page: str, item: Choice, box: ui.toggle | ui.select) -> None:
     """The box sets the choice, and undo moves it back."""
 
-    def fill(changed: str) -> None:
-        if changed == "undo" and box.value != word(desk, page, what):
-            box.set_value(word(desk, page, what))
+    def fill(change: str) -> None:
+        if change == "undo" and box.value != word(desk, page, item):
+            box.set_value(word(desk, page, item))
 
-    box.on_value_change(lambda event: desk.put(page, what.key, str(event.value)))
+    box.on_value_change(lambda event: desk.put(page, item.key, str(event.value)))
     desk.watch(fill)

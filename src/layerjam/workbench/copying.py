@@ -6,7 +6,7 @@ from functools import partial
 
 from nicegui import ui
 
-from layerjam.workbench.widgets import PLAIN, dressed
+from layerjam.workbench.widgets import PLAIN, dress
 
 WORDS = {"python": "Python", "bash": "a command"}
 
@@ -24,20 +24,20 @@ async def offer(text: str, language: str, files: Mapping[str, str]) -> None:
     if not text:
         ui.notify("nothing to copy on this page yet")
         return
-    what = WORDS[language]
+    kind = WORDS[language]
     if await copied(json.dumps(text)):
-        head = f"Copied as {what}"
+        head = f"Copied as {kind}"
     else:
-        head = f"As {what}. Your browser does not let this page copy: select the text and copy it"
-    dialog = dressed(ui.dialog(value=True), aria_label=f"Copied as {what}")
+        head = f"As {kind}. Your browser does not let this page copy: select the text and copy it"
+    dialog = dress(ui.dialog(value=True), aria_label=f"Copied as {kind}")
     with dialog, ui.card().classes("w-full"):
         ui.label(head).classes("font-medium")
-        lines = dressed(ui.code(text, language=language), "copied", "w-full")
-        dressed(lines.markdown, tabindex="0", role="group", aria_label=f"What was copied as {what}")
-        dressed(lines.copy_button, aria_label="Copy")
+        lines = dress(ui.code(text, language=language), "copied", "w-full")
+        dress(lines.markdown, tabindex="0", role="group", aria_label=f"What was copied as {kind}")
+        dress(lines.copy_button, aria_label="Copy")
         if files:
             ui.label("This was edited or written here. Save it beside where you run these lines:")
             for name, content in files.items():
                 save = partial(ui.download.content, content.encode(), name, "application/toml")
-                dressed(ui.button(name, icon="download", on_click=save), "copied-save", how=PLAIN)
+                dress(ui.button(name, icon="download", on_click=save), "copied-save", look=PLAIN)
         ui.button("Close", on_click=dialog.close).props("flat autofocus")

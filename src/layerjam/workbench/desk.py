@@ -34,7 +34,7 @@ class Desk:
         """Raises LayerjamError where the state's brake or line cannot be read."""
         self.state = state or State()
         self.files = Uploads()
-        """What was dropped in this tab of the browser, for every page; not in the state."""
+        """Files dropped in this tab of the browser, for every page; not in the state."""
         self.laws: dict[str, LawSpread] = {}
         """{TOML text of a brake: how sure its law is}, of those calibrated in this tab."""
         self._past: list[State] = []
@@ -49,26 +49,26 @@ class Desk:
     def _read(self) -> None:
         state = self.state
         brake, line = read_any("brake", state.brake), read_any("line", state.line)
-        beside = read_any("brake", state.beside) if state.beside else None
+        second = read_any("brake", state.beside) if state.beside else None
         self.brake: BrakeFile = brake
         self.line: LineFile = line
-        self.beside: BrakeFile | None = beside
+        self.beside: BrakeFile | None = second
 
-    def watch(self, told: Callable[[str], None]) -> None:
+    def watch(self, callback: Callable[[str], None]) -> None:
         """Call `told(what)` after changes.
 
         What is "brake", "line", "settings", "moved", "undo", "page" or "files".
         """
-        self._watching.append(told)
+        self._watching.append(callback)
 
     def files_changed(self) -> None:
         """Say that other files are used now, or a sidecar of one is another.
 
         A file that is gone takes its pin along; that is no step of undo, which brings no file back.
         """
-        kept = self.state.without_files({file.key for file in self.files.files})
-        if kept != self.state:
-            self.state = kept
+        remaining = self.state.without_files({file.key for file in self.files.files})
+        if remaining != self.state:
+            self.state = remaining
         self._tell("files")
 
     def take_over(self, before: "Desk") -> None:
@@ -76,9 +76,9 @@ class Desk:
         if not self.files.take_over(before.files):
             return
         self.laws |= before.laws
-        here = self.state.pins
-        pins = (p for p in before.state.pins if p.command == MEASURED and p not in here)
-        self.state = replace(self.state, pins=(*here, *pins))
+        current = self.state.pins
+        pins = (p for p in before.state.pins if p.command == MEASURED and p not in current)
+        self.state = replace(self.state, pins=(*current, *pins))
         self.files_changed()
 
     def ask_files(self) -> None:
@@ -94,17 +94,17 @@ class Desk:
         return self.state.get(page, key, default)
 
     def put(
-        self, page: str, key: str, value: Value, *, alone: bool = False, follow: bool = False
+        self, page: str, key: str, value: Value, *, single: bool = False, follow: bool = False
     ) -> None:
         """Set a control; moves of one control in a row are one step of undo, but one `alone`.
 
         With `follow` the control follows: it was not that which moved.
         """
-        if self.state.found(page, key) == value:
+        if self.state.stored(page, key) == value:
             return
-        now = time.monotonic()
-        same = self._moved == (page, key) and now - self._when < PAUSE and not alone
-        self._moved, self._when = (page, key), now
+        time_now = time.monotonic()
+        same = self._moved == (page, key) and time_now - self._when < PAUSE and not single
+        self._moved, self._when = (page, key), time_now
         self._become(
             self.state.put(page, key, value), "moved" if follow else "settings", keep=not same
         )
@@ -129,22 +129,22 @@ class Desk:
         except LayerjamError:
             self.state = before
             raise
-        made, self.state = self.state, before
-        self._become(made, "undo")
+        new_state, self.state = self.state, before
+        self._become(new_state, "undo")
 
     def put_pins(self, pins: tuple[Pin, ...]) -> None:
         """Other pinned curves; one step of undo."""
         self._become(replace(self.state, pins=pins), "pins")
 
-    def put_file(self, what: str, text: str) -> None:
+    def put_file(self, kind: str, text: str) -> None:
         """Another "brake", "line" or brake "beside" it: a catalogue name or TOML text.
 
         An empty text takes the one beside away. Raises LayerjamError.
         """
-        made = read_any("line" if what == "line" else "brake", text) if text else None
-        setattr(self, what, made)
-        changed: dict[str, Any] = {what: text}
-        self._become(replace(self.state, **changed), "line" if what == "line" else "brake")
+        file = read_any("line" if kind == "line" else "brake", text) if text else None
+        setattr(self, kind, file)
+        update: dict[str, Any] = {kind: text}
+        self._become(replace(self.state, **update), "line" if kind == "line" else "brake")
 
     def put_brake(self, text: str) -> None:
         """Another brake: a catalogue name or TOML text. Raises LayerjamError."""
@@ -157,13 +157,13 @@ class Desk:
 
     def undo(self) -> bool:
         """Back one step; False where there is none."""
-        return self._back(self._past, self._future)
+        return self._step(self._past, self._future)
 
     def redo(self) -> bool:
         """Forth one step."""
-        return self._back(self._future, self._past)
+        return self._step(self._future, self._past)
 
-    def _back(self, source: list[State], target: list[State]) -> bool:
+    def _step(self, source: list[State], target: list[State]) -> bool:
         if not source:
             return False
         target.append(self.state)
@@ -172,25 +172,25 @@ class Desk:
         self._tell("undo")
         return True
 
-    def _become(self, state: State, what: str, keep: bool = True) -> None:
+    def _become(self, state: State, change: str, keep: bool = True) -> None:
         if keep:
             self._past.append(self.state)
             del self._past[:-STEPS]
         self._future.clear()
         self.state = state
-        self._tell(what)
+        self._tell(change)
 
-    def _tell(self, what: str) -> None:
-        if what not in ("settings", "moved"):
+    def _tell(self, change: str) -> None:
+        if change not in ("settings", "moved"):
             self._moved = ("", "")
-        for told in self._watching:
-            told(what)
+        for callback in self._watching:
+            callback(change)
 
-    def subject(self, what: str) -> Subject:
+    def subject(self, kind: str) -> Subject:
         """A file as a call takes it: its catalogue name, or the file that the user can save."""
-        text, file = getattr(self.state, what), getattr(self, what)
-        known = SHELVES["line" if what == "line" else "brake"].names()
-        return Subject(text) if text in known else Subject(f"{file.name}.toml", file)
+        text, file = getattr(self.state, kind), getattr(self, kind)
+        names = SHELVES["line" if kind == "line" else "brake"].names()
+        return Subject(text) if text in names else Subject(f"{file.name}.toml", file)
 
     def brake_subject(self) -> Subject:
         """The brake as a call takes it."""
@@ -199,7 +199,7 @@ class Desk:
 
 @dataclass(frozen=True)
 class Shelf:
-    """Where brakes or lines come from: the catalogue's names, its files, and how a text is read."""
+    """Source of brakes or lines: names and files of the catalogue, and the reader of a text."""
 
     names: Callable[[], list[str]]
     load: Callable[[str], Any]
@@ -214,18 +214,18 @@ SHELVES: Mapping[str, Shelf] = MappingProxyType(
 )
 
 
-def read_any(what: str, text: str) -> Any:
+def read_any(kind: str, text: str) -> Any:
     """A brake or line by catalogue name or from TOML text; never from a path."""
-    shelf = SHELVES[what]
+    shelf = SHELVES[kind]
     if text in shelf.names():
         return shelf.load(text)
     if "\n" not in text:
-        raise QuantityError(f"{what}: '{text[:60]}' is not in the catalogue")
+        raise QuantityError(f"{kind}: '{text[:60]}' is not in the catalogue")
     return shelf.read(text)
 
 
 class Connection(Protocol):
-    """What is asked of NiceGUI's client."""
+    """Interface of NiceGUI's client."""
 
     tab_id: str | None
     """None while no browser is connected."""
@@ -241,7 +241,7 @@ _desks: dict[str, tuple[Connection, Desk]] = {}
 def take_over(client: Connection, desk: Desk) -> None:
     """Give a tab's new desk the files of the one before, with their pins and calibrations.
 
-    A tab whose page is still open somewhere keeps its files: one that was duplicated begins anew.
+    A tab whose page is still open keeps its files: a duplicated tab starts without files.
     """
     tab = client.tab_id
     if tab is None:
@@ -254,17 +254,17 @@ def take_over(client: Connection, desk: Desk) -> None:
 
 def forget(desk: Desk) -> None:
     """The page of a desk is gone."""
-    for tab in [tab for tab, (_, known) in _desks.items() if known is desk]:
+    for tab in [tab for tab, (_, owner) in _desks.items() if owner is desk]:
         del _desks[tab]
 
 
-def resized(file: BrakeFile, count: int) -> BrakeFile:
+def resize_stack(file: BrakeFile, count: int) -> BrakeFile:
     """The same brake with another number of sheets. Raises LayerjamError."""
     name = f"{re.sub('-[0-9]+-sheets$', '', file.name)}-{count}-sheets"
-    made = edit(file, {"sheets.count": float(count)}, name=name, source="set on the page")
-    return BrakeFile.read(made.text, name)
+    edited_file = edit(file, {"sheets.count": float(count)}, name=name, source="set on the page")
+    return BrakeFile.read(edited_file.text, name)
 
 
 def with_sheets(desk: Desk, count: int) -> None:
     """The brake on the desk with another number of sheets. Raises LayerjamError."""
-    desk.put_brake(resized(desk.brake, count).text)
+    desk.put_brake(resize_stack(desk.brake, count).text)

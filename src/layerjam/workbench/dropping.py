@@ -18,8 +18,8 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.kinds import toml_kind
 from layerjam.workbench.session import ENDING, from_session
 from layerjam.workbench.sorting import Sorting
-from layerjam.workbench.uploads import LARGEST, MOST, Refused, Uploads, clean, is_sidecar
-from layerjam.workbench.widgets import button, dressed, hint, one_line
+from layerjam.workbench.uploads import LARGEST, MAX_FILES, UploadError, Uploads, clean, is_sidecar
+from layerjam.workbench.widgets import button, dress, hint, one_line
 
 AT_ONCE = 1000
 """Files that the browser offers in one go at most; what is kept is bounded by uploads."""
@@ -49,37 +49,37 @@ class Dropping:
             max_files=AT_ONCE,
             on_upload=self._take,
         )
-        dressed(self.zone, "files", "files-dropped hidden")
-        self.zone.on("rejected", self._rejected, js_handler="(e) => emit(layerjamRejected(e))")
-        self.zone.on("failed", self._failed, js_handler="(e) => emit(layerjamFailed(e))")
+        dress(self.zone, "files", "files-dropped hidden")
+        self.zone.on("rejected", self._on_reject, js_handler="(e) => emit(layerjamRejected(e))")
+        self.zone.on("failed", self._on_failure, js_handler="(e) => emit(layerjamFailed(e))")
         self.zone.on("finish", lambda: self.zone.run_method("removeUploadedFiles"))
-        desk.watch(self._asked)
+        desk.watch(self._on_change)
 
-    def _asked(self, what: str) -> None:
-        if what == "waiting":
+    def _on_change(self, change: str) -> None:
+        if change == "waiting":
             self._look()
-        elif what == "choosing":
+        elif change == "choosing":
             background_tasks.create(self._sort(empty=True), name="layerjam files")
 
     async def _take(self, event: events.UploadEventArguments) -> None:
         name = clean(event.file.name)
         if is_list(name):
-            why = await self._list(name, event.file)
+            problem = await self._list(name, event.file)
         elif name.lower().endswith(ENDING):
-            why = await self._session(name, event.file)
+            problem = await self._session(name, event.file)
         elif name.lower().endswith(".toml"):
-            why = await self._toml(name, event.file)
+            problem = await self._toml(name, event.file)
         else:
-            why = await self._measured(event.file)
-        if why:
-            self.sorting.tell(why)
+            problem = await self._measurement(event.file)
+        if problem:
+            self.sorting.tell(problem)
         self._look()
 
-    async def _measured(self, file: FileUpload) -> str:
+    async def _measurement(self, file: FileUpload) -> str:
         return await self.uploads.receive(file, waits=True)
 
     async def _list(self, name: str, file: FileUpload) -> str:
-        """Keep what a list says of many files; why not, where it is none."""
+        """Keep a list of conditions of many files; return the reason if it is not one."""
         try:
             self.uploads.listed = read_list(await file.read(), name)
         except LayerjamError as err:
@@ -89,17 +89,17 @@ class Dropping:
         return ""
 
     async def _session(self, name: str, file: FileUpload) -> str:
-        """Put all that a saved session holds onto the desk; why not, where it is none."""
+        """Put a saved session onto the desk; return the reason if it is not one."""
         try:
             data = await file.read()
-            opened = await run.io_bound(from_session, data, name)
-            if opened is None or self.uploads.closed:  # the program or the tab was ended meanwhile
+            session = await run.io_bound(from_session, data, name)
+            if session is None or self.uploads.closed:  # the program or the tab was ended meanwhile
                 return ""
-            state, files = opened
-            for one in files:
+            state, files = session
+            for entry in files:
                 try:
-                    self.uploads.bring(one.name, one.data, one.sidecar)
-                except Refused as err:
+                    self.uploads.bring(entry.name, entry.data, entry.sidecar)
+                except UploadError as err:
                     self.sorting.tell(str(err))
             self.desk.put_state(state)
         except LayerjamError as err:
@@ -110,7 +110,7 @@ class Dropping:
         return ""
 
     async def _toml(self, name: str, file: FileUpload) -> str:
-        """Put a brake or a line on the desk, keep a sidecar; why not, where it is neither."""
+        """Put a brake or a line on the desk, keep a sidecar; return the reason for others."""
         if file.size() > MAX_BYTES:
             return f"{name}: {file.size() / 1e6:.1f} MB is too large for a TOML file; 1 MB is read"
         data = await file.read()
@@ -124,7 +124,7 @@ class Dropping:
         if is_sidecar(name):
             try:
                 self.uploads.take(name, data)
-            except Refused as err:
+            except UploadError as err:
                 return str(err)
             self.desk.files_changed()
             return ""
@@ -136,19 +136,23 @@ class Dropping:
         return f"{name}: has no key of a brake, a vacuum line or a sidecar NAME.csv.toml"
 
     def _onto_desk(self, kind: str, name: str, text: str) -> str:
-        """The first brake is the one on the desk, a second one stands beside it."""
-        what = kind
+        """Put the first brake on the desk, and a second one next to it for comparison."""
+        slot = kind
         if kind == "brake":
             if self._brakes == 2:
                 return f"{name}: not taken, two brakes were dropped before it"
-            what = "beside" if self._brakes else "brake"
+            slot = "beside" if self._brakes else "brake"
         try:
-            self.desk.put_file(what, text if "\n" in text else f"{text}\n")
+            self.desk.put_file(slot, text if "\n" in text else f"{text}\n")
         except LayerjamError as err:
             return f"{name}: {one_line(err)}"
         self._brakes += kind == "brake"
-        now = {"brake": "the brake", "line": "the vacuum line", "beside": "compared with the brake"}
-        ui.notify(f"{name} is now {now[what]}; undo takes it back", type="positive")
+        labels = {
+            "brake": "the brake",
+            "line": "the vacuum line",
+            "beside": "compared with the brake",
+        }
+        ui.notify(f"{name} is now {labels[slot]}; undo takes it back", type="positive")
         return ""
 
     def _look(self) -> None:
@@ -173,39 +177,39 @@ class Dropping:
         """Sidecars called after a file without its ending, and the one of the whole folder."""
         files = self.uploads.files
         for stem, text in self._facts.items():
-            own = [f for f in files if Path(f.shown).stem == stem]
+            targets = [f for f in files if Path(f.shown).stem == stem]
             if f"{stem}.toml" == FOLDER:
-                own = [f for f in files if f.key in self.uploads.waiting]
-            for one in own:
-                self.uploads.sidecars[one.shown] = over(
-                    self.uploads.sidecars.get(one.shown, ""), text
+                targets = [f for f in files if f.key in self.uploads.waiting]
+            for file in targets:
+                self.uploads.sidecars[file.shown] = merge_sidecars(
+                    self.uploads.sidecars.get(file.shown, ""), text
                 )
-            if not own:
+            if not targets:
                 self.sorting.tell(
                     f"{stem}.toml: says what holds of a test, but no file here is called "
                     f"{stem}; call it NAME.csv.toml after the file NAME.csv"
                 )
         self._facts.clear()
-        taken, contradictions = attach(self.uploads)
+        names, contradictions = attach(self.uploads)
         for sentence in contradictions:
             self.sorting.tell(sentence)
         if self._came_list:
             self._came_list = False
-            lacking = len(self.uploads.listed) - len(taken)
-            more = f"; {lacking} that it lists are not here yet" if lacking else ""
-            many = "1 file" if len(taken) == 1 else f"{len(taken)} files"
-            ui.notify(f"{LIST}: read for {many}{more}", type="positive")
+            lacking = len(self.uploads.listed) - len(names)
+            note = f"; {lacking} that it lists are not here yet" if lacking else ""
+            count = "1 file" if len(names) == 1 else f"{len(names)} files"
+            ui.notify(f"{LIST}: read for {count}{note}", type="positive")
             self.desk.files_changed()
 
-    def _rejected(self, event: events.GenericEventArguments) -> None:
+    def _on_reject(self, event: events.GenericEventArguments) -> None:
         *entries, last = event.args
-        for why, name, size in entries:
-            if why == "max-file-size":
+        for cause, name, size in entries:
+            if cause == "max-file-size":
                 try:
                     self.uploads.room(str(name), int(size))
-                except Refused as err:
+                except UploadError as err:
                     self.sorting.tell(str(err))
-            elif why == "max-files":
+            elif cause == "max-files":
                 self.sorting.tell(f"{clean(str(name))}: not taken, more than {AT_ONCE} at once")
             else:
                 self.sorting.tell(f"{clean(str(name))}: not taken, it is being sent already")
@@ -213,44 +217,44 @@ class Dropping:
             self.sorting.tell(f"{int(last[2]) - len(entries)} more were not taken")
         self._look()
 
-    def _failed(self, event: events.GenericEventArguments) -> None:
+    def _on_failure(self, event: events.GenericEventArguments) -> None:
         names, status = event.args
-        why = {
+        cause = {
             0: "could not be read by the browser; if it is a folder, drop the files in it",
             400: "its name cannot be sent; give it a shorter, plainer one",
             413: f"is too large: {LARGEST // 2**20} MB are the most",
         }.get(int(status), "could not be sent; drop it again")
         for name in names:
-            self.sorting.tell(f"{clean(str(name))}: {why}")
+            self.sorting.tell(f"{clean(str(name))}: {cause}")
         self.zone.reset()
         self._look()
 
 
 class FilesHere:
-    """On a page: that files can be dropped, a button to choose them, and those that wait."""
+    """Hint on a page that files can be dropped, with buttons to choose and to accept them."""
 
     def __init__(self, desk: Desk, page: str) -> None:
         self.desk = desk
-        with dressed(ui.column(), f"{page}-drop", "files-here w-full gap-2"):
+        with dress(ui.column(), f"{page}-drop", "files-here w-full gap-2"):
             ui.label("Drop files anywhere in this window").classes("font-medium")
             hint(
                 "CSV, TSV, TXT, TRA, XLSX, ODS, and sidecars NAME.csv.toml, many at once. Up to "
-                f"{MOST} files of {LARGEST // 2**20} MB; they stay on this computer, are known on "
-                "every page and after a reload, are deleted when the browser's tab is closed, and "
-                "are not in the link."
+                f"{MAX_FILES} files of {LARGEST // 2**20} MB; they stay on this computer, are "
+                "known on every page and after a reload, are deleted when the browser's tab is "
+                "closed, and are not in the link."
             )
             choose = button("Choose files", None, f"{page}-choose", "folder_open")
             choose.on("click", js_handler="() => layerjamPick()")
-            how = "unelevated dense no-caps color=primary"
-            self._waiting = button("", desk.ask_files, f"{page}-waiting", "help_outline", how=how)
+            look = "unelevated dense no-caps color=primary"
+            self._waiting = button("", desk.ask_files, f"{page}-waiting", "help_outline", look=look)
         desk.watch(lambda what: self.fill() if what in ("files", "settings", "undo") else None)
         self.fill()
 
     def fill(self) -> None:
-        """How many files wait to be accepted."""
+        """Show the number of files that wait to be accepted."""
         count = len(self.desk.files.waiting)
-        many = "1 file waits" if count == 1 else f"{count} files wait"
-        self._waiting.set_text(f"{many}: see what is proposed")
+        text = "1 file waits" if count == 1 else f"{count} files wait"
+        self._waiting.set_text(f"{text}: see what is proposed")
         self._waiting.set_visibility(count > 0)
 
 
@@ -270,53 +274,54 @@ def read_list(data: bytes, name: str) -> dict[str, str]:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise FileError(name, "is no text in UTF-8") from None
-    found = parse_list(text, name)
-    return {clean(file): facts_text(build(Facts, said)) for file, said in found.items()}
+    entries = parse_list(text, name)
+    return {clean(file): facts_text(build(Facts, values)) for file, values in entries.items()}
 
 
 def attach(uploads: Uploads) -> tuple[list[str], list[str]]:
-    """(names of the files that the list speaks of, contradictions), their sidecars completed.
+    """Complete sidecars from the list; return (names of the listed files, contradictions).
 
     A file's own sidecar counts where both say something; the commands refuse that, and here a
     sentence says it. What the list says stays known for files that come later.
     """
-    taken, told = [], []
-    for one in uploads.files:
-        of_list = uploads.listed.get(one.shown)
+    names, notes = [], []
+    for file in uploads.files:
+        of_list = uploads.listed.get(file.shown)
         if of_list is None:
             continue
-        taken.append(one.shown)
-        if one.shown in uploads.from_list:
+        names.append(file.shown)
+        if file.shown in uploads.from_list:
             continue
-        own = uploads.sidecars.get(one.shown, "")
-        said, stated = values_of(of_list, LIST), _stated(own)
-        for key in said.keys() & stated.keys():
-            if said[key] != stated[key]:
-                told.append(
-                    f"{one.shown}: its sidecar states {key.replace('_', ' ')} "
-                    f"{_text(key, stated[key])}, {LIST} {_text(key, said[key])}; the sidecar counts"
+        text = uploads.sidecars.get(file.shown, "")
+        listed, values = values_of(of_list, LIST), _sidecar_values(text)
+        for key in listed.keys() & values.keys():
+            if listed[key] != values[key]:
+                notes.append(
+                    f"{file.shown}: its sidecar states {key.replace('_', ' ')} "
+                    f"{_text(key, values[key])}, {LIST} {_text(key, listed[key])}; "
+                    "the sidecar counts"
                 )
-        uploads.from_list[one.shown] = frozenset(said.keys() - stated.keys())
-        uploads.sidecars[one.shown] = over(own, of_list)
-    return taken, told
+        uploads.from_list[file.shown] = frozenset(listed.keys() - values.keys())
+        uploads.sidecars[file.shown] = merge_sidecars(text, of_list)
+    return names, notes
 
 
-def over(own: str, of_all: str) -> str:
+def merge_sidecars(text: str, of_all: str) -> str:
     """A sidecar's text with what another one says besides; its own words count."""
     try:
-        document, more = tomlkit.parse(own), tomlkit.parse(of_all)
+        document, other = tomlkit.parse(text), tomlkit.parse(of_all)
     except tomlkit.exceptions.TOMLKitError:
-        return own or of_all
-    for key, value in more.items():
+        return text or of_all
+    for key, value in other.items():
         if key not in document:
             document[key] = value
     return tomlkit.dumps(document)
 
 
-def _stated(own: str) -> dict[str, Any]:
-    """What a sidecar states; nothing where it is refused, which is said where it is read."""
+def _sidecar_values(text: str) -> dict[str, Any]:
+    """Return the values of a sidecar; empty if it is invalid, which its reader reports."""
     try:
-        return values_of(own, "the sidecar")
+        return values_of(text, "the sidecar")
     except LayerjamError:
         return {}
 

@@ -19,14 +19,14 @@ class Folder:
     """A new folder with its `path`; deleted by `remove`, and at exit."""
 
     def __init__(self) -> None:
-        whole = Path(tempfile.mkdtemp(prefix=PREFIX))
-        self.path = whole / "files"
+        root = Path(tempfile.mkdtemp(prefix=PREFIX))
+        self.path = root / "files"
         self.path.mkdir()
-        making = whole / f"{LOCK}-"
+        making = root / f"{LOCK}-"
         lock = os.open(making, os.O_CREAT | os.O_RDWR, 0o600)
         if _locked(lock):
-            making.replace(whole / LOCK)  # under this name it is never seen unlocked
-        self._end = weakref.finalize(self, _remove, whole, lock)
+            making.replace(root / LOCK)  # under this name it is never seen unlocked
+        self._end = weakref.finalize(self, _remove, root, lock)
 
     def remove(self) -> None:
         """Delete it and all in it."""
@@ -41,13 +41,13 @@ def _remove(path: Path, lock: int) -> None:
 
 def sweep() -> list[Path]:
     """Delete the folders of this user whose program was killed; which those were."""
-    gone = []
+    removed_paths = []
     for path in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
         with contextlib.suppress(OSError):  # another workbench sweeps too, or it is not ours
             if _is_left(path):
                 shutil.rmtree(path, ignore_errors=True)
-                gone.append(path)
-    return gone
+                removed_paths.append(path)
+    return removed_paths
 
 
 def _is_left(path: Path) -> bool:

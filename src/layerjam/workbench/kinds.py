@@ -1,4 +1,4 @@
-"""What a dropped file is, from its content: where it belongs, and what reads it if no page does."""
+"""Kinds of dropped files by their content, and the command for files that no page reads."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -18,28 +18,28 @@ SPECIFICATION = frozenset({"vary", "objectives", "constraints", "weights", "stop
 
 
 @dataclass(frozen=True)
-class Elsewhere:
-    """What reads a file that no page takes: what it is, and the command, with FILE for its name."""
+class OtherReader:
+    """Description of a file that no page reads, and its command, with FILE for the name."""
 
     what: str
     command: str
 
     def sentence(self, name: str) -> str:
-        """Where it is read."""
-        shown = f"'{name}'" if " " in name else name
-        return f"{self.what}. The command reads it: {self.command.replace('FILE', shown)}"
+        """Return a sentence with the command that reads the file."""
+        argument = f"'{name}'" if " " in name else name
+        return f"{self.what}. The command reads it: {self.command.replace('FILE', argument)}"
 
 
-ELSEWHERE = MappingProxyType(
+OTHER_READERS = MappingProxyType(
     {
-        "silicone": Elsewhere(
+        "silicone": OtherReader(
             "A tensile curve of the enclosure's silicone", "layerjam enclosure FILE"
         ),
-        "pressure": Elsewhere(
+        "pressure": OtherReader(
             "A log of pressure over time", "layerjam leak FILE, or layerjam pump-down FILE"
         ),
-        "acceleration": Elsewhere("A log of an acceleration", "layerjam crash FILE"),
-        "run": Elsewhere(
+        "acceleration": OtherReader("A log of an acceleration", "layerjam crash FILE"),
+        "run": OtherReader(
             "A run of the bench without force and elongation",
             "layerjam bench export FILE",
         ),
@@ -49,18 +49,18 @@ ELSEWHERE = MappingProxyType(
 
 
 def toml_kind(text: str) -> str:
-    """What a TOML text is by its keys: "brake", "line", "specification", "sidecar" or "" (none)."""
+    """Return the kind of a TOML text: "brake", "line", "specification", "sidecar" or "" (none)."""
     try:
         keys = set(parse_toml(text, "the file"))
     except LayerjamError:
         return ""
-    known = {
+    keys_of = {
         "brake": _tops(BrakeFile.fields),
         "line": _tops(LineFile.fields),
         "specification": SPECIFICATION,
         "sidecar": {READ, *(f.name for f in fields(Facts))},
     }
-    scores = {kind: len(keys & of) for kind, of in known.items()}
+    scores = {kind: len(keys & names) for kind, names in keys_of.items()}
     best = max(scores, key=lambda kind: scores[kind])
     return best if scores[best] else ""
 

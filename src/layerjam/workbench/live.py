@@ -1,4 +1,4 @@
-"""Words, tables and charts that change without the page being laid out anew.
+"""Words, tables and charts that change without a new layout of the page.
 
 An update of NiceGUI lets the browser go through every element of the page and through every number
 of a chart's options; under a slider that is most of the time. What changes with every move goes
@@ -28,7 +28,7 @@ NEEDED = (
     (ui.slider, "LOOPBACK"),
     (ui.scene, "_batch_calls"),
 )
-"""What the classes below change of NiceGUI's own."""
+"""Parts of NiceGUI that the classes below override."""
 
 
 def check() -> None:
@@ -58,9 +58,9 @@ def _tell(element: ui.element, kind: str, value: Any) -> None:
 
 
 def _send(client: Client) -> None:
-    told = _waiting.pop(client, None)
-    if told and not client.is_deleted:
-        parts = (json.dumps(told[kind]) for kind in KINDS)
+    messages = _waiting.pop(client, None)
+    if messages and not client.is_deleted:
+        parts = (json.dumps(messages[kind]) for kind in KINDS)
         client.run_javascript(f"layerjamLive({', '.join(parts)})")
 
 
@@ -119,12 +119,12 @@ class Space(ui.scene):
 class Bar(ui.slider):
     """A slider that the server does not reply to: it has moved already.
 
-    NiceGUI replies to every move with the slider itself, and the page is laid out anew.
+    NiceGUI replies to every move with the slider itself, and the page is laid out again.
     """
 
     LOOPBACK = None
 
-    def beside(self, field: ui.input) -> None:
+    def mirror(self, field: ui.input) -> None:
         """Write what is dragged into a field, in the browser."""
         self.on(
             "update:model-value",
@@ -132,19 +132,19 @@ class Bar(ui.slider):
         )
 
     def span(self, low: float, high: float, step: float, digits: int) -> None:
-        """From where to where; `digits` behind the point tell the steps apart."""
+        """Set both ends; `digits` is the number of decimals that distinguish the steps."""
         self.props.update({"min": low, "max": high, "step": step, "data-digits": digits})
         self.update()
 
 
-def draw(chart: ui.echart, made: dict[str, Any]) -> None:
+def draw(chart: ui.echart, options: dict[str, Any]) -> None:
     """Give a chart new options; as a whole only where its series or its cursor are others."""
     old = chart.options
     # set as NiceGUI sets it, every number would be wrapped to be watched, and sent at once
-    dict.__setitem__(chart.props, "options", made)
-    changed = {key: value for key, value in made.items() if old.get(key) != value}
-    alike = old.keys() == made.keys() and "tooltip" not in changed
-    if alike and len(old["series"]) == len(made["series"]):
-        _tell(chart, "charts", changed)
+    dict.__setitem__(chart.props, "options", options)
+    changes = {key: value for key, value in options.items() if old.get(key) != value}
+    alike = old.keys() == options.keys() and "tooltip" not in changes
+    if alike and len(old["series"]) == len(options["series"]):
+        _tell(chart, "charts", changes)
     else:
         chart.update()

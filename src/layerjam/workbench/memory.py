@@ -10,7 +10,7 @@ USUAL = (700, 10, 10)
 """Python's own settings of its collector, see `cli.start.SELDOM`."""
 SOON = 2.0
 """Seconds after a page's first result in which it is sent and drawn."""
-_settled: set[str] = set()
+_frozen_pages: set[str] = set()
 
 
 def forget_tab() -> None:
@@ -20,21 +20,21 @@ def forget_tab() -> None:
     upload holds its element, and so the whole page, about a megabyte for every reload.
     """
     module = sys.modules.get("fastapi.dependencies.models")
-    for known in list(vars(module).values()) if module is not None else ():
-        if hasattr(known, "cache_clear"):
-            known.cache_clear()
+    for item in list(vars(module).values()) if module is not None else ():
+        if hasattr(item, "cache_clear"):
+            item.cache_clear()
     if len(Client.instances) <= 1:  # the closed one itself
         # none while a thread imports JAX
         clear = getattr(sys.modules.get("jax"), "clear_caches", lambda: None)
         clear()
         gc.unfreeze()
-        _settled.clear()
+        _frozen_pages.clear()
 
 
 async def settle_later(page: str) -> None:
     """`settle` once the page's first result has reached the browser."""
-    if page not in _settled:
-        _settled.add(page)
+    if page not in _frozen_pages:
+        _frozen_pages.add(page)
         await asyncio.sleep(SOON)
         await run.io_bound(settle)
 

@@ -18,7 +18,7 @@ from layerjam.workbench.uploads import LARGEST, Uploads
 from layerjam.workbench.widgets import (
     Alert,
     button,
-    dressed,
+    dress,
     field,
     fold,
     hint,
@@ -28,12 +28,12 @@ from layerjam.workbench.widgets import (
 )
 
 
-def others(command: str, shown: Collection[str]) -> list[Parameter]:
+def others(command: str, names: Collection[str]) -> list[Parameter]:
     """The inputs of a command that a page does not show by itself."""
     return [
         p
         for p in parameters(command).values()
-        if p.name not in shown
+        if p.name not in names
         and not p.positional
         and p.type not in (Progress, PYTHON_ONLY)
         and not isinstance(p.help, OutFile)
@@ -45,26 +45,26 @@ def is_file(p: Parameter) -> bool:
     return type(p.help) is Help and p.spec is None and "Path" in str(p.type)
 
 
-class More:
+class OtherInputs:
     """Fields for the inputs of a command that have no control of their own; empty: the default."""
 
-    def __init__(self, page: Page, command: str, shown: Collection[str]) -> None:
+    def __init__(self, page: Page, command: str, names: Collection[str]) -> None:
         self.page, self.desk = page, page.desk
-        self.inputs = others(command, shown)
+        self.inputs = others(command, names)
         self.files = {p.name: Uploads() for p in self.inputs if is_file(p)}
-        """Of each input that is a file: what was dropped, the last of which counts."""
+        """Dropped files of each input that is a file; the last one counts."""
 
     def options(self) -> Options:
-        """What was set: texts that the command can read, words, flags, and files."""
-        made: Options = {}
+        """Return the set inputs: texts that the command can read, words, flags, and files."""
+        values: Options = {}
         for p in self.inputs:
             value = self.desk.get(self.page.name, p.name, "")
             if p.name in self.files:
                 if self.files[p.name].files:
-                    made[p.name] = self.files[p.name].files[-1]
+                    values[p.name] = self.files[p.name].files[-1]
             elif value and not refusal(p, value):
-                made[p.name] = value
-        return made
+                values[p.name] = value
+        return values
 
     def atmosphere(self, usual: float) -> float:
         """The site's atmosphere [Pa]: as set here, or the usual one."""
@@ -88,7 +88,7 @@ class More:
         put = partial(self._put, p)
         box: Any
         if p.type is bool:
-            box = dressed(ui.switch(label, value=bool(value), on_change=put), ident)
+            box = dress(ui.switch(label, value=bool(value), on_change=put), ident)
             box.tooltip(on_page(p.sentence))
         elif p.words and p.spec is None:
             words = {"": "default", **{word: word for word in p.words}}
@@ -97,8 +97,8 @@ class More:
             box = self._text(p, ident, label)
         empty: Any = False if p.type is bool else ""
 
-        def fill(what: str) -> None:
-            if what == "undo":
+        def fill(change: str) -> None:
+            if change == "undo":
                 box.set_value(self.desk.get(self.page.name, p.name, empty))
 
         self.desk.watch(fill)
@@ -107,22 +107,22 @@ class More:
         self.desk.put(self.page.name, p.name, event.value or "")
 
     def _text(self, p: Parameter, ident: str, label: str) -> ui.input:
-        now = str(self.desk.get(self.page.name, p.name, ""))
+        current = str(self.desk.get(self.page.name, p.name, ""))
         default = p.default_text
         example = p.spec.example.strip("'") if p.spec else ""
         hinted = default or (f"such as {example}" if example else "")
-        box = field(label, ident, now, tip=p.sentence, example=hinted, longest=120)
+        box = field(label, ident, current, tip=p.sentence, example=hinted, longest=120)
 
-        def typed() -> None:
+        def on_type() -> None:
             unit = usual_unit(p.spec.unit) if p.spec else ""
             text = with_unit(str(box.value or ""), unit)
-            why = refusal(p, text) if text else ""
-            box.error = why or None
-            if not why and text != self.desk.get(self.page.name, p.name, ""):
+            problem = refusal(p, text) if text else ""
+            box.error = problem or None
+            if not problem and text != self.desk.get(self.page.name, p.name, ""):
                 self.desk.put(self.page.name, p.name, text)
                 box.set_value(text)
 
-        on_typed(box, typed)
+        on_typed(box, on_type)
         return box
 
     def _upload(self, p: Parameter, ident: str, label: str) -> None:
@@ -140,21 +140,21 @@ class More:
             look()
 
         def look() -> None:
-            kept.set_text("".join(f.shown for f in uploads.files[-1:]))
+            file_label.set_text("".join(f.shown for f in uploads.files[-1:]))
             drop.set_visibility(bool(uploads.files))
             self.page.refresh()
 
         hint(p.sentence)
         area = ui.upload(auto_upload=True, max_files=1, max_file_size=LARGEST, on_upload=came)
         zone(area, label, f"{ident}-file")
-        kept = dressed(ui.label(), ident, "text-sm font-medium")
-        drop = button("Take it away", forget, f"{ident}-forget", "close", how="flat dense no-caps")
+        file_label = dress(ui.label(), ident, "text-sm font-medium")
+        drop = button("Take it away", forget, f"{ident}-forget", "close", look="flat dense no-caps")
         drop.set_visibility(False)
         alert = Alert(f"{ident}-problem", "text-sm")
 
 
 def refusal(p: Parameter, value: Any) -> str:
-    """Why a value is none that the command takes; empty where it is."""
+    """Return the reason why a command rejects a value; empty if it accepts it."""
     try:
         p.read(value, {}, [])
     except LayerjamError as err:

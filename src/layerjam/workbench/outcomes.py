@@ -1,4 +1,4 @@
-"""How pulls ended, in a sentence; a drop's and a regulator's stand beside their pages."""
+"""Outcomes of pulls in a sentence; those of drops and regulators are next to their pages."""
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
@@ -9,12 +9,12 @@ import numpy as np
 from layerjam.units import show
 
 
-def of_pull(pulled: Any) -> str:
-    """How a pull ended, from a result that has a record of elongation and force."""
-    words = PULLS.get(pulled.outcome)
+def of_pull(result: Any) -> str:
+    """Return the outcome of a pull, from a result with a record of elongation and force."""
+    words = PULLS.get(result.outcome)
     if words is None:
-        return f"The pull ended with {pulled.outcome}."
-    return words(show(float(np.max(pulled.record.elongation)), "m"))
+        return f"The pull ended with {result.outcome}."
+    return words(show(float(np.max(result.record.elongation)), "m"))
 
 
 PULLS: Mapping[str, Callable[[str], str]] = MappingProxyType(
@@ -34,7 +34,7 @@ PULLS: Mapping[str, Callable[[str], str]] = MappingProxyType(
 
 
 def of_slide(slid: Any) -> str:
-    """How a pull over time ended, that may stick and slip."""
+    """Return the outcome of a pull over time, which may stick and slip."""
     pace = show(slid.record.speed, "m/s")
     if slid.outcome == "JUDDERS":
         times = "once" if slid.events == 1 else f"{slid.events} times"

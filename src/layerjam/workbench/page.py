@@ -1,4 +1,4 @@
-"""What every page has: controls, a computation off the event loop, results, things to copy."""
+"""Common parts of pages: controls, a computation off the event loop, results, copying."""
 
 import asyncio
 from collections.abc import Callable, Mapping, Sequence
@@ -18,7 +18,7 @@ from layerjam.workbench.memory import settle_later
 from layerjam.workbench.runner import Runner
 from layerjam.workbench.spoken import in_print
 from layerjam.workbench.tables import html
-from layerjam.workbench.widgets import QUIET, Alert, dressed, heading, hint, named
+from layerjam.workbench.widgets import QUIET, Alert, dress, heading, hint, title_of
 
 
 class Asking:
@@ -46,23 +46,23 @@ class Asking:
         """{control: its value as a command takes it}."""
         return {key: self.text(key) for key in keys}
 
-    def word(self, what: Choice) -> str:
+    def word(self, option: Choice) -> str:
         """The word that is chosen."""
-        return word(self.desk, self.name, what)
+        return word(self.desk, self.name, option)
 
-    def slider(self, key: str, seen: Callable[[], bool] | None = None) -> ui.column:
+    def slider(self, key: str, is_shown: Callable[[], bool] | None = None) -> ui.column:
         """A control's slider; with `seen` it is there only while that is so."""
-        with self.while_(seen) as box:
+        with self.show_while(is_shown) as box:
             Slider(self.desk, self.name, self.controls()[key], lambda: self.controls()[key])
         return box
 
-    def while_(self, seen: Callable[[], bool] | None) -> ui.column:
+    def show_while(self, is_shown: Callable[[], bool] | None) -> ui.column:
         """A column whose content is there only while `seen()`, looked at after every change."""
         box = ui.column().classes("w-full gap-2")
-        if seen is not None:
+        if is_shown is not None:
 
             def look(_: str = "") -> None:
-                box.set_visibility(seen())
+                box.set_visibility(is_shown())
 
             self.desk.watch(look)
             look()
@@ -98,11 +98,11 @@ class View(Asking):
 
     def copies(self) -> tuple[Sequence[Call], Mapping[str, Call]]:
         """The calls behind what is shown, or asked for while nothing is; and those of pins."""
-        answers, pinned = self.answers(), dict[str, Call]()
+        answers, pins = self.answers(), dict[str, Call]()
         for answer in answers:
             for label, call in answer.pinned.items():
-                pinned[f"{label}, {call.name}" if label in pinned else label] = call
-        return [answer.call for answer in answers] or self.calls(), pinned
+                pins[f"{label}, {call.name}" if label in pins else label] = call
+        return [answer.call for answer in answers] or self.calls(), pins
 
     def draw(self, result: Any) -> None:
         """Show what `compute` returned."""
@@ -112,7 +112,7 @@ class View(Asking):
 class Page(View):
     """A tab; `title` stands above it as its heading, `about` beside that as a sentence."""
 
-    title = about = ""
+    title = summary = ""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -121,7 +121,7 @@ class Page(View):
         self.client: Client | None = None
         self.prepare: Callable[[], None] = lambda: None
         self.runner = Runner(self._answer, self._show, run.io_bound)
-        desk.watch(self._changed)
+        desk.watch(self._on_change)
 
     def _answer(self) -> Any:
         self.prepare()
@@ -142,15 +142,15 @@ class Page(View):
         if self.title:
             with ui.row().classes("page-head"):
                 heading(self.title, 1)
-                hint(self.about)
+                hint(self.summary)
 
     def refresh(self) -> None:
         """Compute anew, with the latest inputs."""
         if self.built and self.desk.state.page == self.name:
             background_tasks.create(self.runner.ask(), name=f"layerjam {self.name}")
 
-    def _changed(self, what: str) -> None:
-        if what not in ("page", "waiting", "choosing"):
+    def _on_change(self, change: str) -> None:
+        if change not in ("page", "waiting", "choosing"):
             self.refresh()
 
     def _show(self, result: Any, problem: str) -> None:
@@ -164,7 +164,7 @@ class Page(View):
         background_tasks.create(settle_later(self.name), name="layerjam settles")
 
     def problem_line(self) -> None:
-        """Where a refusal stands, in words."""
+        """Create the line for the reason of a refusal."""
         self.problem = Alert(f"{self.name}-problem")
 
     async def settled(self) -> None:
@@ -179,14 +179,14 @@ class Figures:
     def __init__(self, page: str, command: str, keys: Sequence[str], **names: str) -> None:
         """`keys` of the command's result; `names` are given where the key alone says too little."""
         self._cells: dict[str, Words] = {}
-        about = result_fields(command)
+        meanings = result_fields(command)
         with ui.grid(columns="auto auto").classes("figures gap-x-6 gap-y-1 items-baseline"):
             for key in keys:
-                name = names.get(key) or named(key)
+                name = names.get(key) or title_of(key)
                 label = ui.label(name).classes(QUIET)
-                if key in about:
-                    label.tooltip(in_print(about[key]))
-                cell = dressed(Words("–"), f"{page}-{key}", "text-base font-medium text-right")
+                if key in meanings:
+                    label.tooltip(in_print(meanings[key]))
+                cell = dress(Words("–"), f"{page}-{key}", "text-base font-medium text-right")
                 self._cells[key] = cell
 
     def fill(self, result: Any, but: Sequence[str] = ()) -> None:
@@ -206,14 +206,14 @@ class Box(ui.column):
         self._show_in_it = show
         self._shown: Any = None
 
-    def fill(self, what: Any) -> bool:
+    def fill(self, item: Any) -> bool:
         """Show it; whether it was another one than before."""
-        if what is self._shown:
+        if item is self._shown:
             return False
-        self._shown = what
+        self._shown = item
         self.clear()
         with self:
-            self._show_in_it(what)
+            self._show_in_it(item)
         return True
 
 
@@ -254,5 +254,5 @@ def checks(result: Any) -> None:
         with ui.row().classes("no-wrap gap-2 items-baseline"):
             tone, word = TONES[check["level"]]
             ui.label(word).classes(f"{tone} font-medium whitespace-nowrap")
-            said = in_print(f"{check['name']}: {check['sentence']}")
-            ui.label(said).classes("text-sm")
+            text = in_print(f"{check['name']}: {check['sentence']}")
+            ui.label(text).classes("text-sm")

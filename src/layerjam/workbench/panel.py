@@ -9,7 +9,7 @@ from typing import Any
 from nicegui import ui
 
 from layerjam.errors import LayerjamError, QuantityError
-from layerjam.report.chart import beside
+from layerjam.report.chart import add_comparisons
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call
@@ -17,7 +17,7 @@ from layerjam.workbench.charts import options
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pins import call_of, labels, pin_of, put_pin, turn_file
 from layerjam.workbench.state import MEASURED, Pin
-from layerjam.workbench.widgets import Alert, button, chart, dressed, one_line
+from layerjam.workbench.widgets import Alert, button, chart, dress, one_line
 
 
 class Panel:
@@ -25,13 +25,13 @@ class Panel:
 
     chart: ui.echart
 
-    def __init__(self, desk: Desk, page: str, ident: str = "", only: str = "") -> None:
-        """Where a page has several charts, `ident` names this one, for `only` one command."""
+    def __init__(self, desk: Desk, page: str, ident: str = "", command: str = "") -> None:
+        """Create the panel; `ident` names it on a page with several, `command` limits its pins."""
         self._desk, self._page = desk, page
-        self._ident, self._only = ident or page, only
+        self._ident, self._only = ident or page, command
         self._known: dict[str, tuple[Answer, Any]] = {}
         self.besides: Callable[[Pin, Any], Any] = lambda pin, result: None
-        """What a page computes besides for a pin's result, once; may raise LayerjamError."""
+        """Function for a page's additional result for a pin; may raise LayerjamError."""
         self._chips: ui.row | None = None
         self._drawn: tuple[tuple[Pin, str], ...] = ()
         self.shown: Answer | None = None
@@ -39,9 +39,9 @@ class Panel:
 
     # ---- what stands on the page
 
-    def build(self, ident: str, what: str, look: str = "", act: Any = None) -> None:
+    def build(self, ident: str, label: str, look: str = "", act: Any = None) -> None:
         """The chart; `what` it shows, for those who cannot see it."""
-        self.chart = chart(ident, what, look, act)
+        self.chart = chart(ident, label, look, act)
 
     def build_row(self) -> ui.row:
         """The buttons that take it away."""
@@ -52,64 +52,64 @@ class Panel:
         with ui.row().classes("items-center gap-2"):
             tip = "Keep this curve as a quiet one, to compare with what comes next"
             button("Pin", self.pin, f"{self._ident}-pin", "push_pin", tip=tip)
-            self._chips = dressed(ui.row().classes("items-center gap-2"), f"{self._ident}-pins")
+            self._chips = dress(ui.row().classes("items-center gap-2"), f"{self._ident}-pins")
         self._alert = Alert(f"{self._ident}-pin-problem", "text-sm")
 
-    def draw(self, answer: Answer | None, made: Mapping[str, Any] | None) -> None:
+    def draw(self, answer: Answer | None, chart: Mapping[str, Any] | None) -> None:
         """Show an answer as a chart; without a chart it is hidden, and nothing can be taken."""
-        self.shown = answer if made else None
-        self.chart.set_visibility(made is not None)
-        if made:
-            live.draw(self.chart, dict(made))
+        self.shown = answer if chart else None
+        self.chart.set_visibility(chart is not None)
+        if chart:
+            live.draw(self.chart, dict(chart))
         if self._chips is not None:
             self._fill(self._chips, () if answer is None else answer.pins)
 
     def show(self, answer: Answer, dark: bool) -> None:
         """Show the figure of an answer's result, with what is pinned beside it."""
-        quiet = {label: one.result.quiet_curves() for label, one in answer.beside.items()}
-        self.draw(answer, options(beside(answer.result.panes(), quiet), dark))
+        quiet = {label: pin.result.quiet_curves() for label, pin in answer.beside.items()}
+        self.draw(answer, options(add_comparisons(answer.result.panes(), quiet), dark))
 
     def _fill(self, chips: ui.row, pins: tuple[Pinned, ...]) -> None:
         """Show what is pinned; nothing moves where it is the same."""
         if self.problem:
             self._alert.say(self.problem)
-        drawn = tuple((one.pin, one.label) for one in pins if one.pin is not None)
-        if drawn == self._drawn:
+        items = tuple((pin.pin, pin.label) for pin in pins if pin.pin is not None)
+        if items == self._drawn:
             return
-        self._drawn = drawn
+        self._drawn = items
         chips.clear()
         with chips:
-            for place, (pin, label) in enumerate(drawn):
+            for place, (pin, label) in enumerate(items):
                 with ui.row().classes("items-center gap-0 no-wrap"):
                     ui.label(label).classes("text-sm")
                     act, look = partial(self.unpin, pin), "flat round dense size=sm"
-                    gone = button("", act, f"{self._ident}-unpin-{place}", "close", how=look)
-                    dressed(gone, aria_label=f"Unpin {label}")
+                    close = button("", act, f"{self._ident}-unpin-{place}", "close", look=look)
+                    dress(close, aria_label=f"Unpin {label}")
 
     # ---- pins
 
-    def beside(self, shown: Call) -> tuple[Pinned, ...]:
+    def pinned_answers(self, call: Call) -> tuple[Pinned, ...]:
         """The pinned answers that can be drawn beside a call; in the page's thread."""
-        kept: list[tuple[Answer, Any, Pin]] = []
-        known, trouble = {}, []
+        pins: list[tuple[Answer, Any, Pin]] = []
+        computed_pins, trouble = {}, []
         for pin in self._desk.state.pins:
-            elsewhere = pin.page != self._page or (self._only and pin.command != self._only)
-            if elsewhere or pin.command == MEASURED:
+            is_foreign = pin.page != self._page or (self._only and pin.command != self._only)
+            if is_foreign or pin.command == MEASURED:
                 continue
             key = json.dumps(asdict(pin), sort_keys=True)
             try:
-                known[key] = self._known.get(key) or self._computed(pin)
+                computed_pins[key] = self._known.get(key) or self._compute(pin)
             except LayerjamError as err:
                 trouble.append(one_line(err))
                 continue
-            if pin.command == shown.name:
-                kept.append((*known[key], pin))
-        self._known = known
+            if pin.command == call.name:
+                pins.append((*computed_pins[key], pin))
+        self._known = computed_pins
         self.problem = "; ".join(dict.fromkeys(trouble))
-        named = labels([answer.call for answer, *_ in kept], shown)
-        return tuple(Pinned(name, *one) for name, one in zip(named, kept, strict=True))
+        names = labels([answer.call for answer, *_ in pins], call)
+        return tuple(Pinned(name, *pin) for name, pin in zip(names, pins, strict=True))
 
-    def _computed(self, pin: Pin) -> tuple[Answer, Any]:
+    def _compute(self, pin: Pin) -> tuple[Answer, Any]:
         call = call_of(pin)
         result = call.run()
         return Answer(call, result), self.besides(pin, result)
@@ -118,11 +118,11 @@ class Panel:
         """Keep what is shown, and what is said `more` of it."""
         self._try(partial(self._pin_shown, more))
 
-    def _pin_shown(self, more: Mapping[str, str]) -> None:
+    def _pin_shown(self, extra: Mapping[str, str]) -> None:
         if self.shown is None:
             raise QuantityError("pin: no curve is shown")
-        made = pin_of(self._page, self.shown.call)
-        put_pin(self._desk, replace(made, options={**made.options, **more}))
+        pin = pin_of(self._page, self.shown.call)
+        put_pin(self._desk, replace(pin, options={**pin.options, **extra}))
 
     def pin_file(self, key: str) -> None:
         """Keep a dropped file's curve, or let it go."""
@@ -138,4 +138,4 @@ class Panel:
 
     def unpin(self, pin: Pin) -> None:
         """Let one go."""
-        self._desk.put_pins(tuple(one for one in self._desk.state.pins if one != pin))
+        self._desk.put_pins(tuple(p for p in self._desk.state.pins if p != pin))

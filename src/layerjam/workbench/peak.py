@@ -13,8 +13,8 @@ from layerjam.simulate.to_peak import ToPeak, sheets_to_peak, vacuum_to_peak
 from layerjam.units import QuantitySpec, exact_text, show
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.controls import Choice, choice, number_field, on_typed, with_unit, word
-from layerjam.workbench.desk import Desk, resized, with_sheets
-from layerjam.workbench.widgets import dressed, one_line, status
+from layerjam.workbench.desk import Desk, resize_stack, with_sheets
+from layerjam.workbench.widgets import dress, one_line, status
 
 FOLLOWS = Choice(
     "follows",
@@ -23,7 +23,7 @@ FOLLOWS = Choice(
     label="sets the",
     help="What follows when the peak is dragged or typed",
 )
-MOST = 500
+MAX_SHEETS = 500
 """Sheets that are tried at most."""
 FORCE = QuantitySpec("N", "peak force of the pull", lo=0.0, example="150 N")
 
@@ -32,10 +32,10 @@ class PeakSetting:
     """The marker of a chart's peak as a handle, a field for its force, and what follows."""
 
     def __init__(
-        self, desk: Desk, page: str, now: Callable[[], Call], most: Callable[[], float]
+        self, desk: Desk, page: str, call: Callable[[], Call], limit: Callable[[], float]
     ) -> None:
         """`now` is the pull that is shown; `most` the greatest vacuum of the page [Pa]."""
-        self._desk, self._page, self._now, self._most = desk, page, now, most
+        self._desk, self._page, self._now, self._most = desk, page, call, limit
         self._asked: float | None = None
         self._seeking = False
         self._peak = 0.0
@@ -44,27 +44,27 @@ class PeakSetting:
         """The field and the switch, in one row, and the sentence."""
         with ui.row().classes("items-center gap-2"):
             ui.label("Peak").classes("text-sm").tooltip("Drag the peak in the chart, or type it")
-            self.field = dressed(number_field("Peak force to reach [N]", "w-28"), "pull-peak")
+            self.field = dress(number_field("Peak force to reach [N]", "w-28"), "pull-peak")
             self.field.props["suffix"] = "N"
-            on_typed(self.field, self._typed)
+            on_typed(self.field, self._on_type)
             with ui.row().classes("items-center"):
                 choice(self._desk, self._page, FOLLOWS)
         self.said = status("pull-peak-said", "text-sm")
-        self._desk.watch(self._changed)
+        self._desk.watch(self._on_change)
 
-    def on(self, chart: ui.echart) -> None:
+    def attach(self, chart: ui.echart) -> None:
         """The chart whose first mark is dragged."""
         chart.on("vnodeMounted", js_handler="(node) => layerjamPeaks(node)")
-        chart.on("peak", self._dragged)
+        chart.on("peak", self._on_drag)
 
     def fill(self, peak: float) -> None:
         """The peak that is shown [N]."""
         self._peak = peak
-        shown = f"{peak:.4g}"
-        if self.field.value != shown and not self._seeking:
-            self.field.set_value(shown)
+        text = f"{peak:.4g}"
+        if self.field.value != text and not self._seeking:
+            self.field.set_value(text)
 
-    def _typed(self) -> None:
+    def _on_type(self) -> None:
         text = str(self.field.value or "").strip()
         if text == f"{self._peak:.4g}":
             self.field.error = None
@@ -77,11 +77,11 @@ class PeakSetting:
         self.field.error = None
         self.ask(force, done=True)
 
-    def _dragged(self, event: Any) -> None:
-        force, done = event.args.get("force"), bool(event.args.get("done"))
+    def _on_drag(self, event: Any) -> None:
+        force, is_done = event.args.get("force"), bool(event.args.get("done"))
         if isinstance(force, int | float) and math.isfinite(force) and force >= 0:
             # to the digits that the page shows
-            self.ask(float(f"{force:.4g}"), done)
+            self.ask(float(f"{force:.4g}"), is_done)
 
     def ask(self, force: float, done: bool) -> None:
         """Let what is chosen follow a peak [N]; the latest wins, sheets once it is let go."""
@@ -98,10 +98,10 @@ class PeakSetting:
                 force, self._asked = self._asked, None
                 by_sheets = word(self._desk, self._page, FOLLOWS) == "sheets"
                 try:
-                    found = await run.io_bound(self.found, force, by_sheets)
-                    if found is None:  # the program is being ended
+                    result = await run.io_bound(self.search, force, by_sheets)
+                    if result is None:  # the program is being ended
                         return
-                    self._take(found, force, by_sheets)
+                    self._take(result, force, by_sheets)
                 except LayerjamError as err:
                     self.said.set_text(one_line(err))
         finally:
@@ -111,16 +111,16 @@ class PeakSetting:
         """The greatest vacuum that site and line allow [Pa]."""
         return min(self._most(), float(reachable(self._desk.line.line)))
 
-    def found(self, force: float, by_sheets: bool) -> ToPeak:
-        """What gives the force; in a thread. Raises LayerjamError as the command does."""
+    def search(self, force: float, by_sheets: bool) -> ToPeak:
+        """Search the value for a force, in a thread. Raises LayerjamError as the command does."""
         call, file = self._now(), self._desk.brake
         if by_sheets:
 
             def with_count(count: int) -> float:
-                subject = Subject(file.name, resized(file, count))
+                subject = Subject(file.name, resize_stack(file, count))
                 return float(replace(call, subjects=(subject,)).run().peak_force)
 
-            return sheets_to_peak(with_count, force, MOST)
+            return sheets_to_peak(with_count, force, MAX_SHEETS)
 
         def at_vacuum(vacuum: float) -> float:
             options = {**call.options, "vacuum": exact_text(vacuum, "Pa")}
@@ -128,31 +128,31 @@ class PeakSetting:
 
         return vacuum_to_peak(at_vacuum, force, self.limit())
 
-    def _take(self, found: ToPeak, force: float, by_sheets: bool) -> None:
-        if found.value is None:
+    def _take(self, result: ToPeak, force: float, by_sheets: bool) -> None:
+        if result.value is None:
             self.field.set_value(f"{self._peak:.4g}")
         elif by_sheets:
-            with_sheets(self._desk, int(found.value))
+            with_sheets(self._desk, int(result.value))
         else:
             # whole pascals: what is set can be read
-            self._desk.put(self._page, "vacuum", float(round(found.value)), follow=True)
-        self.said.set_text(sentence(found, force, by_sheets))
+            self._desk.put(self._page, "vacuum", float(round(result.value)), follow=True)
+        self.said.set_text(sentence(result, force, by_sheets))
 
-    def _changed(self, what: str) -> None:
-        """What was said holds until something else is moved."""
-        if what in ("settings", "undo", "brake", "line"):
+    def _on_change(self, change: str) -> None:
+        """Clear the sentence when something else changes."""
+        if change in ("settings", "undo", "brake", "line"):
             self.said.set_text("")
 
 
-def sentence(found: ToPeak, force: float, by_sheets: bool) -> str:
-    """What follows from the asked peak, or that nothing gives it and how near one comes."""
-    near, asked = show(found.force, "N"), show(force, "N")
-    there = f"{found.at:g} sheets" if by_sheets else show(found.at, "Pa")
-    if found.value is not None and by_sheets:
-        return f"{there}: a peak of {near} at this vacuum, the nearest to {asked}."
-    if found.value is not None:
-        return f"A vacuum of {there} gives a peak of {near}."
-    what = "number of sheets" if by_sheets else "vacuum"
-    if force < found.force:
-        return f"No {what} gives a peak of {asked}; the least is {near}, with {there}."
-    return f"No {what} up to {there} gives a peak of {asked}; the greatest is {near}."
+def sentence(result: ToPeak, force: float, by_sheets: bool) -> str:
+    """Return the value for a target peak, or the nearest possible peak."""
+    peak, target = show(result.force, "N"), show(force, "N")
+    place = f"{result.at:g} sheets" if by_sheets else show(result.at, "Pa")
+    if result.value is not None and by_sheets:
+        return f"{place}: a peak of {peak} at this vacuum, the nearest to {target}."
+    if result.value is not None:
+        return f"A vacuum of {place} gives a peak of {peak}."
+    quantity = "number of sheets" if by_sheets else "vacuum"
+    if force < result.force:
+        return f"No {quantity} gives a peak of {target}; the least is {peak}, with {place}."
+    return f"No {quantity} up to {place} gives a peak of {target}; the greatest is {peak}."

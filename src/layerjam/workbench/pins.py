@@ -9,28 +9,28 @@ from layerjam.workbench.desk import SHELVES, Desk, read_any
 from layerjam.workbench.more import is_file, others
 from layerjam.workbench.state import MEASURED, Pin
 
-MOST = 8
+MAX_PINS = 8
 """Curves pinned to one page at most."""
 COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {"pull": ("tensile", "judder"), "drop": ("drop",), "vacuum": ("rise", "regulate")}
 )
 """{page: commands whose curves can be pinned there}; a link may ask for no other."""
 BAND = "band"
-"""What a pin of a pull keeps besides options: how sure its law is, as `LawError.text` writes it."""
+"""Option of a pinned pull that stores the error of its law, written by `LawError.text`."""
 LINES = ("rise", "regulate")
 """Commands on a vacuum line; all others are on a brake."""
 
 
 def pin_of(page: str, call: Call) -> Pin:
-    """What keeps a call on a brake or line.
+    """Return the pin of a call on a brake or line.
 
     Raises QuantityError for a call with a dropped file: it stays on this machine.
     """
     plain = {k: v for k, v in call.options.items() if isinstance(v, str | bool | int | float)}
-    lost = call.options.keys() - plain.keys()
-    if lost or call.files:
-        what = ", ".join(sorted(lost)) or "a file"
-        raise QuantityError(f"pin: {what} comes from a file you dropped, and no link keeps it")
+    files = call.options.keys() - plain.keys()
+    if files or call.files:
+        names = ", ".join(sorted(files)) or "a file"
+        raise QuantityError(f"pin: {names} comes from a file you dropped, and no link keeps it")
     return Pin(page, call.name, call.subjects[0].text, plain)
 
 
@@ -38,57 +38,59 @@ def call_of(pin: Pin) -> Call:
     """The call that a pin keeps; QuantityError for what no page pins, such as a path in a link."""
     if pin.command not in COMMANDS.get(pin.page, ()):
         raise QuantityError(f"pin: nothing of '{pin.command[:40]}' is pinned on this page")
-    known = {p.name for p in others(pin.command, ()) if not is_file(p)}
+    inputs = {p.name for p in others(pin.command, ()) if not is_file(p)}
     options = {key: v for key, v in pin.options.items() if (pin.command, key) != ("tensile", BAND)}
-    strange = sorted(options.keys() - known)
+    strange = sorted(options.keys() - inputs)
     if strange:
         raise QuantityError(f"pin: '{strange[0][:40]}' is no option that is kept")
     shelf = "line" if pin.command in LINES else "brake"
     file = read_any(shelf, pin.subject)
-    named = pin.subject in SHELVES[shelf].names()
-    subject = Subject(pin.subject) if named else Subject(f"{file.name}.toml", file)
+    in_catalogue = pin.subject in SHELVES[shelf].names()
+    subject = Subject(pin.subject) if in_catalogue else Subject(f"{file.name}.toml", file)
     return Call(pin.command, (subject,), options)
 
 
-def labels(calls: Sequence[Call], shown: Call) -> list[str]:
-    """What tells each call from what is shown, and from each other where that is not enough."""
-    made = [_apart(call, [shown]) or _apart(call, calls) or "as shown" for call in calls]
-    for place, label in enumerate(made):
-        if made.count(label) > 1:
-            made[place] = _apart(calls[place], [shown, *calls]) or label
+def labels(calls: Sequence[Call], current: Call) -> list[str]:
+    """Return labels that distinguish calls from the shown one and, if needed, from each other."""
+    names = [
+        _difference(call, [current]) or _difference(call, calls) or "as shown" for call in calls
+    ]
+    for place, label in enumerate(names):
+        if names.count(label) > 1:
+            names[place] = _difference(calls[place], [current, *calls]) or label
     return [
-        label if made.count(label) == 1 else f"{label} ({made[: place + 1].count(label)})"
-        for place, label in enumerate(made)
+        label if names.count(label) == 1 else f"{label} ({names[: place + 1].count(label)})"
+        for place, label in enumerate(names)
     ]
 
 
-def _apart(call: Call, from_these: Sequence[Call]) -> str:
+def _difference(call: Call, from_these: Sequence[Call]) -> str:
     """The brake or line and the options that differ from any of some calls, as words."""
     name, words = call.subjects[0].name.removesuffix(".toml"), []
-    if any(other.subjects != call.subjects for other in from_these):
+    if any(theirs.subjects != call.subjects for theirs in from_these):
         words.append(name)
-    for key in dict.fromkeys(k for one in (call, *from_these) for k in one.options):
+    for key in dict.fromkeys(k for c in (call, *from_these) for k in c.options):
         value = call.options.get(key)
-        if any(other.options.get(key) != value for other in from_these):
-            said = key.replace("_", " ")
-            words.append(said if value is True else f"no {said}" if value is None else str(value))
+        if any(theirs.options.get(key) != value for theirs in from_these):
+            text = key.replace("_", " ")
+            words.append(text if value is True else f"no {text}" if value is None else str(value))
     return ", ".join(words)
 
 
-def put_pin(desk: Desk, made: Pin) -> None:
-    """Add a pin, unless it is there; QuantityError where a page has as many as it may."""
+def put_pin(desk: Desk, pin: Pin) -> None:
+    """Add a pin, unless it is there; QuantityError if the page has no room for another."""
     pins = desk.state.pins
-    if made in pins:
+    if pin in pins:
         return
-    if sum(one.page == made.page for one in pins) >= MOST:
-        raise QuantityError(f"pin: {MOST} curves are pinned; unpin one first")
-    desk.put_pins((*pins, made))
+    if sum(p.page == pin.page for p in pins) >= MAX_PINS:
+        raise QuantityError(f"pin: {MAX_PINS} curves are pinned; unpin one first")
+    desk.put_pins((*pins, pin))
 
 
 def turn_file(desk: Desk, key: str) -> None:
     """Pin a dropped file to the pull, or take that back; QuantityError where there are enough."""
-    made = Pin("pull", MEASURED, key)
-    if made in desk.state.pins:
-        desk.put_pins(tuple(pin for pin in desk.state.pins if pin != made))
+    file_pin = Pin("pull", MEASURED, key)
+    if file_pin in desk.state.pins:
+        desk.put_pins(tuple(pin for pin in desk.state.pins if pin != file_pin))
     else:
-        put_pin(desk, made)
+        put_pin(desk, file_pin)

@@ -1,4 +1,4 @@
-"""What a dropped measurement may be: its use and conditions, each with where that is taken from.
+"""Proposals for a dropped measurement: its use and conditions, each with its source.
 
 Nothing here is applied: a page shows it, and the user accepts.
 """
@@ -21,7 +21,7 @@ from layerjam.measure.runs import ENDING, read_run
 from layerjam.measure.sidecar import Facts, read_facts
 from layerjam.measure.trace import Trace
 from layerjam.units import show, spec_of
-from layerjam.workbench.kinds import ELSEWHERE, elsewhere_of
+from layerjam.workbench.kinds import OTHER_READERS, elsewhere_of
 
 FRICTION, CALIBRATE, VALIDATE, ASIDE = "friction", "calibrate", "validate", "aside"
 FACTS = ("vacuum", "normal_force", "speed")
@@ -44,7 +44,7 @@ CLICKS = MappingProxyType(
     }
 )
 """{what a reader asks for: how a page answers}."""
-WITHIN = 0.97
+NEAR_HIGHEST = 0.97
 """A pull is at the highest vacuum from this share of it on."""
 HEAD = 4000
 """Bytes of a file's beginning in which words tell what was done."""
@@ -61,7 +61,7 @@ _UNITS = {u.lower(): u for u in ("kPa", "hPa", "Pa", "mbar", "bar", "psi", "torr
 
 
 @dataclass(frozen=True)
-class Said:
+class SourcedValue:
     """A value as text, empty where nothing is known, and where it is taken from."""
 
     text: str = ""
@@ -70,7 +70,7 @@ class Said:
 
 @dataclass(frozen=True)
 class Proposal:
-    """What one dropped file may be.
+    """Proposal for one dropped file.
 
     `kind`: "measurement", one of ELSEWHERE, or "unknown". `about` says what was understood or why
     it was refused, `asks` what a measurement that is not read yet lacks: a key of CLICKS.
@@ -81,8 +81,8 @@ class Proposal:
     kind: str = "measurement"
     about: str = ""
     asks: str = ""
-    role: Said = Said()
-    facts: Mapping[str, Said] = field(default_factory=dict)
+    role: SourcedValue = SourcedValue()
+    facts: Mapping[str, SourcedValue] = field(default_factory=dict)
     synthetic: bool = False
 
     @property
@@ -96,25 +96,25 @@ class Proposal:
         return due if due and not facts.get(due) else ""
 
 
-def from_name(name: str) -> dict[str, Said]:
+def from_name(name: str) -> dict[str, SourcedValue]:
     """{"role", "vacuum", "normal_force", "speed": what a file's name says of it}.
 
     A name with several pressures says none: which one held is not known.
     """
     stem = Path(name).stem
-    made: dict[str, Said] = {}
+    values: dict[str, SourcedValue] = {}
     friction, pull = _FRICTION.search(stem), _PULL.search(stem)
     if friction:
-        made["role"] = Said(FRICTION, _named(friction[0]))
+        values["role"] = SourcedValue(FRICTION, _source_name(friction[0]))
     elif pull:
-        made["role"] = Said(CALIBRATE, _named(pull[0]))
-    for fact, text, found in _quantities(stem, bool(friction)):
+        values["role"] = SourcedValue(CALIBRATE, _source_name(pull[0]))
+    for fact, text, written_as in _quantities(stem, bool(friction)):
         try:
             spec_of(Facts, fact).read(text, fact)
         except LayerjamError:
             continue
-        made[fact] = Said(text, _named(found))
-    return made
+        values[fact] = SourcedValue(text, _source_name(written_as))
+    return values
 
 
 def _quantities(stem: str, friction: bool) -> Iterator[tuple[str, str, str]]:
@@ -141,15 +141,15 @@ def _plain(number: str) -> str:
     return number.replace(",", ".").replace("p", ".")
 
 
-def _named(found: str) -> str:
-    return f"its name: {found.strip(' _-')}"
+def _source_name(match: str) -> str:
+    return f"its name: {match.strip(' _-')}"
 
 
 def refusal_of(path: Path) -> str:
-    """Why a file cannot be read and how a page answers that; empty where it can."""
+    """Return the reason why a file cannot be read, and the remedy; empty if it can."""
     try:
-        for one in open_traces(path):
-            one.read(ReadingOptions())
+        for trace in open_traces(path):
+            trace.read(ReadingOptions())
     except FileError as err:
         return f"{err.plain}. {CLICKS[err.asks]}." if err.asks in CLICKS else err.reason
     except LayerjamError as err:
@@ -158,78 +158,83 @@ def refusal_of(path: Path) -> str:
 
 
 def proposal(key: str, name: str, path: Path) -> Proposal:
-    """What one file may be; its sidecar, with what the user has said of it, lies beside it.
+    """Return the proposal for one file, whose sidecar with the user's statements is next to it.
 
     Nothing is raised: what cannot be read is said in `about`, which calls the file by its path.
     """
-    made = Proposal(key, name)
+    proposed = Proposal(key, name)
     try:
         facts = read_facts(path)
     except FileError as err:
-        return replace(made, kind="unknown", about=err.reason)
+        return replace(proposed, kind="unknown", about=err.reason)
     try:
-        traces = [one.read(ReadingOptions()) for one in open_traces(path)]
+        traces = [trace.read(ReadingOptions()) for trace in open_traces(path)]
     except LayerjamError as err:
-        role, found = _conditions(name, path, facts, ())
-        return _unread(replace(made, role=role, facts=found), path, err)
-    most = max(traces, key=len)
-    force, travel = float(most.force.max()), float(np.ptp(most.elongation))
-    about = f"{len(most)} samples over {show(travel, 'm', 3)}, up to {show(force, 'N', 3)}"
+        role, facts_found = _conditions(name, path, facts, ())
+        return _unread(replace(proposed, role=role, facts=facts_found), path, err)
+    longest = max(traces, key=len)
+    force, travel = float(longest.force.max()), float(np.ptp(longest.elongation))
+    summary = f"{len(longest)} samples over {show(travel, 'm', 3)}, up to {show(force, 'N', 3)}"
     if len(traces) > 1:
-        about = f"{len(traces)} specimens; the longest has {about}"
+        summary = f"{len(traces)} specimens; the longest has {summary}"
     synthetic = any(t.synthetic for t in traces)
-    role, found = _conditions(name, path, facts, traces)
-    return replace(made, about=about, synthetic=synthetic, role=role, facts=found)
+    role, facts_found = _conditions(name, path, facts, traces)
+    return replace(proposed, about=summary, synthetic=synthetic, role=role, facts=facts_found)
 
 
-def _unread(made: Proposal, path: Path, error: LayerjamError) -> Proposal:
+def _unread(proposed: Proposal, path: Path, error: LayerjamError) -> Proposal:
     """A file that is no test yet: read elsewhere, to be corrected, or nothing that is known."""
     asks = str(getattr(error, "asks", ""))
-    why = str(getattr(error, "plain", "") or error)
+    reason = str(getattr(error, "plain", "") or error)
     if isinstance(error, MissingExtraError):
-        return replace(made, kind="unknown", about=why)
+        return replace(proposed, kind="unknown", about=reason)
     kind = elsewhere_of(path)
     if kind:
-        return replace(made, kind=kind, about=ELSEWHERE[kind].sentence(made.name))
+        return replace(proposed, kind=kind, about=OTHER_READERS[kind].sentence(proposed.name))
     if asks in CLICKS:
-        return replace(made, about=why, asks=asks)
-    return replace(made, kind="unknown", about=why)
+        return replace(proposed, about=reason, asks=asks)
+    return replace(proposed, kind="unknown", about=reason)
 
 
 def _conditions(
     name: str, path: Path, facts: Facts, traces: Sequence[Trace]
-) -> tuple[Said, dict[str, Said]]:
+) -> tuple[SourcedValue, dict[str, SourcedValue]]:
     """Role and facts: of the sidecar, else of the file's content, else of its name."""
-    named = from_name(name)
-    found = {fact: said for fact in FACTS if (said := named.get(fact))}
-    found |= dict(_of_content(path, traces))
-    found |= {
-        fact: Said(_shown(fact, value), "its sidecar")
+    values = from_name(name)
+    facts_found = {fact: value_found for fact in FACTS if (value_found := values.get(fact))}
+    facts_found |= dict(_of_content(path, traces))
+    facts_found |= {
+        fact: SourcedValue(_quantity_text(fact, value), "its sidecar")
         for fact in FACTS
         if (value := getattr(facts, fact)) is not None
     }
-    if "speed" in found and found["speed"].source.startswith("its name") and traces:
-        del found["speed"]  # it is asked for only where the file has no elongation
-    return _role(path, facts, named, found), found
+    if "speed" in facts_found and facts_found["speed"].source.startswith("its name") and traces:
+        del facts_found["speed"]  # it is asked for only where the file has no elongation
+    return _role(path, facts, values, facts_found), facts_found
 
 
-def _shown(fact: str, value: float) -> str:
+def _quantity_text(fact: str, value: float) -> str:
     return show(value, spec_of(Facts, fact).unit)
 
 
-def _role(path: Path, facts: Facts, named: Mapping[str, Said], found: Mapping[str, Said]) -> Said:
+def _role(
+    path: Path,
+    facts: Facts,
+    from_file_name: Mapping[str, SourcedValue],
+    facts_found: Mapping[str, SourcedValue],
+) -> SourcedValue:
     if facts.normal_force is not None:
-        return Said(FRICTION, "its sidecar states a normal force")
+        return SourcedValue(FRICTION, "its sidecar states a normal force")
     if facts.vacuum is not None:
-        return Said(CALIBRATE, "its sidecar states a vacuum")
-    if "role" in named:
-        return named["role"]
+        return SourcedValue(CALIBRATE, "its sidecar states a vacuum")
+    if "role" in from_file_name:
+        return from_file_name["role"]
     word = _FRICTION.search(_beginning(path))
     if word:
-        return Said(FRICTION, f"its first lines: {word[0]}")
-    if "vacuum" in found:
-        return Said(CALIBRATE, f"a vacuum is known ({found['vacuum'].source})")
-    return Said(CALIBRATE, "force over elongation; nothing says that it is a friction test")
+        return SourcedValue(FRICTION, f"its first lines: {word[0]}")
+    if "vacuum" in facts_found:
+        return SourcedValue(CALIBRATE, f"a vacuum is known ({facts_found['vacuum'].source})")
+    return SourcedValue(CALIBRATE, "force over elongation; nothing says that it is a friction test")
 
 
 def _beginning(path: Path) -> str:
@@ -242,11 +247,14 @@ def _beginning(path: Path) -> str:
     return source.text(0, min(HEAD, len(source.data)))
 
 
-def _of_content(path: Path, traces: Sequence[Trace]) -> Iterator[tuple[str, Said]]:
+def _of_content(path: Path, traces: Sequence[Trace]) -> Iterator[tuple[str, SourcedValue]]:
     """(fact, value) that the file itself holds: in its head, in a column, in its procedure."""
-    stated = {t.facts.vacuum for t in traces} - {None}
-    if len(stated) == 1:
-        yield "vacuum", Said(_shown("vacuum", float(stated.pop() or 0.0)), "the file's head")
+    vacuums = {t.facts.vacuum for t in traces} - {None}
+    if len(vacuums) == 1:
+        yield (
+            "vacuum",
+            SourcedValue(_quantity_text("vacuum", float(vacuums.pop() or 0.0)), "the file's head"),
+        )
         return
     if path.suffix == ENDING:
         try:
@@ -255,18 +263,18 @@ def _of_content(path: Path, traces: Sequence[Trace]) -> Iterator[tuple[str, Said
             return
         for fact in ("vacuum", "speed"):
             if (value := getattr(run, fact)) is not None:
-                yield fact, Said(_shown(fact, value), "the run's procedure")
+                yield fact, SourcedValue(_quantity_text(fact, value), "the run's procedure")
         return
     try:
-        shown = preview(path)
-        columns = vacuum_columns(shown)
+        table = preview(path)
+        columns = vacuum_columns(table)
         if len(columns) == 1:
-            yield "vacuum", vacuum_of_column(path, columns[0][0], columns[0][1], shown.names)
+            yield "vacuum", vacuum_of_column(path, columns[0][0], columns[0][1], table.names)
     except LayerjamError:
         return
 
 
-def vacuum_of_column(path: Path, index: int, unit: str, names: Sequence[str]) -> Said:
+def vacuum_of_column(path: Path, index: int, unit: str, names: Sequence[str]) -> SourcedValue:
     """The vacuum that a column shows: the middle of its values, rounded to their scatter.
 
     Raises LayerjamError where its values are none, or are no vacuum.
@@ -276,33 +284,33 @@ def vacuum_of_column(path: Path, index: int, unit: str, names: Sequence[str]) ->
     text = show(middle, "Pa", 4)
     spec_of(Facts, "vacuum").read(text, f"column '{names[index]}'")
     low, high = (show(float(v), "Pa", 3) for v in (values.min(), values.max()))
-    return Said(text, f"its column '{names[index]}': the median; from {low} to {high}")
+    return SourcedValue(text, f"its column '{names[index]}': the median; from {low} to {high}")
 
 
-def together(found: Iterable[Proposal]) -> list[Proposal]:
+def together(proposals: Iterable[Proposal]) -> list[Proposal]:
     """Proposals of files dropped together: the highest vacuum calibrates, others validate.
 
     Only where nothing but the vacuum tells pulls apart; a role that was given stays.
     """
-    files = list(found)
+    files = list(proposals)
     level = {p.key: _vacuum(p) for p in files if p.role.text == CALIBRATE}
-    most = max((v for v in level.values() if v is not None), default=None)
-    if most is None:
+    highest = max((v for v in level.values() if v is not None), default=None)
+    if highest is None:
         return files
-    best = show(most, "Pa", 4)
-    made = []
-    for one in files:
-        own = level.get(one.key)
-        if own is not None and own <= WITHIN * most:
-            why = f"{one.role.source}; to validate, as another pull is at {best}"
-            made.append(replace(one, role=Said(VALIDATE, why)))
+    best = show(highest, "Pa", 4)
+    result = []
+    for item in files:
+        vacuum = level.get(item.key)
+        if vacuum is not None and vacuum <= NEAR_HIGHEST * highest:
+            reason = f"{item.role.source}; to validate, as another pull is at {best}"
+            result.append(replace(item, role=SourcedValue(VALIDATE, reason)))
         else:
-            made.append(one)
-    return made
+            result.append(item)
+    return result
 
 
-def _vacuum(one: Proposal) -> float | None:
-    said = one.facts.get("vacuum")
-    if said is None or not said.text:
+def _vacuum(item: Proposal) -> float | None:
+    value = item.facts.get("vacuum")
+    if value is None or not value.text:
         return None
-    return float(spec_of(Facts, "vacuum").read(said.text, "vacuum"))
+    return float(spec_of(Facts, "vacuum").read(value.text, "vacuum"))

@@ -8,7 +8,7 @@ from typing import Any
 from nicegui import ui
 
 from layerjam.errors import LayerjamError
-from layerjam.workbench.widgets import button, dressed, one_line
+from layerjam.workbench.widgets import button, dress, one_line
 
 PATIENCE = 0.6
 """Seconds a computation runs before the page says so."""
@@ -30,14 +30,14 @@ class Runner:
         self,
         compute: Callable[[], Any],
         show: Callable[[Any, str], None],
-        elsewhere: Callable[[Callable[[], Any]], Awaitable[Any]],
+        in_thread: Callable[[Callable[[], Any]], Awaitable[Any]],
     ) -> None:
         """`elsewhere` awaits a function in another thread."""
-        self._compute, self._show, self._elsewhere = compute, show, elsewhere
+        self._compute, self._show, self._elsewhere = compute, show, in_thread
         self.running = self._again = False
         self.stopping = threading.Event()
         self.doing = ("", 0.0)
-        """What is being done, and which share of it is."""
+        """Current phase, and its progress as a share."""
 
     async def ask(self) -> None:
         """Compute with the inputs of now; returns when the result is shown or was overtaken."""
@@ -69,32 +69,32 @@ class Runner:
         """End a computation that reports its progress."""
         self.stopping.set()
 
-    def tell(self, what: str, share: float) -> None:
+    def tell(self, phase: str, share: float) -> None:
         """A command's progress callback, in its thread; raises Stopped where the user said so."""
         if self.stopping.is_set():
             raise Stopped
-        self.doing = (what, share)
+        self.doing = (phase, share)
 
 
 def waiting_line(page: str, runner: Runner) -> None:
-    """What is being computed, how far it is, and a button to stop it; there while it takes long."""
+    """Show a long computation, its progress, and a button to stop it."""
     with ui.row().classes("w-full items-center gap-3") as row:
         ui.spinner(size="sm")
-        label = dressed(ui.label(), f"{page}-doing", "text-sm", role="status")
+        label = dress(ui.label(), f"{page}-doing", "text-sm", role="status")
         bar = ui.linear_progress(value=0, show_value=False).classes("grow")
-        dressed(bar, aria_label="Progress")
+        dress(bar, aria_label="Progress")
         button("Stop", runner.stop, f"{page}-stop")
     row.set_visibility(False)
-    since: float | None = None
+    start: float | None = None
 
     def look() -> None:
-        nonlocal since
-        now = time.monotonic()
-        since = (since or now) if runner.running else None
-        if since is not None and now - since > PATIENCE:
-            what, share = runner.doing
-            label.set_text(what or "computing; the first time takes some seconds")
+        nonlocal start
+        time_now = time.monotonic()
+        start = (start or time_now) if runner.running else None
+        if start is not None and time_now - start > PATIENCE:
+            phase, share = runner.doing
+            label.set_text(phase or "computing; the first time takes some seconds")
             bar.set_value(round(share, 3))
-        row.set_visibility(since is not None and now - since > PATIENCE)
+        row.set_visibility(start is not None and time_now - start > PATIENCE)
 
     ui.timer(LOOK, look)

@@ -1,4 +1,4 @@
-"""What the user says of dropped files: use, conditions, columns.
+"""The user's statements about dropped files: use, conditions, columns.
 
 It stands in the desk by the file's digest, so that it can be undone, stands in the link, and comes
 back when the same file is dropped again. A command is given it as the file's sidecar.
@@ -36,35 +36,35 @@ ROLES = MappingProxyType(
     }
 )
 UNITS = MappingProxyType({"vacuum": "kPa", "normal_force": "N", "speed": "mm/s"})
-"""Of a condition that is typed as a bare number."""
-MANY = ("negative", "column")
+"""Unit of a condition that is typed as a bare number."""
+LISTS = ("negative", "column")
 Edits = dict[str, dict[str, str]]
 
 
 def edits_of(desk: Desk) -> Edits:
     """{file's key: {what: text}}; what a link brought that is none is left out."""
     try:
-        found = json.loads(str(desk.get(PAGE, FILES, "{}")))
+        stored_edits = json.loads(str(desk.get(PAGE, FILES, "{}")))
     except (ValueError, RecursionError):
         return {}
-    if not isinstance(found, dict):
+    if not isinstance(stored_edits, dict):
         return {}
-    known = {"role", *FACTS, *KEYS}
+    keys = {"role", *FACTS, *KEYS}
     return {
-        str(key): {k: v for k, v in one.items() if k in known and isinstance(v, str)}
-        for key, one in found.items()
-        if isinstance(one, dict)
+        str(key): {k: v for k, v in edit.items() if k in keys and isinstance(v, str)}
+        for key, edit in stored_edits.items()
+        if isinstance(edit, dict)
     }
 
 
 def put_edits(desk: Desk, changes: Mapping[str, Mapping[str, str]]) -> None:
     """Change what is said of files by their keys, as one step of undo; an empty text takes back."""
     edits = edits_of(desk)
-    for key, said in changes.items():
-        one = {**edits.get(key, {}), **said}
-        edits[key] = {k: v for k, v in one.items() if v}
+    for key, change in changes.items():
+        edit = {**edits.get(key, {}), **change}
+        edits[key] = {k: v for k, v in edit.items() if v}
     text = json.dumps({k: v for k, v in edits.items() if v}, separators=(",", ":"))
-    desk.put(PAGE, FILES, text, alone=True)
+    desk.put(PAGE, FILES, text, single=True)
 
 
 def check_edit(changes: Mapping[str, str]) -> None:
@@ -75,10 +75,10 @@ def check_edit(changes: Mapping[str, str]) -> None:
     ReadingOptions(**answers).entries(ROLES_OF_PULLS)
 
 
-def _facts_and_answers(said: Mapping[str, str]) -> tuple[dict[str, str], dict[str, Any]]:
-    """What is said of a file as its sidecar holds it: at the top, and in the table [read]."""
-    answers: dict[str, Any] = {key: said[key] for key in KEYS if said.get(key)}
-    for key in MANY:
+def _facts_and_answers(edit: Mapping[str, str]) -> tuple[dict[str, str], dict[str, Any]]:
+    """Return the statements about a file for its sidecar: top level, and table [read]."""
+    answers: dict[str, Any] = {key: edit[key] for key in KEYS if edit.get(key)}
+    for key in LISTS:
         if key in answers:
             answers[key] = [line for line in answers[key].split("\n") if line]
     number = answers.get("specimen")
@@ -86,10 +86,10 @@ def _facts_and_answers(said: Mapping[str, str]) -> tuple[dict[str, str], dict[st
         if not number.isascii() or not number.isdigit() or len(number) > 6:
             raise QuantityError(f"specimen: '{number[:40]}' is not allowed; the first is 1")
         answers["specimen"] = int(number)
-    return {name: said[name] for name in FACTS if said.get(name)}, answers
+    return {name: edit[name] for name in FACTS if edit.get(name)}, answers
 
 
-def sidecar_text(given: str, said: Mapping[str, str]) -> str:
+def sidecar_text(text: str, edit: Mapping[str, str]) -> str:
     """The user's sidecar with what the page adds; the page's word counts.
 
     Broken TOML stays, and of a link what cannot be is not written.
@@ -98,12 +98,12 @@ def sidecar_text(given: str, said: Mapping[str, str]) -> str:
     from tomlkit.exceptions import TOMLKitError
 
     try:
-        facts, answers = _facts_and_answers(said)
-        document = tomlkit.parse(given)
+        facts, answers = _facts_and_answers(edit)
+        document = tomlkit.parse(text)
     except (LayerjamError, TOMLKitError):
-        return given
+        return text
     if not (facts or answers):
-        return given
+        return text
     document.update(facts)
     if answers:
         if not isinstance(document.get(READ), dict):
@@ -114,21 +114,21 @@ def sidecar_text(given: str, said: Mapping[str, str]) -> str:
     return tomlkit.dumps(document)
 
 
-def column_said(path: Path, shown: Preview, index: int, role: str, unit: str) -> dict[str, str]:
-    """What to change where the user says that a column is `role`; no role: it is not used.
+def column_said(path: Path, table: Preview, index: int, role: str, unit: str) -> dict[str, str]:
+    """Return the changes for a column with a new `role`; without a role it is not used.
 
     A column of vacuum gives the vacuum of the test, the median of its values. Raises LayerjamError.
     """
     if role == "vacuum":
-        return {"vacuum": vacuum_of_column(path, index, unit, shown.names).text}
-    return {"columns": shown.columns(index, role, unit), "column": ""}
+        return {"vacuum": vacuum_of_column(path, index, unit, table.names).text}
+    return {"columns": table.columns(index, role, unit), "column": ""}
 
 
-def negative_of(said: Mapping[str, str]) -> frozenset[str]:
-    """What is counted with the opposite sign."""
-    return frozenset(line for line in said.get("negative", "").split("\n") if line)
+def negative_of(edit: Mapping[str, str]) -> frozenset[str]:
+    """Return the quantities that are counted with the opposite sign."""
+    return frozenset(line for line in edit.get("negative", "").split("\n") if line)
 
 
-def sign_turned(said: Mapping[str, str], role: str) -> dict[str, str]:
-    """What to change where the sign of a quantity is turned, or turned back."""
-    return {"negative": "\n".join(sorted(negative_of(said) ^ {role}))}
+def sign_turned(edit: Mapping[str, str], role: str) -> dict[str, str]:
+    """Return the changes that turn the sign of a quantity."""
+    return {"negative": "\n".join(sorted(negative_of(edit) ^ {role}))}

@@ -16,17 +16,17 @@ from layerjam.fabricate.outline import clamp_holes
 from layerjam.report.style import BLUE, GREY, ORANGE
 from layerjam.units import show
 from layerjam.workbench import live
-from layerjam.workbench.widgets import button, dressed, hint
+from layerjam.workbench.widgets import button, dress, hint
 
 UNIT = 0.01
 """Metres in one unit of the scene."""
-MOST = 24
+MAX_SHEETS = 24
 """Sheets drawn at most."""
 TIGHT, LOOSE = 0.04, 0.7
 """Gap between sheets over a sheet's thickness, at the full vacuum and without any: drawn only."""
 GROUND, NIGHT = "#eef2f5", "#262d34"
 INK = "#6b7a88"
-"""Of what must be seen on both."""
+"""Colour that is visible on both grounds."""
 _LABEL = "font: 600 13px sans-serif; color: var(--stack-ink); white-space: nowrap"
 
 
@@ -57,7 +57,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Stack:
-    """What is drawn of a brake, and what must be said of the drawing."""
+    """Drawing of a brake, and the facts that its caption states."""
 
     boxes: tuple[Box, ...]
     labels: tuple[tuple[str, str, Point], ...]
@@ -69,12 +69,12 @@ class Stack:
     high: Point
 
 
-def exaggeration(thickness: float, drawn: int, width: float) -> int:
-    """How many times too thick sheets are drawn: 1, 2, 5, 10, ..., so that the stack is seen."""
+def exaggeration(thickness: float, count: int, width: float) -> int:
+    """Factor on the thickness of drawn sheets: 1, 2, 5, 10, ..., so that the stack is visible."""
     for power in range(6):
         for step in (1, 2, 5):
             times = step * 10**power
-            if times * thickness * drawn >= 0.8 * width:
+            if times * thickness * count >= 0.8 * width:
                 return times
     return 10**6
 
@@ -85,20 +85,20 @@ def stack_of(brake: Brake, slip: float, share: float) -> Stack:
     Lengths and width are true to each other, thicknesses exaggerated. Sheets of the two ends
     alternate; the left end has one more of an odd number, as in eq. 1.
     """
-    sheets, held = brake.sheets, brake.mount.clamped_length
-    drawn = min(sheets.count, MOST)
-    scale = exaggeration(sheets.thickness, drawn, sheets.width)
+    sheets, clamped = brake.sheets, brake.mount.clamped_length
+    count = min(sheets.count, MAX_SHEETS)
+    scale = exaggeration(sheets.thickness, count, sheets.width)
     thick = sheets.thickness * scale
     gap = thick * (LOOSE + (TIGHT - LOOSE) * share)
-    height, loosest = (drawn * thick + (drawn - 1) * g for g in (gap, thick * LOOSE))
-    free, lap, far = sheets.free_left, sheets.overlap, sheets.free_right
+    height, loosest = (count * thick + (count - 1) * g for g in (gap, thick * LOOSE))
+    free, lap, free_right = sheets.free_left, sheets.overlap, sheets.free_right
     # the left cap stands still; zero is the middle of the brake at rest
-    start, end = -(free + lap + far) / 2, (free + lap + far) / 2 + slip
+    start, end = -(free + lap + free_right) / 2, (free + lap + free_right) / 2 + slip
     boxes = [
         _sheet(i, thick, (i + 0.5) * thick + i * gap - height / 2, brake, (start, end))
-        for i in range(drawn)
+        for i in range(count)
     ]
-    cap = max(1.2 * held, 0.06 * (free + lap + far))
+    cap = max(1.2 * clamped, 0.06 * (free + lap + free_right))
     tall = height + 3 * thick
     for name, inner, side in (("cap left", start, -1), ("cap right", end, 1)):
         middle = inner + side * cap / 2
@@ -109,36 +109,38 @@ def stack_of(brake: Brake, slip: float, share: float) -> Stack:
     boxes.append(_box("enclosure", ((start + end) / 2, 0, 0), around, "#9fb4c4", 0.28))
     low = -tall / 2 - 2.5 * thick
     left, right = start + free + slip, start + free + lap
-    under = ((left + right) / 2, -sheets.width / 2, low)
-    boxes.append(_box("overlap", under, (max(right - left, 1e-5), 0.0006, 0.0012), INK))
-    far_end = start + free + lap + far + sheets.usable_travel
-    boxes += _ghost(end + cap, far_end, cap, (1.25 * sheets.width, tall, height))
+    overlap_mark = ((left + right) / 2, -sheets.width / 2, low)
+    boxes.append(_box("overlap", overlap_mark, (max(right - left, 1e-5), 0.0006, 0.0012), INK))
+    tip = start + free + lap + free_right + sheets.usable_travel
+    boxes += _ghost(end + cap, tip, cap, (1.25 * sheets.width, tall, height))
     labels = (
-        ("overlap", f"overlap {show(lap - slip, 'm', 3)}", _at(*under)),
-        ("left", "left end", _at(start - cap / 2, 0, tall / 2)),
-        ("right", "right end", _at(end + cap / 2, 0, tall / 2)),
-        ("ghost", f"slips up to {show(sheets.usable_travel, 'm', 3)}", _at(far_end, 0, tall / 2)),
+        ("overlap", f"overlap {show(lap - slip, 'm', 3)}", _to_units(*overlap_mark)),
+        ("left", "left end", _to_units(start - cap / 2, 0, tall / 2)),
+        ("right", "right end", _to_units(end + cap / 2, 0, tall / 2)),
+        ("ghost", f"slips up to {show(sheets.usable_travel, 'm', 3)}", _to_units(tip, 0, tall / 2)),
     )
     deep, wide = loosest / 2 + 4 * thick, 1.25 * sheets.width / 2
-    corners = _at(start - cap, -wide, -deep), _at(far_end + cap, wide, deep)
-    return Stack(tuple(boxes), labels, scale, drawn, *corners)
+    corners = _to_units(start - cap, -wide, -deep), _to_units(tip + cap, wide, deep)
+    return Stack(tuple(boxes), labels, scale, count, *corners)
 
 
-def _ghost(now: float, end: float, cap: float, size: Point) -> Iterator[Box]:
-    """Where the pulled half would be with all its travel used: its cap at `end`, its sheets."""
+def _ghost(start: float, end: float, cap: float, size: Point) -> Iterator[Box]:
+    """Yield the pulled half with all its travel used: its cap at `end`, its sheets."""
     wide, tall, height = size
     yield _box("ghost cap", (end + cap / 2, 0, 0), (cap, wide, tall), GREY, 0.22)
-    if end > now:
-        yield _box("ghost", ((now + end) / 2, 0, 0), (end - now, wide / 1.25, height), ORANGE, 0.14)
+    if end > start:
+        yield _box(
+            "ghost", ((start + end) / 2, 0, 0), (end - start, wide / 1.25, height), ORANGE, 0.14
+        )
 
 
 def _sheet(number: int, thick: float, z: float, brake: Brake, span: tuple[float, float]) -> Box:
     """The sheet at a height, held on the left where its number is even."""
-    sheets, held = brake.sheets, brake.mount.clamped_length
+    sheets, clamped = brake.sheets, brake.mount.clamped_length
     if number % 2 == 0:
-        ends = (span[0] - held, span[0] + sheets.free_left + sheets.overlap)
+        ends = (span[0] - clamped, span[0] + sheets.free_left + sheets.overlap)
     else:
-        ends = (span[1] - sheets.free_right - sheets.overlap, span[1] + held)
+        ends = (span[1] - sheets.free_right - sheets.overlap, span[1] + clamped)
     size = (ends[1] - ends[0], sheets.width, thick)
     color = ORANGE if number % 2 else BLUE
     return _box(f"sheet {number}", (sum(ends) / 2, 0, z), size, color)
@@ -153,22 +155,22 @@ def _screws(name: str, x: float, z: float, brake: Brake) -> Iterator[Box]:
         yield _box(f"screw {number} {name}", (x, place.y, z), size, "#39424b")
 
 
-def _at(x: float, y: float, z: float) -> Point:
+def _to_units(x: float, y: float, z: float) -> Point:
     return (x / UNIT, y / UNIT, z / UNIT)
 
 
 def _box(name: str, centre: Point, size: Point, color: str, opacity: float = 1.0) -> Box:
     """A box given in metres."""
-    return Box(name, _at(*centre), _at(*size), color, opacity)
+    return Box(name, _to_units(*centre), _to_units(*size), color, opacity)
 
 
 def in_words(brake: Brake, stack: Stack, slip: float) -> str:
     """The picture for who cannot see it, and what is not to scale."""
     sheets = brake.sheets
     left = (sheets.count + 1) // 2
-    some = f", {stack.drawn} of them drawn" if stack.drawn < sheets.count else ""
+    note = f", {stack.drawn} of them drawn" if stack.drawn < sheets.count else ""
     return (
-        f"{sheets.count} sheets{some}, {left} held on the left (blue) and {sheets.count - left} on "
+        f"{sheets.count} sheets{note}, {left} held on the left (blue) and {sheets.count - left} on "
         f"the right (orange); they overlap by {show(sheets.overlap - slip, 'm', 3)} of "
         f"{show(sheets.overlap, 'm', 3)}. Lengths and width are true to each other, thickness is "
         f"drawn {stack.scale} times too large; the gaps show the vacuum and are not computed."
@@ -184,9 +186,9 @@ class Slab(Object3D, component=Path(__file__).with_name("slab.js")):
 
 def fit_view(scene: ui.scene, low: Point, high: Point, view: Point, duration: float) -> None:
     """Bring the camera so near that a box is seen whole from a direction; again after a resize."""
-    given = json.dumps([low, high, view, duration])
+    args = json.dumps([low, high, view, duration])
     scene.client.run_javascript(
-        f"const view = getElement({scene.id}); if (view?.renderer) layerjamFit(view, ...{given})"
+        f"const view = getElement({scene.id}); if (view?.renderer) layerjamFit(view, ...{args})"
     )
 
 
@@ -210,8 +212,8 @@ class StackView:
                 camera=camera,
                 click_events=[],
             )
-            about = "The stack of sheets"
-            dressed(self.scene, ident, classes, role="img", aria_label=about)
+            label = "The stack of sheets"
+            dress(self.scene, ident, classes, role="img", aria_label=label)
             still = f"() => layerjamStill(getElement({self.scene.id}))"
             self.scene.on("init", js_handler=still)
             self.scene.on("init", lambda: self._fit(0.0))
@@ -220,8 +222,8 @@ class StackView:
                 for name, (x, y, z) in VIEWS.items():
                     look = partial(self._look, x, y, z)
                     key = f"{ident}-{name.replace(' ', '-')}"
-                    seen = button(name, look, key, how="flat dense no-caps")
-                    dressed(seen, aria_label=f"Seen from: {name}")
+                    view_button = button(name, look, key, look="flat dense no-caps")
+                    dress(view_button, aria_label=f"Seen from: {name}")
                 hint("drag to turn, wheel to come nearer")
             row.set_visibility(views)
 

@@ -37,7 +37,7 @@ class _TooLarge(Exception):
     """A body of undeclared length grew beyond what is taken."""
 
 
-class Gate:
+class RequestGuard:
     """ASGI middleware: refuses strangers, other sites' pages, and bodies beyond `largest` bytes.
 
     `names` are the hosts that requests may ask for, None for all. On loopback that is this machine:
@@ -55,35 +55,35 @@ class Gate:
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
-        asked = HTTPConnection(scope)
-        refused = self._why_not(asked)
+        request = HTTPConnection(scope)
+        refusal = self._why_not(request)
         if scope["type"] == "websocket":
-            await (self.app if refused is None else WebSocketClose(1008))(scope, receive, send)
+            await (self.app if refusal is None else WebSocketClose(1008))(scope, receive, send)
             return
         send = _with_headers(send)
-        if refused is not None:
-            await _plain(*refused)(scope, receive, send)
-        elif self._holds(asked.query_params.get("token")):
-            await self._without_token(asked)(scope, receive, send)
+        if refusal is not None:
+            await _plain(*refusal)(scope, receive, send)
+        elif self._holds(request.query_params.get("token")):
+            await self._without_token(request)(scope, receive, send)
         else:
             try:
-                await self.app(scope, self._bounded(receive), send)
+                await self.app(scope, self._limit_body(receive), send)
             except _TooLarge:
                 await _plain(*self._too_large())(scope, receive, send)
 
-    def _why_not(self, asked: HTTPConnection) -> tuple[int, str] | None:
+    def _why_not(self, request: HTTPConnection) -> tuple[int, str] | None:
         """Status and reason of a refusal."""
-        host = asked.headers.get("host", "")
+        host = request.headers.get("host", "")
         name = host.rsplit(":", 1)[0] if not host.endswith("]") else host
         if self.names is not None and name not in self.names:
             return 403, "this address is not served here"
-        origin = asked.headers.get("origin")
+        origin = request.headers.get("origin")
         if origin and origin.split("://", 1)[-1] != host:
             return 403, "requests of other sites are not served"
-        given = (asked.query_params.get("token"), asked.cookies.get("layerjam"))
-        if self.token and not any(map(self._holds, given)):
+        tokens = (request.query_params.get("token"), request.cookies.get("layerjam"))
+        if self.token and not any(map(self._holds, tokens)):
             return 401, "open the address that was printed when the workbench began"
-        length = asked.headers.get("content-length", "0")
+        length = request.headers.get("content-length", "0")
         if length.isdigit() and int(length) > self.largest:
             return self._too_large()
         return None
@@ -91,37 +91,37 @@ class Gate:
     def _too_large(self) -> tuple[int, str]:
         return 413, f"more than {self.largest // 2**20} MB at once is not taken"
 
-    def _holds(self, given: str | None) -> bool:
+    def _holds(self, token: str | None) -> bool:
         """Whether it is the token, where there is one."""
         mine = (self.token or "").encode()
-        return bool(self.token) and hmac.compare_digest((given or "").encode(), mine)
+        return bool(self.token) and hmac.compare_digest((token or "").encode(), mine)
 
-    def _bounded(self, receive: Any) -> Any:
+    def _limit_body(self, receive: Any) -> Any:
         """A receive that raises _TooLarge in a body of undeclared length that grows too large."""
-        seen = 0
+        size = 0
 
-        async def bounded() -> Any:
-            nonlocal seen
+        async def receive_limited() -> Any:
+            nonlocal size
             message = await receive()
-            seen += len(message.get("body", b""))
-            if seen > self.largest:
+            size += len(message.get("body", b""))
+            if size > self.largest:
                 raise _TooLarge
             return message
 
-        return bounded
+        return receive_limited
 
-    def _without_token(self, asked: HTTPConnection) -> RedirectResponse:
-        """To the same page without the token, which the browser keeps from now on."""
-        rest = [(k, v) for k, v in asked.query_params.multi_items() if k != "token"]
+    def _without_token(self, request: HTTPConnection) -> RedirectResponse:
+        """Redirect to the same page without the token, which the browser then stores."""
+        query = [(k, v) for k, v in request.query_params.multi_items() if k != "token"]
         # one slash: two would name another host
-        place = "/" + asked.url.path.lstrip("/") + (f"?{urlencode(rest)}" if rest else "")
+        place = "/" + request.url.path.lstrip("/") + (f"?{urlencode(query)}" if query else "")
         answer = RedirectResponse(place, 303)
         answer.set_cookie("layerjam", self.token or "", httponly=True, samesite="strict")
         return answer
 
 
-def _plain(status: int, why: str) -> PlainTextResponse:
-    return PlainTextResponse(f"layerjam: {why}\n", status)
+def _plain(status: int, reason: str) -> PlainTextResponse:
+    return PlainTextResponse(f"layerjam: {reason}\n", status)
 
 
 def _with_headers(send: Any) -> Any:
@@ -152,10 +152,10 @@ def is_loopback(host: str) -> bool:
 def check_free(host: str, port: int) -> None:
     """QuantityError where nothing can listen at this address."""
     try:
-        where = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+        addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
     except OSError:
         raise QuantityError(f"host: '{host[:60]}' is no address of this machine") from None
-    for family, kind, protocol, _, place in where:
+    for family, kind, protocol, _, place in addresses:
         with socket.socket(family, kind, protocol) as trial:
             trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
@@ -196,12 +196,12 @@ def serve(
     def page(s: str = "") -> None:
         frame(s, TABS, lambda: prepare(engine))
 
-    named = f"[{host}]" if ":" in host else host
-    names = (*LOCAL, named) if is_loopback(host) else None
-    app.add_middleware(Gate, token=token, largest=BODY, names=names)
-    place = f"http://{'localhost' if named in LOCAL else named}:{port}/"
-    said = f"workbench: {place}{f'?token={token}' if token else ''}  (Ctrl-C ends it)"
-    app.on_startup(lambda: print(said, flush=True))
+    host_name = f"[{host}]" if ":" in host else host
+    names = (*LOCAL, host_name) if is_loopback(host) else None
+    app.add_middleware(RequestGuard, token=token, largest=BODY, names=names)
+    place = f"http://{'localhost' if host_name in LOCAL else host_name}:{port}/"
+    greeting = f"workbench: {place}{f'?token={token}' if token else ''}  (Ctrl-C ends it)"
+    app.on_startup(lambda: print(greeting, flush=True))
     # while the browser opens and reads the page, the server has time
     app.on_startup(threading.Thread(target=prepare, args=(engine,)).start)
     app.on_startup(lambda: run.io_bound(sweep))
@@ -221,20 +221,20 @@ def serve(
         )
 
 
-_preparing, _prepared = threading.Lock(), threading.Event()
+_preparing, _is_ready = threading.Lock(), threading.Event()
 
 
 def prepare(engine: Callable[[], None]) -> None:
     """Load what the first page computes with, and compute it, once, while it is on its way."""
     with _preparing:
-        if _prepared.is_set():
+        if _is_ready.is_set():
             return
         engine()
         from layerjam.workbench.desk import Desk
         from layerjam.workbench.pages.start import Start
 
         Start(Desk()).compute()
-        _prepared.set()
+        _is_ready.set()
 
 
 ICON = (

@@ -1,6 +1,6 @@
-"""What is set on a desk as a file: brake, line, settings, pinned curves.
+"""The state of a desk as a file: brake, line, settings, pinned curves.
 
-Of dropped files it holds those that are pinned, whole; the others stay where they are.
+It contains pinned dropped files completely, and no other dropped files.
 """
 
 import base64
@@ -19,7 +19,7 @@ ENDING = ".json"
 KIND, VERSION = "session of the layerjam workbench", 1
 
 
-MANY = 64
+MAX_FILES = 64
 """Files in a session at most; the page pins fewer."""
 
 
@@ -33,7 +33,7 @@ class KeptFile:
 
 
 class Session(NamedTuple):
-    """What a session's file holds."""
+    """Content of a session's file."""
 
     state: State
     files: tuple[KeptFile, ...] = ()
@@ -42,17 +42,17 @@ class Session(NamedTuple):
 def kept_files(state: State, uploads: Uploads) -> tuple[KeptFile, ...]:
     """The pinned files among those of a tab."""
     return tuple(
-        KeptFile(one.shown, one.path.read_bytes(), uploads.sidecars.get(one.shown, ""))
-        for one in list(uploads.files)
-        if one.key in state.files
+        KeptFile(file.shown, file.path.read_bytes(), uploads.sidecars.get(file.shown, ""))
+        for file in list(uploads.files)
+        if file.key in state.files
     )
 
 
 def to_session(state: State, files: Sequence[KeptFile] = ()) -> str:
     """The file's text; QuantityError where pinned files make it larger than what is opened."""
-    whole: dict[str, Any] = {"kind": KIND, "version": VERSION, **asdict(state)}
+    document: dict[str, Any] = {"kind": KIND, "version": VERSION, **asdict(state)}
     if files:
-        whole["files"] = [
+        document["files"] = [
             {
                 "name": f.name,
                 "sidecar": f.sidecar,
@@ -60,7 +60,7 @@ def to_session(state: State, files: Sequence[KeptFile] = ()) -> str:
             }
             for f in files
         ]
-    text = json.dumps(whole, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    text = json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     size = max(len(text.encode()), sum(len(f.data) for f in files))
     if files and size > LARGEST:
         raise QuantityError(
@@ -71,33 +71,33 @@ def to_session(state: State, files: Sequence[KeptFile] = ()) -> str:
 
 
 def from_session(data: bytes, name: str) -> Session:
-    """What a file of this `name` holds; FileError says why it holds no session."""
+    """Return the session in a file of this `name`; FileError if it is not a session."""
     if len(data) > LARGEST:  # what the page writes is smaller: of each brake in it 1 MB are read
         raise FileError(name, f"is larger than {LARGEST // 2**20} MB, too large for a session")
     try:
         text = data.decode("utf-8-sig")
-        whole = json.loads(text)
+        document = json.loads(text)
     except (ValueError, RecursionError):
         raise FileError(name, "is not JSON, so it is no session") from None
-    if not isinstance(whole, dict) or whole.get("kind") != KIND:
+    if not isinstance(document, dict) or document.get("kind") != KIND:
         raise FileError(name, f'is no session: its "kind" is not "{KIND}"')
-    if whole.get("version") != VERSION:
-        said = "a session of another version; open it with the layerjam that wrote it"
-        raise FileError(name, f"is {said}")
+    if document.get("version") != VERSION:
+        reason = "a session of another version; open it with the layerjam that wrote it"
+        raise FileError(name, f"is {reason}")
     try:
-        return Session(read_state(text), tuple(_unpacked(whole.get("files", []))))
+        return Session(read_state(text), tuple(_unpack_files(document.get("files", []))))
     except Strange as err:
         raise FileError(name, f"holds what no session has: {err}") from None
 
 
-def _unpacked(held: Any) -> list[KeptFile]:
+def _unpack_files(entries: Any) -> list[KeptFile]:
     """The files of a session, together no larger than one that may be dropped; raises Strange."""
-    if not isinstance(held, list) or len(held) > MANY:
-        raise Strange(f"files: a list of at most {MANY} is due")
-    made, left = [], LARGEST
-    for place, one in enumerate(held):
-        given = one if isinstance(one, dict) else {}
-        name, sidecar, content = (given.get(key) for key in ("name", "sidecar", "content"))
+    if not isinstance(entries, list) or len(entries) > MAX_FILES:
+        raise Strange(f"files: a list of at most {MAX_FILES} is due")
+    files, left = [], LARGEST
+    for place, entry in enumerate(entries):
+        fields = entry if isinstance(entry, dict) else {}
+        name, sidecar, content = (fields.get(key) for key in ("name", "sidecar", "content"))
         if not (isinstance(name, str) and isinstance(sidecar, str) and isinstance(content, str)):
             raise Strange(f"files.{place}: name, sidecar and content are texts")
         reader = zlib.decompressobj()
@@ -110,5 +110,5 @@ def _unpacked(held: Any) -> list[KeptFile]:
             raise Strange(f"files: together they are larger than {LARGEST // 2**20} MB")
         if not reader.eof:
             raise Strange(f"files.{place}.content: it is cut off")
-        made.append(KeptFile(name, data, sidecar))
-    return made
+        files.append(KeptFile(name, data, sidecar))
+    return files

@@ -15,41 +15,41 @@ WIDE, CAP, EDGE = 860.0, 16.0, 8.0
 """Pixels of the drawing: its width, a cap's, and what is free around it."""
 TALL, GAP = (9.0, 24.0), 7.0
 """A sheet's least and greatest height, and what stands between two of them [pixels]."""
-MOST = 40
+MAX_SHEETS = 40
 """Sheets drawn at most."""
 ROOM = 0.3
-"""How far at most what happens before all slide is drawn, as a share of the overlap."""
+"""Greatest drawn displacement before all sheets slide, as a share of the overlap."""
 
 
 @dataclass(frozen=True)
-class Seen:
+class PullView:
     """A pull that is looked at: its motion and its sheets, and how large movements are drawn."""
 
     motion: SheetMotion
     sheets: Sheets
     factor: float
-    """By which movements are drawn larger while not every interface has slid."""
-    near: float
+    """Magnification of movements until every interface has slid."""
+    small_range: float
     """Displacement of the moving cap [m] up to which that is so."""
 
     @classmethod
-    def of(cls, motion: SheetMotion, sheets: Sheets) -> "Seen":
+    def from_motion(cls, motion: SheetMotion, sheets: Sheets) -> "PullView":
         """The pull, movements so large that the sheets' own show."""
         slid = np.asarray(np.maximum.accumulate(motion.sliding, axis=0).all(axis=1))
         first = int(np.argmax(slid)) if slid.any() else len(slid) - 1
-        near = float(motion.cap[: first + 1].max())
-        factor = rounded(ROOM * sheets.overlap / near) if near > 0 else 1.0
-        return cls(motion, sheets, factor if factor > 1 else 1.0, near)
+        small_range = float(motion.cap[: first + 1].max())
+        factor = round_down(ROOM * sheets.overlap / small_range) if small_range > 0 else 1.0
+        return cls(motion, sheets, factor if factor > 1 else 1.0, small_range)
 
     def telling(self) -> int:
         """The sample that says most at first: some slide and others hold; else the peak."""
         sliding = self.motion.sliding
-        mixed = np.flatnonzero(sliding.any(axis=1) & ~sliding.all(axis=1))
-        return int(mixed[len(mixed) // 2]) if len(mixed) else int(np.argmax(self.motion.force))
+        frames = np.flatnonzero(sliding.any(axis=1) & ~sliding.all(axis=1))
+        return int(frames[len(frames) // 2]) if len(frames) else int(np.argmax(self.motion.force))
 
-    def scale(self, at: int) -> float:
-        """How many times as large as they are movements are drawn at a sample."""
-        return self.factor if self.motion.cap[at] <= self.near else 1.0
+    def scale(self, index: int) -> float:
+        """Return the magnification of movements at a sample."""
+        return self.factor if self.motion.cap[index] <= self.small_range else 1.0
 
     def nearest(self, elongation: float, force: float) -> int:
         """The sample nearest to a point of the chart [m, N].
@@ -57,12 +57,12 @@ class Seen:
         Across counts more than up, but where the curve is steep up tells the samples apart.
         """
         motion = self.motion
-        across = (motion.elongation - elongation) / max(float(np.ptp(motion.elongation)), 1e-12)
+        along = (motion.elongation - elongation) / max(float(np.ptp(motion.elongation)), 1e-12)
         up = (motion.force - force) / max(float(np.ptp(motion.force)), 1e-12)
-        return int(np.argmin((10 * across) ** 2 + up**2))
+        return int(np.argmin((10 * along) ** 2 + up**2))
 
 
-def rounded(value: float) -> float:
+def round_down(value: float) -> float:
     """The greatest 1, 2 or 5 times a power of ten that is not above a positive number."""
     if not value > 0:
         return 1.0
@@ -78,59 +78,59 @@ def runs(numbers: Sequence[int]) -> str:
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
-def said(seen: Seen, at: int) -> str:
-    """What happens at a sample, in a sentence."""
-    motion = seen.motion
-    slides = motion.sliding[at]
-    count, many = len(slides), int(slides.sum())
-    begins = f"At {show(motion.elongation[at], 'm', 3)} and {show(motion.force[at], 'N', 3)}"
-    if many == 0:
+def slip_sentence(view: PullView, index: int) -> str:
+    """Return the state of the stack at a sample, in a sentence."""
+    motion = view.motion
+    slides = motion.sliding[index]
+    count, slid = len(slides), int(slides.sum())
+    begins = f"At {show(motion.elongation[index], 'm', 3)} and {show(motion.force[index], 'N', 3)}"
+    if slid == 0:
         return f"{begins}: no sheet slides on another, all {count} interfaces hold."
-    if many == count:
+    if slid == count:
         return f"{begins}: every sheet slides, at all {count} interfaces."
-    which = runs([int(k) + 1 for k in np.flatnonzero(slides)])
-    verb = "slides" if many == 1 else "slide"
+    names = runs([int(k) + 1 for k in np.flatnonzero(slides)])
+    verb = "slides" if slid == 1 else "slide"
     return (
-        f"{begins}: {many} of {count} interfaces {verb} ({which}, from the top), the others hold."
+        f"{begins}: {slid} of {count} interfaces {verb} ({names}, from the top), the others hold."
     )
 
 
-def scale_said(seen: Seen, at: int) -> str:
-    """How large what is drawn is."""
-    factor, count = seen.scale(at), len(seen.motion.moving)
+def scale_said(view: PullView, index: int) -> str:
+    """Return the scale of the drawing, in words."""
+    factor, count = view.scale(index), len(view.motion.moving)
     large = "to scale" if factor == 1 else f"{factor:.6g} times as large as they are"
-    drawn = "" if count <= MOST else f" {MOST} of {count} sheets are drawn."
-    return f"Movements are drawn {large}, thickness not to scale.{drawn}"
+    note = "" if count <= MAX_SHEETS else f" {MAX_SHEETS} of {count} sheets are drawn."
+    return f"Movements are drawn {large}, thickness not to scale.{note}"
 
 
-def drawing(seen: Seen, at: int) -> str:
+def drawing(view: PullView, index: int) -> str:
     """The SVG: caps, sheets and interfaces; what slides is orange and hatched, what holds blue."""
-    motion, sheets, factor = seen.motion, seen.sheets, seen.scale(at)
-    rest = sheets.free_left + sheets.overlap + sheets.free_right
-    room = max(float(motion.cap.max()), seen.factor * seen.near)
-    per_metre = (WIDE - 2 * (EDGE + CAP)) / (rest + room)
+    motion, sheets, factor = view.motion, view.sheets, view.scale(index)
+    length = sheets.free_left + sheets.overlap + sheets.free_right
+    room = max(float(motion.cap.max()), view.factor * view.small_range)
+    per_metre = (WIDE - 2 * (EDGE + CAP)) / (length + room)
     left = EDGE + CAP
-    moved = factor * float(motion.cap[at])
-    picked = np.unique(np.linspace(0, len(motion.moving) - 1, MOST).round().astype(int))
-    each = min(max(200.0 / len(picked), TALL[0]), TALL[1])
-    high = len(picked) * (each + GAP) - GAP
-    body = [_cap(EDGE, high, "sheets-cap"), _cap(left + rest * per_metre, high, "sheets-ghost")]
-    body.append(_cap(left + (rest + moved) * per_metre, high, "sheets-cap"))
-    slides, spans = motion.sliding[at], []
-    for row, k in enumerate(picked):
-        own = factor * float(motion.sheets[at, k])
-        from_, to = 0.0, sheets.free_left + sheets.overlap + own
+    shift = factor * float(motion.cap[index])
+    rows = np.unique(np.linspace(0, len(motion.moving) - 1, MAX_SHEETS).round().astype(int))
+    height = min(max(200.0 / len(rows), TALL[0]), TALL[1])
+    high = len(rows) * (height + GAP) - GAP
+    body = [_cap(EDGE, high, "sheets-cap"), _cap(left + length * per_metre, high, "sheets-ghost")]
+    body.append(_cap(left + (length + shift) * per_metre, high, "sheets-cap"))
+    slides, spans = motion.sliding[index], []
+    for row, k in enumerate(rows):
+        displacement = factor * float(motion.sheets[index, k])
+        left_end, right_end = 0.0, sheets.free_left + sheets.overlap + displacement
         if motion.moving[k]:
-            from_, to = sheets.free_left + own, rest + moved
-        spans.append((left + from_ * per_metre, left + to * per_metre))
+            left_end, right_end = sheets.free_left + displacement, length + shift
+        spans.append((left + left_end * per_metre, left + right_end * per_metre))
         kind = "slides" if slides[max(k - 1, 0) : k + 1].any() else "holds"
-        body.append(_sheet(*spans[-1], EDGE + row * (each + GAP), each, kind))
-    for row, (k, (one, other)) in enumerate(zip(picked, pairwise(spans), strict=False)):
-        begin, end = max(one[0], other[0]), min(one[1], other[1])
+        body.append(_sheet(*spans[-1], EDGE + row * (height + GAP), height, kind))
+    for row, (k, (upper, lower)) in enumerate(zip(rows, pairwise(spans), strict=False)):
+        begin, end = max(upper[0], lower[0]), min(upper[1], lower[1])
         if end > begin:
-            middle = EDGE + (row + 1) * (each + GAP) - GAP / 2
+            middle = EDGE + (row + 1) * (height + GAP) - GAP / 2
             body.append(_interface(begin, end, middle, bool(slides[k])))
-    words = f"{said(seen, at)} {scale_said(seen, at)}"
+    words = f"{slip_sentence(view, index)} {scale_said(view, index)}"
     return (
         f'<svg class="sheets" viewBox="0 0 {WIDE:.0f} {high + 2 * EDGE:.0f}" role="img" '
         f'aria-label="The stack from the side. {words}">{HATCH}{"".join(body)}</svg>'
@@ -149,7 +149,7 @@ def key(kind: str) -> str:
 
 
 def _sheet(x: float, end: float, y: float, high: float, kind: str) -> str:
-    """What slides has a second mark beside its colour."""
+    """Return a sheet; a sliding one has hatching as well as a colour."""
     hatch = _rect(x, end, y, high, "sheet-hatch") if kind == "slides" else ""
     return _rect(x, end, y, high, f"sheet-{kind}") + hatch
 

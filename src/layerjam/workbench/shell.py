@@ -7,7 +7,7 @@ from nicegui import run, ui
 
 from layerjam.errors import LayerjamError
 from layerjam.identify.origin import origin
-from layerjam.workbench.call import apart, as_python
+from layerjam.workbench.call import as_python, disambiguate
 from layerjam.workbench.copying import copied, offer
 from layerjam.workbench.desk import Desk, forget, take_over
 from layerjam.workbench.dropping import Dropping
@@ -16,7 +16,7 @@ from layerjam.workbench.page import Page
 from layerjam.workbench.pages.all import Tab
 from layerjam.workbench.session import ENDING, kept_files, to_session
 from layerjam.workbench.state import LONGEST_LINK, from_link, to_link
-from layerjam.workbench.widgets import button, dressed, shipped
+from layerjam.workbench.widgets import button, dress, read_asset
 
 # what slides moves away from under a click
 ui.expansion.default_props("duration=0")
@@ -56,9 +56,9 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
     if desk.state.page not in kinds:
         desk.state = replace(desk.state, page=tabs[0].name)
     pages: dict[str, Page] = {}
-    ui.add_css(shipped("workbench.css"))
+    ui.add_css(read_asset("workbench.css"))
     for script in SCRIPTS:
-        ui.add_body_html(f"<script>{shipped(script)}</script>")
+        ui.add_body_html(f"<script>{read_asset(script)}</script>")
     ui.colors(primary="#0B5C8E", negative="#B3261E", positive="#1E7A37")
     dark = ui.dark_mode(None)
     heads = _header(desk, tabs, pages, dark)
@@ -124,7 +124,7 @@ def _header(desk: Desk, tabs: Sequence[Tab], pages: dict[str, Page], dark: ui.da
         _brake(desk)
         with ui.tabs().classes("frame-tabs").props("dense no-caps") as heads:
             for tab in tabs:
-                dressed(ui.tab(tab.name, label=tab.title, icon=tab.icon), f"tab-{tab.name}")
+                dress(ui.tab(tab.name, label=tab.title, icon=tab.icon), f"tab-{tab.name}")
         with ui.row().classes("items-center gap-1 no-wrap frame-acts"):
             _button("undo", "Undo (Ctrl Z)", desk.undo)
             _button("redo", "Redo (Ctrl Shift Z)", desk.redo)
@@ -150,35 +150,35 @@ CHECKED = {"passed": "passed", "accepted": "failed check"}
 def _brake(desk: Desk) -> None:
     """The brake that all pages compute, the origin and the verdict of its numbers."""
     look = "flat no-caps dense color=white"
-    with dressed(ui.button(on_click=lambda: desk.turn("brake")), "brake-here", "brake-here", look):
-        name = dressed(ui.label(), "brake-here-name", "brake-here-name")
-        word = dressed(ui.label(), "brake-here-origin", "brake-here-origin")
-        checked = dressed(ui.label(), "brake-here-verdict", "brake-here-origin")
+    with dress(ui.button(on_click=lambda: desk.turn("brake")), "brake-here", "brake-here", look):
+        name = dress(ui.label(), "brake-here-name", "brake-here-name")
+        word = dress(ui.label(), "brake-here-origin", "brake-here-origin")
+        verdict = dress(ui.label(), "brake-here-verdict", "brake-here-origin")
         tip = ui.tooltip("")
 
-    def fill(what: str) -> None:
-        if what in ("brake", "undo"):
-            file, known = desk.brake, desk.brake_subject().file is None
+    def fill(change: str) -> None:
+        if change in ("brake", "undo"):
+            file, is_listed = desk.brake, desk.brake_subject().file is None
             came = origin(file)
-            name.set_text(file.title if known and file.title else file.name)
+            name.set_text(file.title if is_listed and file.title else file.name)
             word.set_text(came.word)
-            decisions = [str(one.notice()) for one in file.accepted]
+            decisions = [str(decision.notice()) for decision in file.accepted]
             tip.set_text(". ".join([f"{file.name}: {came.sentence}", *decisions]))
-            checked.set_text(CHECKED.get(file.verdict or "", ""))
-            checked.set_visibility(file.verdict is not None)
+            verdict.set_text(CHECKED.get(file.verdict or "", ""))
+            verdict.set_visibility(file.verdict is not None)
             if decisions:
-                checked.classes("brake-here-failed")
+                verdict.classes("brake-here-failed")
             else:
-                checked.classes(remove="brake-here-failed")
+                verdict.classes(remove="brake-here-failed")
 
     desk.watch(fill)
     fill("brake")
 
 
-def _button(icon: str, what: str, act: Callable[[], object]) -> None:
-    name = what.split(" (", maxsplit=1)[0].lower().replace(" ", "-")
+def _button(icon: str, label: str, act: Callable[[], object]) -> None:
+    name = label.split(" (", maxsplit=1)[0].lower().replace(" ", "-")
     look = "flat round color=white"
-    dressed(button("", act, name, icon, how=look, tip=what), aria_label=what)
+    dress(button("", act, name, icon, look=look, tip=label), aria_label=label)
 
 
 def _session(desk: Desk) -> None:
@@ -195,64 +195,62 @@ def _session(desk: Desk) -> None:
             ui.download.content(text.encode(), name, "application/json")
 
     look = "flat round color=white"
-    made = button("", None, "session", "folder", how=look)
-    with dressed(made, aria_label="Session"):
+    menu_button = button("", None, "session", "folder", look=look)
+    with dress(menu_button, aria_label="Session"):
         # beside the button: below it the menu opens
         aside = 'anchor="center left" self="center right"'
         ui.tooltip("All that is set, as one file").props(aside)
         # a menu opens at the end of the document, outside of every landmark
-        where = 'auto-close role="region" aria-label="Session"'
-        with ui.menu().props(where), dressed(ui.element("div"), role="menu", aria_label="Session"):
-            dressed(
-                ui.menu_item("Save the session as a file", save), "session-save", role="menuitem"
-            )
-            choose = dressed(ui.menu_item("Open a session"), "session-open", role="menuitem")
+        region = 'auto-close role="region" aria-label="Session"'
+        with ui.menu().props(region), dress(ui.element("div"), role="menu", aria_label="Session"):
+            dress(ui.menu_item("Save the session as a file", save), "session-save", role="menuitem")
+            choose = dress(ui.menu_item("Open a session"), "session-open", role="menuitem")
             choose.on("click", js_handler="() => layerjamPick()")
 
 
-async def _copy(desk: Desk, pages: dict[str, Page], how: str) -> None:
+async def _copy(desk: Desk, pages: dict[str, Page], language: str) -> None:
     page = pages.get(desk.state.page)
     try:
         calls, pinned = ([], {}) if page is None else page.copies()
-        own = apart(calls, pinned if how == "python" else {})
-        text = "\n".join(c.command() for c in own.calls)
-        if how == "python":
-            text = as_python(own.calls, own.pinned)
+        export = disambiguate(calls, pinned if language == "python" else {})
+        text = "\n".join(c.command() for c in export.calls)
+        if language == "python":
+            text = as_python(export.calls, export.pinned)
     except LayerjamError as err:
         ui.notify(str(err), type="warning")
         return
-    await offer(text, "python" if how == "python" else "bash", own.texts)
+    await offer(text, "python" if language == "python" else "bash", export.texts)
 
 
 def session_of(desk: Desk) -> str:
     """The text of the file that holds all that is set, and the files that are pinned."""
-    there = {file.key for file in desk.files.files}
-    state = desk.state.without_files(there)
+    keys = {file.key for file in desk.files.files}
+    state = desk.state.without_files(keys)
     return to_session(state, kept_files(state, desk.files))
 
 
 async def _copy_link(desk: Desk) -> None:
     """The address, and what it does not hold."""
-    names = [one.shown for one in desk.files.files if one.key in desk.state.files]
+    names = [file.shown for file in desk.files.files if file.key in desk.state.files]
     lacks = f". A link carries no files, so not {', '.join(names)}: a saved session does"
     lacks = lacks if names else ""
     if await copied("window.location.href"):
         ui.notify(f"The address of this page holds all that is set; it was copied{lacks}")
     else:
-        said = "Your browser does not let this page copy. The address bar holds the same link"
-        ui.notify(said + lacks, type="warning")
+        advice = "Your browser does not let this page copy. The address bar holds the same link"
+        ui.notify(advice + lacks, type="warning")
 
 
 def _address(desk: Desk) -> None:
     """The address bar follows the state, once it rests a moment."""
-    shown = seen = desk.state
+    sent = last = desk.state
 
     def follow() -> None:
-        nonlocal shown, seen
-        rests, seen = desk.state is seen, desk.state
-        if not rests or seen is shown:
+        nonlocal sent, last
+        rests, last = desk.state is last, desk.state
+        if not rests or last is sent:
             return
-        shown, link = seen, to_link(seen)
+        sent, link = last, to_link(last)
         if len(link) <= LONGEST_LINK:
             ui.run_javascript(
                 "const u = new URL(window.location); u.searchParams.set('s', "

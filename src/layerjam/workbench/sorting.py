@@ -22,7 +22,7 @@ from layerjam.workbench.proposals import (
     FRICTION,
     NEEDED,
     Proposal,
-    Said,
+    SourcedValue,
     proposal,
     together,
 )
@@ -43,7 +43,7 @@ from layerjam.workbench.uploads import Upload
 from layerjam.workbench.widgets import (
     Alert,
     button,
-    dressed,
+    dress,
     field,
     heading,
     hint,
@@ -51,7 +51,7 @@ from layerjam.workbench.widgets import (
     select,
 )
 
-WHOLE = 12
+MAX_ROWS = 12
 """Files that have fields of their own; the others stand in a table."""
 SIDECAR = "its sidecar"
 STATED = ("its sidecar", LIST, "the file's head")
@@ -78,16 +78,16 @@ class Sorting:
         self.said: dict[str, dict[str, str]] = {}
         """{file's key: {"role" or a fact: what was chosen or typed here}}."""
         self.told: list[str] = []
-        """Of files that are not used here: where they are read, or why they were not taken."""
+        """Sentences on files that are not used here: the command that reads them, or the reason."""
         self._known: dict[tuple[str, str], Proposal] = {}
         self._turn = asyncio.Lock()
         self._open_columns: set[str] = set()
         self._problems: dict[str, str] = {}
-        self.dialog = dressed(ui.dialog(), aria_label="Files")
+        self.dialog = dress(ui.dialog(), aria_label="Files")
         with self.dialog, ui.card().classes("dropped-card w-full gap-2"):
             self.title = heading(DROPPED, ident="dropped-title")
-            self.box = dressed(ui.column(), "dropped", "w-full gap-3")
-        self.dialog.on_value_change(lambda e: None if e.value else self._closed())
+            self.box = dress(ui.column(), "dropped", "w-full gap-3")
+        self.dialog.on_value_change(lambda e: None if e.value else self._on_close())
 
     def tell(self, sentence: str) -> None:
         """One more sentence of a file that is not used here."""
@@ -100,130 +100,131 @@ class Sorting:
         """
         # files that come one after the other: each is read once, and the last look counts
         async with self._turn:
-            found = await run.io_bound(self._proposed)
-        if found is None or self.uploads.closed:
+            proposals = await run.io_bound(self._propose)
+        if proposals is None or self.uploads.closed:
             return
-        found = [p for p in found if p.key in self.uploads.waiting]  # not what was just accepted
-        gone = [p for p in found if p.kind != "measurement"]
-        self.told += [on_page(f"{p.name}: {p.about}") for p in gone]
-        self.uploads.remove(p.key for p in gone)
-        self.proposals = together(p for p in found if p.kind == "measurement")
+        # not those that were just accepted
+        proposals = [p for p in proposals if p.key in self.uploads.waiting]
+        others = [p for p in proposals if p.kind != "measurement"]
+        self.told += [on_page(f"{p.name}: {p.about}") for p in others]
+        self.uploads.remove(p.key for p in others)
+        self.proposals = together(p for p in proposals if p.kind == "measurement")
         self._fill()
         if self.proposals or self.told or empty:
             self.dialog.open()
         else:
             self.dialog.close()  # what came was neither to be asked about nor refused
 
-    def _proposed(self) -> list[Proposal]:
-        """In a thread: a proposal for each file that waits."""
-        edits, made = edits_of(self.desk), []
+    def _propose(self) -> list[Proposal]:
+        """Return a proposal for each waiting file; runs in a thread."""
+        edits, result = edits_of(self.desk), []
         for upload in [f for f in list(self.uploads.files) if f.key in self.uploads.waiting]:
-            said = edits.get(upload.key, {})
-            text = sidecar_text(self.uploads.sidecars.get(upload.shown, ""), said)
-            known = self._known.get((upload.key, text))
-            if known is None:
-                laid = self.uploads.with_sidecar(upload, text)
-                known = proposal(upload.key, upload.shown, laid.path)
-                known = _of_list(_in_users_words(known, upload), self.uploads.from_list)
-                self._known[upload.key, text] = known
-            if said.get("role") in ROLES:
-                known = replace(known, role=Said(said["role"], "as you said before"))
-            made.append(known)
-        return made
+            edit = edits.get(upload.key, {})
+            text = sidecar_text(self.uploads.sidecars.get(upload.shown, ""), edit)
+            item = self._known.get((upload.key, text))
+            if item is None:
+                upload_copy = self.uploads.with_sidecar(upload, text)
+                item = proposal(upload.key, upload.shown, upload_copy.path)
+                item = _of_list(_in_users_words(item, upload), self.uploads.from_list)
+                self._known[upload.key, text] = item
+            if edit.get("role") in ROLES:
+                item = replace(item, role=SourcedValue(edit["role"], "as you said before"))
+            result.append(item)
+        return result
 
     # what is shown
 
     def _fill(self) -> None:
         self.box.clear()
         usable = [p for p in self.proposals if not p.asks]
-        ordered = sorted(self.proposals, key=lambda p: not self._lacking(p))
+        rows = sorted(self.proposals, key=lambda p: not self._lacking(p))
         self.title.set_text(DROPPED if self.proposals or self.told else YOURS)
         with self.box:
             if not self.proposals and not self.told:
                 self._invite()
             if self.proposals:
                 hint("Each proposal says where it comes from. Nothing is used before you accept.")
-            for one in ordered[:WHOLE]:
-                self._row(one)
-            if ordered[WHOLE:]:
-                self._table(ordered[WHOLE:])
+            for item in rows[:MAX_ROWS]:
+                self._row(item)
+            if rows[MAX_ROWS:]:
+                self._table(rows[MAX_ROWS:])
             if self.told:
                 heading("Not used here", 3)
-                with dressed(ui.column(), "dropped-told", "gap-1 w-full", role="status"):
+                with dress(ui.column(), "dropped-told", "gap-1 w-full", role="status"):
                     for sentence in dict.fromkeys(self.told):
                         ui.label(sentence).classes("text-sm break-words")
                     ui.label(EXPORTS).classes("text-xs opacity-80")
             self._trouble = Alert("dropped-problem")
             with ui.row().classes("w-full gap-2 justify-end"):
                 if self.proposals:
-                    button("Not now", self.dialog.close, "dropped-later", how="flat no-caps")
-                    how = "unelevated no-caps color=primary"
+                    button("Not now", self.dialog.close, "dropped-later", look="flat no-caps")
+                    look = "unelevated no-caps color=primary"
                     text = "Use all" if len(usable) != 1 else "Use it"
-                    button(text, self.accept, "dropped-use", "check", how=how)
+                    button(text, self.accept, "dropped-use", "check", look=look)
                 else:
-                    how = "unelevated no-caps color=primary autofocus"
-                    button("Close", self.dialog.close, "dropped-close", how=how)
+                    look = "unelevated no-caps color=primary autofocus"
+                    button("Close", self.dialog.close, "dropped-close", look=look)
 
     def _invite(self) -> None:
-        """How files come here, and where those are that are used already."""
+        """Show how to add files, and where to find those in use."""
         ui.label("Drop files anywhere in this window, or choose them here.")
         hint(EXPORTS)
         choose = button("Choose files", None, "dropped-choose", "folder_open")
         choose.on("click", js_handler="() => layerjamPick()")
         if count := len(self.uploads.used):
-            many = "1 file is used already" if count == 1 else f"{count} files are used already"
+            text = "1 file is used already" if count == 1 else f"{count} files are used already"
             with ui.row().classes("items-center gap-2"):
-                ui.label(f"{many}.")
-                button("See it in the laboratory", self._see, "dropped-used", how="flat no-caps")
+                ui.label(f"{text}.")
+                button("See it in the laboratory", self._see, "dropped-used", look="flat no-caps")
 
     def _see(self) -> None:
         self.dialog.close()
         self._go("laboratory")
 
-    def _row(self, one: Proposal) -> None:
-        role = self._role(one)
-        with dressed(ui.column(), "dropped-file", "w-full gap-1 dropped-file"):
+    def _row(self, item: Proposal) -> None:
+        role = self._role(item)
+        with dress(ui.column(), "dropped-file", "w-full gap-1 dropped-file"):
             with ui.row().classes("w-full items-baseline gap-2"):
-                ui.label(one.name).classes("font-medium break-all")
-                if one.synthetic:
+                ui.label(item.name).classes("font-medium break-all")
+                if item.synthetic:
                     ui.label("synthetic").classes("synthetic text-sm")
-                why = f"{one.about}. {CLICKS[one.asks]}." if one.asks else one.about
-                ui.label(on_page(why)).classes("text-sm" + (" no" if one.asks else " opacity-80"))
+                text = f"{item.about}. {CLICKS[item.asks]}." if item.asks else item.about
+                ui.label(on_page(text)).classes("text-sm" + (" no" if item.asks else " opacity-80"))
             with ui.row().classes("w-full items-start gap-3"):
-                self._choice(one, role)
-                asked = {NEEDED.get(role), one.asks, *self.said.get(one.key, {})}
+                self._choice(item, role)
+                facts = {NEEDED.get(role), item.asks, *self.said.get(item.key, {})}
                 for fact in FACTS:
-                    if fact == NEEDED.get(role) or (fact == "speed" and fact in asked):
-                        self._fact(one, fact)
-                toggle = partial(self._toggle, one.key)
-                how = "flat dense no-caps icon-right=table_chart"
-                button("Columns", toggle, "dropped-columns", how=how)
-            if problem := self._problems.get(one.key, ""):
-                dressed(ui.label(problem), "dropped-why", "text-negative text-sm", role="alert")
-            if one.key in self._open_columns or one.asks:
-                self._columns(one)
+                    if fact == NEEDED.get(role) or (fact == "speed" and fact in facts):
+                        self._fact(item, fact)
+                toggle = partial(self._toggle, item.key)
+                look = "flat dense no-caps icon-right=table_chart"
+                button("Columns", toggle, "dropped-columns", look=look)
+            if problem := self._problems.get(item.key, ""):
+                dress(ui.label(problem), "dropped-why", "text-negative text-sm", role="alert")
+            if item.key in self._open_columns or item.asks:
+                self._columns(item)
 
-    def _choice(self, one: Proposal, role: str) -> None:
-        def chosen(event: Any) -> None:
-            self._set(one.key, "role", str(event.value))
+    def _choice(self, item: Proposal, role: str) -> None:
+        def on_choose(event: Any) -> None:
+            self._set(item.key, "role", str(event.value))
             self._fill()
 
         with ui.column().classes("gap-0"):
-            box = select(ROLES, "Used as", "dropped-role", chosen, value=role, classes="w-56")
-            dressed(box, aria_label=f"{one.name} is used as")
-            if "role" not in self.said.get(one.key, {}):
-                ui.label(one.role.source).classes(f"text-xs opacity-80 {SOURCE}")
+            box = select(ROLES, "Used as", "dropped-role", on_choose, value=role, classes="w-56")
+            dress(box, aria_label=f"{item.name} is used as")
+            if "role" not in self.said.get(item.key, {}):
+                ui.label(item.role.source).classes(f"text-xs opacity-80 {SOURCE}")
 
-    def _fact(self, one: Proposal, fact: str) -> None:
-        proposed = one.facts.get(fact, Said())
-        now = self.said.get(one.key, {}).get(fact, proposed.text)
+    def _fact(self, item: Proposal, fact: str) -> None:
+        value = item.facts.get(fact, SourcedValue())
+        text = self.said.get(item.key, {}).get(fact, value.text)
         with ui.column().classes("gap-0"):
-            box = field(WORDS[fact], f"dropped-{fact}", now, classes="w-44")
-            dressed(box, aria_label=f"{WORDS[fact]} of {one.name}")
-            box.on_value_change(lambda e: self._set(one.key, fact, str(e.value or "")))
+            box = field(WORDS[fact], f"dropped-{fact}", text, classes="w-44")
+            dress(box, aria_label=f"{WORDS[fact]} of {item.name}")
+            box.on_value_change(lambda e: self._set(item.key, fact, str(e.value or "")))
             box.on("keydown.enter", self.accept)
-            if proposed.source:
-                ui.label(proposed.source).classes(f"text-xs opacity-80 {SOURCE}")
+            if value.source:
+                ui.label(value.source).classes(f"text-xs opacity-80 {SOURCE}")
             else:
                 ui.label(f"stated nowhere: type it, in {UNITS[fact]}").classes(
                     f"text-xs no {SOURCE}"
@@ -232,46 +233,46 @@ class Sorting:
     def _table(self, files: Sequence[Proposal]) -> None:
         """The files beyond those with fields of their own."""
         rows = []
-        for one in files:
-            role = self._role(one)
-            said = one.facts.get(NEEDED.get(role, ""), Said("–", ""))
-            sources = "; ".join(dict.fromkeys(filter(None, (one.role.source, said.source))))
-            rows.append([one.name, ROLES[role], said.text, sources])
+        for item in files:
+            role = self._role(item)
+            value = item.facts.get(NEEDED.get(role, ""), SourcedValue("–", ""))
+            sources = "; ".join(dict.fromkeys(filter(None, (item.role.source, value.source))))
+            rows.append([item.name, ROLES[role], value.text, sources])
         heads = ["File", "Used as", "Vacuum or force", "Taken from"]
         ui.html(html(heads, rows, (), "More files", "dropped-more"), sanitize=False)
         hint("They can be changed in the laboratory, one by one or many at once.")
 
-    def _columns(self, one: Proposal) -> None:
-        upload, said = self._upload(one.key), edits_of(self.desk).get(one.key, {})
+    def _columns(self, item: Proposal) -> None:
+        upload, edit = self._upload(item.key), edits_of(self.desk).get(item.key, {})
         if upload is None:
             return
         try:
-            shown = preview(upload.path)
+            table = preview(upload.path)
         except LayerjamError as err:
             hint(rename_files(one_line(err), {upload.path.name: upload.shown}))
             return
-        act, turn = partial(self._clicked, one, shown), partial(self._turned, one)
-        ColumnTable(shown, negative_of(said), act, turn)
+        act, turn = partial(self._on_click, item, table), partial(self._on_turn, item)
+        ColumnTable(table, negative_of(edit), act, turn)
 
     # what the user does
 
-    async def _clicked(
-        self, one: Proposal, shown: Preview, index: int, role: str, unit: str
+    async def _on_click(
+        self, item: Proposal, table: Preview, index: int, role: str, unit: str
     ) -> None:
-        upload = self._upload(one.key)
+        upload = self._upload(item.key)
         if upload is None:
             return
         try:
-            change = column_said(upload.path, shown, index, role, unit)
+            change = column_said(upload.path, table, index, role, unit)
             check_edit(change)
         except LayerjamError as err:
             self._trouble.say(rename_files(one_line(err), {upload.path.name: upload.shown}))
             return
-        await self._change(one.key, change)
+        await self._change(item.key, change)
 
-    async def _turned(self, one: Proposal, role: str) -> None:
-        said = edits_of(self.desk).get(one.key, {})
-        await self._change(one.key, sign_turned(said, role))
+    async def _on_turn(self, item: Proposal, role: str) -> None:
+        edit = edits_of(self.desk).get(item.key, {})
+        await self._change(item.key, sign_turned(edit, role))
 
     async def _change(self, key: str, change: Mapping[str, str]) -> None:
         if "vacuum" in change:
@@ -284,85 +285,88 @@ class Sorting:
         self._open_columns ^= {key}
         self._fill()
 
-    def _set(self, key: str, what: str, text: str) -> None:
-        self.said.setdefault(key, {})[what] = text
+    def _set(self, key: str, key_of: str, text: str) -> None:
+        self.said.setdefault(key, {})[key_of] = text
 
     async def accept(self) -> None:
         """Use what is complete; what is not stays, and says what it lacks."""
         self._problems.clear()
-        taken: dict[str, dict[str, str]] = {}
-        for one in self.proposals:
-            made = self._made(one)
-            lacking = self._lacking(one)
+        edits: dict[str, dict[str, str]] = {}
+        for item in self.proposals:
+            edit = self._edit_of(item)
+            lacking = self._lacking(item)
             if not lacking:
                 try:
-                    check_edit(made)
+                    check_edit(edit)
                 except LayerjamError as err:
                     lacking = one_line(err)
             if lacking:
-                self._problems[one.key] = lacking
+                self._problems[item.key] = lacking
             else:
-                taken[one.key] = made
-        self.uploads.waiting -= set(taken)
-        self.proposals = [p for p in self.proposals if p.key not in taken]
-        if taken:
-            put_edits(self.desk, taken)
+                edits[item.key] = edit
+        self.uploads.waiting -= set(edits)
+        self.proposals = [p for p in self.proposals if p.key not in edits]
+        if edits:
+            put_edits(self.desk, edits)
             self.desk.files_changed()
         if self.proposals:
             self._fill()
             return
         self.dialog.close()
-        if taken and self.desk.state.page != "pull":
+        if edits and self.desk.state.page != "pull":
             self._go("laboratory")
 
-    def _made(self, one: Proposal) -> dict[str, str]:
-        role, own = self._role(one), self.said.get(one.key, {})
-        made = {"role": role}
+    def _edit_of(self, item: Proposal) -> dict[str, str]:
+        role, typed_values = self._role(item), self.said.get(item.key, {})
+        edit = {"role": role}
         for fact in (NEEDED.get(role, ""), "speed"):
-            said = one.facts.get(fact, Said())
-            text = own.get(fact, said.text).strip()
-            if fact and text and (text != said.text or said.source not in STATED):
-                made[fact] = with_unit(text, UNITS[fact])
-        return made
+            value = item.facts.get(fact, SourcedValue())
+            text = typed_values.get(fact, value.text).strip()
+            if fact and text and (text != value.text or value.source not in STATED):
+                edit[fact] = with_unit(text, UNITS[fact])
+        return edit
 
-    def _role(self, one: Proposal) -> str:
-        return self.said.get(one.key, {}).get("role", one.role.text)
+    def _role(self, item: Proposal) -> str:
+        return self.said.get(item.key, {}).get("role", item.role.text)
 
-    def _lacking(self, one: Proposal) -> str:
-        """What keeps a file from being used as it stands here, in words; empty where nothing."""
-        role, own = self._role(one), self.said.get(one.key, {})
-        texts = {fact: own.get(fact, one.facts.get(fact, Said()).text) for fact in FACTS}
+    def _lacking(self, item: Proposal) -> str:
+        """Return the missing fact that prevents the use of a file, in words; empty if none."""
+        role, typed_values = self._role(item), self.said.get(item.key, {})
+        texts = {
+            fact: typed_values.get(fact, item.facts.get(fact, SourcedValue()).text)
+            for fact in FACTS
+        }
         if role == ASIDE:
             return ""
-        if one.asks and not (one.asks == "speed" and texts["speed"]):
-            return f"{CLICKS[one.asks]}."
+        if item.asks and not (item.asks == "speed" and texts["speed"]):
+            return f"{CLICKS[item.asks]}."
         if role != FRICTION and self.desk.state.page == "pull":
             return ""  # that page asks for the vacuum of all files that do not state it
-        return ASKED.get(one.lacks(role, texts), "")
+        return ASKED.get(item.lacks(role, texts), "")
 
     def _upload(self, key: str) -> Upload | None:
         return next((f for f in self.uploads.files if f.key == key), None)
 
-    def _closed(self) -> None:
+    def _on_close(self) -> None:
         self.told.clear()
         self.desk.files_changed()
 
 
-def _in_users_words(one: Proposal, upload: Upload) -> Proposal:
+def _in_users_words(item: Proposal, upload: Upload) -> Proposal:
     """A proposal whose words call the file as the user does."""
     names = {upload.path.name: upload.shown}
-    about = str(rename_files(one.about, names)).removeprefix(f"{upload.shown}: ")
-    return replace(one, about=about)
+    summary = str(rename_files(item.about, names)).removeprefix(f"{upload.shown}: ")
+    return replace(item, about=summary)
 
 
-def _of_list(one: Proposal, from_list: Mapping[str, frozenset[str]]) -> Proposal:
+def _of_list(item: Proposal, from_list: Mapping[str, frozenset[str]]) -> Proposal:
     """A proposal that says what it takes from the list of all files, not from a sidecar."""
-    mine = from_list.get(one.name, frozenset())
+    mine = from_list.get(item.name, frozenset())
     facts = {
-        fact: Said(said.text, LIST) if fact in mine and said.source == SIDECAR else said
-        for fact, said in one.facts.items()
+        fact: SourcedValue(value.text, LIST) if fact in mine and value.source == SIDECAR else value
+        for fact, value in item.facts.items()
     }
-    role = one.role
+    role = item.role
     if {"vacuum", "normal_force"} & mine and role.source.startswith(SIDECAR):
-        role = Said(role.text, LIST + role.source.removeprefix(SIDECAR))
-    return replace(one, facts=facts, role=role)
+        role = SourcedValue(role.text, LIST + role.source.removeprefix(SIDECAR))
+    return replace(item, facts=facts, role=role)

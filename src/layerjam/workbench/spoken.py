@@ -1,7 +1,7 @@
-"""What commands say, in the page's words: a control where the command line has a flag.
+"""Messages of commands in the page's words: a control in place of a flag.
 
-Fields of a page are called as the option without its dashes (`Parameter.label`), so that most flags
-say their control by themselves; what a page calls otherwise, or has no control for, stands here.
+Fields of a page have the name of the option without its dashes (`Parameter.label`), so that most
+flags name their control. This module lists flags with another name, or without a control.
 """
 
 import re
@@ -15,7 +15,7 @@ FREE = MappingProxyType(
         "force_offset": "zero of the force",
     }
 )
-"""What may be fitted as well, as the laboratory says it."""
+"""Additional fitted quantities, in the laboratory's words."""
 OTHERWISE = MappingProxyType(
     {
         "accept-stick-slip": "Stick–slip",
@@ -51,16 +51,16 @@ _FLAG = re.compile(r"(?<![\w-])--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)")
 
 def typeset(text: str) -> str:
     """A number with its unit as it is printed: m² for m^2, 1.2 × 10⁶ for 1.2e+06."""
-    text = _POWER.sub(lambda found: found[1].translate(_RAISED), text)
-    return _TEN.sub(lambda found: f" × 10{str(int(found[1])).translate(_RAISED)}", text)
+    text = _POWER.sub(lambda m: m[1].translate(_RAISED), text)
+    return _TEN.sub(lambda m: f" × 10{str(int(m[1])).translate(_RAISED)}", text)
 
 
 def on_page(text: str) -> str:
-    """What a command says, with its flags as the page's controls."""
+    """Return a command's message with the page's controls in place of flags."""
     if "--" not in text:
         return text
-    for found, said in _PHRASES:
-        text = found.sub(said, text)
+    for pattern, phrase in _PHRASES:
+        text = pattern.sub(phrase, text)
     return _FLAG.sub(lambda m: f"'{control_of(m[1])}'", text)
 
 
@@ -70,7 +70,7 @@ def in_print(text: str) -> str:
 
 
 def control_of(option: str) -> str:
-    """What the page calls the control of an option, given without its dashes."""
+    """Return the page's name of the control of an option, given without its dashes."""
     return OTHERWISE.get(option) or option.replace("-", " ").capitalize()
 
 

@@ -1,4 +1,4 @@
-"""What a desk shows, as plain values: for undo, and for a link that brings it back."""
+"""State of a desk as plain values, for undo and for links."""
 
 import base64
 import binascii
@@ -19,7 +19,7 @@ Value = float | str | bool
 MEASURED = "measured"
 """Command of a pin that keeps a dropped file: its subject is the file's key."""
 SHARED = "desk"
-"""Where the settings stand that pages share."""
+"""Key of the settings that pages share."""
 SAME = MappingProxyType(
     {
         "vacuum": (
@@ -36,17 +36,17 @@ SAME = MappingProxyType(
 """{shared setting: the controls (page, key) that show and set it}."""
 
 
-def shared(page: str, key: str) -> str:
+def shared_setting(page: str, key: str) -> str:
     """The shared setting that a control shows; none if empty."""
     return next((name for name, places in SAME.items() if (page, key) in places), "")
 
 
 def _places(page: str, key: str) -> Iterator[tuple[str, str]]:
-    """Where a control's value may stand, first the one that counts.
+    """Yield the places of a control's value; the first one counts.
 
-    Links of before there was one vacuum for all pages hold one for each.
+    Links from before all pages shared one vacuum contain one for each page.
     """
-    name = shared(page, key)
+    name = shared_setting(page, key)
     if name:
         yield SHARED, name
     yield page, key
@@ -88,18 +88,18 @@ class State:
         """Keys of the dropped files that are pinned."""
         return tuple(pin.subject for pin in self.pins if pin.command == MEASURED)
 
-    def without_files(self, there: Collection[str] = ()) -> "State":
+    def without_files(self, keys: Collection[str] = ()) -> "State":
         """The state without pins of dropped files, but of those that are `there`."""
-        kept = (p for p in self.pins if p.command != MEASURED or p.subject in there)
-        return replace(self, pins=tuple(kept))
+        pins = (p for p in self.pins if p.command != MEASURED or p.subject in keys)
+        return replace(self, pins=tuple(pins))
 
     def get(self, page: str, key: str, default: Value) -> Value:
-        """What was set, or the default."""
-        found = self.found(page, key)
-        return default if found is None else found
+        """Return the setting, or the default."""
+        value = self.stored(page, key)
+        return default if value is None else value
 
-    def found(self, page: str, key: str) -> Value | None:
-        """What was set; None where nothing was."""
+    def stored(self, page: str, key: str) -> Value | None:
+        """Return the setting, or None."""
         for place, name in _places(page, key):
             if name in self.settings.get(place, {}):
                 return self.settings[place][name]
@@ -129,8 +129,8 @@ def read_state(text: str | bytes) -> State:
         return READER.validate_json(text)
     except ValidationError as err:
         first = err.errors()[0]
-        where = ".".join(str(part)[:40] for part in first["loc"]) or "its content"
-        raise Strange(f"{where}: {first['msg']}") from None
+        location = ".".join(str(part)[:40] for part in first["loc"]) or "its content"
+        raise Strange(f"{location}: {first['msg']}") from None
 
 
 def to_link(state: State) -> str:
@@ -144,9 +144,9 @@ def from_link(text: str) -> State:
     if len(text) > LONGEST_LINK:
         raise QuantityError(f"link: {len(text)} characters; at most {LONGEST_LINK} are read")
     try:
-        packed = base64.urlsafe_b64decode(text + "=" * (-len(text) % 4))
+        data = base64.urlsafe_b64decode(text + "=" * (-len(text) % 4))
         reader = zlib.decompressobj()
-        plain = reader.decompress(packed, LARGEST)
+        plain = reader.decompress(data, LARGEST)
         if reader.unconsumed_tail or not reader.eof:
             raise ValueError("too large")
         return read_state(plain)

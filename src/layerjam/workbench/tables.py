@@ -22,24 +22,24 @@ def html(
     """
 
     def cells(row: Sequence[Cell], tag: str) -> str:
-        made = ""
+        markup = ""
         for place, cell in enumerate(row):
-            text, more = (cell, "") if isinstance(cell, str) else cell
-            kind = f"{'num' if place in numbers else ''} {more}".strip()
+            text, classes = (cell, "") if isinstance(cell, str) else cell
+            kind = f"{'num' if place in numbers else ''} {classes}".strip()
             text = typeset(text) if place in numbers else text
             # a head without words is none
-            kind_of = "th" if tag == "th" and text else "td"
-            scope = ' scope="col"' if kind_of == "th" else ""
-            made += f"<{kind_of}{scope}{_said('class', kind)}>{escape(on_page(text))}</{kind_of}>"
-        return f"<tr>{made}</tr>"
+            name = "th" if tag == "th" and text else "td"
+            scope = ' scope="col"' if name == "th" else ""
+            markup += f"<{name}{scope}{_attribute('class', kind)}>{escape(on_page(text))}</{name}>"
+        return f"<tr>{markup}</tr>"
 
     body = "".join(cells(row, "td") for row in rows)
-    about = _said("aria-label", caption) + _said("data-testid", ident)
+    attributes = _attribute("aria-label", caption) + _attribute("data-testid", ident)
     return (
-        f'<div class="plain-scroll" tabindex="0"><table class="plain-table"{about}>'
+        f'<div class="plain-scroll" tabindex="0"><table class="plain-table"{attributes}>'
         f"<thead>{cells(heads, 'th')}</thead><tbody>{body}</tbody></table></div>"
     )
 
 
-def _said(name: str, value: str) -> str:
+def _attribute(name: str, value: str) -> str:
     return f' {name}="{escape(value)}"' if value else ""

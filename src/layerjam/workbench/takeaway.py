@@ -19,11 +19,11 @@ QUIET = 'flat dense no-caps padding="4px 8px"'
 
 
 class Takeable(Protocol):
-    """What the buttons under a chart need of what it shows."""
+    """Interface of the content of a chart for the buttons under it."""
 
     @property
     def name(self) -> str:
-        """Of the files, without an ending."""
+        """Name of the files, without an ending."""
 
     @property
     def files(self) -> Mapping[str, str]:
@@ -52,38 +52,38 @@ async def give(make: Callable[[], str | bytes], name: str, kind: str = "") -> No
         ui.notify(NOTHING)
 
 
-def row(ident: str, chart: ui.echart, shown: Callable[[], Takeable | None]) -> ui.row:
+def row(ident: str, chart: ui.echart, source: Callable[[], Takeable | None]) -> ui.row:
     """The buttons under a chart; `shown` is what it shows now, None while it shows nothing."""
 
     async def take(ending: str, make: Callable[[Takeable], str | bytes], kind: str = "") -> None:
-        taken = shown()
-        if taken is None:
+        item = source()
+        if item is None:
             ui.notify(NOTHING)
         else:
-            await give(partial(make, taken), f"{taken.name}{ending}", kind)
+            await give(partial(make, item), f"{item.name}{ending}", kind)
 
     async def python() -> None:
-        taken = shown()
-        if taken is None:
+        item = source()
+        if item is None:
             ui.notify(NOTHING)
         else:
-            await copying.offer(taken.python(), "python", taken.files)
+            await copying.offer(item.python(), "python", item.files)
 
-    with ui.row().classes("items-center gap-1") as made:
+    with ui.row().classes("items-center gap-1") as buttons:
         ui.label("Take away").classes("text-sm")
         for ending in ENDINGS:
             tip = f"The figure as {ending.upper()}"
             act = partial(take, f".{ending}", methodcaller("figure", ending))
-            button(ending.upper(), act, f"{ident}-figure-{ending}", how=QUIET, tip=tip)
+            button(ending.upper(), act, f"{ident}-figure-{ending}", look=QUIET, tip=tip)
         tip = "Every curve of the chart as it is drawn"
         curves = partial(take, "-curves.csv", lambda _: curves_csv(chart.options), "text/csv")
-        button("curves as CSV", curves, f"{ident}-curves", how=QUIET, tip=tip)
+        button("curves as CSV", curves, f"{ident}-curves", look=QUIET, tip=tip)
         tip = "Lines that compute and draw it"
-        button("Python", python, f"{ident}-python", how=QUIET, tip=tip)
+        button("Python", python, f"{ident}-python", look=QUIET, tip=tip)
         tip = "A Jupyter notebook that computes and draws it"
         cells = partial(take, ".ipynb", methodcaller("notebook"), NOTEBOOK)
-        button("notebook", cells, f"{ident}-notebook", how=QUIET, tip=tip)
-    return made
+        button("notebook", cells, f"{ident}-notebook", look=QUIET, tip=tip)
+    return buttons
 
 
 def curves_csv(options: Mapping[str, Any]) -> str:

@@ -28,7 +28,7 @@ from layerjam.workbench.folders import Folder
 LARGEST = 60 * 2**20
 """Bytes of one file: about two million rows of time, force and elongation as text, and below the
 64 MB of a request body."""
-MOST = 200
+MAX_FILES = 200
 """Measurements in one tab: a campaign of four vacuums, five speeds and ten repeats."""
 ALL_TOGETHER = 500 * 2**20
 """Bytes of all files of one tab."""
@@ -41,7 +41,7 @@ ENDINGS = (*TEXTS, ".xlsx", ".xlsm", ".xlsb", ".xls", ".ods", ENDING)
 OURS = "layerjam-file-"
 
 
-class Refused(QuantityError):
+class UploadError(QuantityError):
     """A file that is not taken, in a sentence."""
 
 
@@ -84,7 +84,7 @@ class Uploads:
         """The tab's folder, made when first needed; deleted by `close` or at exit."""
         if self._place is None:
             if self.closed:
-                raise Refused("this tab was closed")
+                raise UploadError("this tab was closed")
             self._place = Folder()
             with _DOOR:
                 _OPEN.add(self)
@@ -97,52 +97,56 @@ class Uploads:
 
     def room(self, name: str, size: int) -> None:
         """Raise Refused where a file of this size is too large, or one too many."""
-        shown = clean(name)
+        label = clean(name)
         if is_sidecar(name):
             if size > SIDECAR:
-                raise Refused(f"{shown}: {size // 1024} kB is no sidecar; at most 64 kB are read")
-            if len(self.sidecars) >= 2 * MOST:
-                raise Refused(f"{shown}: not taken, {len(self.sidecars)} sidecars are here already")
+                raise UploadError(
+                    f"{label}: {size // 1024} kB is no sidecar; at most 64 kB are read"
+                )
+            if len(self.sidecars) >= 2 * MAX_FILES:
+                raise UploadError(
+                    f"{label}: not taken, {len(self.sidecars)} sidecars are here already"
+                )
             return
         if size > LARGEST:
-            raise Refused(
-                f"{shown}: {size / 2**20:.0f} MB is too large for the page, which takes "
+            raise UploadError(
+                f"{label}: {size / 2**20:.0f} MB is too large for the page, which takes "
                 f"{LARGEST // 2**20} MB; the commands read up to 1 GB"
             )
-        if len(self.files) >= MOST:
-            raise Refused(f"{shown}: not taken, {MOST} measurements are the most at once")
+        if len(self.files) >= MAX_FILES:
+            raise UploadError(f"{label}: not taken, {MAX_FILES} measurements are the most at once")
         if sum(f.size for f in self.files) + size > ALL_TOGETHER:
-            raise Refused(f"{shown}: not taken, all files together would be more than 500 MB")
+            raise UploadError(f"{label}: not taken, all files together would be more than 500 MB")
 
     def take(self, name: str, data: bytes, waits: bool = False) -> Upload | None:
         """Keep a file, unused as long as it `waits`; None for a sidecar. Raises Refused.
 
-        What waits already may come again.
+        A waiting file may be dropped again.
         """
         with self._lock:
             self.room(name, len(data))
-            shown = clean(name)
+            label = clean(name)
             if is_sidecar(name):
                 try:
-                    self.sidecars[shown[: -len(".toml")]] = data.decode("utf-8-sig")
+                    self.sidecars[label[: -len(".toml")]] = data.decode("utf-8-sig")
                 except UnicodeDecodeError:
-                    raise Refused(f"{shown}: is no text in UTF-8") from None
+                    raise UploadError(f"{label}: is no text in UTF-8") from None
                 return None
             digest = hashlib.sha256(data).hexdigest()
-            for other in self.files:
-                if other.digest == digest and waits and other.key in self.waiting:
-                    return other
-                if other.digest == digest:
-                    raise Refused(f"{shown}: the same content is here as {other.shown}")
-            ending = Path(shown).suffix.lower()
+            for file in self.files:
+                if file.digest == digest and waits and file.key in self.waiting:
+                    return file
+                if file.digest == digest:
+                    raise UploadError(f"{label}: the same content is here as {file.shown}")
+            ending = Path(label).suffix.lower()
             ending = ending if ending in ENDINGS else ".dat"
             path = self.folder / f"{OURS}{next(self._numbers):04d}{ending}"
             path.write_bytes(data)
-            made = Upload(self._unused(shown), path, digest=digest, size=len(data))
+            upload = Upload(self._unused(label), path, digest=digest, size=len(data))
             if waits:
-                self.waiting.add(made.key)
-            self.files.append(made)
-            return made
+                self.waiting.add(upload.key)
+            self.files.append(upload)
+            return upload
 
     def bring(self, name: str, data: bytes, sidecar: str) -> None:
         """Keep a file of a session with its sidecar, used at once; raises Refused.
@@ -150,28 +154,28 @@ class Uploads:
         Where the same content is here already, that is used.
         """
         if len(sidecar.encode()) > SIDECAR:
-            raise Refused(f"{clean(name)}: its sidecar is larger than {SIDECAR // 1024} kB")
+            raise UploadError(f"{clean(name)}: its sidecar is larger than {SIDECAR // 1024} kB")
         digest = hashlib.sha256(data).hexdigest()
-        here = next((f for f in list(self.files) if f.digest == digest), None)
-        made = here or self.take(name, data)
-        if made is None:
-            raise Refused(f"{clean(name)}: is called like a sidecar, not like a measurement")
-        self.waiting.discard(made.key)
-        if here is None and sidecar:
-            self.sidecars[made.shown] = sidecar
+        existing = next((f for f in list(self.files) if f.digest == digest), None)
+        upload = existing or self.take(name, data)
+        if upload is None:
+            raise UploadError(f"{clean(name)}: is called like a sidecar, not like a measurement")
+        self.waiting.discard(upload.key)
+        if existing is None and sidecar:
+            self.sidecars[upload.shown] = sidecar
 
     def _unused(self, name: str) -> str:
         """The name, numbered where another file has it."""
-        taken, plain = {f.shown for f in self.files}, Path(name)
-        numbered = (f"{plain.stem} ({n}){plain.suffix}" for n in itertools.count(2))
-        return next(n for n in itertools.chain([name], numbered) if n not in taken)
+        names, plain = {f.shown for f in self.files}, Path(name)
+        candidates = (f"{plain.stem} ({n}){plain.suffix}" for n in itertools.count(2))
+        return next(n for n in itertools.chain([name], candidates) if n not in names)
 
     async def receive(self, file: FileUpload, waits: bool = False) -> str:
         """Keep a file that the browser sends; why not, where it is not taken."""
         try:
             self.room(file.name, file.size())
             await run.io_bound(self.take, file.name, await file.read(), waits)
-        except Refused as err:
+        except UploadError as err:
             return str(err)
         except OSError as err:
             return f"{clean(file.name)}: could not be kept: {err.strerror or 'no room'}"
@@ -188,29 +192,29 @@ class Uploads:
 
     def remove(self, keys: Iterable[str]) -> None:
         """Forget files and delete them."""
-        gone = set(keys)
-        for one in [f for f in self.files if f.key in gone]:
-            one.path.unlink(missing_ok=True)
-            sidecar_of(one.path).unlink(missing_ok=True)
-            self.files.remove(one)
-            self.waiting.discard(one.key)
-            self.sidecars.pop(one.shown, None)
-            self.from_list.pop(one.shown, None)
+        key_set = set(keys)
+        for file in [f for f in self.files if f.key in key_set]:
+            file.path.unlink(missing_ok=True)
+            sidecar_of(file.path).unlink(missing_ok=True)
+            self.files.remove(file)
+            self.waiting.discard(file.key)
+            self.sidecars.pop(file.shown, None)
+            self.from_list.pop(file.shown, None)
 
-    def take_over(self, other: "Uploads") -> bool:
+    def take_over(self, source: "Uploads") -> bool:
         """All files of another store, which is left empty and closed; False where it has none.
 
         Not where files are here already.
         """
-        with self._lock, other._lock:
-            if self.closed or self.files or other.closed or other._place is None:
+        with self._lock, source._lock:
+            if self.closed or self.files or source.closed or source._place is None:
                 return False
-            self._place, other._place = other._place, None
-            self._numbers, other.closed = other._numbers, True
+            self._place, source._place = source._place, None
+            self._numbers, source.closed = source._numbers, True
             for name in ("files", "sidecars", "listed", "from_list", "waiting"):
-                mine, theirs = getattr(self, name), getattr(other, name)
+                mine, theirs = getattr(self, name), getattr(source, name)
                 setattr(self, name, theirs)
-                setattr(other, name, mine)
+                setattr(source, name, mine)
         with _DOOR:
             _OPEN.add(self)
         return True
@@ -259,12 +263,12 @@ def is_sidecar(name: str) -> bool:
 
 def in_users_toml(text: str, names: Mapping[str, str]) -> str:
     """A TOML text with the user's names of files in its basic strings, where quotes are escaped."""
-    quoted = {k: v.replace("\\", "\\\\").replace('"', '\\"') for k, v in names.items()}
-    made: str = rename_files(text, quoted)
-    return made
+    names_quoted = {k: v.replace("\\", "\\\\").replace('"', '\\"') for k, v in names.items()}
+    result: str = rename_files(text, names_quoted)
+    return result
 
 
-def zipped(files: Mapping[str, bytes]) -> bytes:
+def zip_files(files: Mapping[str, bytes]) -> bytes:
     """An archive of files {name: bytes}."""
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -1,4 +1,4 @@
-"""What the pages are made of: elements with a name for tests, a label and one look."""
+"""Elements of the pages, with a name for tests, a label and one look."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
@@ -17,22 +17,22 @@ PLAIN = 'outline dense no-caps padding="4px 10px"'
 QUIET = "text-sm opacity-80"
 
 
-def dressed(element: E, ident: str = "", classes: str = "", how: str = "", **more: Any) -> E:
+def dress(element: E, ident: str = "", classes: str = "", look: str = "", **more: Any) -> E:
     """The element with its name in tests, classes, flags (`how`) and other attributes.
 
     An underscore in an attribute's name stands for a dash: `aria_label`.
     """
     if ident:
         more["data-testid"] = ident
-    if how:
-        element.props(how)
+    if look:
+        element.props(look)
     for name, value in more.items():
-        said = in_print(value) if name == "aria_label" and isinstance(value, str) else value
-        element.props[name.replace("_", "-")] = said
+        text = in_print(value) if name == "aria_label" and isinstance(value, str) else value
+        element.props[name.replace("_", "-")] = text
     return element.classes(classes) if classes else element
 
 
-def named(key: str) -> str:
+def title_of(key: str) -> str:
     """A key of a result as the page names it."""
     words = key.replace("_", " ").split()
     words = [word.upper() if word in ("mape", "rmse", "sd") else word for word in words]
@@ -46,22 +46,22 @@ def hint(text: str) -> ui.label:
 
 def status(ident: str, classes: str = "", text: str = "") -> live.Words:
     """A sentence that changes with every move and is read aloud."""
-    return dressed(live.Words(text), ident, classes, role="status")
+    return dress(live.Words(text), ident, classes, role="status")
 
 
 def heading(text: str, level: int = 2, ident: str = "") -> ui.label:
-    """What stands above a page (level 1) or a part of it."""
-    made = dressed(ui.label(text), ident, f"heading heading-{level}")
-    made.tag = f"h{level}"
-    return made
+    """Create the heading of a page (level 1) or of a part of it."""
+    element = dress(ui.label(text), ident, f"heading heading-{level}")
+    element.tag = f"h{level}"
+    return element
 
 
 class Alert(ui.label):
-    """Where a refusal stands, in words; hidden while there is none."""
+    """Line with the reason of a refusal; hidden if there is none."""
 
     def __init__(self, ident: str, classes: str = "") -> None:
         super().__init__("")
-        dressed(self, ident, f"text-negative {classes}", role="alert")
+        dress(self, ident, f"text-negative {classes}", role="alert")
         self.set_visibility(False)
 
     def say(self, problem: str) -> None:
@@ -71,24 +71,24 @@ class Alert(ui.label):
 
 
 def button(
-    text: str, act: Act | None, ident: str, icon: str = "", *, how: str = PLAIN, tip: str = ""
+    text: str, act: Act | None, ident: str, icon: str = "", *, look: str = PLAIN, tip: str = ""
 ) -> ui.button:
     """A button; `tip` says more than its text."""
-    made = dressed(ui.button(text, icon=icon or None, on_click=act), ident, how=how)
-    return made.tooltip(in_print(tip)) if tip else made
+    element = dress(ui.button(text, icon=icon or None, on_click=act), ident, look=look)
+    return element.tooltip(in_print(tip)) if tip else element
 
 
 def fold(title: str, ident: str = "", is_open: bool = False) -> ui.expansion:
     """A part that opens on a click."""
-    made = ui.expansion(title, value=is_open)
-    return dressed(made, ident, "w-full", "dense", header_class="font-medium")
+    element = ui.expansion(title, value=is_open)
+    return dress(element, ident, "w-full", "dense", header_class="font-medium")
 
 
 def chart(ident: str, label: str, style: str = "", act: Any = None) -> ui.echart:
     """An empty chart that can be zoomed; `label` is what it shows, for those who cannot see it."""
-    made = dressed(ui.echart({}, on_point_click=act), ident, role="figure", aria_label=label)
-    made.on("vnodeMounted", js_handler="(node) => layerjamPrepareChart(node)")
-    return made.style(style) if style else made.classes("chart")
+    element = dress(ui.echart({}, on_point_click=act), ident, role="figure", aria_label=label)
+    element.on("vnodeMounted", js_handler="(node) => layerjamPrepareChart(node)")
+    return element.style(style) if style else element.classes("chart")
 
 
 def select(
@@ -102,9 +102,9 @@ def select(
     tip: str = "",
 ) -> ui.select:
     """A list of words that opens; `words` maps what is set to what is shown."""
-    made = ui.select(dict(words), value=value, label=label, on_change=act)
-    dressed(made, ident, classes, "dense outlined options-dense", aria_label=label)
-    return made.tooltip(in_print(tip)) if tip else made
+    element = ui.select(dict(words), value=value, label=label, on_change=act)
+    dress(element, ident, classes, "dense outlined options-dense", aria_label=label)
+    return element.tooltip(in_print(tip)) if tip else element
 
 
 def field(
@@ -118,25 +118,25 @@ def field(
     longest: int = 300,
 ) -> ui.input:
     """A field for a text; `example` stands in it while it is empty."""
-    made = ui.input(label, value=value, placeholder=example)
+    element = ui.input(label, value=value, placeholder=example)
     look = "dense outlined hide-bottom-space stack-label"
-    dressed(made, ident, classes, look, aria_label=label, maxlength=longest)
-    return made.tooltip(in_print(tip)) if tip else made
+    dress(element, ident, classes, look, aria_label=label, maxlength=longest)
+    return element.tooltip(in_print(tip)) if tip else element
 
 
 ZONE = """<div class="zone-head"><span>{label}</span><q-btn flat dense round icon="add_box"
  aria-label="{label}, or choose files" @click="props.pickFiles"></q-btn>
 <span style="display: none"><q-uploader-add-trigger></q-uploader-add-trigger></span></div>"""
-"""Its own head has a field for files without a name inside of a button without one."""
+"""Header in place of Quasar's own, whose file field and button have no names."""
 
 
 def zone(area: ui.upload, label: str, ident: str, classes: str = "w-full") -> ui.upload:
     """An area to drop files into, with a button to choose them; `label` is a text of ours."""
     area.add_slot("header", ZONE.format(label=label))
-    return dressed(area, ident, classes, "flat bordered", role="group", aria_label=label)
+    return dress(area, ident, classes, "flat bordered", role="group", aria_label=label)
 
 
-def columns(classes: str = "", whole: bool = False) -> tuple[ui.column, ui.column]:
+def columns(classes: str = "", all_shown: bool = False) -> tuple[ui.column, ui.column]:
     """Controls on the left, results on the right.
 
     Where it is narrow they stand below each other: the first two controls, a button that shows the
@@ -144,16 +144,16 @@ def columns(classes: str = "", whole: bool = False) -> tuple[ui.column, ui.colum
     """
     with ui.row().classes(f"w-full no-wrap items-start gap-6 page {classes}") as row:
         side = ui.column().classes("side")
-        if not whole:
+        if not all_shown:
             row.classes("page-folds")
-            more = button("All controls", None, "", "tune")
-            more.on("click", js_handler="(event) => layerjamFold(event.currentTarget)")
-            dressed(more, "", "side-more", aria_expanded="false", aria_controls=side.html_id)
+            show_all = button("All controls", None, "", "tune")
+            show_all.on("click", js_handler="(event) => layerjamFold(event.currentTarget)")
+            dress(show_all, "", "side-more", aria_expanded="false", aria_controls=side.html_id)
         return side, ui.column().classes("main gap-3")
 
 
 @cache
-def shipped(name: str) -> str:
+def read_asset(name: str) -> str:
     """The text of a file of this folder."""
     return (Path(__file__).parent / name).read_text(encoding="utf-8")
 
@@ -172,7 +172,7 @@ class Heroes:
 
     def __init__(self, page: str) -> None:
         self._page = page
-        self._table = dressed(live.Table(), f"{page}-heroes", "w-full")
+        self._table = dress(live.Table(), f"{page}-heroes", "w-full")
 
     def fill(self, numbers: Sequence[Hero]) -> None:
         """Show them in their order."""
@@ -186,6 +186,6 @@ def headline_html(page: str, numbers: Sequence[Hero]) -> str:
         value, _, unit = text.partition(" ")
         small = f" <small>{escape(unit)}</small>" if unit else ""
         ident = escape(f"{page}-{key}")
-        said = f'<dd data-testid="{ident}">{escape(value)}{small}</dd>'
-        cells.append(f"<div><dt>{escape(name)}</dt>{said}</div>")
+        cell = f'<dd data-testid="{ident}">{escape(value)}{small}</dd>'
+        cells.append(f"<div><dt>{escape(name)}</dt>{cell}</div>")
     return f'<dl class="heroes">{"".join(cells)}</dl>'

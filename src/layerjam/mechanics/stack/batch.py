@@ -22,7 +22,7 @@ from layerjam.mechanics.stack.solve import (
     State,
     Trial,
 )
-from layerjam.mechanics.threads import Workers, once
+from layerjam.mechanics.threads import Workers, cache_threadsafe
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
@@ -63,7 +63,7 @@ def _copy(new: State, old: State) -> None:  # pragma: no cover
         new.values[i] = old.values[i]
     for e in range(2):
         new.faces.gap[e], new.faces.push[e] = old.faces.gap[e], old.faces.push[e]
-        new.faces.held[e] = old.faces.held[e]
+        new.faces.energy[e] = old.faces.energy[e]
 
 
 @kernel
@@ -98,13 +98,13 @@ def _pull_to_peak(
     out: Array,
 ) -> int:  # pragma: no cover
     """Pull one stack to its peak; `probe` is a small elongation, `end` the last one."""
-    (state, last, before), (trial, overloaded) = states, room
-    code = advance(probe, stack, state, trial, overloaded)
+    (state, last, before), (trial, overload) = states, room
+    code = advance(probe, stack, state, trial, overload)
     onset = probe * _to_onset(stack, state)
     for i in range(len(state.past)):
         onset = 0.0 if state.slides[i] != 0 else onset
     if onset > 0.0 and code == DONE:
-        code = advance(max(0.9 * onset, probe), stack, state, trial, overloaded)
+        code = advance(max(0.9 * onset, probe), stack, state, trial, overload)
         out[4] = state.values[FORCE] * _to_onset(stack, state)
     if code != DONE:
         return code
@@ -121,7 +121,7 @@ def _pull_to_peak(
         track[0, points], track[1, points] = state.values[ELONGATION], state.values[FORCE]
         points += 1
         target = min(state.values[ELONGATION] + step, end)
-        code = advance(target, stack, state, trial, overloaded)
+        code = advance(target, stack, state, trial, overload)
         if code != DONE:
             return code
         if state.values[TOP] > top:
@@ -139,7 +139,7 @@ def _pull_to_peak(
         step, top = (goal - before.values[ELONGATION]) / PARTS, state.values[TOP]
         for part in range(PARTS):
             _copy(last, state)
-            code = advance(goal - (PARTS - 1 - part) * step, stack, state, trial, overloaded)
+            code = advance(goal - (PARTS - 1 - part) * step, stack, state, trial, overload)
             if code != DONE:
                 return code
             if state.values[TOP] > top:
@@ -153,7 +153,7 @@ def _pull_to_peak(
     return code
 
 
-@once
+@cache_threadsafe
 def _loop() -> Any:
     stamp = kernel_stamp()
 

@@ -35,7 +35,7 @@ class Faces(NamedTuple):
     """(2,) [m]"""
     push: Array
     """(2,) force [N]."""
-    held: Array
+    energy: Array
     """(2,) elastic energy [J]."""
 
 

@@ -50,7 +50,7 @@ from layerjam.mechanics.stack.solve import (
     solve,
     stiffness_sum,
 )
-from layerjam.mechanics.threads import once
+from layerjam.mechanics.threads import cache_threadsafe
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
@@ -66,7 +66,7 @@ _BREAKS = 500  # breaks in one increment, per sheet
 
 @kernel
 def _overload(
-    level: float, stack: Stack, state: State, t: Trial, marked: Flags
+    level: float, stack: Stack, state: State, t: Trial, marks: Flags
 ) -> float:  # pragma: no cover
     """Return the largest relative excess over a static bound; `marked` are those > `level`."""
     worst, stiff = -1.0, stiffness_sum(stack)
@@ -76,9 +76,9 @@ def _overload(
             limit = stack.ratio[i] * bound(i, state.past[i], stack)
             excess = (abs(t.force[i]) - margin(i, reach, stiff, stack)) / limit - 1.0
             worst = max(worst, excess)
-            marked[i] = excess > level
+            marks[i] = excess > level
         else:
-            marked[i] = False
+            marks[i] = False
     return worst
 
 
@@ -92,7 +92,7 @@ def _accept(
     exact, and so are the other energies. A jump does no work; its energy becomes heat.
     """
     n = len(stack.springs)
-    values, face_energy = state.values, state.faces.held
+    values, face_energy = state.values, state.faces.energy
     friction_heat, work, elastic = 0.0, face_energy[0] + face_energy[1] - values[STORED], 0.0
     for i in range(n - 1):
         if t.slides[i] != 0:
@@ -150,24 +150,24 @@ def _load(target: float, stack: Stack, state: State, t: Trial) -> int:  # pragma
 
 @kernel
 def _breaking(
-    target: float, marked: Flags, stack: Stack, state: State, t: Trial
+    target: float, marks: Flags, stack: Stack, state: State, t: Trial
 ) -> tuple[int, float]:  # pragma: no cover
     """Return where before `target` the first interface reaches its static bound (Illinois)."""
     low, high = state.values[ELONGATION], target
-    above = _overload(AT_BOUND, stack, state, t, marked)
+    above = _overload(AT_BOUND, stack, state, t, marks)
     for i in range(len(t.force)):
         t.force[i] = state.interface[i]
-    below, side, point = _overload(AT_BOUND, stack, state, t, marked), 0, target
+    below, side, point = _overload(AT_BOUND, stack, state, t, marks), 0, target
     for _ in range(_ROUNDS):
         if below >= 0.0 or above == below:
             point = low
         else:
             point = (low * above - high * below) / (above - below)
         code = _load(point, stack, state, t)
-        excess = _overload(AT_BOUND, stack, state, t, marked)
+        excess = _overload(AT_BOUND, stack, state, t, marks)
         if code != DONE or (excess <= 0.0 and excess > -1e-11) or point in (low, high):
             # rounding may close the bracket just short of the bound: the nearest interface breaks
-            _overload(min(excess, 0.0) - 1e-9, stack, state, t, marked)
+            _overload(min(excess, 0.0) - 1e-9, stack, state, t, marks)
             return code, point
         if excess > 0.0:
             high, above = point, excess
@@ -181,16 +181,16 @@ def _breaking(
 
 
 @kernel
-def _release(marked: Flags, state: State) -> None:  # pragma: no cover
+def _release(marks: Flags, state: State) -> None:  # pragma: no cover
     """Give interfaces that have reached their static bound kinetic friction."""
-    for i in range(len(marked)):
-        if marked[i]:
+    for i in range(len(marks)):
+        if marks[i]:
             state.moving[i] = True
 
 
 @kernel
 def advance(
-    target: float, stack: Stack, state: State, t: Trial, marked: Flags
+    target: float, stack: Stack, state: State, t: Trial, marks: Flags
 ) -> int:  # pragma: no cover
     """Move the crosshead to `target`, from break to break of static friction."""
     values = state.values
@@ -210,22 +210,22 @@ def advance(
             continue
         if code != DONE:
             return code
-        excess = _overload(AT_BOUND, stack, state, t, marked) if brittle else -1.0
+        excess = _overload(AT_BOUND, stack, state, t, marks) if brittle else -1.0
         if excess > 0.0 and jump > 0.0:
             if stack.one_by_one:
                 # other interfaces stay as this break left them; ties go together
-                _overload(excess + AT_BOUND, stack, state, t, marked)
+                _overload(excess + AT_BOUND, stack, state, t, marks)
                 code = _accept(goal, jump, stack, state, t)
                 if code != DONE:
                     return code
-            _release(marked, state)
+            _release(marks, state)
             continue
         if excess > 0.0:
-            code, goal = _breaking(target, marked, stack, state, t)
+            code, goal = _breaking(target, marks, stack, state, t)
             code = code if code != DONE else _accept(goal, jump, stack, state, t)
             if code != DONE:
                 return code
-            _release(marked, state)
+            _release(marks, state)
             jump = 1.0
             continue
         code = _accept(goal, jump, stack, state, t)
@@ -305,7 +305,7 @@ def kernel_stamp() -> str:
     return stamp_of(Path(__file__).parent.glob("*.py"))
 
 
-@once
+@cache_threadsafe
 def _follow() -> Any:
     stamp = kernel_stamp()
 
@@ -314,9 +314,9 @@ def _follow() -> Any:
         path: Array, stack: Stack, state: State, room: tuple[Trial, Flags], tracks: StackPull
     ) -> tuple[int, int]:  # pragma: no cover
         len(stamp)
-        n, (trial, marked) = len(stack.springs), room
+        n, (trial, marks) = len(stack.springs), room
         for step in range(len(path)):
-            code = advance(path[step], stack, state, trial, marked)
+            code = advance(path[step], stack, state, trial, marks)
             if code != DONE:
                 return step, code
             values = state.values

@@ -62,8 +62,8 @@ def sliding_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, curve: Strib
     fan = sheets.fan
     if fan is not None:
         fan = fan._replace(strength=fan.strength * share)
-    rubbed = force_of(slip, Sheets(sheets.c * share, sheets.overlap, fan))
-    force = rubbed + backbone(slip, enclosure_at(vacuum, brake))
+    friction = force_of(slip, Sheets(sheets.c * share, sheets.overlap, fan))
+    force = friction + backbone(slip, enclosure_at(vacuum, brake))
     return within((slip >= 0) & (vacuum >= 0), force)
 
 
@@ -130,7 +130,7 @@ def undamped_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: An
     omega = jnp.sqrt(stiffness / mass)
     swing = jnp.sqrt(drop**2 + stiffness * mass * speed**2)
     slack = swing > kinetic
-    known = ~slack | (drop > kinetic)
+    is_known = ~slack | (drop > kinetic)
     hard = jnp.where(drop > 0, drop, 1.0)
     taut_time = 2 * (jnp.pi - jnp.arctan2(drop, speed * jnp.sqrt(stiffness * mass))) / omega
     taut_slip = 2 * drop / stiffness + speed * taut_time
@@ -142,7 +142,7 @@ def undamped_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: An
     stops = jnp.where(slack & (kinetic > 0), kinetic, jnp.where(slack, jnp.nan, 1.0))
     slack_slip = static / stiffness + speed * first + mass * pace**2 / (2 * stops)
     slip = jnp.where(slack, slack_slip, taut_slip)
-    fine = _physical(static, kinetic, stiffness) & (mass > 0) & (speed > 0) & known
+    fine = _physical(static, kinetic, stiffness) & (mass > 0) & (speed > 0) & is_known
     return Saw(
         force_high=within(fine, kinetic + swing),
         force_low=within(fine, jnp.where(slack, 0.0, kinetic - swing)),
@@ -168,8 +168,8 @@ def _critical_drop(ratio: Any) -> Any:
 
     def excess(theta: Any) -> Any:
         value = inside(theta)
-        known = jnp.log(jnp.where(value > 0, value, 1.0))
-        return lean * theta + jnp.where(value > 0, known, -jnp.inf)
+        logarithm = jnp.log(jnp.where(value > 0, value, 1.0))
+        return lean * theta + jnp.where(value > 0, logarithm, -jnp.inf)
 
     low = jnp.pi + jnp.arctan2(root, inner)
     theta = rising_zero(excess, low, jnp.full_like(low, 2 * jnp.pi))
@@ -184,11 +184,12 @@ def _critical_drop(ratio: Any) -> Any:
 
 @law
 def critical_speed(static: Any, kinetic: Any, stiffness: Any, mass: Any, damping: Any) -> Any:
-    """Pulling speed [m/s] above which stick–slip from a standing start dies at once; jump law.
+    """Pulling speed [m/s] above which stick–slip from a standing start decays at once; jump law.
 
-    `damping` [N s/m] acts beside the spring. Exact while the spring stays taut (a slack one lets
-    the mass stop, so that stick–slip may go on above); for little damping (ratio zeta)
-    (F_s - F_k)/sqrt(4 pi zeta k m). Infinite without damping, zero from the aperiodic limit on.
+    `damping` [N s/m] acts parallel to the spring. Exact while the spring stays taut. If it goes
+    slack the mass may stop, and stick–slip may continue above this speed. For a small damping
+    ratio zeta, (F_s - F_k)/sqrt(4 pi zeta k m). Infinite without damping, zero from the aperiodic
+    limit on.
     """
     impedance = jnp.sqrt(stiffness * mass)
     ratio = damping / (2 * impedance)
@@ -207,10 +208,10 @@ def stiffness_without_stick_slip(
     At a given damping ratio (that of the mount as built), ((F_s - F_k)/(kappa V))^2/m. Infinite
     without damping, zero from the aperiodic limit on.
     """
-    needed = ((static - kinetic) / (_critical_drop(damping_ratio) * speed)) ** 2 / mass
-    needed = jnp.where(damping_ratio >= 1, 0.0, jnp.where(damping_ratio == 0, jnp.inf, needed))
+    least = ((static - kinetic) / (_critical_drop(damping_ratio) * speed)) ** 2 / mass
+    least = jnp.where(damping_ratio >= 1, 0.0, jnp.where(damping_ratio == 0, jnp.inf, least))
     fine = (kinetic >= 0) & (static >= kinetic) & (mass > 0) & (speed > 0) & (damping_ratio >= 0)
-    return within(fine, needed)
+    return within(fine, least)
 
 
 @law
@@ -218,30 +219,30 @@ def stable_speed(drop: Any, stribeck_speed: Any, exponent: Any, damping: Any) ->
     """Pulling speed [m/s] above which steady sliding is stable against small disturbances.
 
     `drop` is F_s - F_k [N], `damping` [N s/m] that of the mount plus the friction's own viscous
-    slope. Stability needs damping > -dF/dv; the greatest speed where they are equal is v_s w^(1/d)
-    with w - (1 - 1/d) ln w = -ln(damping v_s/(drop d)), for d = 1 v_s ln(drop/(damping v_s)).
-    Zero where sliding is stable at every speed, infinite without damping. Neither stiffness nor
-    mass comes in. Stick–slip that has begun may live on above it.
+    slope. Stability needs damping > -dF/dv. The greatest speed where they are equal is v_s w^(1/d)
+    with w - (1 - 1/d) ln w = -ln(damping v_s/(drop d)); for d = 1, v_s ln(drop/(damping v_s)).
+    Zero if sliding is stable at every speed, infinite without damping. Independent of stiffness
+    and mass. Stick–slip that has begun may continue above it.
     """
     power = 1 - 1 / exponent
     share = damping * stribeck_speed / jnp.where(drop > 0, drop * exponent, 1.0)
-    some = jnp.where((share > 0) & (drop > 0), share, 1.0)
+    safe_share = jnp.where((share > 0) & (drop > 0), share, 1.0)
     turn = jnp.maximum(power, 0.0)
     steepest = jnp.where(turn > 0, jnp.where(turn > 0, turn, 1.0) ** turn * jnp.exp(-turn), 1.0)
     weakens = (drop > 0) & (stribeck_speed > 0) & ((share < steepest) | (power < 0))
 
     # solved for ln w: below d = 1 the root may be 1e-30, and w <= 1 bounds it from below
-    def rest(u: Any) -> Any:
-        return jnp.exp(u) - power * u + jnp.log(some)
+    def residual(u: Any) -> Any:
+        return jnp.exp(u) - power * u + jnp.log(safe_share)
 
-    slack = -jnp.log(some) - 1
+    slack = -jnp.log(safe_share) - 1
     deep = jnp.minimum(slack / jnp.where(power < 0, -power, 1.0), 0.0) - 1
     low = jnp.where(turn > 0, jnp.log(jnp.where(turn > 0, turn, 1.0)), -750.0)
-    low = jnp.where(power < 0, deep, low) + jnp.zeros_like(some)
-    high = jnp.log(2 * (turn + 2 + jnp.abs(jnp.log(some)))) + jnp.zeros_like(low)
-    u = rising_zero(rest, low, high)
+    low = jnp.where(power < 0, deep, low) + jnp.zeros_like(safe_share)
+    high = jnp.log(2 * (turn + 2 + jnp.abs(jnp.log(safe_share)))) + jnp.zeros_like(low)
+    u = rising_zero(residual, low, high)
     slope = jnp.exp(u) - power
-    u = u - rest(u) / jnp.where(slope > 0, slope, 1.0)
+    u = u - residual(u) / jnp.where(slope > 0, slope, 1.0)
     speed = stribeck_speed * jnp.exp(jnp.where(weakens, u, 0.0) / exponent)
     speed = jnp.where(weakens, jnp.where(share > 0, speed, jnp.inf), 0.0)
     fine = (drop >= 0) & (stribeck_speed >= 0) & (exponent > 0) & (damping >= 0)

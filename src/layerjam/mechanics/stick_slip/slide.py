@@ -1,12 +1,12 @@
 """A mass pulled through a spring against friction, in time, with true stick (ours).
 
-The stuck state is a state of its own: while it lasts the slip is not updated at all, so that it
-stays the same bit for bit however long and in whatever steps time passes; only the moment at which
-the spring reaches the static bound is computed, in closed form. While the mass slides the motion
-is exact where friction is constant, otherwise by Dormand and Prince's pair of order 5 (4). Changes
-of state (the mass stops, the spring goes slack or tightens) are located, never stepped over.
+While the mass is stuck the slip is not updated at all, so that it stays the same bit for bit over
+any time and number of steps. Only the moment at which the spring reaches the static bound is
+computed, in closed form. The sliding motion is exact for constant friction; otherwise it is
+integrated by Dormand and Prince's pair of order 5 (4). Changes of state (the mass stops, the spring
+goes slack or tightens) are located, never stepped over.
 
-The force laws stand in `slide_step`.
+The force laws are in `slide_step`.
 """
 
 import math
@@ -39,7 +39,7 @@ from layerjam.mechanics.stick_slip.slide_step import (
 )
 
 AT_END, ENOUGH_EVENTS, STEADY, SEPARATED, CLOSED, TOO_LONG = 1, 2, 3, 4, 5, 6
-"""Why a run ended; 0 while it runs."""
+"""Reasons for the end of a run; 0 while it runs."""
 EVENT_COLUMNS = ("break_time", "stick_time", "force_at_break", "force_high", "force_low", "slip")
 TRACE_COLUMNS = ("time", "crosshead", "force", "slip", "speed", "work", "heat", "sliding")
 BLOCK = 32
@@ -48,42 +48,42 @@ CALM = 0.02
 """A deviation from steady sliding below this share of the pulling speed counts as steady."""
 
 
-def _bound(state: State, at: Slide) -> tuple[Any, Any, Any]:
+def _bound(state: State, case: Slide) -> tuple[Any, Any, Any]:
     """Longest step from here, the next instant that no step may pass, and whether it is near."""
-    limit = jnp.where(state.time < at.ramp, jnp.minimum(at.ramp, at.end), at.end)
+    limit = jnp.where(state.time < case.ramp, jnp.minimum(case.ramp, case.end), case.end)
     left = limit - state.time
-    return jnp.minimum(left, at.step), limit, left <= at.step
+    return jnp.minimum(left, case.step), limit, left <= case.step
 
 
-def _stay(state: State, at: Slide) -> State:
+def _stay(state: State, case: Slide) -> State:
     """Stuck: time passes until the spring's force reaches the static bound; the slip stays."""
-    drive, e0 = crosshead_speed(state.time, at), extension_at(state.time, state.slip, at)
-    span, limit, whole = _bound(state, at)
-    bound = static_bound(state.slip, at)
-    needed = jnp.maximum(bound - at.damping * drive, 0.0) / at.spring - e0
-    wait = jnp.where(drive > 0, needed / jnp.where(drive > 0, drive, 1.0), jnp.inf)
-    wait = jnp.where((needed <= 0) & (at.spring * e0 >= bound), 0.0, jnp.maximum(wait, 0.0))
+    drive, e0 = crosshead_speed(state.time, case), extension_at(state.time, state.slip, case)
+    span, limit, is_limit = _bound(state, case)
+    bound = static_bound(state.slip, case)
+    missing = jnp.maximum(bound - case.damping * drive, 0.0) / case.spring - e0
+    wait = jnp.where(drive > 0, missing / jnp.where(drive > 0, drive, 1.0), jnp.inf)
+    wait = jnp.where((missing <= 0) & (case.spring * e0 >= bound), 0.0, jnp.maximum(wait, 0.0))
     breaks = wait <= span
-    stays = jnp.where(whole, limit, state.time + span)
+    stays = jnp.where(is_limit, limit, state.time + span)
     time = jnp.where(breaks, state.time + wait, stays)
-    e1 = jnp.maximum(extension_at(time, state.slip, at), 0.0)
-    stretched = e1 - jnp.maximum(e0, 0.0)
-    lost = at.damping * drive * stretched
-    gained = at.spring / 2 * (e1**2 - jnp.maximum(e0, 0.0) ** 2) + lost
-    force = spring_force(e1, drive, at)
-    here = jnp.stack([time, state.slip, force])
-    soonest = 1 / jnp.sqrt(at.spring / at.mass)
-    layer = at.mass * at.stribeck / jnp.maximum(at.level * at.rise, 1e-300)
-    first = jnp.minimum(soonest, jnp.where(at.stribeck > 0, layer, soonest))
+    e1 = jnp.maximum(extension_at(time, state.slip, case), 0.0)
+    extra = e1 - jnp.maximum(e0, 0.0)
+    loss = case.damping * drive * extra
+    gain = case.spring / 2 * (e1**2 - jnp.maximum(e0, 0.0) ** 2) + loss
+    force = spring_force(e1, drive, case)
+    event = jnp.stack([time, state.slip, force])
+    soonest = 1 / jnp.sqrt(case.spring / case.mass)
+    layer = case.mass * case.stribeck / jnp.maximum(case.level * case.rise, 1e-300)
+    first = jnp.minimum(soonest, jnp.where(case.stribeck > 0, layer, soonest))
     return state._replace(
         time=time,
-        work=state.work + gained,
-        heat=state.heat + lost,
+        work=state.work + gain,
+        heat=state.heat + loss,
         mode=jnp.where(breaks, TAUT, STUCK),
         next_step=jnp.where(breaks, 0.02 * first, state.next_step),
         high=jnp.where(breaks, force, jnp.maximum(state.high, force)),
         low=jnp.where(breaks, force, jnp.minimum(state.low, force)),
-        broke=jnp.where(breaks, here, state.broke),
+        broke=jnp.where(breaks, event, state.broke),
     )
 
 
@@ -93,12 +93,12 @@ class _Step(NamedTuple):
     slip: Any
     extension: Any
     trial: Trial
-    stopped: Any
+    is_stopped: Any
     """The mass is at rest at its end."""
-    turned: Any
+    is_turned: Any
     """The spring has become slack or taut at its end."""
     late: Any
-    """It leads past a change, which lies about `sooner` from its start."""
+    """True if it passes a change of state, which lies about `sooner` from its start."""
     sooner: Any
     tiny: Any
     wrong: Any
@@ -107,154 +107,156 @@ class _Step(NamedTuple):
     low: Any
 
 
-def _tried(state: State, h: Any, at: Slide, exact: bool) -> _Step:
+def _try_step(state: State, h: Any, case: Slide, exact: bool) -> _Step:
     """Step by `h` and look for changes of state in it."""
-    drive, e0 = crosshead_speed(state.time, at), extension_at(state.time, state.slip, at)
-    omega = jnp.sqrt(at.spring / at.mass)
-    trial = (exactly if exact else runge_kutta)(state, h, at)
-    slip, e1 = state.slip + trial.moved, e0 + drive * h - trial.moved
+    drive, e0 = crosshead_speed(state.time, case), extension_at(state.time, state.slip, case)
+    omega = jnp.sqrt(case.spring / case.mass)
+    trial = (exactly if exact else runge_kutta)(state, h, case)
+    slip, e1 = state.slip + trial.travel, e0 + drive * h - trial.travel
     taut = state.mode == TAUT
-    force0, slope0, gain0 = _forces(e0, state.slip, state.velocity, drive, taut, at)
-    force1, slope1, gain1 = _forces(e1, slip, trial.velocity, drive, taut, at)
+    force0, slope0, gain0 = _forces(e0, state.slip, state.velocity, drive, taut, case)
+    force1, slope1, gain1 = _forces(e1, slip, trial.velocity, drive, taut, case)
     stops, stop_at = hermite_root(h, state.velocity, gain0, trial.velocity, gain1)
     # a taut spring turns slack at no force, a slack one tightens once it is stretched and pulls
-    reach0, pace0 = _least(force0, slope0, at.spring * e0, at.spring * (drive - state.velocity))
-    reach1, pace1 = _least(force1, slope1, at.spring * e1, at.spring * (drive - trial.velocity))
+    reach0, pace0 = _least(force0, slope0, case.spring * e0, case.spring * (drive - state.velocity))
+    reach1, pace1 = _least(force1, slope1, case.spring * e1, case.spring * (drive - trial.velocity))
     f0, d0 = jnp.where(taut, force0, -reach0), jnp.where(taut, slope0, -pace0)
     f1, d1 = jnp.where(taut, force1, -reach1), jnp.where(taut, slope1, -pace1)
     turns, turn_at = hermite_root(h, f0, d0, f1, d1)
     # close enough to count as the event itself
-    strong = 1e-12 * (static_bound(state.slip, at) + at.spring / omega * at.speed)
+    strong = 1e-12 * (static_bound(state.slip, case) + case.spring / omega * case.speed)
     inside = (f0 > strong) | (d0 > 0)
     turns = turns & inside
     tiny = h <= 4e-16 * jnp.maximum(state.time, 1 / omega)
-    resting = jnp.abs(trial.velocity) <= 1e-12 * slip_speed(state.slip, at)
-    stopped = resting & (gain1 < 0) | (stops & tiny)
-    turned = inside & (jnp.abs(f1) <= strong) & (d1 < 0) | (turns & tiny)
+    resting = jnp.abs(trial.velocity) <= 1e-12 * slip_speed(state.slip, case)
+    is_stopped = resting & (gain1 < 0) | (stops & tiny)
+    is_turned = inside & (jnp.abs(f1) <= strong) & (d1 < 0) | (turns & tiny)
     wrong = (f0 < -strong) | ((f0 <= strong) & (d0 < 0) & (f1 < -strong))
     pulls = [jnp.where(taut, v, 0.0) for v in (force0, slope0, force1, slope1)]
     high, low = hermite_range(h, *pulls)
-    late = (stops & ~stopped) | (turns & ~turned)
+    late = (stops & ~is_stopped) | (turns & ~is_turned)
     sooner = jnp.minimum(jnp.where(stops, stop_at, h), jnp.where(turns, turn_at, h))
-    return _Step(slip, e1, trial, stopped, turned, late, sooner, tiny, wrong, high, low)
+    return _Step(slip, e1, trial, is_stopped, is_turned, late, sooner, tiny, wrong, high, low)
 
 
-def _forces(e: Any, x: Any, v: Any, drive: Any, taut: Any, at: Slide) -> tuple[Any, Any, Any]:
+def _forces(e: Any, x: Any, v: Any, drive: Any, taut: Any, case: Slide) -> tuple[Any, Any, Any]:
     """Spring and damper as if they could push [N], how fast that changes, acceleration."""
-    force = at.spring * e + at.damping * (drive - v)
-    gain = (jnp.where(taut, force, 0.0) - resistance(x, v, at)) / at.mass
-    return force, at.spring * (drive - v) - at.damping * gain, gain
+    force = case.spring * e + case.damping * (drive - v)
+    gain = (jnp.where(taut, force, 0.0) - resistance(x, v, case)) / case.mass
+    return force, case.spring * (drive - v) - case.damping * gain, gain
 
 
 def _least(a: Any, slope_a: Any, b: Any, slope_b: Any) -> tuple[Any, Any]:
     return jnp.where(b < a, b, a), jnp.where(b < a, slope_b, slope_a)
 
 
-def _move(state: State, at: Slide, exact: bool) -> tuple[State, Any, Any]:
+def _move(state: State, case: Slide, exact: bool) -> tuple[State, Any, Any]:
     """Sliding: one step tried; taken, cut short at a change of state, or tried again shorter.
 
     Gives the state, whether time has passed, and whether the mass has just come to rest.
     """
-    drive, omega = crosshead_speed(state.time, at), jnp.sqrt(at.spring / at.mass)
-    span, limit, whole = _bound(state, at)
-    fixed = at.tolerance == 0
-    wanted = jnp.where(fixed, jnp.minimum(state.next_step, at.step), state.next_step)
-    h = jnp.minimum(jnp.minimum(wanted, (0.5 if exact else 0.2) / omega), span)
-    to = _tried(state, h, at, exact)
-    error = jnp.where(jnp.isfinite(to.trial.error), to.trial.error, jnp.inf)
-    taken = (fixed | (error <= at.tolerance) | to.tiny) & ~to.late
-    growth = jnp.clip(0.9 * (at.tolerance / jnp.maximum(error, 1e-300)) ** 0.2, 0.2, 5.0)
-    other = jnp.where(state.mode == TAUT, SLACK, TAUT)
-    time = jnp.where(whole & (h == span), limit, state.time + h)
+    drive, omega = crosshead_speed(state.time, case), jnp.sqrt(case.spring / case.mass)
+    span, limit, is_limit = _bound(state, case)
+    fixed = case.tolerance == 0
+    goal = jnp.where(fixed, jnp.minimum(state.next_step, case.step), state.next_step)
+    h = jnp.minimum(jnp.minimum(goal, (0.5 if exact else 0.2) / omega), span)
+    step = _try_step(state, h, case, exact)
+    error = jnp.where(jnp.isfinite(step.trial.error), step.trial.error, jnp.inf)
+    valid = (fixed | (error <= case.tolerance) | step.tiny) & ~step.late
+    growth = jnp.clip(0.9 * (case.tolerance / jnp.maximum(error, 1e-300)) ** 0.2, 0.2, 5.0)
+    new_mode = jnp.where(state.mode == TAUT, SLACK, TAUT)
+    time = jnp.where(is_limit & (h == span), limit, state.time + h)
     new = state._replace(
         time=time,
-        slip=to.slip,
-        velocity=jnp.where(to.stopped, 0.0, to.trial.velocity),
-        work=state.work + to.trial.work,
-        heat=state.heat + to.trial.heat,
-        mode=jnp.where(to.stopped, STUCK, jnp.where(to.turned, other, state.mode)),
-        next_step=jnp.where(fixed, at.step, growth * h),
-        high=jnp.maximum(state.high, to.high),
-        low=jnp.minimum(state.low, jnp.maximum(to.low, 0.0)),
-        deviation=_deviation(to.extension, to.slip, to.trial.velocity, drive, at),
+        slip=step.slip,
+        velocity=jnp.where(step.is_stopped, 0.0, step.trial.velocity),
+        work=state.work + step.trial.work,
+        heat=state.heat + step.trial.heat,
+        mode=jnp.where(step.is_stopped, STUCK, jnp.where(step.is_turned, new_mode, state.mode)),
+        next_step=jnp.where(fixed, case.step, growth * h),
+        high=jnp.maximum(state.high, step.high),
+        low=jnp.minimum(state.low, jnp.maximum(step.low, 0.0)),
+        deviation=_deviation(step.extension, step.slip, step.trial.velocity, drive, case),
     )
-    again = state._replace(next_step=jnp.where(to.late, jnp.maximum(to.sooner, 0.0), growth * h))
+    retry = state._replace(
+        next_step=jnp.where(step.late, jnp.maximum(step.sooner, 0.0), growth * h)
+    )
     # a mass that does not move off at all stays where it is for this step
-    held = (state.velocity <= 0) & (to.trial.velocity <= 0)
-    rest = state._replace(time=time, mode=jnp.asarray(STUCK))
-    chosen = _where(held, rest, _where(taken, new, again))
-    chosen = _where(to.wrong, state._replace(mode=other), chosen)
-    return chosen, (taken | held) & ~to.wrong, taken & to.stopped & ~held & ~to.wrong
+    stays = (state.velocity <= 0) & (step.trial.velocity <= 0)
+    resting = state._replace(time=time, mode=jnp.asarray(STUCK))
+    result = _select(stays, resting, _select(valid, new, retry))
+    result = _select(step.wrong, state._replace(mode=new_mode), result)
+    return (result, (valid | stays) & ~step.wrong, valid & step.is_stopped & ~stays & ~step.wrong)
 
 
-def _deviation(extension: Any, slip: Any, velocity: Any, drive: Any, at: Slide) -> Any:
-    """How far from sliding along with the crosshead, as a speed [m/s]."""
-    omega = jnp.sqrt(at.spring / at.mass)
-    off = extension - (resistance(slip, drive, at)) / at.spring
-    return jnp.sqrt((velocity - drive) ** 2 + (omega * off) ** 2)
+def _deviation(extension: Any, slip: Any, velocity: Any, drive: Any, case: Slide) -> Any:
+    """Return the deviation from sliding along with the crosshead, as a speed [m/s]."""
+    omega = jnp.sqrt(case.spring / case.mass)
+    offset = extension - (resistance(slip, drive, case)) / case.spring
+    return jnp.sqrt((velocity - drive) ** 2 + (omega * offset) ** 2)
 
 
-def _where(choose: Any, a: State, b: State) -> State:
+def _select(choose: Any, a: State, b: State) -> State:
     """One of two states; the tables, which neither has touched, are not copied."""
-    kept = ("table", "trace")
+    tables = ("table", "trace")
     values = {
-        name: getattr(a, name) if name in kept else jnp.where(choose, x, getattr(b, name))
+        name: getattr(a, name) if name in tables else jnp.where(choose, x, getattr(b, name))
         for name, x in a._asdict().items()
     }
     return State(**values)
 
 
-def _written(old: State, new: State, passed: Any, rests: Any, at: Slide) -> State:
+def _record_action(old: State, new: State, has_passed: Any, rests: Any, case: Slide) -> State:
     """The event and the sample of this action set down in their tables."""
-    extension, drive = extension_at(new.time, new.slip, at), crosshead_speed(new.time, at)
-    pull = spring_force(extension, drive - new.velocity, at)
+    extension, drive = extension_at(new.time, new.slip, case), crosshead_speed(new.time, case)
+    pull = spring_force(extension, drive - new.velocity, case)
     force = jnp.where(new.mode == SLACK, 0.0, pull)
     broke, begin, at_break = old.broke
-    slipped, low = new.slip - begin, jnp.minimum(new.low, force)
-    event = jnp.stack((broke, new.time, at_break, new.high, low, slipped))
+    slip, low = new.slip - begin, jnp.minimum(new.low, force)
+    event = jnp.stack((broke, new.time, at_break, new.high, low, slip))
     crosshead, sliding = extension + new.slip, jnp.where(new.mode == STUCK, 0.0, 1.0)
     row = (new.time, crosshead, force, new.slip, new.velocity, new.work, new.heat, sliding)
     # the last row of a table takes what is not to be kept: a slice is written in place
     last, end = old.table.shape[0] - 1, old.trace.shape[0] - 1
     place = jnp.where(rests, jnp.minimum(old.count, last), last)
-    line = jnp.where(passed, old.written, end)
+    line = jnp.where(has_passed, old.written, end)
     return new._replace(
         count=old.count + rests,
         table=jax.lax.dynamic_update_slice(old.table, event[None], (place, 0)),
         trace=jax.lax.dynamic_update_slice(old.trace, jnp.stack(row)[None], (line, 0)),
-        written=jnp.minimum(old.written + passed, end),
+        written=jnp.minimum(old.written + has_passed, end),
         actions=old.actions + 1,
     )
 
 
-def _ended(state: State, at: Slide, most: int) -> Any:
-    """Why the run is over, 0 while it is not."""
+def _end_reason(state: State, case: Slide, max_actions: int) -> Any:
+    """Return the reason for the end of the run, 0 while it runs."""
     force = spring_force(
-        extension_at(state.time, state.slip, at), crosshead_speed(state.time, at), at
+        extension_at(state.time, state.slip, case), crosshead_speed(state.time, case), case
     )
-    sheets = static_bound(state.slip, at) - passive(state.slip, at)
-    closed = (state.mode == STUCK) & (passive(state.slip, at) - at.base - force > sheets)
-    drive = crosshead_speed(state.time, at)
-    slope = jax.jvp(lambda v: resistance(state.slip, v, at), (drive,), (jnp.ones_like(drive),))[1]
-    calm = (state.mode == TAUT) & (state.deviation < CALM * drive) & (at.damping + slope > 0)
-    full = (state.actions >= most) | (
+    sheets = static_bound(state.slip, case) - passive(state.slip, case)
+    closes = (state.mode == STUCK) & (passive(state.slip, case) - case.base - force > sheets)
+    drive = crosshead_speed(state.time, case)
+    slope = jax.jvp(lambda v: resistance(state.slip, v, case), (drive,), (jnp.ones_like(drive),))[1]
+    calm = (state.mode == TAUT) & (state.deviation < CALM * drive) & (case.damping + slope > 0)
+    full = (state.actions >= max_actions) | (
         (state.written >= state.trace.shape[0] - 1) & (state.trace.shape[0] > 2)
     )
     reason = jnp.where(full, TOO_LONG, 0)
     reason = jnp.where(calm, STEADY, reason)
-    reason = jnp.where(state.count >= at.events, ENOUGH_EVENTS, reason)
-    reason = jnp.where(state.time >= at.end, AT_END, reason)
-    reason = jnp.where(closed, CLOSED, reason)
-    return jnp.where(state.slip >= at.overlap, SEPARATED, reason)
+    reason = jnp.where(state.count >= case.events, ENOUGH_EVENTS, reason)
+    reason = jnp.where(state.time >= case.end, AT_END, reason)
+    reason = jnp.where(closes, CLOSED, reason)
+    return jnp.where(state.slip >= case.overlap, SEPARATED, reason)
 
 
-@partial(jax.jit, static_argnames=("exact", "events", "samples", "most"))
-def _run(at: Slide, exact: bool, events: int, samples: int, most: int) -> State:
+@partial(jax.jit, static_argnames=("exact", "events", "samples", "max_actions"))
+def _run(case: Slide, exact: bool, events: int, samples: int, max_actions: int) -> State:
     zero, none = jnp.zeros(()), jnp.asarray(0)
-    first = jnp.stack([zero, at.start, zero, at.start, zero, zero, zero, zero])
+    first = jnp.stack([zero, case.start, zero, case.start, zero, zero, zero, zero])
     still = State(**dict.fromkeys(State._fields, zero))
     state = still._replace(
-        slip=at.start,
+        slip=case.start,
         mode=jnp.asarray(STUCK),
         count=none,
         broke=jnp.zeros(3),
@@ -268,50 +270,55 @@ def _run(at: Slide, exact: bool, events: int, samples: int, most: int) -> State:
 
     def act(state: State) -> State:
         stuck = state.mode == STUCK
-        moved, passed, rests = _move(state, at, exact)
-        new = _where(stuck, _stay(state, at), moved)
-        new = _written(state, new, stuck | passed, ~stuck & rests, at)
-        return new._replace(reason=_ended(new, at, most))
+        moving, has_passed, rests = _move(state, case, exact)
+        new = _select(stuck, _stay(state, case), moving)
+        new = _record_action(state, new, stuck | has_passed, ~stuck & rests, case)
+        return new._replace(reason=_end_reason(new, case, max_actions))
 
     state = jax.lax.while_loop(lambda s: s.reason == 0, act, state)
     return state._replace(table=state.table[:events], trace=state.trace[:samples])
 
 
-@partial(jax.jit, static_argnames=("exact", "events", "samples", "most"))
-def _runs(at: Slide, exact: bool, events: int, samples: int, most: int) -> State:
-    return jax.vmap(lambda one: _run(one, exact, events, samples, most))(at)
+@partial(jax.jit, static_argnames=("exact", "events", "samples", "max_actions"))
+def _runs(case: Slide, exact: bool, events: int, samples: int, max_actions: int) -> State:
+    return jax.vmap(lambda single: _run(single, exact, events, samples, max_actions))(case)
 
 
-def constant(at: Slide) -> bool:
+def constant(case: Slide) -> bool:
     """Whether friction depends on neither slip nor speed, so that the motion is exact."""
-    plain = (at.fall, at.stribeck, at.viscous)
+    plain = (case.fall, case.stribeck, case.viscous)
     return (
-        at.enclosure is None
-        and at.law is None
+        case.enclosure is None
+        and case.law is None
         and not any(np.any(np.asarray(v) != 0) for v in plain)
     )
 
 
 @in_double_precision
 def slide(
-    at: Slide, *, events: int = 64, samples: int = 1, most: int = 200_000, exact: bool | None = None
+    case: Slide,
+    *,
+    events: int = 64,
+    samples: int = 1,
+    max_actions: int = 200_000,
+    exact: bool | None = None,
 ) -> State:
     """Run from rest with a loose spring until the end, the last event, or steady sliding.
 
     Entries of `at` may be arrays of one shape: all cases then run at once. `events` and `samples`
-    size the tables, `most` bounds the actions. `exact` is by default what `constant` says.
+    size the tables, `max_actions` bounds the actions. `exact` is by default what `constant` says.
     """
-    at = jax.tree.map(lambda v: np.asarray(v, np.float64), at)
-    shape = np.broadcast_shapes(*(v.shape for v in jax.tree.leaves(at)))
-    closed = constant(at) if exact is None else exact
+    case = jax.tree.map(lambda v: np.asarray(v, np.float64), case)
+    shape = np.broadcast_shapes(*(v.shape for v in jax.tree.leaves(case)))
+    is_exact = constant(case) if exact is None else exact
     if not shape:
-        return _run(at, closed, events, samples, most)
-    flat = jax.tree.map(lambda v: np.broadcast_to(v, shape).ravel(), at)
+        return _run(case, is_exact, events, samples, max_actions)
+    flat = jax.tree.map(lambda v: np.broadcast_to(v, shape).ravel(), case)
     count, parts = math.prod(shape), []
     for first in range(0, count, BLOCK):
         # the last block is filled up with its last case
-        chosen = np.minimum(np.arange(first, first + BLOCK), count - 1)
-        block = jax.tree.map(lambda v, chosen=chosen: v[chosen], flat)
-        parts.append(_runs(block, closed, events, samples, most))
-    many = jax.tree.map(lambda *some: np.concatenate(some)[:count], *parts)
-    return jax.tree.map(lambda v: v.reshape(shape + v.shape[1:]), many)
+        indices = np.minimum(np.arange(first, first + BLOCK), count - 1)
+        block = jax.tree.map(lambda v, indices=indices: v[indices], flat)
+        parts.append(_runs(block, is_exact, events, samples, max_actions))
+    results = jax.tree.map(lambda *blocks: np.concatenate(blocks)[:count], *parts)
+    return jax.tree.map(lambda v: v.reshape(shape + v.shape[1:]), results)

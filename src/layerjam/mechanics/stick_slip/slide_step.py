@@ -1,8 +1,8 @@
 """One step of a mass that slides on a spring: the force laws, the motion, where things change.
 
 Friction R(x, v) = (level - fall x)(1 + rise s(v) + viscous v) + base + enclosure(x), s the share of
-the static excess left at speed v; at rest the bound is that with s = 1. Spring and damper stand
-side by side and only pull.
+the static excess left at speed v; s = 1 gives the bound at rest. Spring and damper are parallel and
+only pull.
 """
 
 from typing import Any, NamedTuple
@@ -34,16 +34,16 @@ _B4 = np.array([5179 / 57600, 0, 7571 / 16695, 393 / 640, -92097 / 339200, 187 /
 
 
 class Slide(NamedTuple):
-    """What is pulled and how; every entry a number, or an array to be batched over."""
+    """A pulled mass; every entry is a number, or an array for a batch."""
 
     mass: Any
     """[kg]"""
     spring: Any
     """[N/m]"""
     damping: Any
-    """Beside the spring [N s/m]."""
+    """Damping parallel to the spring [N s/m]."""
     speed: Any
-    """Of the crosshead until `ramp` [m/s]; it stands still after."""
+    """Speed of the crosshead until `ramp` [m/s], then zero."""
     ramp: Any
     """[s]"""
     end: Any
@@ -53,7 +53,7 @@ class Slide(NamedTuple):
     level: Any
     """Kinetic friction of the sheets at zero slip [N]."""
     fall: Any
-    """How fast it falls with slip [N/m]."""
+    """Decrease of the kinetic friction per slip [N/m]."""
     rise: Any
     """(mu_s - mu_k)/mu_k."""
     stribeck: Any
@@ -64,21 +64,21 @@ class Slide(NamedTuple):
     base: Any
     """Resistance without static excess [N]."""
     enclosure: EnclosureLaw | None
-    """None: its force stands in `base`."""
+    """None if `base` contains its force."""
     overlap: Any
     """Slip at which the sheets part [m]."""
     start: Any
     """Slip at the start [m]; the spring is without force then."""
     events: Any
-    """Stop after so many events of slip."""
+    """Number of slip events after which the run ends."""
     tolerance: Any
-    """Of a step, as a share; 0: steps of `step`, whatever the error."""
+    """Relative error tolerance of a step; 0: steps of `step`, whatever the error."""
     law: SpeedLaw | None = None
-    """How kinetic friction depends on speed; `level` is that at the law's test speed."""
+    """Kinetic friction over speed; `level` is the value at the law's test speed."""
 
 
 class State(NamedTuple):
-    """Where a run is."""
+    """State of a run."""
 
     time: Any
     slip: Any
@@ -105,74 +105,74 @@ class State(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """Where a step would lead."""
+    """Result of a trial step."""
 
-    moved: Any
+    travel: Any
     velocity: Any
     work: Any
     heat: Any
     error: Any
 
 
-def static_bound(slip: Any, at: Slide) -> Any:
+def static_bound(slip: Any, case: Slide) -> Any:
     """Force that a mass at rest bears [N]."""
-    return jnp.maximum(at.level - at.fall * slip, 0.0) * (1 + at.rise) + passive(slip, at)
+    return jnp.maximum(case.level - case.fall * slip, 0.0) * (1 + case.rise) + passive(slip, case)
 
 
-def passive(slip: Any, at: Slide) -> Any:
-    """What resists beside the sheets [N]."""
-    if at.enclosure is None:
-        return at.base
+def passive(slip: Any, case: Slide) -> Any:
+    """Resistance other than that of the sheets [N]."""
+    if case.enclosure is None:
+        return case.base
     # a trial step may lie before the start, where the enclosure has no branch
-    return at.base + backbone(jnp.maximum(slip, at.start), at.enclosure)
+    return case.base + backbone(jnp.maximum(slip, case.start), case.enclosure)
 
 
-def resistance(slip: Any, velocity: Any, at: Slide) -> Any:
+def resistance(slip: Any, velocity: Any, case: Slide) -> Any:
     """Friction of the sliding mass [N].
 
     A trial step may end at a negative speed before the stop is located; there the excess is
     mirrored about its value at rest, which keeps it smooth.
     """
-    left = static_left(velocity, at.stribeck, at.exponent)
+    left = static_left(velocity, case.stribeck, case.exponent)
     left = jnp.where(velocity < 0, 2 - left, left)
     # the jump law slides from the first instant on
-    left = jnp.where(at.stribeck > 0, left, 0.0)
-    sheets = jnp.maximum(at.level - at.fall * slip, 0.0)
-    kinetic, excess = 1.0, at.rise
-    if at.law is not None:  # the bound at rest stays the static one
-        kinetic = growth(jnp.maximum(velocity, 0.0), at.law)
-        excess = 1 + at.rise - growth(0.0, at.law)
-    return sheets * (kinetic + excess * left + at.viscous * velocity) + passive(slip, at)
+    left = jnp.where(case.stribeck > 0, left, 0.0)
+    sheets = jnp.maximum(case.level - case.fall * slip, 0.0)
+    kinetic, excess = 1.0, case.rise
+    if case.law is not None:  # the bound at rest stays the static one
+        kinetic = growth(jnp.maximum(velocity, 0.0), case.law)
+        excess = 1 + case.rise - growth(0.0, case.law)
+    return sheets * (kinetic + excess * left + case.viscous * velocity) + passive(slip, case)
 
 
-def extension_at(time: Any, slip: Any, at: Slide) -> Any:
+def extension_at(time: Any, slip: Any, case: Slide) -> Any:
     """Stretch of the spring [m] at a time [s]; below zero it hangs slack."""
-    return at.start + at.speed * jnp.minimum(time, at.ramp) - slip
+    return case.start + case.speed * jnp.minimum(time, case.ramp) - slip
 
 
-def crosshead_speed(time: Any, at: Slide) -> Any:
+def crosshead_speed(time: Any, case: Slide) -> Any:
     """[m/s]; zero once the ramp is over."""
-    return jnp.where(time < at.ramp, at.speed, 0.0)
+    return jnp.where(time < case.ramp, case.speed, 0.0)
 
 
-def spring_force(extension: Any, rate: Any, at: Slide) -> Any:
+def spring_force(extension: Any, rate: Any, case: Slide) -> Any:
     """Spring and damper together [N], which only pull."""
-    force = at.spring * extension + at.damping * rate
+    force = case.spring * extension + case.damping * rate
     return jnp.where(extension > 0, jnp.maximum(force, 0.0), 0.0)
 
 
-def runge_kutta(state: State, h: Any, at: Slide) -> Trial:
+def runge_kutta(state: State, h: Any, case: Slide) -> Trial:
     """One step of Dormand and Prince: moved, speed, work and heat."""
-    e0, drive = extension_at(state.time, state.slip, at), crosshead_speed(state.time, at)
+    e0, drive = extension_at(state.time, state.slip, case), crosshead_speed(state.time, case)
     taut = state.mode == TAUT
 
     def rate(s: Any, y: Any) -> Any:
-        moved, v = y[0], y[1]
-        e = e0 + drive * s - moved
-        pull = jnp.where(taut, at.spring * e + at.damping * (drive - v), 0.0)
-        resist = resistance(state.slip + moved, v, at)
-        lost = jnp.where(taut, at.damping * (drive - v) ** 2, 0.0)
-        return jnp.stack([v, (pull - resist) / at.mass, pull * drive, resist * v + lost])
+        travel, v = y[0], y[1]
+        e = e0 + drive * s - travel
+        pull = jnp.where(taut, case.spring * e + case.damping * (drive - v), 0.0)
+        resist = resistance(state.slip + travel, v, case)
+        loss = jnp.where(taut, case.damping * (drive - v) ** 2, 0.0)
+        return jnp.stack([v, (pull - resist) / case.mass, pull * drive, resist * v + loss])
 
     y0 = jnp.stack([0.0 * h, state.velocity, 0.0 * h, 0.0 * h])
     slopes: list[Any] = []
@@ -183,48 +183,48 @@ def runge_kutta(state: State, h: Any, at: Slide) -> Trial:
         slopes.append(rate(node * h, y))
     table = jnp.stack(slopes)
     y = y0 + h * jnp.tensordot(jnp.asarray(_B), table, axes=1)
-    off = h * jnp.tensordot(jnp.asarray(_B - _B4), table, axes=1)
-    omega = jnp.sqrt(at.spring / at.mass)
-    scale = jnp.maximum(jnp.abs(y[1]), jnp.abs(state.velocity)) + 1e-3 * slip_speed(state.slip, at)
-    error = jnp.maximum(jnp.abs(off[1]), omega * jnp.abs(off[0])) / scale
+    difference = h * jnp.tensordot(jnp.asarray(_B - _B4), table, axes=1)
+    omega = jnp.sqrt(case.spring / case.mass)
+    norm = jnp.maximum(jnp.abs(y[1]), jnp.abs(state.velocity)) + 1e-3 * slip_speed(state.slip, case)
+    error = jnp.maximum(jnp.abs(difference[1]), omega * jnp.abs(difference[0])) / norm
     # a slack spring that is still stretched empties itself into its damper
-    held = jnp.maximum(e0, 0.0) ** 2 - jnp.maximum(e0 + drive * h - y[0], 0.0) ** 2
-    heat = y[3] + jnp.where(taut, 0.0, at.spring / 2 * held)
+    energy = jnp.maximum(e0, 0.0) ** 2 - jnp.maximum(e0 + drive * h - y[0], 0.0) ** 2
+    heat = y[3] + jnp.where(taut, 0.0, case.spring / 2 * energy)
     return Trial(y[0], y[1], y[2], heat, error)
 
 
-def exactly(state: State, h: Any, at: Slide) -> Trial:
+def exactly(state: State, h: Any, case: Slide) -> Trial:
     """The same step in closed form, for friction that depends on nothing."""
-    drive = crosshead_speed(state.time, at)
-    resist = resistance(state.slip, 1.0, at)
-    rest = resist / at.spring
-    e0 = extension_at(state.time, state.slip, at)
-    z0, u0 = e0 - rest, drive - state.velocity
-    decay = at.damping / (2 * at.mass)
-    square = at.spring / at.mass - decay**2
+    drive = crosshead_speed(state.time, case)
+    resist = resistance(state.slip, 1.0, case)
+    balance = resist / case.spring
+    e0 = extension_at(state.time, state.slip, case)
+    z0, u0 = e0 - balance, drive - state.velocity
+    decay = case.damping / (2 * case.mass)
+    square = case.spring / case.mass - decay**2
     root = jnp.sqrt(jnp.abs(jnp.where(square == 0, 1.0, square)))
     cosine = jnp.where(square > 0, jnp.cos(root * h), jnp.cosh(root * h))
     sine = jnp.where(square > 0, jnp.sin(root * h), jnp.sinh(root * h)) / root
     cosine, sine = jnp.where(square == 0, 1.0, cosine), jnp.where(square == 0, h, sine)
     fade = jnp.exp(-decay * h)
     z = fade * (z0 * cosine + (u0 + decay * z0) * sine)
-    u = fade * (u0 * cosine - (at.spring / at.mass * z0 + decay * u0) * sine)
+    u = fade * (u0 * cosine - (case.spring / case.mass * z0 + decay * u0) * sine)
     taut = state.mode == TAUT
-    brake = resist / at.mass
+    brake = resist / case.mass
     velocity = jnp.where(taut, drive - u, state.velocity - brake * h)
-    moved = jnp.where(taut, drive * h - (z - z0), state.velocity * h - brake * h**2 / 2)
+    travel = jnp.where(taut, drive * h - (z - z0), state.velocity * h - brake * h**2 / 2)
     gain = velocity - state.velocity
-    work = jnp.where(taut, drive * (resist * h + at.mass * gain), 0.0)
-    e1 = e0 + drive * h - moved
-    held = at.spring / 2 * (jnp.maximum(e1, 0.0) ** 2 - jnp.maximum(e0, 0.0) ** 2)
-    moving = at.mass / 2 * (velocity**2 - state.velocity**2)
-    return Trial(moved, velocity, work, work - held - moving, 0.0 * h)
+    work = jnp.where(taut, drive * (resist * h + case.mass * gain), 0.0)
+    e1 = e0 + drive * h - travel
+    energy = case.spring / 2 * (jnp.maximum(e1, 0.0) ** 2 - jnp.maximum(e0, 0.0) ** 2)
+    moving = case.mass / 2 * (velocity**2 - state.velocity**2)
+    return Trial(travel, velocity, work, work - energy - moving, 0.0 * h)
 
 
-def slip_speed(slip: Any, at: Slide) -> Any:
+def slip_speed(slip: Any, case: Slide) -> Any:
     """A speed of the size a slip reaches [m/s]."""
-    drop = jnp.maximum(at.level - at.fall * slip, 0.0) * at.rise
-    return drop / jnp.sqrt(at.spring * at.mass) + at.speed
+    drop = jnp.maximum(case.level - case.fall * slip, 0.0) * case.rise
+    return drop / jnp.sqrt(case.spring * case.mass) + case.speed
 
 
 def hermite_root(h: Any, f0: Any, d0: Any, f1: Any, d1: Any) -> tuple[Any, Any]:

@@ -1,8 +1,8 @@
 """Wet sheets: a Stribeck law with adhesion and a viscous part (ours; paper, section III-B, Fig. 6).
 
-A film of water between the sheets does three things to the shear stress of an interface: the
-Coulomb part follows a Stribeck curve (the water is squeezed out at rest and carries at speed),
-menisci pull the sheets together without any vacuum (adhesion), and the film is sheared (viscous):
+A film of water between the sheets changes the shear stress of an interface in three ways. The
+Coulomb part follows a Stribeck curve (the water is squeezed out at rest and carries load at speed).
+Menisci pull the sheets together without vacuum (adhesion). The film is sheared (viscous part):
 
     tau(v, P) = a mu(v) P + tau_0 + b v.
 
@@ -25,7 +25,7 @@ from layerjam.units import quantity, record
 
 @record
 class WetFilm:
-    """What a wet interface resists with."""
+    """Friction parameters of a wet interface."""
 
     static: float = quantity("1", "wet friction at rest", hi=10, symbol="mu_s")
     kinetic: float = quantity("1", "wet friction at high speed", hi=10, symbol="mu_k")

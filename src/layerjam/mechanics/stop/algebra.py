@@ -1,7 +1,7 @@
 """The algebra of a stop, element by element: JAX runs it on arrays, numba on one drop at a time.
 
-Only what both understand stands here: arithmetic, and `where`, `sqrt`, `maximum`, `minimum`,
-`logical_not` of `jnp`, for which `compiled.scalar` puts scalar ones.
+It uses only arithmetic and `where`, `sqrt`, `maximum`, `minimum`, `logical_not` of `jnp`, which
+`compiled.scalar` replaces by scalar functions.
 """
 
 from typing import Any, NamedTuple
@@ -42,19 +42,19 @@ class Quartic(NamedTuple):
 
 
 class Search(NamedTuple):
-    """Where the first root lies, in w = sqrt(slip)."""
+    """Bracket of the first root, in w = sqrt(slip)."""
 
     energy: Quartic
     low: Any
     high: Any
     stops: Any
-    far: Any
-    """Where it ends if it does not stop: at the end of the travel, or where it snaps."""
+    limit: Any
+    """End of the slide if the mass does not stop: end of the travel, or the snap."""
     snaps: Any
 
 
 class Stop(NamedTuple):
-    """How a stop went; arrays of the broadcast shape."""
+    """Outcome of a stop; arrays of the broadcast shape."""
 
     slip: Any
     """Slip of the brake at standstill or at the end of its travel [m]."""
@@ -81,12 +81,12 @@ def setup(
 
 
 def root_of(square: Any) -> Any:
-    """Square root of what is positive, else 0 with the gradient 0."""
+    """Square root of a positive value, otherwise 0 with the gradient 0."""
     positive = square > 0
     return jnp.where(positive, jnp.sqrt(jnp.where(positive, square, 1.0)), 0.0)
 
 
-def balance_root(at: Setup, far: Any) -> Any:
+def balance_root(case: Setup, limit: Any) -> Any:
     """sqrt of the slip at which the falling force meets the weight, or `far` if that comes first.
 
     Up to there the kinetic energy falls (or first rises, then falls), so its first root is the
@@ -94,34 +94,33 @@ def balance_root(at: Setup, far: Any) -> Any:
     """
     # c w^2 - e w = Y(0) - weight, the larger root; or (c - EA/l) w^2 = Y(0) - weight + q l in the
     # linear, saturated part. Either is (a + sqrt(b)) / d: one root and one division for both.
-    over = at.onset - at.weight
-    slope = at.c - at.enclosure.stiffness / at.enclosure.reach
-    linear = over + at.enclosure.friction * at.enclosure.reach
+    margin = case.onset - case.weight
+    slope = case.c - case.enclosure.stiffness / case.enclosure.reach
+    linear = margin + case.enclosure.friction * case.enclosure.reach
     falls = slope > 0
-    spreads = falls & (slope * at.enclosure.saturation > linear)
-    square = at.enclosure.root * at.enclosure.root + 4 * at.c * over
-    under = jnp.where(spreads, square, slope * linear)
-    root = jnp.where(spreads, at.enclosure.root, 0.0) + root_of(under)
-    root = root / jnp.where(spreads, 2 * at.c, jnp.where(falls, slope, 1.0))
-    return jnp.minimum(jnp.where(falls & (under >= 0), root, far), far)
+    spreads = falls & (slope * case.enclosure.saturation > linear)
+    square = case.enclosure.root * case.enclosure.root + 4 * case.c * margin
+    radicand = jnp.where(spreads, square, slope * linear)
+    root = jnp.where(spreads, case.enclosure.root, 0.0) + root_of(radicand)
+    root = root / jnp.where(spreads, 2 * case.c, jnp.where(falls, slope, 1.0))
+    return jnp.minimum(jnp.where(falls & (radicand >= 0), root, limit), limit)
 
 
-def quartic(at: Setup, saturated: Any) -> Quartic:
+def quartic(case: Setup, linear: Any) -> Quartic:
     """The kinetic energy while slip spreads over the enclosure, or once `saturated`."""
-    c, e, compliance, over = at.c, at.enclosure.root, at.compliance, at.weight - at.onset
-    slope, step = (
-        at.enclosure.stiffness / at.enclosure.reach,
-        at.enclosure.friction * at.enclosure.reach,
-    )
-    fall, sixth = c - slope, at.enclosure.saturation * (1 / 6)
-    whole = at.kinetic + step * sixth + (over - step / 2) * step * compliance
-    bend = over - step + (step - over) * fall * compliance
+    c, e = case.c, case.enclosure.root
+    compliance, excess = case.compliance, case.weight - case.onset
+    slope = case.enclosure.stiffness / case.enclosure.reach
+    step = case.enclosure.friction * case.enclosure.reach
+    fall, sixth = c - slope, case.enclosure.saturation * (1 / 6)
+    base = case.kinetic + step * sixth + (excess - step / 2) * step * compliance
+    bend = excess - step + (step - excess) * fall * compliance
     return Quartic(
-        jnp.where(saturated, whole, at.kinetic),
-        jnp.where(saturated, 0.0, over * e * compliance),
-        jnp.where(saturated, bend, over - over * c * compliance - e * e * compliance / 2),
-        jnp.where(saturated, 0.0, (c * compliance - 2 / 3) * e),
-        jnp.where(saturated, fall - fall * fall * compliance, c - c * c * compliance) / 2,
+        jnp.where(linear, base, case.kinetic),
+        jnp.where(linear, 0.0, excess * e * compliance),
+        jnp.where(linear, bend, excess - excess * c * compliance - e * e * compliance / 2),
+        jnp.where(linear, 0.0, (c * compliance - 2 / 3) * e),
+        jnp.where(linear, fall - fall * fall * compliance, c - c * c * compliance) / 2,
     )
 
 
@@ -136,10 +135,10 @@ def slope_of(p: Quartic, w: Any) -> Any:
 
 
 def snap_root(soft: Any, enclosure: EnclosureLaw) -> Any:
-    """sqrt of the slip from which the brake runs on by itself, infinite where it never does.
+    """sqrt of the slip from which the brake snaps, infinite if it never does.
 
-    There the force falls as fast as the spring gives, 1 + Y'/k = 0; `soft` is c - k [N/m]. What
-    the enclosure adds to Y' falls to EA/l and stays there: a spring above c - EA/l never lets go.
+    There the force falls as fast as the spring relaxes, 1 + Y'/k = 0; `soft` is c - k [N/m].
+    The enclosure's part of Y' falls to EA/l and stays there: a spring above c - EA/l never snaps.
     """
     runs = soft > enclosure.stiffness / enclosure.reach
     return jnp.where(runs, enclosure.root / (2 * jnp.where(runs, soft, 1.0)), jnp.inf)
@@ -153,82 +152,82 @@ def snap_slip(soft: Any, enclosure: EnclosureLaw) -> Any:
     return jnp.where(runs, finite * finite, jnp.inf)
 
 
-def search(at: Setup, travel: Any) -> Search:
+def search(case: Setup, travel: Any) -> Search:
     """Between which slips the kinetic energy passes zero, and as which quartic."""
-    all_of_it, snap = root_of(travel), snap_root(at.c - at.k, at.enclosure)
+    all_of_it, snap = root_of(travel), snap_root(case.c - case.k, case.enclosure)
     # the saturation slip's root, sqrt(q l^2/EA), from e = 2 sqrt(EA q)
-    saturation = at.enclosure.root * (at.enclosure.reach / (2 * at.enclosure.stiffness))
-    end = jnp.minimum(balance_root(at, all_of_it), snap)
+    saturation = case.enclosure.root * (case.enclosure.reach / (2 * case.enclosure.stiffness))
+    end = jnp.minimum(balance_root(case, all_of_it), snap)
     edge = jnp.minimum(saturation, end)
     # beyond its saturation the enclosure has another quartic
-    beyond = (value(quartic(at, at.c < 0), edge) > 0) & (edge < end)
-    energy = quartic(at, beyond)
-    low, high = jnp.where(beyond, edge, 0.0), jnp.where(beyond, end, edge)
-    far = jnp.minimum(all_of_it, snap)
-    return Search(energy, low, high, value(energy, high) <= 0, far, snap < all_of_it)
+    linear = (value(quartic(case, case.c < 0), edge) > 0) & (edge < end)
+    energy = quartic(case, linear)
+    low, high = jnp.where(linear, edge, 0.0), jnp.where(linear, end, edge)
+    limit = jnp.minimum(all_of_it, snap)
+    return Search(energy, low, high, value(energy, high) <= 0, limit, snap < all_of_it)
 
 
 def guess(p: Quartic, low: Any, high: Any) -> Any:
     """The root without what the enclosure adds, in the bracket."""
     down = root_of(p.a2 * p.a2 - 4 * p.a0 * p.a4) - p.a2
-    near = 2 * p.a0 / jnp.where(down > 0, down, 1.0)
-    return jnp.minimum(jnp.maximum(root_of(near), low), high)
+    square = 2 * p.a0 / jnp.where(down > 0, down, 1.0)
+    return jnp.minimum(jnp.maximum(root_of(square), low), high)
 
 
-def curved(p: Quartic, w: Any, low: Any, high: Any) -> Any:
+def curvature_step(p: Quartic, w: Any, low: Any, high: Any) -> Any:
     """One step that follows slope and curvature (Euler's, cubic), kept in the bracket."""
     first, second = slope_of(p, w), 2 * p.a2 + w * (6 * p.a3 + w * 12 * p.a4)
-    here = value(p, w)
-    down = root_of(first * first - 2 * here * second) - first
-    new = w + 2 * here / jnp.where(down > 0, down, 1.0)
+    energy = value(p, w)
+    down = root_of(first * first - 2 * energy * second) - first
+    new = w + 2 * energy / jnp.where(down > 0, down, 1.0)
     return jnp.minimum(jnp.maximum(new, low), high)
 
 
-def polished(p: Quartic, root: Any, slope: Any) -> Any:
+def polish_root(p: Quartic, root: Any, slope: Any) -> Any:
     """The root after one more Newton step, with a slope that may be held fixed."""
     down = slope < 0
     step = jnp.where(down, value(p, root) / jnp.where(down, slope, -1.0), 0.0)
     return jnp.maximum(root - step, 0.0)
 
 
-def end_of(at: Setup, found: Search, root: Any) -> Stop:
-    """How it ends: at the `root` (sqrt of the slip), at the end of travel, or without slip."""
-    mass, enclosure = at.mass, at.enclosure
+def end_of(case: Setup, bracket: Search, root: Any) -> Stop:
+    """Return the outcome: a stop at `root` (sqrt of the slip), end of travel, or no slip."""
+    mass, enclosure = case.mass, case.enclosure
     # without slip the force swings up to weight + sqrt(swing)
-    swing, lack = at.weight * at.weight + 2 * at.k * at.arriving, at.onset - at.weight
+    swing, lack = case.weight * case.weight + 2 * case.k * case.arriving, case.onset - case.weight
     slides = (lack < 0) | (swing > lack * lack)
-    stops = found.stops
-    w = jnp.where(slides, jnp.where(stops, root, found.far), 0.0)
+    stops = bracket.stops
+    w = jnp.where(slides, jnp.where(stops, root, bracket.limit), 0.0)
     slip = w * w
-    outcome = jnp.where(stops, STOPPED, jnp.where(found.snaps, SNAPS, BOTTOMED_OUT))
+    outcome = jnp.where(stops, STOPPED, jnp.where(bracket.snaps, SNAPS, BOTTOMED_OUT))
     outcome = jnp.where(slides, outcome, NEVER_SLID)
-    whole = slip >= enclosure.saturation
+    linear = slip >= enclosure.saturation
     push = enclosure.friction * enclosure.reach
-    moved = enclosure.stiffness / enclosure.reach * slip + push
-    pull = jnp.where(whole, moved, enclosure.root * w)
-    resist = at.onset - at.c * slip + pull
-    falls = at.c > 0
-    ratio = enclosure.root / (2 * jnp.where(falls, at.c, 1.0))
-    passed = falls & (ratio * ratio < jnp.minimum(slip, enclosure.saturation))
-    top = at.onset + enclosure.root * jnp.where(passed, ratio, 0.0) / 2
-    highest = jnp.maximum(jnp.maximum(resist, top), at.onset)
+    line = enclosure.stiffness / enclosure.reach * slip + push
+    pull = jnp.where(linear, line, enclosure.root * w)
+    resist = case.onset - case.c * slip + pull
+    falls = case.c > 0
+    ratio = enclosure.root / (2 * jnp.where(falls, case.c, 1.0))
+    is_passed = falls & (ratio * ratio < jnp.minimum(slip, enclosure.saturation))
+    top = case.onset + enclosure.root * jnp.where(is_passed, ratio, 0.0) / 2
+    highest = jnp.maximum(jnp.maximum(resist, top), case.onset)
     # the enclosure: half of the work is heat while it spreads; then from its tension, q s over l
     spread = enclosure.root * slip * w * (1 / 3)
-    rubbed = push * (slip - enclosure.saturation) + 2 * push * enclosure.saturation * (1 / 3)
-    face = moved / 2
-    held = face * face - face * push + push * push * (1 / 3)
-    held = 2 * enclosure.reach / enclosure.stiffness * held
-    heat = at.onset * slip - at.c * slip * slip / 2 + jnp.where(whole, rubbed, spread)
-    stored = resist * resist * at.compliance / 2 + jnp.where(whole, held, spread)
-    # what is left of the energy; a drop that slides has a speed, another a swing: one root for both
-    left = at.arriving + at.weight * (slip + resist * at.compliance) - heat - stored
+    linear_heat = push * (slip - enclosure.saturation) + 2 * push * enclosure.saturation * (1 / 3)
+    face = line / 2
+    linear_energy = face * face - face * push + push * push * (1 / 3)
+    linear_energy = 2 * enclosure.reach / enclosure.stiffness * linear_energy
+    heat = case.onset * slip - case.c * slip * slip / 2 + jnp.where(linear, linear_heat, spread)
+    energy = resist * resist * case.compliance / 2 + jnp.where(linear, linear_energy, spread)
+    # remaining energy; a drop that slides has a speed, another a swing: one root for both
+    left = case.arriving + case.weight * (slip + resist * case.compliance) - heat - energy
     pace = root_of(jnp.where(slides, jnp.where(stops, 0.0, 2 * left / mass), swing))
-    elastic = at.weight + pace
+    elastic = case.weight + pace
     return Stop(
         slip,
         jnp.where(slides, highest, elastic),
         jnp.where(slides, pace, 0.0),
         heat,
-        jnp.where(slides, stored, elastic * elastic * at.compliance / 2),
+        jnp.where(slides, energy, elastic * elastic * case.compliance / 2),
         outcome,
     )

@@ -26,10 +26,10 @@ from layerjam.mechanics.enclosure import (
 from layerjam.mechanics.fan import Sheets, along_tangents, force_of, tangent, work_of
 from layerjam.mechanics.friction import sheets_at
 from layerjam.mechanics.hyperelastic import (
-    Stretched,
+    FirstLoading,
     end_strain,
+    loading_at,
     saturation_strain,
-    stretched,
     strip_at,
 )
 from layerjam.mechanics.law import safe_sqrt, within
@@ -46,7 +46,7 @@ from layerjam.mechanics.stop.algebra import (
     setup,
 )
 from layerjam.mechanics.stop.timing import (
-    NEAR,
+    MARGIN,
     Expand,
     Expansion,
     expand_energy,
@@ -78,10 +78,10 @@ class Mass(NamedTuple):
 class Curve(NamedTuple):
     """First loading of a brake at one vacuum over its coordinate w, which is zero at the start."""
 
-    point: Callable[[Any], Stretched]
+    point: Callable[[Any], FirstLoading]
     place: Callable[[Any], Any]
     """w at a slip [m]; NaN beyond what was measured."""
-    most: Any
+    w_max: Any
     """Greatest w that was measured."""
     kink: Any
     """w from which the whole enclosure moves: the slopes jump there."""
@@ -95,143 +95,147 @@ def curve_of(vacuum: Any, brake: Brake) -> Curve:
     """Return the first loading of a brake at a vacuum [Pa]."""
     sheets = sheets_at(vacuum, brake)
 
-    def add_sheets(enclosure: Stretched) -> Stretched:
+    def add_sheets(enclosure: FirstLoading) -> FirstLoading:
         slip, slope = enclosure.slip, enclosure.slip_slope
-        rubbed = work_of(jnp.zeros_like(slip), slip, sheets)
+        heat = work_of(jnp.zeros_like(slip), slip, sheets)
         return enclosure._replace(
             force=enclosure.force + force_of(slip, sheets),
-            heat=enclosure.heat + rubbed,
+            heat=enclosure.heat + heat,
             force_slope=enclosure.force_slope - tangent(slip, sheets).c * slope,
         )
 
     if brake.hyperelastic is None:
         strip = enclosure_at(vacuum, brake)
 
-        def at_root(w: Any) -> Stretched:
+        def at_root(w: Any) -> FirstLoading:
             slip = w**2
-            whole = 2 * w * strip.stiffness / strip.reach
-            slope = jnp.where(slip < strip.saturation, strip.root, whole)
-            stored, heat = backbone_stored(slip, strip), backbone_dissipated(slip, strip)
+            linear = 2 * w * strip.stiffness / strip.reach
+            slope = jnp.where(slip < strip.saturation, strip.root, linear)
+            elastic, heat = backbone_stored(slip, strip), backbone_dissipated(slip, strip)
             pull = backbone(slip, strip)
-            return add_sheets(Stretched(slip, pull, stored, heat, 2 * w, slope))
+            return add_sheets(FirstLoading(slip, pull, elastic, heat, 2 * w, slope))
 
-        def balance(weight: Any, far: Any) -> tuple[Any, Any]:
+        def balance(weight: Any, w_end: Any) -> tuple[Any, Any]:
             def meets(line: Sheets) -> Any:
                 # a unit mass under the gravity that gives it this weight
                 case = setup(1.0, 0.0, line.c, line.overlap, strip, 1.0, weight)
                 return balance_root(case, jnp.inf) ** 2
 
-            fixed = jax.lax.stop_gradient(sheets)
-            least = safe_sqrt(along_tangents(meets, 0.0 * far, fixed))
-            return jax.lax.stop_gradient(jnp.minimum(least, far)), far
+            constants = jax.lax.stop_gradient(sheets)
+            least = safe_sqrt(along_tangents(meets, 0.0 * w_end, constants))
+            return jax.lax.stop_gradient(jnp.minimum(least, w_end)), w_end
 
-        def expand(of: Mass) -> Expand:
+        def expand(load: Mass) -> Expand:
             line = (sheets.c, sheets.overlap, strip)
-            case = setup(of.mass, of.speed, *line, of.k, of.gravity)
+            case = setup(load.mass, load.speed, *line, load.k, load.gravity)
 
-            def around(end: Any, way: Any) -> Expansion:
-                inside = end + way * NEAR * jnp.maximum(end, 1e-6)
-                return expand_quartic(quartic(case, inside > kink), end, way)
+            def around(end: Any, sign: Any) -> Expansion:
+                inside = end + sign * MARGIN * jnp.maximum(end, 1e-6)
+                return expand_quartic(quartic(case, inside > kink), end, sign)
 
             return around
 
-        kink, closed = safe_sqrt(strip.saturation), expand if sheets.fan is None else None
-        return Curve(at_root, safe_sqrt, jnp.inf, kink, balance, closed)
+        kink, closed_form = safe_sqrt(strip.saturation), expand if sheets.fan is None else None
+        return Curve(at_root, safe_sqrt, jnp.inf, kink, balance, closed_form)
     rubber = strip_at(vacuum, brake)
 
-    def at_strain(strain: Any) -> Stretched:
+    def at_strain(strain: Any) -> FirstLoading:
         moves = strain > 0
-        made = stretched(jnp.where(moves, strain, 1e-9), rubber)
-        return add_sheets(Stretched(*(jnp.where(moves, part, 0.0) for part in made)))
+        point = loading_at(jnp.where(moves, strain, 1e-9), rubber)
+        return add_sheets(FirstLoading(*(jnp.where(moves, part, 0.0) for part in point)))
 
     def place(slip: Any) -> Any:
         return end_strain(slip, jnp.ones_like(slip), 0.0, rubber)
 
-    def crossings(weight: Any, far: Any) -> tuple[Any, Any]:
-        def over(strain: Any) -> Any:
+    def crossings(weight: Any, w_end: Any) -> tuple[Any, Any]:
+        def excess(strain: Any) -> Any:
             return at_strain(strain).force - weight
 
-        least = first_fall(over, jnp.zeros_like(far), far)[0]
-        return least, first_fall(lambda strain: -over(strain), least, far)[0]
+        least = first_fall(excess, jnp.zeros_like(w_end), w_end)[0]
+        return least, first_fall(lambda strain: -excess(strain), least, w_end)[0]
 
     return Curve(at_strain, place, rubber.rubber.strain, saturation_strain(rubber), crossings)
 
 
-def energy_at(point: Stretched, of: Mass) -> Any:
-    """K [J]: what is left of the energy of motion of the mass."""
-    lost = point.work + point.force**2 / (2 * of.k)
-    return of.arriving + of.weight * (point.slip + point.force / of.k) - lost
+def energy_at(point: FirstLoading, load: Mass) -> Any:
+    """Kinetic energy K of the mass [J]."""
+    loss = point.work + point.force**2 / (2 * load.k)
+    return load.arriving + load.weight * (point.slip + point.force / load.k) - loss
 
 
-def _pace(point: Stretched, of: Mass) -> Any:
+def _pace(point: FirstLoading, load: Mass) -> Any:
     """Displacement of the mass over the coordinate; below zero the brake snaps."""
-    return point.slip_slope + point.force_slope / of.k
+    return point.slip_slope + point.force_slope / load.k
 
 
-def stop_along(vacuum: Any, brake: Brake, of: Mass) -> Stop:
+def stop_along(vacuum: Any, brake: Brake, load: Mass) -> Stop:
     """Return how it ends, at a vacuum [Pa]; all of one shape but the numbers of the brake.
 
     NOT_A_CASE if the mass would stretch the enclosure beyond the strain that was fitted.
     """
-    curve, fixed = curve_of(vacuum, brake), curve_of(*jax.lax.stop_gradient((vacuum, brake)))
-    held = jax.lax.stop_gradient(of)
+    curve, constants = curve_of(vacuum, brake), curve_of(*jax.lax.stop_gradient((vacuum, brake)))
+    constant = jax.lax.stop_gradient(load)
 
     def falls(state: tuple[Any, None]) -> tuple[Any, Any, None]:
-        now = fixed.point(state[0])
-        return -energy_at(now, held), (now.force - held.weight) * _pace(now, held), None
+        point = constants.point(state[0])
+        return (
+            -energy_at(point, constant),
+            (point.force - constant.weight) * _pace(point, constant),
+            None,
+        )
 
-    zero = 0.0 * fixed.point(0.0 * held.mass).force
+    zero = 0.0 * constants.point(0.0 * constant.mass).force
     travel = brake.sheets.usable_travel + zero
     end = curve.place(travel)
     cut = jnp.isnan(end)
-    end = jnp.where(cut, curve.most, end)
+    end = jnp.where(cut, curve.w_max, end)
     last = jax.lax.stop_gradient(end)
-    far, snaps = first_fall(lambda w: _pace(fixed.point(w), held), zero, last)
-    peak = first_fall(lambda w: fixed.point(w).force_slope, zero, far)[0]
-    least = first_fall(lambda w: fixed.point(w).force - held.weight, zero, far)[0]
-    early, late = (falls((w, None))[0] >= 0 for w in (least, far))
+    w_end, snaps = first_fall(lambda w: _pace(constants.point(w), constant), zero, last)
+    peak = first_fall(lambda w: constants.point(w).force_slope, zero, w_end)[0]
+    least = first_fall(lambda w: constants.point(w).force - constant.weight, zero, w_end)[0]
+    early, late = (falls((w, None))[0] >= 0 for w in (least, w_end))
     stops = early | late
-    low, high = jnp.where(early, zero, least), jnp.where(early, least, far)
+    low, high = jnp.where(early, zero, least), jnp.where(early, least, w_end)
     root = newton_root(falls, (low + high) / 2, low, high)
-    there, slope = curve.point(root), -falls((root, None))[1]
+    point, slope = curve.point(root), -falls((root, None))[1]
     down = slope < 0
-    root = root - jnp.where(down, energy_at(there, of) / jnp.where(down, slope, -1.0), 0.0)
+    root = root - jnp.where(down, energy_at(point, load) / jnp.where(down, slope, -1.0), 0.0)
     onset = curve.point(zero).force
-    elastic = of.weight + safe_sqrt(of.weight**2 + 2 * of.k * of.arriving)
+    elastic = load.weight + safe_sqrt(load.weight**2 + 2 * load.k * load.arriving)
     slides = elastic > onset
-    w = jnp.where(stops, jnp.maximum(root, 0.0), jnp.where(snaps, far, end))
+    w = jnp.where(stops, jnp.maximum(root, 0.0), jnp.where(snaps, w_end, end))
     final = curve.point(jnp.where(slides, w, 0.0))
     top = jnp.maximum(curve.point(jnp.minimum(w, peak)).force, onset)
-    left = jnp.where(stops | ~slides, 0.0, jnp.maximum(energy_at(final, of), 0.0))
+    left = jnp.where(stops | ~slides, 0.0, jnp.maximum(energy_at(final, load), 0.0))
     outcome = jnp.where(cut, NOT_A_CASE, BOTTOMED_OUT)
     outcome = jnp.where(stops, STOPPED, jnp.where(snaps, SNAPS, outcome))
     return Stop(
         final.slip,
         jnp.where(slides, jnp.maximum(top, final.force), elastic),
-        safe_sqrt(2 * left / of.mass),
+        safe_sqrt(2 * left / load.mass),
         final.heat,
-        jnp.where(slides, final.force, elastic) ** 2 / (2 * of.k) + final.stored,
+        jnp.where(slides, final.force, elastic) ** 2 / (2 * load.k) + final.stored,
         jnp.where(slides, outcome, NEVER_SLID),
     )
 
 
-def sliding_time(slip: Any, curve: Curve, of: Mass) -> Any:
+def sliding_time(slip: Any, curve: Curve, load: Mass) -> Any:
     """Return the seconds [s] from the first slip to a slip [m], up to the standstill."""
     end = curve.place(slip)
-    turns = curve.turns(of.weight, end)
+    turns = curve.turns(load.weight, end)
     cuts = jnp.stack([jnp.zeros_like(end), *turns, jnp.minimum(curve.kink, end), end])
 
     def pace(w: Any) -> Any:
-        return _pace(curve.point(w), of)
+        return _pace(curve.point(w), load)
 
     def falls(w: Any) -> Any:
-        return curve.point(w).force > of.weight
+        return curve.point(w).force > load.weight
 
     def slope(w: Any) -> Any:
-        return (of.weight - curve.point(w).force) * pace(w)
+        return (load.weight - curve.point(w).force) * pace(w)
 
     if curve.expand is not None:
-        expand = curve.expand(of)
+        expand = curve.expand(load)
     else:
-        expand = expand_energy(lambda w: energy_at(curve.point(w), of), slope)
-    return within(end >= 0, pieces_time(jnp.sort(cuts, axis=0), expand, falls, pace, of.mass))
+        expand = expand_energy(lambda w: energy_at(curve.point(w), load), slope)
+    return within(end >= 0, pieces_time(jnp.sort(cuts, axis=0), expand, falls, pace, load.mass))

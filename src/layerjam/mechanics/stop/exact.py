@@ -13,7 +13,7 @@ import jax.numpy as jnp
 from layerjam.device.brake import Brake
 from layerjam.device.speed_law import SpeedLaw
 from layerjam.mechanics.enclosure import enclosure_at
-from layerjam.mechanics.fan import force_of, grown
+from layerjam.mechanics.fan import force_of, scale_friction
 from layerjam.mechanics.friction import friction_per_contact, growth, sheets_at
 from layerjam.mechanics.law import law, safe_sqrt, within
 from layerjam.mechanics.roots import newton_root
@@ -26,17 +26,17 @@ from layerjam.mechanics.stop.algebra import (
     Quartic,
     Setup,
     Stop,
-    curved,
+    curvature_step,
     end_of,
     guess,
-    polished,
+    polish_root,
     search,
     setup,
     slope_of,
     value,
 )
 from layerjam.mechanics.stop.curve import Mass, curve_of, energy_at, sliding_time, stop_along
-from layerjam.mechanics.stop.paced import Course, Paced, paced_course, paced_of, paced_stop
+from layerjam.mechanics.stop.paced import Course, PacedProblem, paced_course, paced_of, paced_stop
 
 __all__ = ["BOTTOMED_OUT", "NEVER_SLID", "NOT_A_CASE", "SNAPS", "STOPPED"]
 __all__ += ["Stop", "speed_at_slip", "stop", "time_at_slip"]
@@ -51,13 +51,13 @@ def _setup(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake:
 
 def paced_setup(
     mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake, law: SpeedLaw
-) -> Paced:
-    """What a stop with a speed law starts from: it slides from the friction at rest on."""
+) -> PacedProblem:
+    """Return the constants of a stop with a speed law; sliding starts at the friction at rest."""
     sheets, enclosure = sheets_at(vacuum, brake), enclosure_at(vacuum, brake)
-    rest = force_of(0.0, grown(sheets, growth(0.0, law))) / sheets.overlap
-    at = setup(mass, speed, rest, sheets.overlap, enclosure, spring, gravity)
-    at = at._replace(c=sheets.c + jnp.zeros_like(rest))
-    return paced_of(at, gravity, sheets.fan, brake, law)
+    rest_friction = force_of(0.0, scale_friction(sheets, growth(0.0, law))) / sheets.overlap
+    case = setup(mass, speed, rest_friction, sheets.overlap, enclosure, spring, gravity)
+    case = case._replace(c=sheets.c + jnp.zeros_like(rest_friction))
+    return paced_of(case, gravity, sheets.fan, brake, law)
 
 
 def _first_root(energy: Quartic, low: Any, high: Any) -> Any:
@@ -68,15 +68,15 @@ def _first_root(energy: Quartic, low: Any, high: Any) -> Any:
     """
     before = guess(energy, low, high)
     for _ in range(2):
-        before = curved(energy, before, low, high)
-    found = curved(energy, before, low, high)
-    settled = jnp.all(~(jnp.abs(found - before) > SETTLED * high))
+        before = curvature_step(energy, before, low, high)
+    root = curvature_step(energy, before, low, high)
+    has_settled = jnp.all(~(jnp.abs(root - before) > SETTLED * high))
 
     def rising(state: tuple[Any, None]) -> tuple[Any, Any, None]:
         return -value(energy, state[0]), -slope_of(energy, state[0]), None
 
     return jax.lax.cond(
-        settled, lambda: found, lambda: newton_root(rising, (low + high) / 2, low, high)
+        has_settled, lambda: root, lambda: newton_root(rising, (low + high) / 2, low, high)
     )
 
 
@@ -89,18 +89,20 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
     a speed law (of a power above 0) integrated, see `paced`, and not reversely differentiable. With
     a hyperelastic enclosure its work is a quadrature; NOT_A_CASE where that is stretched too far.
     """
-    made = _exact(mass, speed, vacuum, spring, gravity, brake)
+    result = _exact(mass, speed, vacuum, spring, gravity, brake)
     law = brake.speed_law
     if law is None:
-        return made
-    shape = jnp.shape(made.slip)
-    given = (jnp.broadcast_to(a, shape) for a in (mass, speed, vacuum, spring, gravity))
-    mass, speed, vacuum, spring, gravity = given
-    paced = paced_stop(paced_setup(mass, speed, vacuum, spring, gravity, brake, law), speed)
-    fine = made.outcome != NOT_A_CASE
-    chosen = [jnp.where((law.power > 0) & fine, *pair) for pair in zip(paced, made, strict=True)]
-    outcome = chosen[-1]
-    return Stop(*(within(outcome != NOT_A_CASE, x) for x in chosen))._replace(outcome=outcome)
+        return result
+    shape = jnp.shape(result.slip)
+    arrays = (jnp.broadcast_to(a, shape) for a in (mass, speed, vacuum, spring, gravity))
+    mass, speed, vacuum, spring, gravity = arrays
+    paced_result = paced_stop(paced_setup(mass, speed, vacuum, spring, gravity, brake, law), speed)
+    fine = result.outcome != NOT_A_CASE
+    values = [
+        jnp.where((law.power > 0) & fine, *pair) for pair in zip(paced_result, result, strict=True)
+    ]
+    outcome = values[-1]
+    return Stop(*(within(outcome != NOT_A_CASE, x) for x in values))._replace(outcome=outcome)
 
 
 def _exact(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Stop:
@@ -110,16 +112,16 @@ def _exact(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake:
     )
     if brake.hyperelastic is not None or brake.mount.spacers is not None:
         return _along_curve(mass, speed, vacuum, spring, gravity, brake)
-    at = _setup(mass, speed, vacuum, spring, gravity, brake)
-    travel = brake.sheets.usable_travel + jnp.zeros_like(at.kinetic)
-    found = search(at, travel)
+    case = _setup(mass, speed, vacuum, spring, gravity, brake)
+    travel = brake.sheets.usable_travel + jnp.zeros_like(case.kinetic)
+    bracket = search(case, travel)
     # the search is not differentiated: the polishing step carries the gradient of the root
-    energy, low, high = jax.lax.stop_gradient((found.energy, found.low, found.high))
+    energy, low, high = jax.lax.stop_gradient((bracket.energy, bracket.low, bracket.high))
     root = _first_root(energy, low, high)
-    root = polished(found.energy, root, jax.lax.stop_gradient(slope_of(energy, root)))
-    end = end_of(at, found, root)
+    root = polish_root(bracket.energy, root, jax.lax.stop_gradient(slope_of(energy, root)))
+    end = end_of(case, bracket, root)
     fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
-    fine = fine & (at.onset + at.enclosure.root >= 0)
+    fine = fine & (case.onset + case.enclosure.root >= 0)
     outcome = jnp.where(fine, end.outcome, NOT_A_CASE)
     return Stop(*(within(fine, x) for x in end))._replace(outcome=outcome)
 
@@ -127,7 +129,7 @@ def _exact(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake:
 def _along_curve(
     mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
 ) -> Stop:
-    """`stop` where the energy is no quartic in the root of the slip."""
+    """Return `stop` for an energy that is not a quartic in the root of the slip."""
     fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
     # outside the domain the search would meet NaN; there it is given a case of its own
     mass, speed, vacuum, spring, gravity = (
@@ -143,8 +145,10 @@ def course_of(
     law: SpeedLaw, mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
 ) -> tuple[Any, Course]:
     """Time of the onset [s] and the course after it, of one stop that slides with a speed law."""
-    of = paced_setup(mass, speed, vacuum, spring, gravity, brake, law)
-    return _elastic_time(mass, speed, gravity, spring, of.at.onset, True), paced_course(of, speed)
+    case = paced_setup(mass, speed, vacuum, spring, gravity, brake, law)
+    return _elastic_time(mass, speed, gravity, spring, case.setup.onset, True), paced_course(
+        case, speed
+    )
 
 
 def _elastic_time(mass: Any, speed: Any, gravity: Any, spring: Any, force: Any, slides: Any) -> Any:
@@ -166,8 +170,8 @@ def speed_at_slip(
 
     NaN with a speed law, where no closed form holds.
     """
-    curve, of = curve_of(vacuum, brake), Mass(mass, speed, spring, gravity)
-    left, size = energy_at(curve.point(curve.place(slip)), of), of.arriving + of.weight * slip
+    curve, load = curve_of(vacuum, brake), Mass(mass, speed, spring, gravity)
+    left, size = energy_at(curve.point(curve.place(slip)), load), load.arriving + load.weight * slip
     # a standstill found to rounding may lie on either side of zero
     pace = safe_sqrt(jnp.where(left < -1e-9 * size, left, jnp.maximum(left, 0.0)) * 2 / mass)
     return within(any_speed(brake), pace)
@@ -184,14 +188,14 @@ def time_at_slip(
 ) -> Any:
     """Seconds from the taut rope until the brake has slipped by `slip` [m], up to its standstill.
 
-    The elastic part in closed form, the sliding part by Gauss quadrature of dz/v in pieces, cut
-    where the mass is slowest or fastest and where the enclosure is saturated.
+    The elastic part is a closed form. The sliding part is a Gauss quadrature of dz/v in pieces,
+    cut where the mass is slowest or fastest and where the enclosure saturates.
     """
     arrays = jnp.broadcast_arrays(slip, mass, speed, vacuum, spring, gravity)
     slip, mass, speed, vacuum, spring, gravity = arrays
-    curve, of = curve_of(vacuum, brake), Mass(mass, speed, spring, gravity)
-    onset, weight = curve.point(0.0 * slip).force, of.weight
+    curve, load = curve_of(vacuum, brake), Mass(mass, speed, spring, gravity)
+    onset, weight = curve.point(0.0 * slip).force, load.weight
     slip = slip + 0.0 * onset
     slides = weight + jnp.sqrt(weight**2 + spring * mass * speed**2) > onset
     start = _elastic_time(mass, speed, gravity, spring, onset, slides)
-    return within(any_speed(brake), start + sliding_time(slip, curve, of))
+    return within(any_speed(brake), start + sliding_time(slip, curve, load))

@@ -19,8 +19,8 @@ from layerjam.mechanics.roots import false_position
 from layerjam.mechanics.stop.exact import BOTTOMED_OUT, stop
 
 CLOSE = 1e-8
-"""Distance of the stop from the wanted slip, over that slip, at which the search ends."""
-NEAR = 1e-6
+"""Distance of the stop from the target slip, over that slip, at which the search ends."""
+FARTHEST = 1e-6
 """Greatest distance of a stop that counts, over that slip."""
 ROUNDS = 62
 LEAST = 1e-4
@@ -29,15 +29,15 @@ FASTEST = 1e3
 """Fastest arrival that is tried [m/s]."""
 
 
-def _beyond(slip: Any, case: tuple[Any, Any, Any, Any, Any], brake: Brake) -> Any:
-    """How far the stop goes beyond a slip [m]; a mass that has run out of travel goes on the more.
+def _excess_slip(slip: Any, case: tuple[Any, Any, Any, Any, Any], brake: Brake) -> Any:
+    """Distance of the stop beyond a slip [m], extended by the energy left at the end of travel.
 
-    Continuous and rising with what is left of its energy.
+    Continuous, and rising with the energy of the mass.
     """
-    made = stop(*case, brake)
-    force = jnp.where(made.peak_force > 0, made.peak_force, 1.0)
-    over = case[0] * made.end_speed**2 / 2 / force + CLOSE * slip
-    return made.slip - slip + jnp.where(made.outcome == BOTTOMED_OUT, over, 0.0)
+    result = stop(*case, brake)
+    force = jnp.where(result.peak_force > 0, result.peak_force, 1.0)
+    excess = case[0] * result.end_speed**2 / 2 / force + CLOSE * slip
+    return result.slip - slip + jnp.where(result.outcome == BOTTOMED_OUT, excess, 0.0)
 
 
 @law
@@ -50,12 +50,12 @@ def holds(slip: Any, vacuum: Any, weight: Any, brake: Brake) -> Any:
 
 
 @jax.custom_jvp
-def tried(value: Any) -> Any:
+def block_gradient(value: Any) -> Any:
     """A value that was found by trying: to differentiate it raises QuantityError."""
     return value
 
 
-@tried.defjvp
+@block_gradient.defjvp
 def _no_gradient(_: Any, __: Any) -> Any:
     raise QuantityError.of(
         "speed_law",
@@ -72,26 +72,26 @@ def _root(
     `already` where it is above zero at the lower end. Where it jumps over zero the result is NaN.
     """
     end = false_position(rising, low, high, CLOSE * slip, ROUNDS)
-    there = end.is_met & (end.near <= NEAR * slip)
-    return jnp.where(there, end.best, jnp.where(end.under > 0, already, jnp.nan))
+    is_close = end.is_met & (end.error <= FARTHEST * slip)
+    return jnp.where(is_close, end.best, jnp.where(end.below > 0, already, jnp.nan))
 
 
 def paced_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) -> Any:
     """Vacuum [Pa] at which the mass stops after a slip [m]; arrays of one shape.
 
-    NaN where full vacuum does not stop it so soon, or the least one that is tried not so late; and
-    where friction at rest does not hold the weight there, so that it would slide on.
+    NaN if full vacuum does not stop it that soon, or the least vacuum stops it sooner. Also NaN
+    if friction at rest does not hold the weight there, so that it would slide on.
     """
     top = brake.site.atmosphere + jnp.zeros_like(mass)
 
     def short(share: Any) -> Any:
         # the slip falls as the vacuum rises: the search is over what is missing to the full one
-        return _beyond(slip, (mass, speed, top * (1 - share), spring, gravity), brake)
+        return _excess_slip(slip, (mass, speed, top * (1 - share), spring, gravity), brake)
 
     zero = jnp.zeros_like(top)
-    found = top * (1 - _root(short, zero, zero + 1 - LEAST, slip))
-    stays = holds(slip, jnp.where(jnp.isnan(found), 0.0, found), mass * gravity, brake)
-    return jnp.where(stays, found, jnp.nan)
+    vacuum = top * (1 - _root(short, zero, zero + 1 - LEAST, slip))
+    stays = holds(slip, jnp.where(jnp.isnan(vacuum), 0.0, vacuum), mass * gravity, brake)
+    return jnp.where(stays, vacuum, jnp.nan)
 
 
 def paced_speeds(mass: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) -> tuple[Any, Any]:
@@ -100,19 +100,19 @@ def paced_speeds(mass: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) 
     Arrays of one shape.
     """
     weight, full = mass * gravity, brake.site.atmosphere + jnp.zeros_like(mass)
-    rest = at_speed(0.0, brake)
-    alone = brake_force(slip, 0.0, brake)
-    held = vacuum_for_force(jnp.maximum(weight, alone), slip, rest)
-    holding = ~jnp.isnan(held)
-    least = jnp.maximum(jnp.where(holding, held, full), LEAST * full)
+    rest_brake = at_speed(0.0, brake)
+    enclosure_force = brake_force(slip, 0.0, brake)
+    holding_vacuum = vacuum_for_force(jnp.maximum(weight, enclosure_force), slip, rest_brake)
+    holding = ~jnp.isnan(holding_vacuum)
+    least = jnp.maximum(jnp.where(holding, holding_vacuum, full), LEAST * full)
     # both ends are searched at once, so that the stop is compiled once
     vacuum, case = jnp.stack([least, full]), (mass, slip, spring, gravity)
     mass, slip, spring, gravity = (jnp.stack([a, a]) + jnp.zeros_like(vacuum) for a in case)
 
-    def far(pace: Any) -> Any:
-        return _beyond(slip, (mass, pace, vacuum, spring, gravity), brake)
+    def excess(pace: Any) -> Any:
+        return _excess_slip(slip, (mass, pace, vacuum, spring, gravity), brake)
 
     zero = jnp.zeros_like(vacuum)
     # none is needed at a vacuum at which it slides that far from rest already
-    found = _root(far, zero, zero + FASTEST, slip, already=0.0)
-    return found[0], jnp.where(holding, found[1], jnp.nan)
+    speeds = _root(excess, zero, zero + FASTEST, slip, already=0.0)
+    return speeds[0], jnp.where(holding, speeds[1], jnp.nan)

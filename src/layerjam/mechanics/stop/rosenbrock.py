@@ -27,13 +27,13 @@ _C[5, :3] = 8.083246795921522, -7.981132988064893, -31.52159432874371
 _C[5, 3:5] = 16.31930543123136, -6.058818238834054
 
 Rates = Callable[[Any], Any]
-"""From four numbers, shape (4, ...), to how each changes.
+"""Function from four numbers, shape (4, ...), to their rates.
 
-Three that act on each other, and an integral over them that acts on none."""
+Three are coupled; the fourth is an integral over them, on which none depends."""
 
 
 class Step(NamedTuple):
-    """Where a step leads."""
+    """Result of a step."""
 
     after: Any
     """Shape (4, ...)."""
@@ -41,7 +41,7 @@ class Step(NamedTuple):
     """Difference of the two orders."""
 
 
-def _solved(rows: list[list[Any]], right: Any) -> list[Any]:
+def _solve_3x3(rows: list[list[Any]], right: Any) -> list[Any]:
     """x of a 3 x 3 system, by Cramer's rule on rows scaled to size 1."""
     sizes = [jnp.maximum(jnp.maximum(abs(a), abs(b)), abs(c)) for a, b, c in rows]
     (a, b, c), (d, e, f), (g, h, i) = (
@@ -49,29 +49,31 @@ def _solved(rows: list[list[Any]], right: Any) -> list[Any]:
     )
     p, q, r = (value / size for value, size in zip(right, sizes, strict=True))
     ei, di, dh = e * i - f * h, d * i - f * g, d * h - e * g
-    whole = a * ei - b * di + c * dh
-    one = p * ei - b * (q * i - f * r) + c * (q * h - e * r)
-    two = a * (q * i - f * r) - p * di + c * (d * r - q * g)
-    three = a * (e * r - q * h) - b * (d * r - q * g) + p * dh
-    return [one / whole, two / whole, three / whole]
+    determinant = a * ei - b * di + c * dh
+    x = p * ei - b * (q * i - f * r) + c * (q * h - e * r)
+    y = a * (q * i - f * r) - p * di + c * (d * r - q * g)
+    z = a * (e * r - q * h) - b * (d * r - q * g) + p * dh
+    return [x / determinant, y / determinant, z / determinant]
 
 
-def rosenbrock(rates: Rates, now: Any, h: Any) -> Step:
+def rosenbrock(rates: Rates, state: Any, h: Any) -> Step:
     """One step of `h` [s] from four numbers, shape (4, ...); `rates` is autonomous."""
-    columns = [jax.jvp(rates, (now,), (jnp.zeros_like(now).at[j].set(1.0),))[1] for j in range(3)]
-    own = 1 / (GAMMA * h)
-    rows = [[-columns[j][i] + (own if i == j else 0.0) for j in range(3)] for i in range(3)]
+    columns = [
+        jax.jvp(rates, (state,), (jnp.zeros_like(state).at[j].set(1.0),))[1] for j in range(3)
+    ]
+    diagonal = 1 / (GAMMA * h)
+    rows = [[-columns[j][i] + (diagonal if i == j else 0.0) for j in range(3)] for i in range(3)]
 
-    def stage(i: Any, done: tuple[Any, Any]) -> tuple[Any, Any]:
-        _, stages = done
-        at = now + jnp.tensordot(jnp.asarray(_A)[i], stages, 1)
-        right = rates(at) + jnp.tensordot(jnp.asarray(_C)[i], stages, 1) / h
-        made = _solved(rows, right[:3])
-        last = (right[3] + sum(columns[j][3] * made[j] for j in range(3))) / own
-        new = jnp.stack([*made, last])
-        return at, jax.lax.dynamic_update_index_in_dim(stages, new, i, 0)
+    def stage(i: Any, carry: tuple[Any, Any]) -> tuple[Any, Any]:
+        _, stages = carry
+        point = state + jnp.tensordot(jnp.asarray(_A)[i], stages, 1)
+        right = rates(point) + jnp.tensordot(jnp.asarray(_C)[i], stages, 1) / h
+        solution = _solve_3x3(rows, right[:3])
+        last = (right[3] + sum(columns[j][3] * solution[j] for j in range(3))) / diagonal
+        new = jnp.stack([*solution, last])
+        return point, jax.lax.dynamic_update_index_in_dim(stages, new, i, 0)
 
     # one after the other in a loop: written out they take ten times as long to compile
-    none = jnp.zeros((6, *now.shape))
-    at, stages = jax.lax.fori_loop(0, 6, stage, (now, none))
-    return Step(at + stages[5], stages[5])
+    none = jnp.zeros((6, *state.shape))
+    point, stages = jax.lax.fori_loop(0, 6, stage, (state, none))
+    return Step(point + stages[5], stages[5])

@@ -1,8 +1,8 @@
 """Seconds that a mass takes over the slip of a stop, from its kinetic energy along the way.
 
 The slip is followed in a variable w in which force and energy are smooth at the start (the square
-root of the slip, or the strain of the enclosure). The mass may all but stand where the sliding
-force meets its weight, so that pieces are cut there and nodes crowd towards their slow end.
+root of the slip, or the strain of the enclosure). The mass may almost stop where the sliding force
+equals its weight, so that pieces are cut there and nodes crowd towards their slow end.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from layerjam.mechanics.stop.algebra import Quartic, slope_of, value
 
 NEAREST, FARTHEST = 1e-14, 1e6
 """Distance of a complex root of the kinetic energy, over the piece, that the nodes answer to."""
-NEAR = 1e-9
+MARGIN = 1e-9
 """Distance from the end of a piece, over its place, that still counts as that end."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 
@@ -25,8 +25,8 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 class Expansion(NamedTuple):
     """Kinetic energy from the slow end of a piece on; `far` is the distance from that end."""
 
-    rest: Any
-    """At the end [J]."""
+    end_energy: Any
+    """Kinetic energy at the end [J]."""
     first: Any
     """First derivative over the distance."""
     second: Any
@@ -35,7 +35,7 @@ class Expansion(NamedTuple):
 
 
 Expand = Callable[[Any, Any], Expansion]
-"""From the slow end of a piece and the direction away from it (1 or -1)."""
+"""Function of the slow end of a piece and the direction away from it (1 or -1)."""
 
 
 def expand_energy(energy: Callable[[Any], Any], slope: Callable[[Any], Any]) -> Expand:
@@ -44,33 +44,35 @@ def expand_energy(energy: Callable[[Any], Any], slope: Callable[[Any], Any]) -> 
     The derivative is (weight - force) dz/dw; the second one follows by differentiation.
     """
 
-    def expand(end: Any, way: Any) -> Expansion:
-        def along(far: Any) -> Any:
-            return energy(end + way * far)
+    def expand(end: Any, sign: Any) -> Expansion:
+        def energy_at(gap: Any) -> Any:
+            return energy(end + sign * gap)
 
         # a hair inside the piece: at w = 0 the root of the slip has no derivative
-        inside = end + way * NEAR * jnp.maximum(jnp.abs(end), 1e-6)
+        inside = end + sign * MARGIN * jnp.maximum(jnp.abs(end), 1e-6)
         first, second = jax.jvp(slope, (inside,), (jnp.ones_like(inside),))
-        here = energy(end)
-        rest = jnp.maximum(here, 0.0)
-        return Expansion(rest, way * first, second, lambda far: along(far) - here + rest)
+        energy_there = energy(end)
+        end_energy = jnp.maximum(energy_there, 0.0)
+        return Expansion(
+            end_energy, sign * first, second, lambda far: energy_at(far) - energy_there + end_energy
+        )
 
     return expand
 
 
-def expand_quartic(part: Quartic, end: Any, way: Any) -> Expansion:
+def expand_quartic(part: Quartic, end: Any, sign: Any) -> Expansion:
     """Return the expansion of a quartic from its exact derivatives: no digits are lost near zero.
 
     From `end` in the direction `way` (1 or -1).
     """
-    rest, first = jnp.maximum(value(part, end), 0.0), way * slope_of(part, end)
+    end_energy, first = jnp.maximum(value(part, end), 0.0), sign * slope_of(part, end)
     second = 2 * part.a2 + end * (6 * part.a3 + end * 12 * part.a4)
-    third, fourth = way * (6 * part.a3 + 24 * part.a4 * end), part.a4
+    third, fourth = sign * (6 * part.a3 + 24 * part.a4 * end), part.a4
 
-    def energy(far: Any) -> Any:
-        return rest + far * (first + far * (second / 2 + far * (third / 6 + far * fourth)))
+    def energy(gap: Any) -> Any:
+        return end_energy + gap * (first + gap * (second / 2 + gap * (third / 6 + gap * fourth)))
 
-    return Expansion(rest, first, second, energy)
+    return Expansion(end_energy, first, second, energy)
 
 
 def piece_time(
@@ -78,28 +80,30 @@ def piece_time(
 ) -> Any:
     """Return the seconds [s] from w = `low` to `high`, between which the energy has one slow end.
 
-    `falls` says that the slow end is `high`; `pace` is the displacement of the mass over w,
-    dz/dw. The nodes are w = end -+ (high - low) (sinh(a cos q)/sinh a)^2. With a from the distance
-    of the next complex root of the energy that takes out the square root at a standstill, and the
-    peak if it is passed by a hair's breadth.
+    `falls` is true if the slow end is `high`; `pace` is the displacement of the mass over w, dz/dw.
+    The nodes are w = end -+ (high - low) (sinh(a cos q)/sinh a)^2, with a from the distance of the
+    next complex root of the energy. This removes the square root at a standstill, and the sharp
+    peak next to a near standstill.
     """
     width = jnp.maximum(high - low, 0.0)
     length = jnp.where(width > 0, width, 1.0)
-    end, way = jnp.where(falls, high, low), jnp.where(falls, -1.0, 1.0)
-    at = expand(end, way)
-    curve = jnp.where(at.second != 0, jnp.abs(at.second), 1.0)
-    near = jnp.maximum(jnp.sqrt(2 * at.rest / curve), jnp.abs(at.first) / curve) / length
-    near = jnp.where(at.second != 0, jnp.clip(near, NEAREST, FARTHEST), FARTHEST)
-    sharp = jax.lax.stop_gradient(jnp.arcsinh(1 / jnp.sqrt(near)))
+    end, sign = jnp.where(falls, high, low), jnp.where(falls, -1.0, 1.0)
+    series = expand(end, sign)
+    curve = jnp.where(series.second != 0, jnp.abs(series.second), 1.0)
+    margin = (
+        jnp.maximum(jnp.sqrt(2 * series.end_energy / curve), jnp.abs(series.first) / curve) / length
+    )
+    margin = jnp.where(series.second != 0, jnp.clip(margin, NEAREST, FARTHEST), FARTHEST)
+    sharp = jax.lax.stop_gradient(jnp.arcsinh(1 / jnp.sqrt(margin)))
     q = ((jnp.asarray(_NODES) + 1) * (jnp.pi / 4)).reshape((-1,) + (1,) * jnp.ndim(width))
     # sinh and cosh of a cos q from one exponential, which takes half of the time
-    more = jnp.expm1(sharp * jnp.cos(q))
-    sine, most = (more + more / (1 + more)) / 2, jnp.sinh(sharp)
-    share = sine / most
-    rate = 2 * share * sharp * jnp.sin(q) * (sine + 1 / (1 + more)) / most
-    far = width * share**2
-    speed = safe_sqrt(2 * jnp.maximum(at.energy(far), 0.0) / mass)
-    steps = width * rate * pace(end + way * far)
+    growth = jnp.expm1(sharp * jnp.cos(q))
+    sine, scale = (growth + growth / (1 + growth)) / 2, jnp.sinh(sharp)
+    share = sine / scale
+    rate = 2 * share * sharp * jnp.sin(q) * (sine + 1 / (1 + growth)) / scale
+    gap = width * share**2
+    speed = safe_sqrt(2 * jnp.maximum(series.energy(gap), 0.0) / mass)
+    steps = width * rate * pace(end + sign * gap)
     weights = jnp.asarray(_WEIGHTS).reshape(q.shape) * (jnp.pi / 4)
     return (weights * steps / jnp.where(speed > 0, speed, jnp.inf)).sum(axis=0)
 
@@ -121,7 +125,9 @@ def pieces_time(
 
     def add(total: Any, piece: tuple[Any, Any]) -> tuple[Any, None]:
         # most stops end before the last cuts: nothing is computed there
-        some = jnp.any(piece[1] > piece[0])
-        return total + jax.lax.cond(some, seconds, lambda low, _: jnp.zeros_like(low), *piece), None
+        has_length = jnp.any(piece[1] > piece[0])
+        return total + jax.lax.cond(
+            has_length, seconds, lambda low, _: jnp.zeros_like(low), *piece
+        ), None
 
     return jax.lax.scan(add, jnp.zeros_like(cuts[0]), (cuts[:-1], cuts[1:]))[0]

@@ -13,7 +13,7 @@ from layerjam.mechanics.pull import brake_force, vacuum_for_force
 from layerjam.mechanics.roots import implicit_root
 from layerjam.mechanics.stop.exact import STOPPED, any_speed, stop
 from layerjam.mechanics.stop.motion import series_of
-from layerjam.mechanics.stop.paced_tune import NEAR, paced_speeds, paced_vacuum, tried
+from layerjam.mechanics.stop.paced_tune import FARTHEST, block_gradient, paced_speeds, paced_vacuum
 
 
 def _excess(
@@ -21,8 +21,8 @@ def _excess(
 ) -> Any:
     """Energy the brake takes over `slip` less what the mass brings [J], elastic parts included."""
     force = brake_force(slip, vacuum, brake)
-    taken = slip_work(slip, vacuum, brake) + force**2 / (2 * spring)
-    return taken - mass * speed**2 / 2 - mass * gravity * (slip + force / spring)
+    work = slip_work(slip, vacuum, brake) + force**2 / (2 * spring)
+    return work - mass * speed**2 / 2 - mass * gravity * (slip + force / spring)
 
 
 @law
@@ -30,33 +30,33 @@ def tuned_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
     """Vacuum [Pa] at which a mass [kg] arriving with `speed` [m/s] stops after `slip` [m].
 
     `spring` [N/m] is rope and brake in series (infinite for none), `gravity` [m/s^2] acts along the
-    pull. NaN where there is none: too fast for the site's full vacuum, or so slow that a brake weak
-    enough to let it run that far could not hold the weight there. With a speed law (of a power
-    above 0) no balance holds: stops are tried until one ends within 1e-6 of the slip, which takes a
-    thousand times as long; a finite spring is needed, and to differentiate raises QuantityError.
+    pull. NaN if there is none: too fast for the site's full vacuum, or so slow that a brake weak
+    enough for that slip could not hold the weight there. With a speed law (of a power above 0)
+    there is no balance: stops are tried until one ends within 1e-6 of the slip, which takes a
+    thousand times as long. It needs a finite spring, and a derivative raises QuantityError.
     """
     shape = jnp.broadcast_arrays(mass, speed, slip, spring, gravity, brake.sheets.count)
     mass, speed, slip, spring, gravity, _ = shape
-    balanced = _balanced_vacuum(mass, speed, slip, spring, gravity, brake)
+    balance = _balanced_vacuum(mass, speed, slip, spring, gravity, brake)
     if brake.speed_law is None:
-        return balanced
-    case = jax.tree.map(tried, (mass, speed, slip, spring, gravity, brake))
-    return jnp.where(any_speed(brake), balanced, paced_vacuum(*case))
+        return balance
+    case = jax.tree.map(block_gradient, (mass, speed, slip, spring, gravity, brake))
+    return jnp.where(any_speed(brake), balance, paced_vacuum(*case))
 
 
 def _balanced_vacuum(
     mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake
 ) -> Any:
-    """Where the energy balance is met at the end of the slip."""
+    """Return the vacuum that meets the energy balance at the end of the slip."""
     top = brake.site.atmosphere + jnp.zeros_like(mass)
     enclosure_alone = brake_force(slip, 0.0, brake)
-    held = vacuum_for_force(jnp.maximum(mass * gravity, enclosure_alone), slip, brake)
-    low = jnp.where(jnp.isnan(held), top, held)
+    holding_vacuum = vacuum_for_force(jnp.maximum(mass * gravity, enclosure_alone), slip, brake)
+    low = jnp.where(jnp.isnan(holding_vacuum), top, holding_vacuum)
 
     def excess(vacuum: Any) -> Any:
         return _excess(vacuum, mass, speed, slip, spring, gravity, brake)
 
-    feasible = ~jnp.isnan(held) & (excess(low) <= 0) & (excess(top) >= 0)
+    feasible = ~jnp.isnan(holding_vacuum) & (excess(low) <= 0) & (excess(top) >= 0)
     return within(feasible, implicit_root(excess, low, top))
 
 
@@ -72,10 +72,10 @@ def tuned_stop(mass: Any, speed: Any, slip: Any, rope: Any, gravity: Any, brake:
     mass, speed, slip, spring, gravity, _ = jnp.broadcast_arrays(*arrays)
     vacuum = tuned_vacuum(mass, speed, slip, spring, gravity, brake)
     plain = replace(brake, speed_law=None)
-    made = stop(mass, speed, jnp.where(jnp.isnan(vacuum), 0.0, vacuum), spring, gravity, plain)
-    there = (made.outcome == STOPPED) & (jnp.abs(made.slip - slip) <= NEAR * slip)
-    # what was found by trying has been tried
-    return within(there | ~any_speed(brake), vacuum)
+    result = stop(mass, speed, jnp.where(jnp.isnan(vacuum), 0.0, vacuum), spring, gravity, plain)
+    is_met = (result.outcome == STOPPED) & (jnp.abs(result.slip - slip) <= FARTHEST * slip)
+    # a vacuum of `paced_vacuum` has already been tried
+    return within(is_met | ~any_speed(brake), vacuum)
 
 
 @law
@@ -88,19 +88,19 @@ def speed_range(mass: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> 
     """
     spring, full = series_of(rope, brake), brake.site.atmosphere
     weight = mass * gravity
-    alone = brake_force(slip, 0.0, brake)
-    held = vacuum_for_force(jnp.maximum(weight, alone), slip, brake)
+    enclosure_force = brake_force(slip, 0.0, brake)
+    holding_vacuum = vacuum_for_force(jnp.maximum(weight, enclosure_force), slip, brake)
 
     def speed(vacuum: Any) -> Any:
         force = brake_force(slip, vacuum, brake)
-        taken = slip_work(slip, vacuum, brake) + force**2 / (2 * spring)
-        return safe_sqrt(jnp.maximum(taken - weight * (slip + force / spring), 0.0) * 2 / mass)
+        work = slip_work(slip, vacuum, brake) + force**2 / (2 * spring)
+        return safe_sqrt(jnp.maximum(work - weight * (slip + force / spring), 0.0) * 2 / mass)
 
-    low, high = speed(held), within(~jnp.isnan(held), speed(full))
+    low, high = speed(holding_vacuum), within(~jnp.isnan(holding_vacuum), speed(full))
     if brake.speed_law is None:
         return low, high
     wide = jnp.broadcast_arrays(mass, slip, spring, gravity, brake.sheets.count)[:4]
-    slowest, fastest = paced_speeds(*jax.tree.map(tried, (*wide, brake)))
+    slowest, fastest = paced_speeds(*jax.tree.map(block_gradient, (*wide, brake)))
     same = any_speed(brake)
     return jnp.where(same, low, slowest), jnp.where(same, high, fastest)
 

@@ -47,7 +47,7 @@ def _frame_pull(
     style.title(axes, name, detail)
 
 
-@style.styled
+@style.in_style
 def fig4() -> style.Figure:
     """Pulls of all four films at four vacuums."""
     figure, panels = style.canvas(columns=2, rows=2, width=8.6, height=6.4)
@@ -63,7 +63,7 @@ def fig4() -> style.Figure:
     return figure
 
 
-@style.styled
+@style.in_style
 def fig7_9() -> style.Figure:
     """Model before (Fig. 7) and after calibration (Fig. 9) at the three test vacuums."""
     figure, panels = style.canvas(columns=2, width=8.6, height=3.9)
@@ -81,7 +81,7 @@ def fig7_9() -> style.Figure:
     return figure
 
 
-@style.styled
+@style.in_style
 def fig8(fits: Mapping[str, Calibration]) -> style.Figure:
     """Draw the calibration pulls near their peaks, with the paper's two stiffnesses as lines.
 
@@ -108,13 +108,13 @@ def fig8(fits: Mapping[str, Calibration]) -> style.Figure:
         axes.set(xlabel="elongation [mm]", ylabel="force [N]")
         axes.set(xlim=(0, end * MM), ylim=(0, high * 1.22))
         style.spot(axes, float(top.elongation) * MM, high, f"peak {high:.2f} N")
-        style.key(axes, at="lower right")
+        style.key(axes, loc="lower right")
         detail = f"model at 94.5 kPa; a = {fits[name].scale_factor:.4g} comes back"
         style.title(axes, NAMES[name], detail)
     return figure
 
 
-@style.styled
+@style.in_style
 def eq5() -> style.Figure:
     """Eq. 5 as printed against eq. 5 with x inside the root."""
     brake = load("choi2018-kapton").brake
@@ -140,7 +140,7 @@ def eq5() -> style.Figure:
     return figure
 
 
-@style.styled
+@style.in_style
 def sheets_and_mass() -> style.Figure:
     """Draw force and mass as sheets are added, with the paper's 17.5 N and 0.4 g."""
     brake = load("choi2018-kapton").brake
@@ -157,12 +157,12 @@ def sheets_and_mass() -> style.Figure:
     axes.plot(*paper, color=ORANGE, lw=1.2, ls=style.DASHED, label=label)
     axes.set(xlabel="mass of the brake [g]", ylabel="peak force at 94.5 kPa [N]")
     style.spot(axes, weight[place], force[place], label="the paper's brake, 11 sheets", ms=7)
-    style.key(axes, at="upper left")
+    style.key(axes, loc="upper left")
     style.title(axes, "More sheets", "model; Kapton, 3 to 31 sheets")
     return figure
 
 
-@style.styled
+@style.in_style
 def closing() -> style.Figure:
     """Vacuum below which the enclosure closes the unloaded brake."""
     x = np.linspace(0, 0.055, 300)

@@ -9,7 +9,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.load import load
 from layerjam.mechanics.stop.exact import STOPPED, stop
 from layerjam.mechanics.stop.tune import tuned_vacuum
-from layerjam.mechanics.threads import once
+from layerjam.mechanics.threads import cache_threadsafe
 from layerjam.simulate.accelerometer import (
     ADXL193,
     CLASSES,
@@ -34,7 +34,7 @@ def brake_and_rope() -> tuple[Brake, float]:
     return brake, float(brake.rope.stiffness) if brake.rope is not None else np.inf
 
 
-@once
+@cache_threadsafe
 def stops() -> tuple[DropRecord, DropRecord]:
     """Return the paper's stop of 1 kg at 2.5 m/s: at full vacuum, and tuned to slip 40 mm."""
     brake, rope = brake_and_rope()
@@ -69,7 +69,7 @@ def filtered_peak(signal: tuple[np.ndarray, np.ndarray], cutoff: float) -> float
     return float(cfc_filter(np.interp(times, time, value), rate, 0.6 * cutoff).max()) / G
 
 
-@once
+@cache_threadsafe
 def cutoffs() -> tuple[float, float]:
     """Return the cutoffs [Hz] at which the two stops have the paper's 10 g and 2 g."""
     full, tuned_force = (specific_force_of(run) for run in stops())
@@ -110,7 +110,7 @@ class RopeStudy:
     bare: np.ndarray
 
 
-@once
+@cache_threadsafe
 def rope_study(points: int = 400) -> RopeStudy:
     """Compute the peaks for ropes from 10 N/m to 1 MN/m, without a filter."""
     brake, _ = brake_and_rope()

@@ -1,6 +1,6 @@
 """Fig. 13 of the paper: its four proposed machines, each computed from a scenario of ours."""
 
-from layerjam.mechanics.threads import once
+from layerjam.mechanics.threads import cache_threadsafe
 from layerjam.report import style
 from layerjam.studies.choi2018.claims import Claim, claim
 from layerjam.studies.machines import page
@@ -15,7 +15,7 @@ PICTURES = {
 }
 
 
-@once
+@cache_threadsafe
 def _result(name: str) -> Result:
     return load_scenario(name).analyse()
 

@@ -30,7 +30,7 @@ def chains(record: DropRecord) -> dict[str, Reading]:
     return dict(zip(NAMES, read, strict=True))
 
 
-@style.styled
+@style.in_style
 def readings() -> style.Figure:
     """Draw the paper's stop at full vacuum and tuned, ideal and filtered, with close-ups below."""
     figure, panels = style.canvas(2, 2, width=10.4, height=7.2, height_ratios=(1, 1.15))
@@ -51,7 +51,7 @@ def readings() -> style.Figure:
         for chain, reading in by_chain.items():
             words = f"{chain}  {reading.peak / G:.2f} g ({-reading.loss:+.1%})"
             peaks.append((words, COLORS[chain]))
-        style.key(close, *peaks, at="upper right")
+        style.key(close, *peaks, loc="upper right")
         style.title(close, "The peak, close up")
     return figure
 
@@ -70,7 +70,7 @@ def _lines(
     axes.set_ylabel("specific force shown [g]")
 
 
-@style.styled
+@style.in_style
 def draw_requirements() -> style.Figure:
     """Draw peaks over the filter's cutoff and over the rope's stiffness, with the paper's."""
     figure, (filters, ropes) = style.canvas(columns=2, width=11.5, height=4.8)
@@ -80,7 +80,7 @@ def draw_requirements() -> style.Figure:
         style.plain(axes, "xy")
         axes.set(ylabel="peak shown [g]", ylim=(1, 300), yticks=[1, 2, 5, 10, 20, 50, 100])
         axes.minorticks_off()
-        style.key(axes, at="upper left")
+        style.key(axes, loc="upper left")
     return figure
 
 
@@ -118,9 +118,9 @@ def _over_rope(axes: style.Axes) -> None:
     axes.plot(stiffness[slips], study.full[slips], color=BLUE, label=words)
     axes.plot(stiffness, study.tuned, color=GREEN, label="tuned for 40 mm")
     axes.set(xscale="log", xlim=(0.01, 1e3))
-    style.level(axes, PAPER_TUNED, "paper: under 2 g, tuned", at=0.99)
+    style.level(axes, PAPER_TUNED, "paper: under 2 g, tuned", share=0.99)
     style.level(axes, PAPER_FULL, "paper: 10 g, full vacuum", below=True)
-    style.upright(axes, rope / 1e3, "rope of the paper, inferred", at=0.03)
+    style.upright(axes, rope / 1e3, "rope of the paper, inferred", share=0.03)
     softest = float(study.rope[np.isfinite(study.tuned)][0])
     detail = f"1 kg at 2.5 m/s, ideal; below {show(softest, 'N/m', 2)} the rope alone stops it"
     below = "stiffness of the rope [kN/m]"

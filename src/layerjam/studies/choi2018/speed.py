@@ -11,7 +11,7 @@ from layerjam.mechanics.friction import holding_force, sheet_friction
 from layerjam.mechanics.pull import brake_force
 from layerjam.mechanics.stick_slip.laws import critical_speed, of_film, slow_saw
 from layerjam.mechanics.stick_slip.wet import ILLUSTRATIVE, ILLUSTRATIVE_VISCOUS, wet_force
-from layerjam.mechanics.threads import once
+from layerjam.mechanics.threads import cache_threadsafe
 from layerjam.simulate.procedure import simple_pull
 from layerjam.simulate.stack import tensile_stack
 from layerjam.simulate.stick_slip import moving_mass, series_stiffness, slide_of, tooth
@@ -94,7 +94,7 @@ def _study(name: str) -> FilmJudder:
     )
 
 
-@once
+@cache_threadsafe
 def fig4_study() -> dict[str, FilmJudder]:
     """Return both films of Table I at 94.5 kPa and 1 mm/s; cached, as it takes seconds."""
     return {film: _study(name) for film, name in FILMS.items()}

@@ -32,7 +32,7 @@ RATIO = 0.05
 """Damping ratio of the map: assumed."""
 
 
-@style.styled
+@style.in_style
 def amplitude() -> style.Figure:
     """Stick–slip over pulling speed and vacuum for both films, and the mount that stops it."""
     speeds, vacuums = np.geomspace(1e-3, 20, 44), np.linspace(2e3, 100e3, 22)
@@ -54,7 +54,7 @@ def amplitude() -> style.Figure:
         axes.set(xscale="log", xlabel="pulling speed [m/s]", xlim=(1e-3, 20))
         axes.set_ylabel("vacuum [kPa]")
         style.label(axes, 12, 12, "slides\nsteadily", GREY, ha="right")
-        style.key(axes, at="upper right")
+        style.key(axes, loc="upper right")
         style.title(axes, film, f"model; jump law, damping ratio {RATIO:g} (assumed)")
     figure.colorbar(contours, ax=maps[1], label="half of the force's swing [N]", pad=0.02)
     _mount(design)
@@ -79,7 +79,7 @@ def _mount(axes: style.Axes) -> None:
     style.title(axes, "How fast, how stiff", detail)
 
 
-@style.styled
+@style.in_style
 def fig4_judder() -> style.Figure:
     """Draw table I, staggered sliding, and the range in which Kapton alone sticks and slips."""
     from matplotlib.colors import ListedColormap
@@ -96,7 +96,7 @@ def fig4_judder() -> style.Figure:
     bars.set(ylabel="half of the swing over kinetic force [%]", ylim=(0, 150))
     bars.grid(axis="x", visible=False)
     words = "left: table I, all sheets at once", "right: sheets let go one by one"
-    style.key(bars, *((text, INK) for text in words), at="upper left", handlelength=0)
+    style.key(bars, *((text, INK) for text in words), loc="upper left", handlelength=0)
     style.title(bars, "Slow pull, 94.5 kPa", "model; Fig. 4 shows the opposite order")
     code = kapton.judders.astype(int) + 2 * ptfe.judders.astype(int)
     names = "neither", "Kapton alone, as in Fig. 4", "PTFE alone", "both stick and slip"
@@ -105,11 +105,11 @@ def fig4_judder() -> style.Figure:
     grid.pcolormesh(STRIBECK, DAMPING, code, shading="nearest", **scale)
     grid.set(xscale="log", yscale="log", xlabel="Stribeck speed $v_s$ [m/s]")
     grid.set_ylabel("damping [N s/m]")
-    style.level(grid, ptfe.settles, "PTFE's limit", INK, at=0.99, below=True)
-    style.level(grid, kapton.settles, "Kapton's limit, small $v_s$", INK, at=0.99)
+    style.level(grid, ptfe.settles, "PTFE's limit", INK, share=0.99, below=True)
+    style.level(grid, kapton.settles, "Kapton's limit, small $v_s$", INK, share=0.99)
     colors = dict(zip(names, (GREY, BLUE, ORANGE, GREY), strict=True))
     present = [names[value] for value in (1, 2) if (code == value).any()]
-    style.key(grid, *((name, colors[name]) for name in present), at="lower right")
+    style.key(grid, *((name, colors[name]) for name in present), loc="lower right")
     style.label(grid, 2e-2, 3, names[3], INK, ha="center")
     style.label(grid, 9, 210, names[0], INK, ha="center")
     style.title(grid, "At 1 mm/s, same law for both films", "model; nothing here is measured")
@@ -134,7 +134,7 @@ def _pull(axes: style.Axes, speed: float, films: FilmStyles) -> None:
     axes.set(xlim=(0, 40), ylim=(0, 245), xlabel="elongation [mm]", ylabel="force [N]")
 
 
-@style.styled
+@style.in_style
 def fig6() -> style.Figure:
     """Dry and wet Kapton at two speeds; the wet sets are illustrative."""
     brake = load("choi2018-kapton").brake
@@ -150,8 +150,8 @@ def fig6() -> style.Figure:
     law.set(xscale="log", xlabel="sliding speed [mm/s]", ylabel="shear stress [kPa]")
     law.set(xlim=(0.1, 100), ylim=(0, 45))
     for speed_ in (SLOW, FAST):
-        style.upright(law, speed_ * MM, f"{speed_ * MM:g} mm/s", at=0.03)
-    style.key(law, at="upper left")
+        style.upright(law, speed_ * MM, f"{speed_ * MM:g} mm/s", share=0.03)
+    style.key(law, loc="upper left")
     style.title(law, "Stress of an interface, 94.5 kPa", "wet: ILLUSTRATIVE, not measured")
     _pull(slow, SLOW, ((None, "-"), lower))
     _pull(fast, FAST, ((None, "-"), lower, higher))

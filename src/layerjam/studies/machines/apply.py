@@ -60,13 +60,13 @@ class MachineResult(Result):
 
     def pictures(self, progress: Progress) -> list[tuple[str, str]]:
         """Return (SVG text, caption) of each drawing of the machine's page, in order."""
-        from layerjam.report.style import drawn
+        from layerjam.report.style import svg_text
         from layerjam.studies.machines.page import pictures
 
         drawings = []
         for picture in pictures(self.record) if self.record else ():
             progress(f"figure {picture.name}", 0.0)
-            drawings.append((drawn(picture.figure(), words=True), picture.caption))
+            drawings.append((svg_text(picture.figure(), words=True), picture.caption))
         return drawings
 
     def lines(self) -> Iterator[str]:

@@ -39,7 +39,7 @@ def pictures(result: Result) -> list[Picture]:
     ]
 
 
-@style.styled
+@style.in_style
 def belt_in_time(result: Result) -> style.Figure:
     """Draw chest acceleration and displacement over time, for three ways of holding."""
     record: seat_belt.Record = result.record
@@ -60,7 +60,7 @@ def belt_in_time(result: Result) -> style.Figure:
         style.level(left, limit, "allowed")
     left.set(xlim=(0, end), ylim=(0, 1.45 * top))
     left.set(xlabel="time [ms]", ylabel="acceleration of the chest [g]")
-    style.key(left, at="upper right")
+    style.key(left, loc="upper right")
     style.title(left, "Load on the chest", detail)
     longest = max(*(float(curve.ride.way.max()) for curve in restraints), limits.space)
     right.set(xlim=(0, end), ylim=(0, 1.25 * MM * longest))
@@ -70,7 +70,7 @@ def belt_in_time(result: Result) -> style.Figure:
     return figure
 
 
-@style.styled
+@style.in_style
 def belt_over_displacement(result: Result) -> style.Figure:
     """Draw the force in the belt over the chest's displacement."""
     record: seat_belt.Record = result.record
@@ -85,14 +85,14 @@ def belt_over_displacement(result: Result) -> style.Figure:
     axes.set(xlim=(0, 1.15 * MM * max(longest, limits.space)), ylim=(0, 1.35 * KN * force))
     axes.set(xlabel="displacement of the chest in the vehicle [mm]")
     axes.set_ylabel("force in the belt [kN]")
-    style.level(axes, limits.belt * KN, "allowed", at=0.5)
-    style.upright(axes, limits.space * MM, "space", RED, at=0.03)
-    style.key(axes, at="upper left")
+    style.level(axes, limits.belt * KN, "allowed", share=0.5)
+    style.upright(axes, limits.space * MM, "space", RED, share=0.03)
+    style.key(axes, loc="upper left")
     style.title(axes, "Force over displacement", "up to the furthest point; not filtered")
     return figure
 
 
-@style.styled
+@style.in_style
 def neck_in_time(result: Result) -> style.Figure:
     """Draw angular acceleration and velocity over time."""
     record: neck_guard.Record = result.record
@@ -109,8 +109,8 @@ def neck_in_time(result: Result) -> style.Figure:
     left.set_ylim(min(-0.4, float(braked.angular.min()) / 1e3 * 1.2), high)
     left.set_ylabel(f"angular acceleration {RADIANS}")
     right.set_ylabel("angular velocity [rad/s]")
-    style.level(left, limit, "allowed", at=0.99)
-    style.key(left, at="upper right")
+    style.level(left, limit, "allowed", share=0.99)
+    style.key(left, loc="upper right")
     detail = (
         f"peak {bare.acceleration:.0f} rad/s² free, {braked.acceleration:.0f} rad/s² with brakes"
     )
@@ -120,7 +120,7 @@ def neck_in_time(result: Result) -> style.Figure:
     return figure
 
 
-@style.styled
+@style.in_style
 def neck_over_count(result: Result) -> style.Figure:
     """Peak over the number of brakes."""
     record: neck_guard.Record = result.record
@@ -133,14 +133,14 @@ def neck_over_count(result: Result) -> style.Figure:
     axes.set(xlim=(1, float(counts[-1])), ylim=(0, 1.25 * max(free, limit)))
     axes.set(xlabel="number of brakes side by side")
     axes.set_ylabel(f"greatest angular acceleration {RADIANS}")
-    style.level(axes, free, "free", GREY, at=0.99)
+    style.level(axes, free, "free", GREY, share=0.99)
     style.level(axes, limit, "allowed", below=True)
     style.spot(axes, have, turns[have - 1], "this guard", BLUE)
     style.title(axes, "More brakes", "jammed before the blow, behind the scenario's straps")
     return figure
 
 
-@style.styled
+@style.in_style
 def ankle_stride(result: Result) -> style.Figure:
     """Angle, force and hold along a stride."""
     record: ankle_clutch.Record = result.record
@@ -159,11 +159,11 @@ def ankle_stride(result: Result) -> style.Figure:
     lower.plot(part, stride.force, color=BLUE, lw=2.2, label="given")
     lower.set(ylim=(0, 1.35 * top), xlim=(float(part[0]), float(part[-1])), ylabel="force [N]")
     lower.set_xlabel("part of the stride, from heel strike on [%]")
-    style.key(lower, at="upper left")
+    style.key(lower, loc="upper left")
     return figure
 
 
-@style.styled
+@style.in_style
 def ankle_rates(result: Result) -> style.Figure:
     """Slip over the stride rate."""
     record: ankle_clutch.Record = result.record
@@ -180,7 +180,7 @@ def ankle_rates(result: Result) -> style.Figure:
     return figure
 
 
-@style.styled
+@style.in_style
 def exercise_in_time(result: Result) -> style.Figure:
     """Torque and vacuum over time."""
     record: rehabilitation.Record = result.record
@@ -202,11 +202,11 @@ def exercise_in_time(result: Result) -> style.Figure:
     lower.plot(session.time, vacuum.vacuum * KPA, color=BLUE, lw=1.4, label="in the brakes")
     lower.set(xlabel="time [s]", ylabel="vacuum [kPa]", ylim=(0, 1.5 * float(target.max())))
     for axes in (upper, lower):
-        style.key(axes, at="upper left", ncols=2)
+        style.key(axes, loc="upper left", ncols=2)
     return figure
 
 
-@style.styled
+@style.in_style
 def exercise_over_angle(result: Result) -> style.Figure:
     """Torque over angle, and what can be followed over speed."""
     record: rehabilitation.Record = result.record
@@ -231,7 +231,7 @@ def exercise_over_angle(result: Result) -> style.Figure:
     right.set_ylabel("can be followed [% of the flexion]")
     right.set_xlim(float(speeds[0]), float(speeds[-1]))
     style.level(right, get(result.scenario, "limits.followed") * 100, "least allowed", below=True)
-    style.upright(right, math.degrees(get(result.scenario, "exercise.speed")), "asked", at=0.03)
+    style.upright(right, math.degrees(get(result.scenario, "exercise.speed")), "asked", share=0.03)
     fastest = math.degrees(result.own["fastest_speed"])
     style.title(right, "Over the speed", f"up to {show(fastest, '1', 3)} degrees a second")
     return figure

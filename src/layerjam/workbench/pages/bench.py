@@ -19,7 +19,7 @@ from layerjam.control.faults import PROVOKED
 from layerjam.control.settings import KINDS
 from layerjam.errors import LayerjamError
 from layerjam.fluid.file import lines
-from layerjam.report.control_figures import seen
+from layerjam.report.control_figures import bench_panes
 from layerjam.rig.driver import VENT_RESTS
 from layerjam.rig.execute import RunResult
 from layerjam.rig.export import export
@@ -36,7 +36,7 @@ from layerjam.workbench.bench_session import (
     switch_on,
 )
 from layerjam.workbench.charts import options
-from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, menu
+from layerjam.workbench.controls import Choice, Control, by_key, choice, entry, menu
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.vacuum import safe_choice
@@ -45,7 +45,7 @@ from layerjam.workbench.widgets import (
     button,
     chart,
     columns,
-    dressed,
+    dress,
     field,
     fold,
     hint,
@@ -55,7 +55,7 @@ from layerjam.workbench.widgets import (
 
 
 @dataclass(frozen=True)
-class Watched:
+class BenchRecord:
     """Looks at a bench, and whether its board is a virtual one."""
 
     looks: Sequence[Look]
@@ -77,9 +77,9 @@ class Watched:
         """The bytes of the figure."""
         from layerjam.report import control_figures, style
 
-        made = control_figures.watched(**self.columns, simulated=self.simulated)
+        figure = control_figures.watched(**self.columns, simulated=self.simulated)
         with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
-            return style.save(made, Path(folder) / f"figure.{ending}").read_bytes()
+            return style.save(figure, Path(folder) / f"figure.{ending}").read_bytes()
 
     def python(self) -> str:
         """Lines that hold what was seen and draw it."""
@@ -91,11 +91,11 @@ class Watched:
         return notebook_of("What was seen of the bench", self._lines())
 
     def _lines(self) -> str:
-        held = (f"{k} = [{', '.join(map(repr, v))}]\n" for k, v in self.columns.items())
+        lists = (f"{k} = [{', '.join(map(repr, v))}]\n" for k, v in self.columns.items())
         return (
             "from math import nan\n\nfrom layerjam.report import style\n"
             "from layerjam.report.control_figures import watched\n\n"
-            f"{''.join(held)}figure = watched(time, vacuum, target, simulated={self.simulated})\n"
+            f"{''.join(lists)}figure = watched(time, vacuum, target, simulated={self.simulated})\n"
         )
 
 
@@ -124,50 +124,49 @@ STEPS = (
     "Choose where a fault ends, and what the vent does without power. Nothing runs before that.",
     "Hold a target and watch the vacuum follow, or run a procedure and keep its recording.",
 )
-"""What there is to do, where nothing is drawn yet."""
+"""Instructions that are shown before the first reading."""
 GONE = (
     f"Keep this page open and in view: {LEASE:g} s after it is gone the bench is in its safe state."
 )
 
 
 def rest_choice() -> Choice:
-    """What the vent valve does without power; nothing is chosen for the user."""
-    words = {"": "not chosen", **{rest: rest for rest in VENT_RESTS}}
-    about = "State of the vent valve without power. A board in reset cannot move it."
-    return Choice("vent_rest", words, "", label="Vent at rest", help=about)
+    """Choice of the vent valve's position without power; it has no default."""
+    words = {"": "not chosen", **{state: state for state in VENT_RESTS}}
+    meaning = "State of the vent valve without power. A board in reset cannot move it."
+    return Choice("vent_rest", words, "", label="Vent at rest", help=meaning)
 
 
 class Bench(Page):
     """One bench, connected from this page."""
 
     name, title = "bench", "Bench"
-    about = "A real board, or a virtual one, that holds the vacuum"
+    summary = "A real board, or a virtual one, that holds the vacuum"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
-        about = "; ".join(f"{k}: {v}" for k, v in KINDS.items())
-        self.law = Choice("kind", {k: k for k in KINDS}, "pi", label="Law", help=about)
+        meanings = "; ".join(f"{k}: {v}" for k, v in KINDS.items())
+        self.law = Choice("kind", {k: k for k in KINDS}, "pi", label="Law", help=meanings)
         self.safe, self.rest = safe_choice(), rest_choice()
-        words = {name: f"{name.replace('-', ' ')}: {about}" for name, about in PROVOKED.items()}
+        words = {name: f"{name.replace('-', ' ')}: {text}" for name, text in PROVOKED.items()}
         self.broken = Choice("broken", {"none": "nothing", **words}, "none", label="Break")
         self.present = Presence()
         self.session: Session | None = None
         self.folder: Path | None = None
         self.done: RunResult | None = None
         self._drawn: Any = None
-        self.taken: Watched | None = None
+        self.taken: BenchRecord | None = None
 
     def controls(self) -> Mapping[str, Control]:
         """Target and sensor."""
         full = self.desk.line.line.site.atmosphere
-        target = asked("rise", "target", min(40e3, 0.6 * full), (0.01 * full, 0.99 * full))
+        target = entry("rise", "target", min(40e3, 0.6 * full), (0.01 * full, 0.99 * full))
         return by_key(
-            target.within(high=full),
-            asked("regulate", "sensor_range", 103e3, (10e3, 200e3)),
+            target.narrow(high=full), entry("regulate", "sensor_range", 103e3, (10e3, 200e3))
         )
 
     def build(self) -> None:
-        """What to connect and to hold left, what it does right."""
+        """Build connection and target on the left, the readings on the right."""
         side, main = columns()
         with side:
             self._connecting()
@@ -176,8 +175,10 @@ class Bench(Page):
             choice(self.desk, self.name, self.law)
             self.slider("target")
             with ui.row().classes("gap-2"):
-                button("Hold the target", self._on, "bench-on", "play_arrow")
-                button("Off", self._off, "bench-off", "stop", how="dense no-caps color=negative")
+                button("Hold the target", self._hold, "bench-on", "play_arrow")
+                button(
+                    "Off", self._release, "bench-off", "stop", look="dense no-caps color=negative"
+                )
                 button("Clear the fault", self._clear, "bench-clear")
             self.problem_line()
             with fold("Run a procedure and keep it", "bench-procedure-fold", is_open=True):
@@ -192,14 +193,14 @@ class Bench(Page):
             with ui.row().classes("items-baseline gap-6"):
                 self.number = status("bench-vacuum", "text-4xl font-medium tabular-nums")
                 self.words = status("bench-state", "text-lg", NOT_YET)
-            self.steps = dressed(ui.element("ol"), "bench-steps", "list-decimal pl-6")
+            self.steps = dress(ui.element("ol"), "bench-steps", "list-decimal pl-6")
             with self.steps:
                 for step in STEPS:
-                    with dressed(ui.element("li"), classes="py-1"):
+                    with dress(ui.element("li"), classes="py-1"):
                         ui.label(step)
             with ui.column().classes("w-full") as self.watched:
-                what = "Vacuum and target over the last minute"
-                self.curve = chart("bench-chart", what, "width: 100%; height: max(380px, 50vh)")
+                label = "Vacuum and target over the last minute"
+                self.curve = chart("bench-chart", label, "width: 100%; height: max(380px, 50vh)")
                 takeaway.row(self.name, self.curve, lambda: self.taken)
             self.facts = status("bench-facts", QUIET)
             self.outcome = status("bench-outcome", "text-base")
@@ -216,9 +217,9 @@ class Bench(Page):
         self._see()
 
     def _connecting(self) -> None:
-        known = self.desk.state.line if self.desk.state.line in lines() else "choi2018"
+        line = self.desk.state.line if self.desk.state.line in lines() else "choi2018"
         self.address = field(
-            "Address", "bench-address", f"sim:{known}", example="serial:/dev/ttyACM0",
+            "Address", "bench-address", f"sim:{line}", example="serial:/dev/ttyACM0",
             tip="sim:LINE is a virtual board; serial:PORT a board; tcp:HOST:5025 a gateway",
         )  # fmt: skip
         with ui.row().classes("gap-2"):
@@ -233,48 +234,48 @@ class Bench(Page):
             button("Stop", self._stop, "bench-stop")
 
     def _see(self) -> None:
-        there = self.session is not None
-        self.link.set_enabled(not there)
-        self.unlink.set_enabled(there)
-        self.address.set_enabled(not there)
+        is_connected = self.session is not None
+        self.link.set_enabled(not is_connected)
+        self.unlink.set_enabled(is_connected)
+        self.address.set_enabled(not is_connected)
         virtual = self.session is not None and self.session.bench.plant is not None
         self.breaking.set_visibility(virtual)
-        begun = there or self.taken is not None
+        begun = is_connected or self.taken is not None
         self.steps.set_visibility(not begun)
         self.watched.set_visibility(begun)
 
     def compute(self) -> Any:
-        """What was set is sent: another target while one is held, and what breaks."""
+        """Send changed settings: a new target while one is held, and the injected fault."""
         session = self.session
         if session is None or not session.looks or session.running is not None:
             return None
         if session.looks[-1].state == "RUN":
-            session.ask(partial(switch_on, **self._wanted())).result(10)
+            session.ask(partial(switch_on, **self._settings())).result(10)
         if session.bench.plant is not None:
-            wanted = self._wanted(rest=False)
-            session.ask(partial(provoke, fault=self.word(self.broken), **wanted)).result(10)
+            settings = self._settings(with_rest=False)
+            session.ask(partial(provoke, fault=self.word(self.broken), **settings)).result(10)
         return None
 
-    def _wanted(self, *, rest: bool = True) -> dict[str, Any]:
+    def _settings(self, *, with_rest: bool = True) -> dict[str, Any]:
         target = self.value("target")
-        safe = self.word(self.safe) or ("release" if not rest else "")
-        made = regulator_for(
+        safe = self.word(self.safe) or ("release" if not with_rest else "")
+        regulator = regulator_for(
             str(self.address.value), self.desk.line, target, safe, self.word(self.law),
             self.value("sensor_range"),
         )  # fmt: skip
-        more = {"rest": self.word(self.rest)} if rest else {}
-        return {"regulator": made, "target": target, **more}
+        extra = {"rest": self.word(self.rest)} if with_rest else {}
+        return {"regulator": regulator, "target": target, **extra}
 
     def draw(self, result: Any) -> None:
         """Nothing: what the bench does is drawn as it comes."""
 
-    async def _tried(self, what: Callable[[], Any]) -> Any:
-        """Its result, computed elsewhere; a refusal stands on the page, and None comes back."""
+    async def _try_call(self, act: Callable[[], Any]) -> Any:
+        """Return the result, computed in a thread; None if refused, with the reason on the page."""
         if self.problem is not None:
             self.problem.say("")
         try:
-            made = await run.io_bound(what)
-            return await asyncio.wrap_future(made) if isinstance(made, Future) else made
+            result = await run.io_bound(act)
+            return await asyncio.wrap_future(result) if isinstance(result, Future) else result
         except LayerjamError as error:
             if self.problem is not None:
                 self.problem.say(one_line(error))
@@ -284,7 +285,7 @@ class Bench(Page):
         self.present.beat()
         address, target = str(self.address.value).strip(), self.value("target")
         self.link.set_enabled(False)
-        self.session = await self._tried(partial(Session.connect, address, self.present, target))
+        self.session = await self._try_call(partial(Session.connect, address, self.present, target))
         gone = self.client is None or self.client.is_deleted
         if self.session is not None and gone:
             self._leave()
@@ -308,23 +309,23 @@ class Bench(Page):
             if self.problem is not None:
                 self.problem.say("Nothing is connected")
             return None
-        return await self._tried(lambda: session.ask(act))
+        return await self._try_call(lambda: session.ask(act))
 
-    def _undeclared(self) -> str:
+    def _missing_choice(self) -> str:
         if not self.word(self.safe):
             return "Choose where a fault should end: release or hold"
         return "" if self.word(self.rest) else "Choose what the vent valve does without power"
 
-    async def _on(self) -> None:
-        missing = self._undeclared()
+    async def _hold(self) -> None:
+        missing = self._missing_choice()
         if missing and self.problem is not None:
             self.problem.say(missing)
             return
-        wanted = await self._tried(self._wanted)
-        if wanted is not None:
-            await self._do(partial(switch_on, **wanted))
+        settings = await self._try_call(self._settings)
+        if settings is not None:
+            await self._do(partial(switch_on, **settings))
 
-    async def _off(self) -> None:
+    async def _release(self) -> None:
         self._stop()
         await self._do(lambda bench: bench.off())
 
@@ -337,22 +338,26 @@ class Bench(Page):
             session.running.ask()
 
     async def _run(self) -> None:
-        missing = self._undeclared()
+        missing = self._missing_choice()
         if missing and self.problem is not None:
             self.problem.say(missing)
             return
-        wanted = await self._tried(self._wanted)
+        settings = await self._try_call(self._settings)
         session = self.session
-        if session is None or wanted is None:
+        if session is None or settings is None:
             await self._do(lambda bench: None)
             return
         if self.folder is None:
             self.folder = Path(tempfile.mkdtemp(prefix="layerjam-workbench-"))
-        made, rest = wanted["regulator"], wanted["rest"]
+        regulator, vent_rest = settings["regulator"], settings["rest"]
 
         def declare(bench: Any) -> None:
             bench.off()
-            bench.safe_state, bench.vent_rest, bench.regulator = made.safe_state, rest, made
+            bench.safe_state, bench.vent_rest, bench.regulator = (
+                regulator.safe_state,
+                vent_rest,
+                regulator,
+            )
 
         meta: dict[str, object] = {
             "line_toml": self.desk.line.text,
@@ -365,8 +370,8 @@ class Bench(Page):
             return session.record(str(self.procedure.value), out, meta)
 
         self.outcome.set_text("Running …")
-        self.done = await self._tried(record)
-        self.outcome.set_text(_ended(self.done) if self.done is not None else "")
+        self.done = await self._try_call(record)
+        self.outcome.set_text(_run_sentence(self.done) if self.done is not None else "")
         self.keep.set_visibility(self.done is not None)
 
     async def _give(self, ending: str) -> None:
@@ -377,7 +382,7 @@ class Bench(Page):
             ui.download.content(file.read_bytes(), file.name, "application/vnd.sqlite3")
             return
         out = file.with_suffix(ending)
-        if await self._tried(partial(export, file, out, overwrite=True)) is not None:
+        if await self._try_call(partial(export, file, out, overwrite=True)) is not None:
             ui.download.content(out.read_bytes(), out.name, "text/csv")
 
     def _draw_live(self) -> None:
@@ -399,11 +404,11 @@ class Bench(Page):
         self.banner.set_text(SIMULATED if session.bench.simulated else "")
         self._say(looks[-1])
         end = looks[-1].time
-        shown = [look for look in looks if look.time >= end - WINDOW]
-        self.taken = Watched(shown, session.bench.simulated)
-        since = [look.time - end for look in shown]
-        how = {**self.taken.columns, "time": since, "x": "time before now [s]"}
-        live.draw(self.curve, options(seen(**how, x_range=(-WINDOW, 0)), self.dark))
+        window = [look for look in looks if look.time >= end - WINDOW]
+        self.taken = BenchRecord(window, session.bench.simulated)
+        ages = [look.time - end for look in window]
+        series = {**self.taken.columns, "time": ages, "x": "time before now [s]"}
+        live.draw(self.curve, options(bench_panes(**series, x_range=(-WINDOW, 0)), self.dark))
 
     def _say(self, look: Look) -> None:
         vacuum = "no reading" if look.vacuum is None else f"{look.vacuum / KPA:.1f} kPa"
@@ -414,9 +419,9 @@ class Bench(Page):
         self.facts.set_text(f"Target {show(look.target, 'Pa')}, pump {look.pump:.0%}, vent {vent}")
 
 
-def _ended(done: RunResult) -> str:
-    missing = f"{done.gaps} samples are missing" if done.gaps else "no sample is missing"
-    kept = f"{done.samples} samples are in its file, with those of before it began; {missing}."
-    if done.reason is None:
-        return f"All steps carried out in {done.duration:.1f} s. {kept}"
-    return f"Ended after {done.duration:.1f} s: {done.reason}. {kept}"
+def _run_sentence(result: RunResult) -> str:
+    missing = f"{result.gaps} samples are missing" if result.gaps else "no sample is missing"
+    counts = f"{result.samples} samples are in its file, with those of before it began; {missing}."
+    if result.reason is None:
+        return f"All steps carried out in {result.duration:.1f} s. {counts}"
+    return f"Ended after {result.duration:.1f} s: {result.reason}. {counts}"

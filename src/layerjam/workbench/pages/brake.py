@@ -14,12 +14,12 @@ from layerjam.units import get, parse, show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, result_fields
-from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, vacuum_asked
+from layerjam.workbench.controls import Choice, Control, by_key, choice, entry, vacuum_entry
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.more import More
+from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Figures, Notes, Page
 from layerjam.workbench.pages.brake_build import BuildPart
-from layerjam.workbench.pages.records import OWN, Editor, Kind
+from layerjam.workbench.pages.records import CUSTOM, Editor, Kind
 from layerjam.workbench.scene import StackView, in_words, stack_of
 from layerjam.workbench.tables import Cell, html
 from layerjam.workbench.widgets import button, columns, fold, select
@@ -47,21 +47,21 @@ class Brake(Page):
     """Change a number and see what it does, or whether and how it is built."""
 
     name, title = "brake", "Brake"
-    about = "What it is made of, what it weighs, holds and bears"
+    summary = "What it is made of, what it weighs, holds and bears"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self.editor = Editor(desk, KIND)
         self.making = BuildPart(self)
-        self.more = More(self, "force", ("slip", "vacuum"))
+        self.more = OtherInputs(self, "force", ("slip", "vacuum"))
 
     def controls(self) -> Mapping[str, Control]:
-        """What the picture shows: slip and vacuum, within the brake's bounds."""
+        """Slip and vacuum of the picture, within the brake's bounds."""
         brake = self.desk.brake.brake
         lap, full = brake.sheets.overlap, self.more.atmosphere(brake.site.atmosphere)
-        slip = asked("force", "slip", 0.0, (0.0, lap), label="Slip drawn")
-        vacuum = vacuum_asked("force", "vacuum", full, label="Vacuum drawn")
-        return by_key(slip.within(high=lap), vacuum)
+        slip = entry("force", "slip", 0.0, (0.0, lap), label="Slip drawn")
+        vacuum = vacuum_entry("force", "vacuum", full, label="Vacuum drawn")
+        return by_key(slip.narrow(high=lap), vacuum)
 
     def build(self) -> None:
         """Numbers of the brake left, what follows from them right."""
@@ -103,7 +103,7 @@ class Brake(Page):
                 keys = ("force", "sheet_friction", "enclosure_force")
                 self.figures = Figures(self.name, "force", keys)
                 self.more.build()
-        self._beside()
+        self._build_comparison()
         self.table = live.Table()
         self.notes = Notes()
         with (
@@ -112,7 +112,7 @@ class Brake(Page):
         ):
             self.sources = live.Table()
 
-    def _beside(self) -> None:
+    def _build_comparison(self) -> None:
         def put(event: Any) -> None:
             self._put_beside(str(event.value or ""))
 
@@ -120,63 +120,63 @@ class Brake(Page):
             self.other = select({}, "Compare with", "brake-beside", put, classes="w-64")
             text, look = "Keep as it is now, to compare", "flat dense no-caps"
             keep = lambda: self._put_beside(self.desk.state.brake)  # noqa: E731
-            button(text, keep, "brake-keep", "push_pin", how=look)
+            button(text, keep, "brake-keep", "push_pin", look=look)
         self.desk.watch(lambda what: self._fill_beside() if what in ("brake", "undo") else None)
         self._fill_beside()
 
     def _fill_beside(self) -> None:
-        text, kept = self.desk.state.beside, self.desk.beside
-        known = {"": "nothing"} | {name: load(name).title or name for name in catalogue()}
-        if kept is not None and text not in known:
-            known[OWN] = f"{kept.name} (kept)"
-        self.other.set_options(known, value=text if text in known else OWN)
+        text, second = self.desk.state.beside, self.desk.beside
+        choices = {"": "nothing"} | {name: load(name).title or name for name in catalogue()}
+        if second is not None and text not in choices:
+            choices[CUSTOM] = f"{second.name} (kept)"
+        self.other.set_options(choices, value=text if text in choices else CUSTOM)
 
     def _put_beside(self, text: str) -> None:
-        if text not in (OWN, self.desk.state.beside):
+        if text not in (CUSTOM, self.desk.state.beside):
             self.desk.put_file("beside", text)
 
     def calls(self) -> Sequence[Call]:
-        """What the brake is, its force where it is drawn, and the other one; or its build."""
+        """The brake's numbers, its force at the drawn slip, and the second brake; or its build."""
         if self._builds():
             return self.making.calls()
-        here = self.desk.brake_subject()
-        more = self.more.options()
-        site = {key: value for key, value in more.items() if key == "atmosphere"}
-        drawn = {**self.texts("slip", "vacuum"), **more}
-        made = [Call("show", (here,), site), Call("force", (here,), drawn)]
+        brake = self.desk.brake_subject()
+        options = self.more.options()
+        site = {key: value for key, value in options.items() if key == "atmosphere"}
+        place = {**self.texts("slip", "vacuum"), **options}
+        calls = [Call("show", (brake,), site), Call("force", (brake,), place)]
         if self.desk.beside is not None:
-            made.append(Call("show", (self.desk.subject("beside"),), site))
-        return made
+            calls.append(Call("show", (self.desk.subject("beside"),), site))
+        return calls
 
     def compute(self) -> Any:
-        """What is shown, and whether that is the build."""
+        """Return (whether it is the build, result)."""
         return (True, self.making.compute()) if self._builds() else (False, super().compute())
 
     def answers(self) -> Sequence[Answer]:
         """Answers that are shown: the brake and its force, or the build."""
         if self.result is None or self.result[0] != self._builds():
             return []
-        builds, found = self.result
-        return [found.answer] if builds else found
+        builds, result = self.result
+        return [result.answer] if builds else result
 
     def draw(self, result: Any) -> None:
         """Picture, numbers, notes and sources; or the build."""
-        builds, found = result
+        builds, parts = result
         if builds:
-            self.making.draw(found)
+            self.making.draw(parts)
             return
-        shown, force, *other = (answer.result for answer in found)
-        brake, drawn = self.desk.brake.brake, found[1].call.options
-        slip, vacuum = (parse(drawn[key], u, key) for key, u in (("slip", "m"), ("vacuum", "Pa")))
+        facts, force, *second = (answer.result for answer in parts)
+        brake, place = self.desk.brake.brake, parts[1].call.options
+        slip, vacuum = (parse(place[key], u, key) for key, u in (("slip", "m"), ("vacuum", "Pa")))
         stack = stack_of(brake, slip, vacuum / brake.site.atmosphere)
         words = in_words(brake, stack, slip)
         self.view.show(stack, words, self.dark)
         self.words.set_text(words)
         self.figures.fill(force)
-        kept = self.desk.beside
-        unlike = uneven([self.desk.brake, *([] if kept is None else [kept])])
-        self.table.set_content(comparison(shown, other[0] if other else None, not unlike))
-        self.notes.fill([*unlike, *shown.warnings, *stale(self.desk.brake)])
+        second_file = self.desk.beside
+        unlike = uneven([self.desk.brake, *([] if second_file is None else [second_file])])
+        self.table.set_content(comparison(facts, second[0] if second else None, not unlike))
+        self.notes.fill([*unlike, *facts.warnings, *stale(self.desk.brake)])
         self.sources.set_content(sources(self.desk.brake))
 
 
@@ -206,16 +206,16 @@ ALIKE = 5e-5
 """Part by which numbers may differ that are called the same: less than is shown of it."""
 
 
-def verdict(mine: float | None, other: float | None, better: int) -> str:
+def verdict(mine: float | None, theirs: float | None, better: int) -> str:
     """Return the first compared with the second: sign, percent and, if it is clear, the better."""
-    if mine is None or other is None:
+    if mine is None or theirs is None:
         return ""
-    if mine == other or (other and abs(mine / other - 1) < ALIKE):
+    if mine == theirs or (theirs and abs(mine / theirs - 1) < ALIKE):
         return "same"
-    much = _percent(mine / other - 1) if other else "more than none"
+    much = _percent(mine / theirs - 1) if theirs else "more than none"
     if not better:
         return much
-    return f"▲ {much}, better" if (mine - other) * better > 0 else f"▼ {much}, worse"
+    return f"▲ {much}, better" if (mine - theirs) * better > 0 else f"▼ {much}, worse"
 
 
 def _percent(part: float) -> str:
@@ -223,25 +223,25 @@ def _percent(part: float) -> str:
     return text.replace("-", "−")
 
 
-def comparison(here: Any, beside: Any | None, even: bool = True) -> str:
-    """What the brake is and will do as HTML; with a second brake the difference, in words.
+def comparison(first: Any, second: Any | None, even: bool = True) -> str:
+    """Return the brake's numbers as HTML, and the difference to a second brake in words.
 
     Where only one of the two is calibrated they are not `even`, and none has the better force.
     """
-    heads = ["", here.values["name"]]
-    if beside is not None:
-        heads += [beside.values["name"], f"{here.values['name']} is"]
+    heads = ["", first.values["name"]]
+    if second is not None:
+        heads += [second.values["name"], f"{first.values['name']} is"]
     rows: list[list[Cell]] = []
-    about = result_fields("show")
+    meanings = result_fields("show")
     for key, better in ROWS.items():
-        unit, mine = here.units[key], here.values[key]
-        name = about[key][0].upper() + about[key][1:]
+        unit, mine = first.units[key], first.values[key]
+        name = meanings[key][0].upper() + meanings[key][1:]
         row: list[Cell] = [name, (show(mine, unit), "font-medium")]
-        if beside is not None:
-            other = beside.values[key]
+        if second is not None:
+            theirs = second.values[key]
             judged = even or key not in WITH_FACTOR
-            words = verdict(mine, other, better if judged else 0)
-            row += [show(other, unit), (words, _weight(words))]
+            words = verdict(mine, theirs, better if judged else 0)
+            row += [show(theirs, unit), (words, _weight(words))]
         rows.append(row)
     return html(heads, rows, (1, 2, 3), "The brake", "brake-numbers")
 
@@ -260,8 +260,8 @@ def sources(file: BrakeFile) -> str:
         value, source = get(file.brake, path), file.sources.get(path)
         if value is None:
             continue
-        said = ("default", "", "", "")
+        source_texts = ("default", "", "", "")
         if source is not None:
-            said = (source.kind, source.text, source.spread, source.conflict)
-        rows.append([path, show(value, spec.unit, 6), *said])
+            source_texts = (source.kind, source.text, source.spread, source.conflict)
+        rows.append([path, show(value, spec.unit, 6), *source_texts])
     return html(heads, rows, (1,), "Sources", "brake-sources")

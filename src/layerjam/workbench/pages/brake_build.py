@@ -13,17 +13,17 @@ from layerjam.device.workshop import CUTTERS
 from layerjam.errors import MissingExtraError
 from layerjam.units import show
 from layerjam.workbench import live
-from layerjam.workbench.alone import Tell, alone
+from layerjam.workbench.alone import Tell, run_in_subprocess
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Options, key_of
 from layerjam.workbench.controls import Choice, choice
-from layerjam.workbench.more import More
+from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Box, Figures, Notes, Page, View
 from layerjam.workbench.pages.brake_parts import Parts, PartsView, parts_of
 from layerjam.workbench.runner import Runner, waiting_line
 from layerjam.workbench.spoken import on_page
 from layerjam.workbench.tables import Cell, html
-from layerjam.workbench.uploads import zipped
+from layerjam.workbench.uploads import zip_files
 from layerjam.workbench.widgets import Alert, button, fold, hint, one_line, status
 
 NUMBERS = (
@@ -52,7 +52,7 @@ COUPONS = Choice(
     "Test pieces too",
     "A comb for the kerf and strips for the friction",
 )
-OWN = ("cutter", "coupons", "out", "overwrite")
+CONTROLS = ("cutter", "coupons", "out", "overwrite")
 """Inputs of the command that have a control of their own or none; the rest is in the fold."""
 DRAWN = Choice(
     "drawn",
@@ -70,8 +70,8 @@ WORDS: Mapping[bool | None, tuple[str, str]] = {
 
 
 @dataclass(frozen=True)
-class Found:
-    """What is said of a build, and its drawn parts.
+class BuildResult:
+    """Verdict of a build, and its drawn parts.
 
     The refusal is the sentence that an optional part is not installed.
     """
@@ -97,8 +97,8 @@ class BuildPart(View):
     def __init__(self, page: Page) -> None:
         super().__init__(page.desk)
         self.page = page
-        self.more = More(page, "build", OWN)
-        self.maker = Runner(self.make, self._made, run.io_bound)
+        self.more = OtherInputs(page, "build", CONTROLS)
+        self.maker = Runner(self.make, self._on_made, run.io_bound)
         self.folder: Folder | None = None
         self._trouble = ""
 
@@ -127,7 +127,7 @@ class BuildPart(View):
         self.table = live.Table()
         self.notes = Notes()
         with fold("What nobody has measured or given", "brake-build-assumed") as self.assumed:
-            self.list = Box(_listed)
+            self.list = Box(_list_assumptions)
 
     def call(self) -> Call:
         """The command that writes the folder."""
@@ -148,35 +148,35 @@ class BuildPart(View):
         """The command that writes the folder."""
         return [self.call()]
 
-    def compute(self) -> Found:
+    def compute(self) -> BuildResult:
         """The verdict and the drawn parts; no file is made."""
         call, mould = self.call(), self.word(DRAWN) == "mould"
         try:
-            result = call.run(by=verdict)
+            result = call.run(function=verdict)
         except MissingExtraError as error:
-            return Found(Answer(call, refusal=one_line(error)))
+            return BuildResult(Answer(call, refusal=one_line(error)))
         parts = parts_of(result.record, mould) if result.feasible else None
-        return Found(Answer(call, result), parts)
+        return BuildResult(Answer(call, result), parts)
 
-    def draw(self, found: Found) -> None:
+    def draw(self, build: BuildResult) -> None:
         """Show the verdict."""
-        result = found.answer.result
+        result = build.answer.result
         self.after.set_text("")
-        self.picture.set_visibility(found.parts is not None)
-        if found.parts is not None:
-            self.view.show(found.parts, self.page.dark)
+        self.picture.set_visibility(build.parts is not None)
+        if build.parts is not None:
+            self.view.show(build.parts, self.page.dark)
         self.button.set_enabled(result is not None and result.feasible)
         if result is None:
             self.verdict.set_text("")
-            self.reason.say(found.answer.refusal)
+            self.reason.say(build.answer.refusal)
             return
         can = "It can be built as drawn" if result.feasible else "It cannot be built as drawn"
         self.verdict.set_text(can)
         self.reason.say(result.reason or "")
         self.figures.fill(result)
         self.table.set_content(checks_table(result))
-        told = {check["key"] for check in result.checks}
-        self.notes.fill([w for w in result.warnings if key_of(w) not in told])
+        keys = {check["key"] for check in result.checks}
+        self.notes.fill([w for w in result.warnings if key_of(w) not in keys])
         self.assumed.set_text(f"What nobody has measured or given ({len(result.assumptions)})")
         self.list.fill(result.assumptions)
 
@@ -202,22 +202,22 @@ class BuildPart(View):
     def make(self) -> Folder:
         """The folder as the command writes it; what it is made with is not kept in memory."""
         call = self.call()
-        result = call.run(by=verdict)
+        result = call.run(function=verdict)
         if not result.feasible:
             return Folder(call.out, result)
-        return alone(made, call, tell=self.maker.tell)
+        return run_in_subprocess(make_folder, call, tell=self.maker.tell)
 
-    def _made(self, folder: Folder | None, problem: str) -> None:
+    def _on_made(self, folder: Folder | None, problem: str) -> None:
         self.folder, self._trouble = folder, problem
 
 
-def made(call: Call, tell: Tell) -> Folder:
+def make_folder(call: Call, tell: Tell) -> Folder:
     """The folder that a call writes, in one archive."""
     with tempfile.TemporaryDirectory(prefix="layerjam-") as room:
         place = Path(room) / "build"
         result = call.run(out=place, progress=tell)
         files = {f"{call.out}/{name}": (place / name).read_bytes() for name in result.files}
-    return Folder(call.out, result, zipped(files))
+    return Folder(call.out, result, zip_files(files))
 
 
 def checks_table(result: Built) -> str:
@@ -239,6 +239,6 @@ def _number(value: float | None, unit: str) -> str:
     return f"{round(value, 3) + 0.0:.1%}" if unit == "1" else show(value, unit, 4)
 
 
-def _listed(assumptions: Sequence[Any]) -> None:
+def _list_assumptions(assumptions: Sequence[Any]) -> None:
     for sentence in assumptions:
         ui.label(on_page(str(sentence))).classes("text-sm")

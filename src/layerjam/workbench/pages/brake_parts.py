@@ -12,7 +12,7 @@ from nicegui import ui
 from nicegui.elements.scene.scene_object3d import Object3D
 
 from layerjam.workbench.scene import GROUND, NIGHT, Point, fit_view
-from layerjam.workbench.widgets import button, dressed, hint
+from layerjam.workbench.widgets import button, dress, hint
 
 if TYPE_CHECKING:
     from layerjam.fabricate.drawing import Drawing
@@ -40,21 +40,21 @@ class Surface:
 
 @dataclass(frozen=True)
 class Parts:
-    """What is drawn around the middle of the scene; `size` are its sides in the scene's units."""
+    """Surfaces around the middle of the scene; `size` are the sides in the scene's units."""
 
     surfaces: tuple[Surface, ...]
     size: Point
 
 
-def parts_of(made: "Drawing", mould: bool) -> Parts:
+def parts_of(drawing: "Drawing", mould: bool) -> Parts:
     """The parts of one brake apart, or its mould opened."""
     # the page of the brake is opened without what draws
     from layerjam.report import build_pictures, build_scene
 
-    world = build_scene.scene(made.build, made.lengths)
+    world = build_scene.scene(drawing.build, drawing.lengths)
     if mould:
         return surfaces(build_pictures.mould_apart(world).values())
-    return surfaces(body for some in build_pictures.exploded(world).values() for body in some)
+    return surfaces(body for part in build_pictures.exploded_parts(world).values() for body in part)
 
 
 def surfaces(bodies: "Iterable[Body]") -> Parts:
@@ -62,19 +62,19 @@ def surfaces(bodies: "Iterable[Body]") -> Parts:
     by_colour: dict[str, list[Body]] = {}
     for body in bodies:
         by_colour.setdefault(body.colour, []).append(body)
-    every = np.concatenate([body.corners for some in by_colour.values() for body in some])
+    every = np.concatenate([body.corners for group in by_colour.values() for body in group])
     low, high = every.min(axis=0), every.max(axis=0)
-    made = tuple(_surface(colour, some, (low + high) / 2) for colour, some in by_colour.items())
+    parts = tuple(_surface(colour, group, (low + high) / 2) for colour, group in by_colour.items())
     x, y, z = ((high - low) / UNIT).tolist()
-    return Parts(made, (x, y, z))
+    return Parts(parts, (x, y, z))
 
 
 def _surface(colour: str, bodies: "list[Body]", middle: Any) -> Surface:
     first = np.cumsum([0, *(len(body.corners) for body in bodies)])
     corners = np.concatenate([body.corners - middle for body in bodies]) / UNIT
     triangles = np.concatenate([b.triangles + k for b, k in zip(bodies, first, strict=False)])
-    packed = (corners.astype("<f4"), triangles.astype("<u4"))
-    return Surface(colour, *(base64.b64encode(a.tobytes()).decode() for a in packed))
+    arrays = (corners.astype("<f4"), triangles.astype("<u4"))
+    return Surface(colour, *(base64.b64encode(a.tobytes()).decode() for a in arrays))
 
 
 class Solid(Object3D, component=Path(__file__).parents[1] / "solid.js"):
@@ -95,16 +95,16 @@ class PartsView:
         camera = ui.scene.perspective_camera(fov=28)
         look: dict[str, Any] = {"grid": False, "background_color": GROUND, "fps": 20}
         self.scene = ui.scene(width=640, height=360, camera=camera, click_events=[], **look)
-        about = "The parts to make, apart"
-        dressed(self.scene, ident, "w-full h-96", role="img", aria_label=about)
+        label = "The parts to make, apart"
+        dress(self.scene, ident, "w-full h-96", role="img", aria_label=label)
         self.scene.on("init", js_handler=f"() => layerjamStill(getElement({self.scene.id}))")
         self.scene.on("init", lambda: self._fit(0.0))
         with ui.row().classes("gap-1 items-center"):
             ui.label("Seen").classes("text-sm")
             for name, place in VIEWS.items():
                 key = f"{ident}-{name.replace(' ', '-')}"
-                seen = button(name, partial(self._look, place), key, how="flat dense no-caps")
-                dressed(seen, aria_label=f"Parts seen: {name}")
+                view = button(name, partial(self._look, place), key, look="flat dense no-caps")
+                dress(view, aria_label=f"Parts seen: {name}")
             hint("drag to turn, wheel to come nearer")
 
     def show(self, parts: Parts, dark: bool) -> None:
@@ -116,13 +116,13 @@ class PartsView:
                 f"const view = getElement({self.scene.id}); view.ground = '{ground}'; "
                 "view.renderer.setClearColor(view.ground)"
             )
-        wanted = {surface.colour: surface for surface in parts.surfaces}
+        current = {surface.colour: surface for surface in parts.surfaces}
         for colour, (surface, solid) in [*self._shown.items()]:
-            if wanted.get(colour) != surface:
+            if current.get(colour) != surface:
                 self._shown.pop(colour)
                 solid.delete()
         with self.scene:
-            for colour, surface in wanted.items():
+            for colour, surface in current.items():
                 if colour not in self._shown:
                     self._shown[colour] = (surface, Solid(surface))
         if self._size != parts.size:

@@ -13,22 +13,22 @@ from layerjam.units import show
 from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import options
-from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, menu, vacuum_asked
+from layerjam.workbench.controls import Choice, Control, by_key, choice, entry, menu, vacuum_entry
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.more import More
+from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.outcomes import of_pull
 from layerjam.workbench.page import Figures, Notes, Page
 from layerjam.workbench.pages.design_density import Density
 from layerjam.workbench.pages.design_need import NeedPart
-from layerjam.workbench.pages.design_part import PAGE, Part, said, words
+from layerjam.workbench.pages.design_part import PAGE, Part, cell_text, words
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.tables import html
-from layerjam.workbench.widgets import columns, dressed, fold, hint, status
+from layerjam.workbench.widgets import columns, dress, fold, hint, status
 
 WIDE, LONG = 20, 10
 """Brakes side by side and in series at most, on this page."""
-OWN = ("parallel", "series", "vacuum")
+CONTROLS = ("parallel", "series", "vacuum")
 TOTALS = (
     "brakes",
     "peak_force",
@@ -47,29 +47,29 @@ class Arrays(Part):
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
-        self.more = More(page, "array", OWN)
+        self.more = OtherInputs(page, "array", CONTROLS)
         self.panel = Panel(self.desk, PAGE, f"{PAGE}-array")
 
     def controls(self) -> Mapping[str, Control]:
-        """How many, and their vacuum."""
+        """Numbers of brakes, and their vacuum."""
         full = self.more.atmosphere(self.desk.brake.brake.site.atmosphere)
-        vacuum = vacuum_asked("array", "vacuum", full, 0.01 * full)
-        rows = asked("array", "parallel", 2, (1, WIDE), label="Side by side", steps=WIDE - 1)
-        row = asked("array", "series", 2, (1, LONG), label="In series", steps=LONG - 1)
-        return by_key(rows.within(high=WIDE), row.within(high=LONG), vacuum)
+        vacuum = vacuum_entry("array", "vacuum", full, 0.01 * full)
+        rows = entry("array", "parallel", 2, (1, WIDE), label="Side by side", steps=WIDE - 1)
+        row = entry("array", "series", 2, (1, LONG), label="In series", steps=LONG - 1)
+        return by_key(rows.narrow(high=WIDE), row.narrow(high=LONG), vacuum)
 
     def build(self) -> None:
         """Controls and totals left, force over elongation right."""
         side, main = columns()
         with side:
-            for key in OWN:
+            for key in CONTROLS:
                 self.slider(key)
             self.more.build()
             self.figures = Figures(f"{PAGE}-array", "array", TOTALS)
         with main:
             self.outcome = status(f"{PAGE}-array-outcome")
-            what = "Force over elongation of the array and of one brake"
-            self.panel.build(f"{PAGE}-array-chart", what)
+            label = "Force over elongation of the array and of one brake"
+            self.panel.build(f"{PAGE}-array-chart", label)
             self.panel.build_row()
             hint(
                 "In series the weakest slips first; once it slides the others relax, and the "
@@ -79,34 +79,34 @@ class Arrays(Part):
 
     def calls(self) -> Sequence[Call]:
         """The array, and one brake beside it."""
-        here, vacuum = (self.desk.brake_subject(),), self.text("vacuum")
+        subjects, vacuum = (self.desk.brake_subject(),), self.text("vacuum")
         counts = {key: int(self.value(key)) for key in ("parallel", "series")}
-        more = {"vacuum": vacuum, **self.more.options()}
-        return [Call("array", here, {**counts, **more}), Call("array", here, more)]
+        options = {"vacuum": vacuum, **self.more.options()}
+        return [Call("array", subjects, {**counts, **options}), Call("array", subjects, options)]
 
-    def draw(self, found: Sequence[Answer]) -> None:
+    def draw(self, answers: Sequence[Answer]) -> None:
         """Curves, totals and notes."""
-        answer, one = found
-        whole = answer.result
-        beside = (Pinned("one brake", one),) if whole.brakes > 1 else ()
-        made = array_chart(whole, one.result, self.page.dark)
-        self.panel.draw(replace(answer, pins=beside), made)
-        self.figures.fill(whole)
-        self.outcome.set_text(of_pull(whole))
-        self.notes.fill(whole.warnings)
+        answer, single = answers
+        array = answer.result
+        pins = (Pinned("one brake", single),) if array.brakes > 1 else ()
+        chart = array_chart(array, single.result, self.page.dark)
+        self.panel.draw(replace(answer, pins=pins), chart)
+        self.figures.fill(array)
+        self.outcome.set_text(of_pull(array))
+        self.notes.fill(array.warnings)
 
 
-def array_chart(whole: Any, one: Any, dark: bool) -> dict[str, Any]:
+def array_chart(array: Any, single: Any, dark: bool) -> dict[str, Any]:
     """Force over elongation of the array and of a single brake."""
-    many = f"{whole.parallel} × {whole.series}"
-    pane = whole.panes()[0]
-    curves = [replace(pane.curves[0], name=many, width=2.5)]
-    if whole.brakes > 1:
-        curves.append(replace(one.panes()[0].curves[0], color=ORANGE, name="one brake"))
+    label = f"{array.parallel} × {array.series}"
+    pane = array.panes()[0]
+    curves = [replace(pane.curves[0], name=label, width=2.5)]
+    if array.brakes > 1:
+        curves.append(replace(single.panes()[0].curves[0], color=ORANGE, name="one brake"))
     return options([replace(pane, curves=curves)], dark)
 
 
-class Shown(NamedTuple):
+class MachineResult(NamedTuple):
     """An answer and its drawings."""
 
     answer: Answer
@@ -119,7 +119,7 @@ class Machines(Part):
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
-        self._known: dict[str, Shown] = {}
+        self._known: dict[str, MachineResult] = {}
 
     @cached_property
     def choice(self) -> Choice:
@@ -134,8 +134,8 @@ class Machines(Part):
             menu(self.desk, PAGE, self.choice)
         self.verdict = status(f"{PAGE}-verdict", "text-base")
         self.verdict.style("max-width: 75ch")
-        self.limits = dressed(ui.html("", sanitize=False), f"{PAGE}-limits", "w-full")
-        self.pictures = dressed(ui.html("", sanitize=False), f"{PAGE}-pictures", "w-full figure")
+        self.limits = dress(ui.html("", sanitize=False), f"{PAGE}-limits", "w-full")
+        self.pictures = dress(ui.html("", sanitize=False), f"{PAGE}-pictures", "w-full figure")
         with fold("Every number", f"{PAGE}-machine-numbers"):
             self.results = ui.html("", sanitize=False).classes("w-full")
         hint(
@@ -148,27 +148,29 @@ class Machines(Part):
         """The chosen machine."""
         return [Call("scenario", (Subject(self.word(self.choice)),))]
 
-    def compute(self) -> Shown:
+    def compute(self) -> MachineResult:
         """The result and its drawings; each machine once a tab."""
         name = self.word(self.choice)
         if name not in self._known:
             (call,) = self.calls()
             result = call.run(progress=self.page.runner.tell)
             pictures = result.pictures(self.page.runner.tell)
-            self._known[name] = Shown(Answer(call, result), pictures)
+            self._known[name] = MachineResult(Answer(call, result), pictures)
         return self._known[name]
 
-    def draw(self, found: Shown) -> None:
+    def draw(self, machine: MachineResult) -> None:
         """Everything."""
-        result = found.answer.result
+        result = machine.answer.result
         self.verdict.set_text(result.conclusion)
         self.limits.set_content(limits_table(result))
-        drawings = enumerate(found.pictures)
-        self.pictures.set_content("".join(_figure(f"machine{n}", *one) for n, one in drawings))
-        rows = [(words(k), said(v, result.units.get(k, ""))) for k, v in result.results.items()]
-        rows.append(("mass of the brakes", said(result.mass, "kg")))
-        needed = "none does" if result.brakes_needed is None else str(result.brakes_needed)
-        rows.append(("brakes it would take", needed))
+        drawings = enumerate(machine.pictures)
+        self.pictures.set_content("".join(_figure(f"machine{n}", *item) for n, item in drawings))
+        rows = [
+            (words(k), cell_text(v, result.units.get(k, ""))) for k, v in result.results.items()
+        ]
+        rows.append(("mass of the brakes", cell_text(result.mass, "kg")))
+        count = "none does" if result.brakes_needed is None else str(result.brakes_needed)
+        rows.append(("brakes it would take", count))
         self.results.set_content(html(("What", "Value"), rows, (1,), "Results"))
         self.notes.fill(result.warnings)
 
@@ -177,22 +179,24 @@ def limits_table(result: Any) -> str:
     """Every limit, its value, and whether it is met."""
     rows = []
     for limit in result.record.limits:
-        allowed = f"{'at least' if limit.least else 'at most'} {show(limit.limit, limit.unit)}"
-        missed = "missed"
+        bound = f"{'at least' if limit.least else 'at most'} {show(limit.limit, limit.unit)}"
+        verdict = "missed"
         if 0 < limit.factor < float("inf"):
-            missed = f"missed, by {limit.factor:.3g} times"
-        value = said(limit.value, limit.unit)
-        rows.append((limit.name, value, allowed, "met" if limit.met else missed))
+            verdict = f"missed, by {limit.factor:.3g} times"
+        value = cell_text(limit.value, limit.unit)
+        rows.append((limit.name, value, bound, "met" if limit.met else verdict))
     return html(("Limit", "Value", "Allowed", ""), rows, (1, 2), "Limits")
 
 
 def _figure(name: str, svg: str, caption: str) -> str:
     """A drawing in the colours of the page, light or dark; its ids carry `name`."""
-    from layerjam.report.page import svg_of, themed
+    from layerjam.report.page import apply_theme, svg_of
 
-    said = escape(caption)
-    inside = themed(svg_of(svg, name)).replace("<svg", f'<svg role="img" aria-label="{said}"', 1)
-    return f'<figure>{inside}<figcaption class="text-sm opacity-80">{said}</figcaption></figure>'
+    text = escape(caption)
+    image = apply_theme(svg_of(svg, name)).replace(
+        "<svg", f'<svg role="img" aria-label="{text}"', 1
+    )
+    return f'<figure>{image}<figcaption class="text-sm opacity-80">{text}</figcaption></figure>'
 
 
 KINDS: dict[str, tuple[str, type[Part]]] = {
@@ -209,7 +213,7 @@ class Design(Page):
     """Four parts, one of them open; only the open one is computed."""
 
     name, title = "design", "Design"
-    about = "From a requirement to a brake"
+    summary = "From a requirement to a brake"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -234,13 +238,13 @@ class Design(Page):
         return self.parts[self.word(PART)]
 
     def _open_part(self) -> None:
-        now = self.word(PART)
+        current = self.word(PART)
         for key, box in self.boxes.items():
-            box.set_visibility(key == now)
-        if not self.parts[now].built:
-            self.parts[now].built = True
-            with self.boxes[now]:
-                self.parts[now].build()
+            box.set_visibility(key == current)
+        if not self.parts[current].built:
+            self.parts[current].built = True
+            with self.boxes[current]:
+                self.parts[current].build()
 
     def calls(self) -> Sequence[Call]:
         """The open part's calls."""
@@ -252,12 +256,12 @@ class Design(Page):
         return part, part.compute()
 
     def answers(self) -> Sequence[Answer]:
-        """What the open part shows."""
+        """Answers of the open part."""
         return self.part().answers()
 
     def draw(self, result: Any) -> None:
         """Show them where the part is still open."""
-        part, found = result
+        part, answers = result
         if part is self.part():
-            part.result = found
-            part.draw(found)
+            part.result = answers
+            part.draw(answers)

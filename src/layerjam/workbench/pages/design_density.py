@@ -13,14 +13,14 @@ from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import ink_of
-from layerjam.workbench.controls import Control, by_key, vacuum_asked
-from layerjam.workbench.more import More
+from layerjam.workbench.controls import Control, by_key, vacuum_entry
+from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages.design_front import PALE, points_chart, scatter
 from layerjam.workbench.pages.design_part import PAGE, Part
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.tables import html
-from layerjam.workbench.widgets import dressed, hint
+from layerjam.workbench.widgets import dress, hint
 
 GRAMS = 1e3
 SYMBOLS = (
@@ -38,7 +38,7 @@ class Density(Part):
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
-        self.more = More(page, "compare", ("vacuum",))
+        self.more = OtherInputs(page, "compare", ("vacuum",))
         self.panel = Panel(self.desk, PAGE, f"{PAGE}-density")
 
     def controls(self) -> Mapping[str, Control]:
@@ -46,7 +46,7 @@ class Density(Part):
         sites = [self.desk.brake, *map(load, devices())]
         full = self.more.atmosphere(min(file.brake.site.atmosphere for file in sites))
         name = "Vacuum of ours"
-        ours = vacuum_asked("compare", "vacuum", full, 0.05 * full, key="ours", label=name)
+        ours = vacuum_entry("compare", "vacuum", full, 0.05 * full, key="ours", label=name)
         return by_key(ours)
 
     def build(self) -> None:
@@ -54,45 +54,47 @@ class Density(Part):
         with ui.column().classes("side"):
             self.slider("ours")
             self.more.build()
-        what = "Force over mass, both logarithmic; the table below has the numbers"
+        label = "Force over mass, both logarithmic; the table below has the numbers"
         look = "width: 100%; height: max(540px, 60vh)"
-        self.panel.build(f"{PAGE}-density-chart", what, look)
+        self.panel.build(f"{PAGE}-density-chart", label, look)
         self.panel.build_row()
-        self.sheet = dressed(live.Words(""), f"{PAGE}-sheet", "text-sm")
+        self.sheet = dress(live.Words(""), f"{PAGE}-sheet", "text-sm")
         self.missing = hint("")
-        self.table = dressed(live.Table(), f"{PAGE}-density-table", "w-full")
+        self.table = dress(live.Table(), f"{PAGE}-density-table", "w-full")
         self.notes = Notes()
 
     def calls(self) -> Sequence[Call]:
         """The desk's brake first, then the catalogue's."""
-        here = self.desk.brake_subject()
-        others = [Subject(name) for name in devices() if name != here.name]
+        subject = self.desk.brake_subject()
+        others = [Subject(name) for name in devices() if name != subject.name]
         return [
-            Call("compare", (here, *others), {"vacuum": self.text("ours"), **self.more.options()})
+            Call(
+                "compare", (subject, *others), {"vacuum": self.text("ours"), **self.more.options()}
+            )
         ]
 
     def draw(self, answers: Sequence[Answer]) -> None:
         """Picture, what a sheet adds, table."""
         (answer,) = answers
-        found = answer.result
-        self.panel.draw(answer, density_chart(found, self.page.dark))
-        sheet = found.sheet
+        result = answer.result
+        self.panel.draw(answer, density_chart(result, self.page.dark))
+        sheet = result.sheet
         self.sheet.set_text(
             f"One more sheet in {sheet['brake']} at {show(sheet['vacuum'], 'Pa')}: "
             f"{show(sheet['force_per_sheet'], 'N', 3)} and {show(sheet['mass_per_sheet'], 'kg', 3)}"
             f"; the paper says {show(sheet['paper_force'], 'N', 3)} and "
             f"{show(sheet['paper_mass'], 'kg', 3)} ({sheet['why']})."
         )
-        lacking = ", ".join(found.none_found)
+        lacking = ", ".join(result.none_found)
         self.missing.set_text(
             f"Not drawn, for no device with a source was found: {lacking}." if lacking else ""
         )
         rows = [
             (r["name"], r["kind"], *_numbers(r), " ".join(filter(None, (r["source"], r["note"]))))
-            for r in found.devices
+            for r in result.devices
         ]
         self.table.set_content(html(HEADS, rows, (2, 3, 4), "Force over mass of devices"))
-        self.notes.fill(found.warnings)
+        self.notes.fill(result.warnings)
 
 
 def density_chart(result: Any, dark: bool) -> dict[str, Any]:
@@ -111,20 +113,20 @@ def density_chart(result: Any, dark: bool) -> dict[str, Any]:
     for look, (kind, rows) in zip(itertools.cycle(SYMBOLS), kinds.items(), strict=False):
         series.append(_points(rows, *look, ink, kind))
     axes = {"x": "mass [g]", "y": "greatest force [N]"}
-    made = points_chart(series, dark=dark, right=60, **axes)
+    chart = points_chart(series, dark=dark, right=60, **axes)
     for axis, (low, high) in (("xAxis", x), ("yAxis", y)):
-        made[axis][0] |= {"type": "log", "min": low, "max": high}
-    return made
+        chart[axis][0] |= {"type": "log", "min": low, "max": high}
+    return chart
 
 
 def _more_sheets(line: Any, ink: str) -> dict[str, Any]:
-    """What more sheets make of a brake."""
+    """Line of a brake with more sheets."""
     data = []
     for place, (count, m, f) in enumerate(zip(line.sheets, line.masses, line.forces, strict=True)):
         label = dict(show=place > 0, formatter=f"{count} sheets", position="left")
         data.append({"value": _pair(m, f), "label": dict(label, color=ink, fontSize=11)})
-    dashed = dict(type="dashed", width=1.3)
-    look = dict(silent=True, symbol="circle", symbolSize=4, lineStyle=dashed)
+    line_style = dict(type="dashed", width=1.3)
+    look = dict(silent=True, symbol="circle", symbolSize=4, lineStyle=line_style)
     return dict(type="line", name="more sheets", color=BLUE, data=data, **look)
 
 
@@ -135,14 +137,14 @@ def _points(
 
     Of ours only the first says its brake and vacuum in full, the others where they differ.
     """
-    named = max(rows, key=lambda r: r["max_force"])["name"] if kind else ""
+    strongest = max(rows, key=lambda r: r["max_force"])["name"] if kind else ""
     data = []
     for place, r in enumerate(rows):
         first = not kind and place == 0
         unsure = ", friction not measured" if r["note"] else ""
         rim = " (torque at its own rim)" if r["lever"] else ""
-        own = r["name"] if first else _other(r["name"], rows[0]["name"])
-        text = f"{kind}{rim}" if r["name"] == named else "" if kind else own + unsure
+        name_shown = r["name"] if first else _short_name(r["name"], rows[0]["name"])
+        text = f"{kind}{rim}" if r["name"] == strongest else "" if kind else name_shown + unsure
         label = dict(show=bool(text), formatter=text, color=ink, fontSize=12 if first else 11)
         free = dict(position="top" if len(rows) > 1 else "bottom", lineHeight=13)
         label |= free | dict(width=130, overflow="break") if kind else dict(position="right")
@@ -154,8 +156,8 @@ def _points(
     return scatter(kind or "ours", data, itemStyle={"opacity": 1}, **look)
 
 
-def _other(name: str, first: str) -> str:
-    """What a name says that the first, "BRAKE, VACUUM", does not."""
+def _short_name(name: str, first: str) -> str:
+    """Return the part of a name that differs from the first, "BRAKE, VACUUM"."""
     brake, _, vacuum = first.rpartition(", ")
     return name.removesuffix(f", {vacuum}").removeprefix(f"{brake}, ")
 

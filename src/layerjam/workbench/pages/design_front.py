@@ -7,38 +7,38 @@ from typing import Any
 from layerjam.design.merit import MERITS, VARIABLES
 from layerjam.design.verdict import describe_design
 from layerjam.report.chart import Pane
-from layerjam.report.design_figures import Look, losing, marked, scale
+from layerjam.report.design_figures import Look, losing, marked_designs, scale
 from layerjam.report.style import GREY
 from layerjam.units import show
 from layerjam.workbench.charts import ink_of, options
-from layerjam.workbench.pages.design_part import said, words
+from layerjam.workbench.pages.design_part import cell_text, words
 from layerjam.workbench.tables import html
 
 PALE = "#9aa5af"
 """Grey on a dark ground."""
 Row = Mapping[str, Any]
 CHOSEN, REFINED = -2, -1
-"""In place of a design's number: the chosen one, whichever it is, and the one between the steps."""
+"""Numbers that stand for the chosen design, and for the refined one between the steps."""
 
 
 def designs(result: Any) -> dict[int, Row]:
     """Every design of the result, by number; the front in the order of the first objective."""
     first = result.record.spec.objectives[0]
     rows: list[Row] = sorted(result.front, key=lambda d: first.sign * d[first.name])
-    told = [result.chosen, result.runner_up, *(f["design"] for f in result.forbidden)]
-    made = {d["number"]: d for d in (*rows, *told) if d is not None}
-    return made if result.refined is None else {**made, REFINED: result.refined}
+    named_designs = [result.chosen, result.runner_up, *(f["design"] for f in result.forbidden)]
+    rows_by_number = {d["number"]: d for d in (*rows, *named_designs) if d is not None}
+    return rows_by_number if result.refined is None else {**rows_by_number, REFINED: result.refined}
 
 
-def along(result: Any) -> list[int]:
+def front_numbers(result: Any) -> list[int]:
     """Numbers of the front in the order of the first objective."""
     return list(designs(result))[: len(result.front)]
 
 
-def picked(result: Any, wanted: int) -> tuple[int, Row]:
+def pick_design(result: Any, selection: int) -> tuple[int, Row]:
     """The design that is looked at; the chosen one where what is wanted is not in the result."""
     rows = designs(result)
-    number = wanted if wanted in rows else result.chosen["number"]
+    number = selection if selection in rows else result.chosen["number"]
     return number, rows[number]
 
 
@@ -68,28 +68,28 @@ def front_chart(result: Any, names: tuple[str, str], number: int, dark: bool) ->
     series = [scatter("on the front", points, **look)]
     aside, down = (losing(result, n) for n in names)
     # the label of the uppermost mark is the uppermost, so that no two of their lines cross
-    marks = sorted(marked(result, names), key=lambda m: down * m[0][names[1]])
+    marks = sorted(marked_designs(result, names), key=lambda m: down * m[0][names[1]])
     for rank, (design, word, mark) in enumerate(marks):
         shift = (34 * aside, -down * (16 + 19 * rank))
-        series.append(scatter(word, [point(design, word)], **_marked(mark, word, ink, shift)))
+        series.append(scatter(word, [point(design, word)], **_mark_look(mark, word, ink, shift)))
     ring = dict(color="transparent", borderColor=ink, borderWidth=2.2)
-    looked = dict(silent=True, symbol="circle", symbolSize=26, z=5, itemStyle=ring)
-    looked_at = point(picked(result, number)[1])["value"]
-    series.append(scatter("looked at", [looked_at], **looked))
-    made = points_chart(series, x=x, y=y, dark=dark, right=190)
+    ring_look = dict(silent=True, symbol="circle", symbolSize=26, z=5, itemStyle=ring)
+    looked_at = point(pick_design(result, number)[1])["value"]
+    series.append(scatter("looked at", [looked_at], **ring_look))
+    chart = points_chart(series, x=x, y=y, dark=dark, right=190)
     for axis in ("xAxis", "yAxis"):
-        made[axis][0] |= {"scale": True}
-    return made
+        chart[axis][0] |= {"scale": True}
+    return chart
 
 
 def points_chart(
     series: Sequence[dict[str, Any]], *, right: int, dark: bool, **axes: Any
 ) -> dict[str, Any]:
     """A chart of points, each of which bears its name."""
-    made = options([Pane([], **axes, x_range=(None, None), y_range=(None, None))], dark)
-    made["grid"][0] |= {"right": right, "left": 70}
-    made["tooltip"] = {"trigger": "item", "confine": True, "formatter": "{b}"}
-    return {**made, "series": list(series)}
+    chart = options([Pane([], **axes, x_range=(None, None), y_range=(None, None))], dark)
+    chart["grid"][0] |= {"right": right, "left": 70}
+    chart["tooltip"] = {"trigger": "item", "confine": True, "formatter": "{b}"}
+    return {**chart, "series": list(series)}
 
 
 def scatter(name: str, data: Sequence[Any], **look: Any) -> dict[str, Any]:
@@ -97,7 +97,7 @@ def scatter(name: str, data: Sequence[Any], **look: Any) -> dict[str, Any]:
     return dict(type="scatter", name=name, data=list(data), **look)
 
 
-def _marked(mark: Look, word: str, ink: str, shift: tuple[float, float]) -> dict[str, Any]:
+def _mark_look(mark: Look, word: str, ink: str, shift: tuple[float, float]) -> dict[str, Any]:
     """The look of a mark with its word beside it, on a line."""
     side = "right" if shift[0] > 0 else "left"
     return {
@@ -112,31 +112,31 @@ def _marked(mark: Look, word: str, ink: str, shift: tuple[float, float]) -> dict
 def comparison(result: Any, number: int) -> str:
     """The design looked at, the chosen one, the refined one and the runner-up, row by row."""
     spec = result.record.spec
-    told = {"chosen": result.chosen, "between the steps": result.refined}
-    told = {"looked at": picked(result, number)[1], **told, "runner-up": result.runner_up}
-    columns = {word: design for word, design in told.items() if design is not None}
-    asked: dict[str, list[str]] = {}
+    marks = {"chosen": result.chosen, "between the steps": result.refined}
+    marks = {"looked at": pick_design(result, number)[1], **marks, "runner-up": result.runner_up}
+    columns = {word: design for word, design in marks.items() if design is not None}
+    limits: dict[str, list[str]] = {}
     for c in spec.constraints:
         sign = "at most" if c.most else "at least"
-        asked.setdefault(c.name, []).append(f"{sign} {show(c.limit, c.unit)}")
+        limits.setdefault(c.name, []).append(f"{sign} {show(c.limit, c.unit)}")
     for o in spec.objectives:
-        asked.setdefault(o.name, []).append("least" if o.least else "most")
+        limits.setdefault(o.name, []).append("least" if o.least else "most")
     rows = []
     for name in dict.fromkeys(("film", *VARIABLES, *MERITS)):
-        cells = [said(d.get(name), result.units.get(name, "1")) for d in columns.values()]
+        cells = [cell_text(d.get(name), result.units.get(name, "1")) for d in columns.values()]
         if set(cells) != {"–"}:
-            rows.append((words(name), ", ".join(asked.get(name, [])), *cells))
+            rows.append((words(name), ", ".join(limits.get(name, [])), *cells))
     return _table("Designs side by side", ("", "asked for", *columns), rows, 2)
 
 
 def forbidden(result: Any) -> str:
-    """What would have been better but for one constraint."""
+    """Table of better designs that a single constraint excludes."""
     units = _limits(result)
     rows = [
         (
             f["constraint"],
             describe_design(f["design"]),
-            said(f["value"], units[f["constraint"]]),
+            cell_text(f["value"], units[f["constraint"]]),
             f"{f['short']:.1%}",
             f"{f['gain']:.1%}",
         )
@@ -148,12 +148,12 @@ def forbidden(result: Any) -> str:
 
 
 def chances(result: Any) -> str:
-    """How likely each constraint holds with the scatter in friction."""
+    """Table of the probability that each constraint holds with the scatter in friction."""
     units = _limits(result)
     rows = []
     for name, c in result.robustness.items():
         shares = (f"{c['probability']:.1%}", f"{c['error']:.1%}")
-        span = (said(c[end], units.get(name, "1")) for end in ("low", "high"))
+        span = (cell_text(c[end], units.get(name, "1")) for end in ("low", "high"))
         rows.append(("all of them" if name == "all" else name, *shares, *span))
     heads = ("Constraint", "holds", "give or take", "5 % below", "5 % above")
     none = "The brake states no scatter of its friction, so none is taken into account."
@@ -161,7 +161,7 @@ def chances(result: Any) -> str:
 
 
 def slopes(result: Any) -> str:
-    """What one percent more of a number changes, in percent."""
+    """Table of the change for one percent more of each number, in percent."""
     table = result.sensitivities
     rows = []
     for n in dict.fromkeys(n for row in table.values() for n in row):
@@ -202,7 +202,7 @@ def verdict(result: Any) -> str:
 
 
 def refusal(result: Any) -> str:
-    """Which constraint kills a specification, and what could be had."""
+    """Return the constraint that excludes all designs, and the best possible value."""
     text = f"Not possible: {result.reason}."
     if result.excludes:
         text += (

@@ -1,4 +1,4 @@
-"""From a requirement to a brake: a specification, the search, and what it found."""
+"""Search for a brake: specification, search and results."""
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -32,7 +32,7 @@ from layerjam.workbench.widgets import (
     Alert,
     button,
     columns,
-    dressed,
+    dress,
     fold,
     hint,
     one_line,
@@ -84,13 +84,13 @@ class Form(Asking):
 
     name = PAGE
 
-    def __init__(self, desk: Desk, written: Callable[[str], None]) -> None:
+    def __init__(self, desk: Desk, use_text: Callable[[str], None]) -> None:
         """`written` takes the TOML text."""
         super().__init__(desk)
-        self.written = written
+        self.use_text = use_text
 
     def controls(self) -> Mapping[str, Control]:
-        """Of both kinds of requirement."""
+        """Controls of both kinds of requirement."""
         return by_key(*HOLDS, *STOPS)
 
     def build(self) -> None:
@@ -98,23 +98,23 @@ class Form(Asking):
         with fold("Write it from a few numbers", f"{PAGE}-form-open"):
             choice(self.desk, PAGE, KIND)
             for kind, controls in (("hold", HOLDS), ("stop", STOPS)):
-                with self.while_(lambda kind=kind: self.word(KIND) == kind):  # type: ignore[misc]
+                with self.show_while(lambda kind=kind: self.word(KIND) == kind):  # type: ignore[misc]
                     for control in controls:
                         self.slider(control.key)
             self.refused = Alert(f"{PAGE}-form-problem", "text-sm")
             look = "no-caps dense outline"
-            button("Write and search", self.write, f"{PAGE}-write", "edit_note", how=look)
+            button("Write and search", self.write, f"{PAGE}-write", "edit_note", look=look)
             hint("It begins from the brake on the desk and its film.")
 
     def specification(self) -> str:
         """The specification of the numbers of now; raises LayerjamError."""
         file, kind = self.desk.brake, self.word(KIND)
-        own = self.desk.state.brake not in catalogue()
-        called = f"{file.name}.toml" if own else self.desk.state.brake
-        *asked, margin = HOLDS if kind == "hold" else STOPS
-        said = {c.key.split("_", 1)[1]: self.text(c.key) for c in asked}
-        made = MAKERS[kind](file, called, **said, stress_margin=self.value(margin.key))
-        return str(made.text())
+        is_own = self.desk.state.brake not in catalogue()
+        file_name = f"{file.name}.toml" if is_own else self.desk.state.brake
+        *inputs, margin = HOLDS if kind == "hold" else STOPS
+        texts = {c.key.split("_", 1)[1]: self.text(c.key) for c in inputs}
+        spec = MAKERS[kind](file, file_name, **texts, stress_margin=self.value(margin.key))
+        return str(spec.text())
 
     def write(self) -> None:
         """Into the editor, and search."""
@@ -124,10 +124,10 @@ class Form(Asking):
             self.refused.say(one_line(err))
             return
         self.refused.say("")
-        self.written(text)
+        self.use_text(text)
 
 
-class Found(NamedTuple):
+class SearchResult(NamedTuple):
     """An answer, or why there is none and at which line."""
 
     answer: Answer | None = None
@@ -153,12 +153,12 @@ def read(text: str, begin: str = "") -> DesignSpecification:
     """
     if len(text) > LONGEST:
         raise FileError("the specification", f"{len(text)} characters; at most {LONGEST} are read")
-    beside = {}
+    brakes = {}
     if begin:
         with suppress(LayerjamError):
             file = read_any("brake", begin)
-            beside = {f"{file.name}.toml": file}
-    return read_spec(text, "specification", beside)
+            brakes = {f"{file.name}.toml": file}
+    return read_spec(text, "specification", brakes)
 
 
 class NeedPart(Part):
@@ -166,8 +166,8 @@ class NeedPart(Part):
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
-        self.form = Form(self.desk, self.written)
-        self._found: tuple[object, Found] = (None, Found())
+        self.form = Form(self.desk, self.use_text)
+        self._found: tuple[object, SearchResult] = (None, SearchResult())
         self._drawn: tuple[object, ...] = ()
         self.panel = Panel(self.desk, PAGE)
 
@@ -175,16 +175,16 @@ class NeedPart(Part):
 
     def spec_text(self) -> tuple[str, str]:
         """(text, its name where it is an example's) that was last searched."""
-        said = str(self.desk.get(PAGE, "spec", FIRST))
-        return (examples()[said], said) if said in examples() else (said, "")
+        spec = str(self.desk.get(PAGE, "spec", FIRST))
+        return (examples()[spec], spec) if spec in examples() else (spec, "")
 
-    def begun(self) -> str:
+    def start_brake(self) -> str:
         """The text of the brake that the specification begins from, as it was on the desk then."""
         return str(self.desk.get(PAGE, "begin", ""))
 
     def spec(self) -> DesignSpecification:
         """The specification; raises FileError with the line."""
-        return read(self.spec_text()[0], self.begun())
+        return read(self.spec_text()[0], self.start_brake())
 
     def calls(self) -> Sequence[Call]:
         """The search; an own specification is the file that can be saved."""
@@ -194,64 +194,64 @@ class NeedPart(Part):
         spec = self.spec()
         return [Call("design", (Subject(f"{plain_name(spec.name)}.toml", spec),))]
 
-    def _asked(self) -> object:
-        """What is searched for now."""
-        return self.spec_text(), self.begun()
+    def _key(self) -> object:
+        """Return the key of the current search."""
+        return self.spec_text(), self.start_brake()
 
-    def _seen(self) -> Any:
+    def _result(self) -> Any:
         """The result whose front is on the page; None while another one is being searched for."""
         return None if self.panel.shown is None else self.panel.shown.result
 
-    def compute(self) -> Found:
+    def compute(self) -> SearchResult:
         """The result to the specification; nothing twice, and nothing anew that was stopped."""
-        key = self._asked()
+        key = self._key()
         if self._found[0] != key:
             self._found = (key, self._search())
         return self._found[1]
 
-    def _search(self) -> Found:
+    def _search(self) -> SearchResult:
         try:
             (call,) = self.calls()
             result = call.run(progress=self.page.runner.tell)
-            return Found(Answer(call, result, title=f"{plain_name(result.name)}-design"))
+            return SearchResult(Answer(call, result, title=f"{plain_name(result.name)}-design"))
         except FileError as err:
-            return Found(None, err.reason, err.line)
+            return SearchResult(None, err.reason, err.line)
         except LayerjamError as err:
-            return Found(None, str(err))
+            return SearchResult(None, str(err))
         except Stopped:
-            return Found(None, STOPPED)
+            return SearchResult(None, STOPPED)
 
     # ---- what stands on the page
 
     def build(self) -> None:
         """Specification, then front and tables."""
-        side, main = columns(whole=True)
+        side, main = columns(all_shown=True)
         with side.classes("design-side"):
             self._specification()
         with main:
-            self.verdict = dressed(ui.label(""), f"{PAGE}-outcome", role="status")
+            self.verdict = dress(ui.label(""), f"{PAGE}-outcome", role="status")
             self.verdict.style("white-space: pre-line")
             with ui.column().classes("w-full gap-3") as self.results:
                 self._results()
             self.results.set_visibility(False)
             self.notes = Notes()
-        self.desk.watch(self._changed)
+        self.desk.watch(self._on_change)
 
     def _specification(self) -> None:
         with ui.row().classes("items-center gap-2"):
             ui.label("Begin from").classes("text-sm")
             for name, text in examples().items():
-                button(f"example {name}", partial(self.written, text), f"{PAGE}-example-{name}")
+                button(f"example {name}", partial(self.use_text, text), f"{PAGE}-example-{name}")
         self.form.build()
         area = ui.textarea("What is wanted (TOML)", value=self.spec_text()[0])
-        about, look = "Specification as TOML", "outlined spellcheck=false wrap=off"
-        self.editor = dressed(area, f"{PAGE}-spec", "w-full design-spec", look, aria_label=about)
-        dressed(self.editor, maxlength=LONGEST).on("keydown.ctrl.enter", self.search)
+        label, look = "Specification as TOML", "outlined spellcheck=false wrap=off"
+        self.editor = dress(area, f"{PAGE}-spec", "w-full design-spec", look, aria_label=label)
+        dress(self.editor, maxlength=LONGEST).on("keydown.ctrl.enter", self.search)
         self.trouble = ui.html("", sanitize=False)
-        dressed(self.trouble, f"{PAGE}-spec-problem", "text-negative text-sm", role="alert")
+        dress(self.trouble, f"{PAGE}-spec-problem", "text-negative text-sm", role="alert")
         with ui.row().classes("items-center gap-2"):
             tip = "Ctrl Enter in the text"
-            button("Search", self.search, f"{PAGE}-search", "search", how="no-caps", tip=tip)
+            button("Search", self.search, f"{PAGE}-search", "search", look="no-caps", tip=tip)
             button("Save TOML", self.save, f"{PAGE}-save", "download")
         hint(
             "Brakes, films and lines of the catalogue by name; the desk's own brake as "
@@ -262,29 +262,29 @@ class NeedPart(Part):
         with ui.row().classes("w-full items-center gap-2"):
             self.over = {}
             for key, label in (("x", "Across"), ("y", "Up")):
-                seen = partial(self._seen_over, key)
-                self.over[key] = select({}, label, f"{PAGE}-{key}", seen, classes="w-44")
-            for arrow, way, step in (("left", "previous", -1), ("right", "next", 1)):
-                what, look = f"{way.capitalize()} design on the front", "flat round dense"
+                on_select = partial(self._seen_over, key)
+                self.over[key] = select({}, label, f"{PAGE}-{key}", on_select, classes="w-44")
+            for arrow, direction, step in (("left", "previous", -1), ("right", "next", 1)):
+                caption, look = f"{direction.capitalize()} design on the front", "flat round dense"
                 act, icon = partial(self.walk, step), f"chevron_{arrow}"
-                walker = button("", act, f"{PAGE}-{way}", icon, how=look, tip=what)
-                dressed(walker, aria_label=what)
+                walker = button("", act, f"{PAGE}-{direction}", icon, look=look, tip=caption)
+                dress(walker, aria_label=caption)
             text, look = "Put this brake on the desk", "no-caps dense"
-            button(text, self.take, f"{PAGE}-take", "move_down", how=look)
-        what = "The front; the buttons above walk along it"
+            button(text, self.take, f"{PAGE}-take", "move_down", look=look)
+        caption = "The front; the buttons above walk along it"
         size = "width: 100%; height: max(400px, 50vh)"
-        self.panel.build(f"{PAGE}-front", what, size, self._clicked)
+        self.panel.build(f"{PAGE}-front", caption, size, self._on_click)
         self.looked = status(f"{PAGE}-picked", "font-medium")
         self.tables: dict[str, live.Table] = {}
         for title, key, is_open in TABLES:
             with fold(title, is_open=is_open):
-                self.tables[key] = dressed(live.Table(), f"{PAGE}-{key}", "w-full")
+                self.tables[key] = dress(live.Table(), f"{PAGE}-{key}", "w-full")
         self.panel.build_row()
 
-    def _changed(self, what: str) -> None:
-        if what == "undo":
+    def _on_change(self, change: str) -> None:
+        if change == "undo":
             self.editor.set_value(self.spec_text()[0])
-        if self.panel.shown is not None and self._found[0] != self._asked():
+        if self.panel.shown is not None and self._found[0] != self._key():
             self._wait()
 
     def _wait(self) -> None:
@@ -296,7 +296,7 @@ class NeedPart(Part):
 
     # ---- what the user does
 
-    def written(self, text: str) -> None:
+    def use_text(self, text: str) -> None:
         """A text that was not typed, searched."""
         self.editor.set_value(text)
         self.search()
@@ -304,13 +304,13 @@ class NeedPart(Part):
     def search(self, _: object = None) -> None:
         """Search for what stands in the editor; what was found before is forgotten."""
         text = str(self.editor.value or "")
-        same = next((n for n, shipped in examples().items() if shipped == text), text)
+        same = next((n for n, example in examples().items() if example == text), text)
         file = self.desk.brake
-        own = self.desk.state.brake not in catalogue() and f'"{file.name}.toml"' in text
-        self._found = (None, Found())
+        is_own = self.desk.state.brake not in catalogue() and f'"{file.name}.toml"' in text
+        self._found = (None, SearchResult())
         self._wait()
         self.desk.put(PAGE, "picked", float(front.CHOSEN))
-        if own:
+        if is_own:
             self.desk.put(PAGE, "begin", self.desk.state.brake)
         self.desk.put(PAGE, "spec", same)
         self.page.refresh()
@@ -319,45 +319,45 @@ class NeedPart(Part):
         """The text in the editor as a file."""
         text, name = str(self.editor.value or ""), "specification"
         with suppress(LayerjamError):
-            name = plain_name(read(text, self.begun()).name)
+            name = plain_name(read(text, self.start_brake()).name)
         ui.download.content(text.encode(), f"{name}.toml", "application/toml")
 
     def pick(self, number: int) -> None:
         """Look at another design."""
         self.desk.put(PAGE, "picked", float(number))
 
-    def _clicked(self, event: events.EChartPointClickEventArguments) -> None:
+    def _on_click(self, event: events.EChartPointClickEventArguments) -> None:
         value = event.value
-        if isinstance(value, list) and len(value) > 2 and self._seen() is not None:
+        if isinstance(value, list) and len(value) > 2 and self._result() is not None:
             self.pick(int(value[2]))
 
     def walk(self, step: int) -> None:
         """The next design along the front."""
-        result = self._seen()
+        result = self._result()
         if result is None:
             return
-        numbers = front.along(result)
-        number, _ = front.picked(result, self.wanted())
+        numbers = front.front_numbers(result)
+        number, _ = front.pick_design(result, self.selection())
         place = numbers.index(number) if number in numbers else 0
         self.pick(numbers[(place + step) % len(numbers)])
 
-    def wanted(self) -> int:
+    def selection(self) -> int:
         """The number of the design looked at, as it was put."""
         value = self.desk.get(PAGE, "picked", float(front.CHOSEN))
         return int(value) if isinstance(value, int | float) else front.CHOSEN
 
     def _seen_over(self, key: str, event: events.ValueChangeEventArguments[Any]) -> None:
-        result = self._seen()
+        result = self._result()
         if event.value and result is not None:
             usual = seen_over(result)[key == "y"]
             self.desk.put(PAGE, key, "" if event.value == usual else str(event.value))
 
     def take(self) -> None:
         """The design looked at becomes the desk's brake."""
-        result = self._seen()
+        result = self._result()
         if result is None:
             return
-        number, design = front.picked(result, self.wanted())
+        number, design = front.pick_design(result, self.selection())
         try:
             file = brake_of(result, None if number == front.REFINED else number)
             self.desk.put_brake(file.text)
@@ -365,58 +365,58 @@ class NeedPart(Part):
             ui.notify(one_line(err), type="warning")
             return
         count = int(design["series"] * design["parallel"])
-        many = f"; the design is {count} of them" if count > 1 else ""
-        ui.notify(f"{file.name} is on the desk, used at {show(design['vacuum'], 'Pa')}{many}")
+        note = f"; the design is {count} of them" if count > 1 else ""
+        ui.notify(f"{file.name} is on the desk, used at {show(design['vacuum'], 'Pa')}{note}")
 
     # ---- what is shown
 
-    def draw(self, found: Found) -> None:
+    def draw(self, outcome: SearchResult) -> None:
         """The outcome; what has not changed stays as it is, what was overtaken is not shown."""
-        asked, of_now = self._found
-        if of_now is not found or asked != self._asked():
+        key, of_now = self._found
+        if of_now is not outcome or key != self._key():
             return
-        self.trouble.set_content(problem(found, self.spec_text()[0]))
-        result = found.result
-        self.results.set_visibility(found.design is not None)
+        self.trouble.set_content(problem(outcome, self.spec_text()[0]))
+        result = outcome.result
+        self.results.set_visibility(outcome.design is not None)
         self.verdict.set_text("" if result is None else front.verdict(result))
         self.notes.fill([] if result is None else result.warnings)
-        if found.design is None:
+        if outcome.design is None:
             self.panel.draw(None, None)
             return
         names = self._axes(result)
-        number, design = front.picked(result, self.wanted())
-        now = (names, number, self.page.dark)
-        if self.panel.shown is found.answer and self._drawn == now:
+        number, design = front.pick_design(result, self.selection())
+        drawing_key = (names, number, self.page.dark)
+        if self.panel.shown is outcome.answer and self._drawn == drawing_key:
             return
-        self._drawn = now
+        self._drawn = drawing_key
         chart = front.front_chart(result, names, number, self.page.dark)
-        self.panel.draw(found.answer, chart)
+        self.panel.draw(outcome.answer, chart)
         self.looked.set_text(f"Looked at: {describe_design(design)}")
         self.tables["comparison"].set_content(front.comparison(result, number))
         for make in (front.forbidden, front.chances, front.slopes):
             self.tables[make.__name__].set_content(make(result))
 
     def _axes(self, result: Any) -> tuple[str, str]:
-        """What the front is seen over now; the menus follow."""
-        known = front.drawable(result)
+        """Return the axes of the front, and update the menus."""
+        names = front.drawable(result)
         out = []
         for key, usual in zip(("x", "y"), seen_over(result), strict=True):
-            wanted = str(self.desk.get(PAGE, key, ""))
-            name = wanted if wanted in known else usual
+            setting = str(self.desk.get(PAGE, key, ""))
+            name = setting if setting in names else usual
             out.append(name)
-            shown = {**known, usual: words(usual)}
-            if self.over[key].options != shown or self.over[key].value != name:
-                self.over[key].set_options(shown, value=name)
+            labels = {**names, usual: words(usual)}
+            if self.over[key].options != labels or self.over[key].value != name:
+                self.over[key].set_options(labels, value=name)
         return out[0], out[1]
 
 
-def problem(found: Found, text: str) -> str:
-    """Why there is no result, with the line it is about."""
-    if not found.problem:
+def problem(outcome: SearchResult, text: str) -> str:
+    """Return the reason for a missing result, with its line of the specification."""
+    if not outcome.problem:
         return ""
-    said = escape(" ".join(found.problem.split()))
+    text_shown = escape(" ".join(outcome.problem.split()))
     rows = text.splitlines()
-    if found.line is None or not 0 < found.line <= len(rows):
-        return said
-    line = escape(rows[found.line - 1].strip()[:120])
-    return f"Line {found.line}: <code>{line}</code><br>{said}"
+    if outcome.line is None or not 0 < outcome.line <= len(rows):
+        return text_shown
+    line = escape(rows[outcome.line - 1].strip()[:120])
+    return f"Line {outcome.line}: <code>{line}</code><br>{text_shown}"

@@ -1,4 +1,4 @@
-"""What the parts of the page Design have in common."""
+"""Common base of the parts of the page Design."""
 
 from typing import Any
 
@@ -18,7 +18,7 @@ class Part(View):
         self.page = page
 
 
-def said(value: Any, unit: str) -> str:
+def cell_text(value: Any, unit: str) -> str:
     """A number of a result as it stands in a table."""
     if value is None or (isinstance(value, float) and value != value):
         return "–"

@@ -9,11 +9,11 @@ from nicegui import ui
 from layerjam.commands.impact import not_tuned
 from layerjam.units import show
 from layerjam.workbench import live
-from layerjam.workbench.answer import Answer, answered
+from layerjam.workbench.answer import Answer, try_call
 from layerjam.workbench.call import Call, Options
-from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, menu, vacuum_asked
+from layerjam.workbench.controls import Choice, Control, by_key, choice, entry, menu, vacuum_entry
 from layerjam.workbench.desk import Desk, read_any
-from layerjam.workbench.more import More
+from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages.drop_outcome import (
     GOOD,
@@ -21,16 +21,16 @@ from layerjam.workbench.pages.drop_outcome import (
     SLOW,
     Advice,
     Animation,
+    drop_chart,
     heroes,
     notes,
     series,
-    stopped,
     table,
     verdict,
 )
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.runner import waiting_line
-from layerjam.workbench.widgets import Heroes, columns, dressed, status
+from layerjam.workbench.widgets import Heroes, columns, dress, status
 
 ARRIVES = Choice(
     "arrives",
@@ -66,21 +66,21 @@ SLOWLY = Choice(
     label="Slow motion",
 )
 NO_ROPE = "there is no rope, and without a brake the mass hangs on nothing else"
-OWN = ("mass", "speed", "height", "vacuum", "travel", "rope_stiffness", "no_brake", "horizontal")
+KEYS = ("mass", "speed", "height", "vacuum", "travel", "rope_stiffness", "no_brake", "horizontal")
 """Inputs of `drop` that have a control on the page; all others are in the fold "More"."""
 HISTORY = ("vacuum_history", "reading", "columns", "decimal")
-"""They go together, instead of a vacuum."""
+"""Inputs that together replace a vacuum."""
 
 
 class Drop(Page):
     """Drop a mass, see it stop; none, full and tuned side by side."""
 
     name, title = "drop", "Drop"
-    about = "A mass falls into the brake and is stopped"
+    summary = "A mass falls into the brake and is stopped"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
-        self.more = More(self, "drop", OWN)
+        self.more = OtherInputs(self, "drop", KEYS)
         self.panel = Panel(desk, self.name)
 
     def controls(self) -> Mapping[str, Control]:
@@ -88,17 +88,17 @@ class Drop(Page):
         brake = self.desk.brake.brake
         usable = brake.sheets.usable_travel
         full = self.more.atmosphere(brake.site.atmosphere)
-        travel = asked(
+        travel = entry(
             "drop", "travel", min(0.04, usable), (0.001, usable), label="Travel to stop within"
         )
-        rope = asked("drop", "rope_stiffness", 16.8e3, (500.0, 100e3), label="Rope stiffness")
+        rope = entry("drop", "rope_stiffness", 16.8e3, (500.0, 100e3), label="Rope stiffness")
         return by_key(
-            asked("drop", "mass", 1.0, (0.05, 10.0), unit="kg"),
-            asked("drop", "speed", 1.5, (0.05, 6.0), unit="m/s"),
-            asked("drop", "height", 0.1, (0.005, 2.0), unit="m"),
+            entry("drop", "mass", 1.0, (0.05, 10.0), unit="kg"),
+            entry("drop", "speed", 1.5, (0.05, 6.0), unit="m/s"),
+            entry("drop", "height", 0.1, (0.005, 2.0), unit="m"),
             rope,
-            travel.within(high=usable),
-            vacuum_asked("drop", "vacuum", full),
+            travel.narrow(high=usable),
+            vacuum_entry("drop", "vacuum", full),
         )
 
     def build(self) -> None:
@@ -108,7 +108,7 @@ class Drop(Page):
         with side:
             self.slider("mass")
             choice(desk, name, DIRECTION)
-            with self.while_(lambda: not self._flat()):
+            with self.show_while(lambda: not self._flat()):
                 choice(desk, name, ARRIVES)
             self.slider("speed", lambda: self._arrives() == "speed")
             self.slider("height", lambda: self._arrives() == "height")
@@ -129,15 +129,15 @@ class Drop(Page):
             with ui.row().classes("w-full items-start gap-4"):
                 stage = ui.column().style("width: 270px; flex: none")
                 with ui.element("div").style("flex: 1; min-width: 300px; position: relative"):
-                    what = "Force, travel and deceleration over time"
+                    label = "Force, travel and deceleration over time"
                     look = "width: 100%; height: max(460px, 62vh)"
-                    self.panel.build("drop-chart", what, look)
+                    self.panel.build("drop-chart", label, look)
                     cursor = ui.element("div")
                 with stage:
                     self.animation = Animation(self.panel.chart, cursor)
             self.panel.build_row()
-            self.table = dressed(live.Table(), "drop-table", "w-full")
-            self.bound = dressed(live.Words(""), "drop-bound", "text-sm")
+            self.table = dress(live.Table(), "drop-table", "w-full")
+            self.bound = dress(live.Words(""), "drop-bound", "text-sm")
             self.notes = Notes()
 
     def _flat(self) -> bool:
@@ -153,102 +153,102 @@ class Drop(Page):
     def columns(self) -> dict[str, Call]:
         """The drops of the table, by what stands above them."""
         full = self.controls()["vacuum"]
-        given = self.more.options()
-        history = {key: given.pop(key) for key in HISTORY if key in given}
+        extra = self.more.options()
+        history = {key: extra.pop(key) for key in HISTORY if key in extra}
         if not self._roped():
-            given.pop("rope_damping", None)
+            extra.pop("rope_damping", None)
         # without a brake there is no vacuum, and no time to follow it
-        alone = {key: value for key, value in given.items() if key != "duration"}
+        bare = {key: value for key, value in extra.items() if key != "duration"}
         modes: dict[str, Options] = {
-            **({"none": {"no_brake": True, **alone}} if self._roped() else {}),
-            "full": {"vacuum": full.text(full.spec.hi), **given},
-            "tuned": {"vacuum": "tuned", "travel": self.text("travel"), **given},
+            **({"none": {"no_brake": True, **bare}} if self._roped() else {}),
+            "full": {"vacuum": full.text(full.spec.hi), **extra},
+            "tuned": {"vacuum": "tuned", "travel": self.text("travel"), **extra},
         }
         if self.word(SHOWN) == "value":
-            modes["value"] = {"vacuum": self.text("vacuum"), **given}
+            modes["value"] = {"vacuum": self.text("vacuum"), **extra}
         if "vacuum_history" in history:
-            modes["history"] = {**history, **given}
+            modes["history"] = {**history, **extra}
         subject, common = self.desk.brake_subject(), self._common()
-        return {mode: Call("drop", (subject,), {**common, **own}) for mode, own in modes.items()}
+        return {mode: Call("drop", (subject,), {**common, **more}) for mode, more in modes.items()}
 
     def _common(self) -> Options:
         arrives = self._arrives()
-        said = self.texts("mass", arrives)
+        inputs = self.texts("mass", arrives)
         if self._roped():
-            said["rope_stiffness"] = self.text("rope_stiffness")
+            inputs["rope_stiffness"] = self.text("rope_stiffness")
         if self._flat():
-            said["horizontal"] = True
-        return said
+            inputs["horizontal"] = True
+        return inputs
 
     def calls(self) -> Sequence[Call]:
         """The drops of the table, and the tuning that knows the bound."""
         return [*self.columns().values(), self._tuning()]
 
     def _tuning(self) -> Call:
-        said = {**self._common(), "travel": self.text("travel")}
+        inputs = {**self._common(), "travel": self.text("travel")}
         site = {k: v for k, v in self.more.options().items() if k == "atmosphere"}
-        return Call("tune", (self.desk.brake_subject(),), {**said, **site})
+        return Call("tune", (self.desk.brake_subject(),), {**inputs, **site})
 
     def compute(self) -> Any:
         """Every drop alone: one that is refused leaves the others."""
-        drops, tuned = self.columns(), answered(self._tuning())
-        shown = "history" if "history" in drops else self.word(SHOWN)
-        pins = self.panel.beside(drops.get(shown, drops["full"]))
-        found: dict[str, Answer] = {}
+        drops, tuning = self.columns(), try_call(self._tuning())
+        view = "history" if "history" in drops else self.word(SHOWN)
+        pins = self.panel.pinned_answers(drops.get(view, drops["full"]))
+        answers: dict[str, Answer] = {}
         for mode, call in drops.items():
-            if mode == "tuned" and tuned.result is not None and not tuned.result.feasible:
+            if mode == "tuned" and tuning.result is not None and not tuning.result.feasible:
                 # what would do instead takes long to find: it is not looked for twice
-                found[mode] = Answer(call, not_tuned(tuned.result))
+                answers[mode] = Answer(call, not_tuned(tuning.result))
             else:
-                found[mode] = answered(call, progress=self.runner.tell)
-        found.setdefault("none", Answer(drops["full"], refusal=NO_ROPE))
-        return shown, found, tuned, pins
+                answers[mode] = try_call(call, progress=self.runner.tell)
+        answers.setdefault("none", Answer(drops["full"], refusal=NO_ROPE))
+        return view, answers, tuning, pins
 
     def answers(self) -> Sequence[Answer]:
         """The drops of the table that were asked for, and the tuning."""
         if self.result is None:
             return []
-        _, drops, tuned, _ = self.result
-        return [*(one for one in drops.values() if one.refusal != NO_ROPE), tuned]
+        _, drops, tuning, _ = self.result
+        return [*(answer for answer in drops.values() if answer.refusal != NO_ROPE), tuning]
 
     def draw(self, result: Any) -> None:
         """Verdict, stage, charts, table."""
-        shown, drops, tuned, pins = result
-        mode, stop = shown, drops[shown].result
-        said = verdict(stop, drops[shown].refusal)
+        view, drops, tuning, pins = result
+        mode, stop = view, drops[view].result
+        sentence = verdict(stop, drops[view].refusal)
         failed = stop is None or stop.outcome not in GOOD
-        if shown == "tuned" and stop is not None and stop.record is None and drops["full"].result:
+        if view == "tuned" and stop is not None and stop.record is None and drops["full"].result:
             mode, stop = "full", drops["full"].result
-            said = f"{said} Shown is full vacuum: {verdict(stop, '')}"
-        self.verdict.set_text(said)
+            sentence = f"{sentence} Shown is full vacuum: {verdict(stop, '')}"
+        self.verdict.set_text(sentence)
         self.heroes.fill(heroes(stop))
-        asked = tuned.call.options
-        self.advice.fill(tuned, failed and shown != "none")
+        texts = tuning.call.options
+        self.advice.fill(tuning, failed and view != "none")
         record = stop.record if stop is not None else None
         slow = None if self.word(SLOWLY) == "auto" else float(self.word(SLOWLY))
-        made = None if record is None else series(record, slow, stop.crash)
-        floor = None if tuned.result is None else tuned.result.floor_g
+        data = None if record is None else series(record, slow, stop.crash)
+        floor = None if tuning.result is None else tuning.result.floor_g
         title = f"{drops[mode].name}-{mode}"
         answer, chart = replace(drops[mode], pins=pins, title=title), None
-        if made is not None:
-            quiet = {label: one.result for label, one in answer.beside.items()}
-            brake: Any = read_any("brake", tuned.call.subjects[0].text)
+        if data is not None:
+            quiet = {label: pin.result for label, pin in answer.beside.items()}
+            brake: Any = read_any("brake", tuning.call.subjects[0].text)
             g = brake.brake.site.gravity
-            least = None if floor is None else floor * g - (0.0 if asked.get("horizontal") else g)
-            chart = stopped(made, least, quiet, self.dark)
+            least = None if floor is None else floor * g - (0.0 if texts.get("horizontal") else g)
+            chart = drop_chart(data, least, quiet, self.dark)
         self.panel.draw(answer, chart)
-        self.animation.load(made)
-        self.table.set_content(table(drops, shown))
-        self.bound.set_text(bound(floor, asked))
+        self.animation.load(data)
+        self.table.set_content(table(drops, view))
+        self.bound.set_text(bound(floor, texts))
         self.notes.fill(notes(drops))
 
 
-def bound(floor: float | None, asked: Mapping[str, Any]) -> str:
+def bound(floor: float | None, tuning: Mapping[str, Any]) -> str:
     """The bound [g] of any brake, for what a tuning was asked, in words."""
     if floor is None:
         return ""
-    formula = "v²/2gd" if asked.get("horizontal") else "v²/2gd + 1"
+    formula = "v²/2gd" if tuning.get("horizontal") else "v²/2gd + 1"
     return (
-        f"No brake at all stops it within {asked['travel']} and the stretch of the rope "
+        f"No brake at all stops it within {tuning['travel']} and the stretch of the rope "
         f"with a peak below {show(floor, '1', 3)} g ({formula}: the force constant throughout)."
     )

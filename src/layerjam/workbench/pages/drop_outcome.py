@@ -1,4 +1,4 @@
-"""What a drop came to: sentences, charts, the table beside other vacuums, and advice to apply."""
+"""Outcome of a drop: sentences, charts, a table with other vacuums, and advice to apply."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from nicegui import ui
 
-from layerjam.report.chart import Curve, Pane, beside
+from layerjam.report.chart import Curve, Pane, add_comparisons
 from layerjam.report.style import GREEN, ORANGE, RED
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.rope_alone import BareDrop
@@ -20,7 +20,7 @@ from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import result_fields
 from layerjam.workbench.charts import options
 from layerjam.workbench.desk import Desk, with_sheets
-from layerjam.workbench.widgets import Hero, button, shipped
+from layerjam.workbench.widgets import Hero, button, read_asset
 
 if TYPE_CHECKING:
     from layerjam.simulate.crash import Crash
@@ -41,7 +41,7 @@ def slowness(lasts: float) -> float:
 def series(
     record: DropRecord | BareDrop, slow: float | None = None, crash: "Crash | None" = None
 ) -> dict[str, Any] | None:
-    """What the browser needs, in ms, mm, N and m/s²; None where nothing moved.
+    """Return the data for the browser, in ms, mm, N and m/s²; None if nothing moved.
 
     `crash` is how a drop goes on that used the travel up; its beginning is the key `crash`.
     """
@@ -49,8 +49,8 @@ def series(
         # the first page is shown before what computes is loaded
         from layerjam.simulate.crash import with_crash
 
-        made = series(with_crash(record, crash), slow)
-        return None if made is None else {**made, "crash": float(record.time[-1] * 1e3)}
+        data = series(with_crash(record, crash), slow)
+        return None if data is None else {**data, "crash": float(record.time[-1] * 1e3)}
     keep = record.time >= 0
     time, travel = record.time[keep], record.travel[keep]
     if len(time) < 2 or not time[-1] > 0 or not travel.max() > 0:
@@ -59,19 +59,19 @@ def series(
     moments = np.unique(np.append(np.linspace(0, time[-1], SAMPLES), time[top]))
     crashed = isinstance(record, DropRecord) and record.outcome is Outcome.BOTTOMED_OUT
 
-    def sampled(values: Any, factor: float) -> list[float]:
+    def resample(values: Any, factor: float) -> list[float]:
         column = np.interp(moments, time, np.asarray(values)[keep]) * factor
         return [float(f"{value:.5g}") for value in column]
 
     brake = isinstance(record, DropRecord)
-    force = sampled(record.force, 1.0)
+    force = resample(record.force, 1.0)
     return {
         "time": [float(f"{m:.7g}") for m in moments * 1e3],
         "last": float(moments[-1] * 1e3),
-        "travel": sampled(record.travel, 1e3),
-        "slip": sampled(record.slip, 1e3) if isinstance(record, DropRecord) else [],
+        "travel": resample(record.travel, 1e3),
+        "slip": resample(record.slip, 1e3) if isinstance(record, DropRecord) else [],
         "force": force,
-        "deceleration": sampled(record.deceleration, 1.0),
+        "deceleration": resample(record.deceleration, 1.0),
         "most": float(travel.max() * 1e3),
         "top": max(force),
         "mass": show(record.mass, "kg", 3),
@@ -92,36 +92,36 @@ class Animation:
             cursor.classes("drop-cursor")
         stage = ui.html(sanitize=False).classes("w-full")
         self._client, self._root = stage.client, f"drop-animation-{stage.id}"
-        page = shipped("pages/drop_animation.html").replace("ROOT", self._root)
+        page = read_asset("pages/drop_animation.html").replace("ROOT", self._root)
         if chart is None:  # a second stage beside that of the page Drop
             page = page.replace('testid="drop-', 'testid="start-drop-')
         stage.set_content(page)
         self._loaded = False
 
-    def load(self, made: dict[str, Any] | None) -> None:
+    def load(self, content: dict[str, Any] | None) -> None:
         """Show a time series of `series`; nothing for None."""
         cursor = "" if self._cursor is None else self._cursor.html_id
-        data = "null" if made is None else json.dumps({**made, "cursor": cursor})
+        data = "null" if content is None else json.dumps({**content, "cursor": cursor})
         chart = "null" if self._chart is None else f"getElement({self._chart.id})"
         call = f"layerjamDropAt('{self._root}').load('{self._root}', {data}, {chart})"
         if not self._loaded:
             self._loaded = True
-            call = shipped("pages/drop_animation.js") + call
+            call = read_asset("pages/drop_animation.js") + call
         self._client.run_javascript(call)
 
     def play(self) -> None:
-        """From its beginning."""
+        """Play from the beginning."""
         self._client.run_javascript(f"layerjamDropAt('{self._root}').play()")
 
 
 def verdict(stop: Any | None, refusal: str) -> str:
-    """What happened, in a sentence."""
+    """Return the outcome in a sentence."""
     if stop is None:
         return f"Cannot: {refusal.rstrip('.')}."
     if not stop.feasible:
         return f"Cannot: {str(stop.reason).rstrip('.')}."
     if stop.outcome == "BOTTOMED_OUT":
-        return _crashed(stop)
+        return _crash_sentence(stop)
     if stop.outcome is None:
         return _sentence(str(stop.reason))
     if stop.stopping_time is None:
@@ -136,19 +136,19 @@ def verdict(stop: Any | None, refusal: str) -> str:
     return f"Stopped {after}, after {show(stop.slip, 'm')} of slip."
 
 
-def _crashed(stop: Any) -> str:
-    """How far it got, how fast it still was, and how hard the end of the travel is."""
+def _crash_sentence(stop: Any) -> str:
+    """Return travel, remaining speed, and force of the crash at the end of the travel."""
     used = f"The travel of {show(stop.slip, 'm')} is used up with the mass still at "
     used += f"{show(stop.end_speed, 'm/s')}: it crashes"
     if stop.crash_force is None:
         return f"{used}. How hard is not known: without a rope nothing says what gives."
     hard = show(stop.crash_force, "N")
-    felt = "" if stop.crash_g is None else f", {show(stop.crash_g, '1', 3)} g"
-    return f"{used}, with up to {hard}{felt} if the end does not give."
+    in_g = "" if stop.crash_g is None else f", {show(stop.crash_g, '1', 3)} g"
+    return f"{used}, with up to {hard}{in_g} if the end does not give."
 
 
 def _sentence(words: str) -> str:
-    """With a capital and a full stop."""
+    """Return words as a sentence, with a capital and a full stop."""
     return f"{words[:1].upper()}{words[1:].rstrip('.')}."
 
 
@@ -157,7 +157,7 @@ GOOD = ("STOPPED", "NEVER_SLID")
 
 
 def heroes(stop: Any | None) -> list[Hero]:
-    """What a drop is looked at for; a crash counts into the peak, where it is known."""
+    """Return the main numbers of a drop; a known crash is included in the peak."""
     if stop is None or not stop.feasible or stop.peak_force is None:
         return []
     crashed = stop.outcome == "BOTTOMED_OUT"
@@ -166,14 +166,14 @@ def heroes(stop: Any | None) -> list[Hero]:
     if crashed:
         name = "Peak, if the end is rigid" if stop.crash_force else "Peak before the crash"
         peak, g = stop.crash_force or peak, stop.crash_g or g
-    made = [("hero-peak", name, show(peak, "N") if g is None else f"{show(g, '1', 3)} g")]
+    numbers = [("hero-peak", name, show(peak, "N") if g is None else f"{show(g, '1', 3)} g")]
     if stop.slip is not None:
-        made.append(("hero-slip", "Slip of the brake", show(stop.slip, "m")))
+        numbers.append(("hero-slip", "Slip of the brake", show(stop.slip, "m")))
     if crashed:
-        made.append(("hero-end-speed", "Speed at the crash", show(stop.end_speed, "m/s")))
+        numbers.append(("hero-end-speed", "Speed at the crash", show(stop.end_speed, "m/s")))
     elif stop.stopping_time is not None:
-        made.append(("hero-time", "Stands still after", show(stop.stopping_time, "s")))
-    return made
+        numbers.append(("hero-time", "Stands still after", show(stop.stopping_time, "s")))
+    return numbers
 
 
 class Advice:
@@ -185,14 +185,14 @@ class Advice:
         self._row = ui.row().classes("items-center gap-2")
         self._row.props["data-testid"] = "drop-advice"
 
-    def fill(self, tuned: Answer, failed: bool) -> None:
-        """What a tuning found; nothing where the drop did not fail."""
-        ways = list(self._ways(tuned)) if failed and tuned.result is not None else []
+    def fill(self, tuning: Answer, failed: bool) -> None:
+        """Show the suggestions of a tuning; nothing if the drop did not fail."""
+        ways = list(self._ways(tuning)) if failed and tuning.result is not None else []
         # the same words may set other numbers: a third of another mass
-        shown: list[object] = [(text, act.args, act.keywords) for text, _, act in ways]
-        if shown == self._shown:
+        content: list[object] = [(text, act.args, act.keywords) for text, _, act in ways]
+        if content == self._shown:
             return
-        self._shown = shown
+        self._shown = content
         self._row.clear()
         with self._row:
             if ways:
@@ -200,24 +200,24 @@ class Advice:
             for key, (text, tip, act) in enumerate(ways):
                 button(text, act, f"drop-advice-{key}", tip=tip)
 
-    def _ways(self, tuned: Answer) -> Iterator[tuple[str, str, partial[None]]]:
-        put, found, asked = self._put, tuned.result, tuned.call.options
-        if found.feasible:
-            there = f"{show(found.vacuum, 'Pa')} of vacuum"
-            yield there, "The vacuum that is tuned to the travel", partial(put, shown="tuned")
-        if found.sheets_needed is not None:
-            count = int(found.sheets_needed)
+    def _ways(self, tuning: Answer) -> Iterator[tuple[str, str, partial[None]]]:
+        put, result, texts = self._put, tuning.result, tuning.call.options
+        if result.feasible:
+            label = f"{show(result.vacuum, 'Pa')} of vacuum"
+            yield label, "The vacuum that is tuned to the travel", partial(put, shown="tuned")
+        if result.sheets_needed is not None:
+            count = int(result.sheets_needed)
             tip = "The same brake with as many sheets"
             yield f"{count} sheets", tip, partial(with_sheets, self._desk, count)
-        if found.brakes_needed is not None:
-            count, parts = int(found.brakes_needed), {"mass": "kg", "rope_stiffness": "N/m"}
-            share = {k: parse(asked[k], unit, k) / count for k, unit in parts.items() if k in asked}
+        if result.brakes_needed is not None:
+            count, parts = int(result.brakes_needed), {"mass": "kg", "rope_stiffness": "N/m"}
+            share = {k: parse(texts[k], unit, k) / count for k, unit in parts.items() if k in texts}
             tip = f"Side by side: shows one of them, with 1/{count} of the mass and of the rope"
             yield f"{count} brakes", tip, partial(put, shown="tuned", **share)
-        if found.travel_needed is not None:
-            far = float(found.travel_needed)
-            said = f"{show(far, 'm')} of travel"
-            yield said, "Stop within another travel", partial(put, shown="tuned", travel=far)
+        if result.travel_needed is not None:
+            travel = float(result.travel_needed)
+            label = f"{show(travel, 'm')} of travel"
+            yield label, "Stop within another travel", partial(put, shown="tuned", travel=travel)
 
     def _put(self, **settings: Any) -> None:
         self._desk.put_all("drop", settings)
@@ -264,42 +264,44 @@ Drops = Mapping[str, Answer]
 
 def notes(drops: Drops) -> list[str]:
     """Warnings of the drops, each with whose it is unless all drops of the brake say it."""
-    said = {mode: one.result.warnings for mode, one in drops.items() if one.result is not None}
-    by_brake = [warnings for mode, warnings in said.items() if mode != "none"]
-    made = []
-    for mode, warnings in said.items():
+    by_mode = {
+        mode: answer.result.warnings for mode, answer in drops.items() if answer.result is not None
+    }
+    by_brake = [warnings for mode, warnings in by_mode.items() if mode != "none"]
+    lines = []
+    for mode, warnings in by_mode.items():
         for w in warnings:
-            shared = all(w in other for other in by_brake)
-            made.append(w if shared else f"{MODES[mode]}: {w}")
-    return list(dict.fromkeys(made))
+            is_shared = all(w in theirs for theirs in by_brake)
+            lines.append(w if is_shared else f"{MODES[mode]}: {w}")
+    return list(dict.fromkeys(lines))
 
 
-def table(drops: Drops, shown: str) -> str:
+def table(drops: Drops, mode_shown: str) -> str:
     """HTML of the table; what cannot be says so across its column."""
     stops = {mode: answer.result for mode, answer in drops.items()}
     fine = {mode: dict(stop.rows()) for mode, stop in stops.items() if stop and stop.feasible}
-    named = {key.replace("_", " ") for key in LEFT_OUT}
+    left_out = {key.replace("_", " ") for key in LEFT_OUT}
     names = [key.replace("_", " ") for key in ROWS]
-    names += [n for texts in fine.values() for n in texts if n not in named]
+    names += [n for texts in fine.values() for n in texts if n not in left_out]
     names = list(dict.fromkeys(names))
-    about = result_fields("drop")
+    meanings = result_fields("drop")
     rows = []
     for i, name in enumerate(names):
         key = name.replace(" ", "_")
-        what = escape(about.get(key, ""))
-        cells = [f'<th scope="row" title="{what}">{escape(name.capitalize())}</th>']
+        meaning = escape(meanings.get(key, ""))
+        cells = [f'<th scope="row" title="{meaning}">{escape(name.capitalize())}</th>']
         for mode, stop in stops.items():
             if mode in fine:
                 ident = f'data-testid="drop-{mode}-{key}"'
                 text = _cell(key, fine[mode].get(name, "–"))
-                cells.append(f"<td{_mark(mode, shown)} {ident}>{escape(text)}</td>")
+                cells.append(f"<td{_mark(mode, mode_shown)} {ident}>{escape(text)}</td>")
             elif i == 0:
-                why = drops[mode].refusal if stop is None else str(stop.reason)
+                reason = drops[mode].refusal if stop is None else str(stop.reason)
                 ident = f'data-testid="drop-{mode}-outcome"'
-                said = f"cannot: {escape(why)}"
-                cells.append(f'<td rowspan="{len(names)}" class="cannot" {ident}>{said}</td>')
+                text_cell = f"cannot: {escape(reason)}"
+                cells.append(f'<td rowspan="{len(names)}" class="cannot" {ident}>{text_cell}</td>')
         rows.append(f"<tr>{''.join(cells)}</tr>")
-    heads = [f'<th scope="col"{_mark(m, shown)}>{escape(MODES[m])}</th>' for m in drops]
+    heads = [f'<th scope="col"{_mark(m, mode_shown)}>{escape(MODES[m])}</th>' for m in drops]
     return (
         '<table class="drop-table"><caption class="sr-only">The same drop with no brake, at full '
         f"vacuum and tuned</caption><thead><tr><td></td>{''.join(heads)}</tr></thead>"
@@ -307,8 +309,8 @@ def table(drops: Drops, shown: str) -> str:
     )
 
 
-def _mark(mode: str, shown: str) -> str:
-    return ' class="shown"' if mode == shown else ""
+def _mark(mode: str, mode_shown: str) -> str:
+    return ' class="shown"' if mode == mode_shown else ""
 
 
 def _cell(key: str, text: str) -> str:
@@ -319,35 +321,35 @@ COURSES = ("force", "travel", "deceleration")
 """Keys of a drop's `series` that are drawn over its time."""
 
 
-def stopped(
-    made: Mapping[str, Any], bound: float | None, pins: Mapping[str, Any], dark: bool
+def drop_chart(
+    data: Mapping[str, Any], bound: float | None, pins: Mapping[str, Any], dark: bool
 ) -> dict[str, Any]:
     """The three charts of a drop's `series`; `bound` is the least deceleration [m/s²].
 
     `pins` are other drops by their labels, drawn quietly and named beside the first chart.
     """
-    time, last, quiet = made["time"], made["last"], dict[str, list[Curve]]()
-    for label, other in pins.items():
-        one = series(other.record, crash=other.crash)
-        if one is not None:  # something moved
-            quiet[label] = [Curve(one["time"], one[key]) for key in COURSES]
-    force, travel, deceleration = ([Curve(time, made[key])] for key in COURSES)
-    if made["slip"]:
-        travel = [replace(travel[0], name="mass"), Curve(time, made["slip"], ORANGE, "slip")]
-    top = max(range(len(time)), key=made["force"].__getitem__)
-    peak = (min(time[top], last), made["force"][top], f"{made['force'][top]:.4g} N", RED)
+    time, last, quiet = data["time"], data["last"], dict[str, list[Curve]]()
+    for label, result in pins.items():
+        curves = series(result.record, crash=result.crash)
+        if curves is not None:  # something moved
+            quiet[label] = [Curve(curves["time"], curves[key]) for key in COURSES]
+    force, travel, deceleration = ([Curve(time, data[key])] for key in COURSES)
+    if data["slip"]:
+        travel = [replace(travel[0], name="mass"), Curve(time, data["slip"], ORANGE, "slip")]
+    top = max(range(len(time)), key=data["force"].__getitem__)
+    peak = (min(time[top], last), data["force"][top], f"{data['force'][top]:.4g} N", RED)
     first: dict[str, Any] = {
-        "y_range": (0, 1.18 * made["force"][top]),
+        "y_range": (0, 1.18 * data["force"][top]),
         "marks": [peak],
         "share": 1.1,
     }
     least = [] if bound is None else [(bound, "least", GREEN)]
     common: dict[str, Any] = {"x": "time from the taut rope [ms]", "x_range": (0, last)}
-    if made["crash"] is not None:
-        common["spans"] = [(min(made["crash"], 0.995 * last), last, RED)]
+    if data["crash"] is not None:
+        common["spans"] = [(min(data["crash"], 0.995 * last), last, RED)]
     panes = [
         Pane(force, y="force [N]", **first, **common),
         Pane(travel, y="distance [mm]", **common),
         Pane(deceleration, y="deceleration [m/s²]", y_range=(None, None), levels=least, **common),
     ]
-    return options(beside(panes, quiet), dark)
+    return options(add_comparisons(panes, quiet), dark)

@@ -11,17 +11,17 @@ from layerjam.measure.sidecar import SIDECAR_ENDING
 from layerjam.workbench import spoken
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Options, key_of, parameters
-from layerjam.workbench.controls import Choice, choice, chosen, menu
+from layerjam.workbench.controls import Choice, choice, menu, word_choice
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.dropping import FilesHere
-from layerjam.workbench.more import More
+from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.laboratory_chain import (
     SAMPLE,
     STEPS,
     Campaign,
     Chain,
-    Done,
+    StepResult,
     taken_roles,
 )
 from layerjam.workbench.pages.laboratory_correct import Correct
@@ -29,8 +29,8 @@ from layerjam.workbench.pages.laboratory_files import Row, practice_files, read_
 from layerjam.workbench.pages.laboratory_results import Card, Table, show_step
 from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.said import edits_of, put_edits
-from layerjam.workbench.uploads import MOST, Refused, zipped
-from layerjam.workbench.widgets import button, columns, dressed, one_line
+from layerjam.workbench.uploads import MAX_FILES, UploadError, zip_files
+from layerjam.workbench.widgets import button, columns, dress, one_line
 
 STANDARDS = {"paper": "as the paper", "d1894": "ASTM D1894", "iso8295": "ISO 8295"}
 METHODS = {"exact": "peaks", "curves": "whole curves", "bayesian": "Bayesian"}
@@ -66,22 +66,22 @@ class Laboratory(Page):
     """Two files dropped here, and the brake is calibrated."""
 
     name, title = "laboratory", "Laboratory"
-    about = "From measured files to a calibrated brake"
+    summary = "From measured files to a calibrated brake"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self.uploads, self.chain = desk.files, Chain()
-        self.standard = chosen("friction", "standard", STANDARDS, label="Friction tests read")
-        self.method = chosen("calibrate", "depth", METHODS, label="Calibrated on")
+        self.standard = word_choice("friction", "standard", STANDARDS, label="Friction tests read")
+        self.method = word_choice("calibrate", "depth", METHODS, label="Calibrated on")
         self.more = {
-            "More for friction tests": More(self, "friction", OWN_FRICTION),
-            "More for the calibration": More(self, "calibrate", OWN_CALIBRATION),
-            "More for the report": More(self, "report", OWN_REPORT),
+            "More for friction tests": OtherInputs(self, "friction", OWN_FRICTION),
+            "More for the calibration": OtherInputs(self, "calibrate", OWN_CALIBRATION),
+            "More for the report": OtherInputs(self, "report", OWN_REPORT),
         }
         self.rows: list[Row] = []
-        self._read = lru_cache(4 * MOST)(read_row)
+        self._read = lru_cache(4 * MAX_FILES)(read_row)
         self._wanted: set[str] = set()
-        """What was asked for by a button: "sample", "report", "practice"."""
+        """Actions requested by buttons: "sample", "report", "practice"."""
         self._begun: object = None
         """The inputs of what is being computed."""
         self._divides = False
@@ -91,7 +91,7 @@ class Laboratory(Page):
     def build(self) -> None:
         """Drop zone and settings left; files, results and report right."""
         ui.context.client.on_delete(self.close)
-        side, main = columns(whole=True)
+        side, main = columns(all_shown=True)
         with side:
             FilesHere(self.desk, self.name)
             tip = (
@@ -100,21 +100,21 @@ class Laboratory(Page):
             )
             text, practice = "Try with synthetic files", partial(self._want, "practice")
             key, look = "laboratory-practice", "flat dense no-caps"
-            button(text, practice, key, "science", how=look, tip=tip)
+            button(text, practice, key, "science", look=look, tip=tip)
             ui.separator()
             menu(self.desk, self.name, self.standard)
             choice(self.desk, self.name, STICK_SLIP)
             choice(self.desk, self.name, self.method)
             menu(self.desk, self.name, FREE)
-            for title, more in self.more.items():
-                more.build(title)
+            for title, inputs in self.more.items():
+                inputs.build(title)
             waiting_line(self.name, self.runner)
             self.problem_line()
         with main.classes("gap-4"):
             synthetic = "Synthetic: files among these were written by a program, not measured"
-            self.banner = dressed(ui.label(synthetic), "laboratory-synthetic", "synthetic")
-            self.table = Table(self._chosen, self._divide, self._sidecars)
-            self.correct = Correct(self.desk, self._removed)
+            self.banner = dress(ui.label(synthetic), "laboratory-synthetic", "synthetic")
+            self.table = Table(self._on_choose, self._divide, self._sidecars)
+            self.correct = Correct(self.desk, self._on_remove)
             self.cards = [
                 Card("friction", show_step),
                 Card("calibrate", show_step, self._take_buttons),
@@ -134,27 +134,27 @@ class Laboratory(Page):
         begin = partial(self._want, "report")
         self.make = _button("Make the report", "description", begin, "make-report")
 
-    def _show_report(self, done: Done) -> None:
-        size = sum(map(len, done.pages.values()))
-        words = [f"{len(done.pages)} files, {size / 1e6:.1f} MB."]
-        words += [w for w in done.result.warnings if key_of(w) == "calibrated-on"]
-        for failed in done.result.failed_checks:
-            words.append(f"Not written: check '{failed['name']}' failed, {failed['reason']}.")
-        if done.result.pdf is None and not done.result.failed_checks:
+    def _show_report(self, step: StepResult) -> None:
+        size = sum(map(len, step.pages.values()))
+        words = [f"{len(step.pages)} files, {size / 1e6:.1f} MB."]
+        words += [w for w in step.result.warnings if key_of(w) == "calibrated-on"]
+        for check in step.result.failed_checks:
+            words.append(f"Not written: check '{check['name']}' failed, {check['reason']}.")
+        if step.result.pdf is None and not step.result.failed_checks:
             words.append("No PDF: the optional part 'pdf' is not installed.")
-        dressed(ui.label(spoken.on_page(" ".join(words))), "laboratory-report-words", "opacity-80")
-        stem = done.call.out.removesuffix("-report")
+        dress(ui.label(spoken.on_page(" ".join(words))), "laboratory-report-words", "opacity-80")
+        stem = step.call.out.removesuffix("-report")
 
         def give(name: str) -> None:
-            ui.download.content(done.pages[name], f"{stem}-{name}", KINDS[name])
+            ui.download.content(step.pages[name], f"{stem}-{name}", KINDS[name])
 
         def give_all() -> None:
-            ui.download.content(zipped(done.pages), f"{stem}-report.zip", "application/zip")
+            ui.download.content(zip_files(step.pages), f"{stem}-report.zip", "application/zip")
 
-        if not done.pages:
+        if not step.pages:
             return
         with ui.row().classes("gap-2"):
-            for name in (n for n in KINDS if n in done.pages):
+            for name in (n for n in KINDS if n in step.pages):
                 _button(name, "download", partial(give, name), name.replace(".", "-"))
             _button("All of it (ZIP)", "folder_zip", give_all, "report-zip")
 
@@ -163,46 +163,46 @@ class Laboratory(Page):
     def campaign(self) -> Campaign:
         """Files and controls of now."""
         depth, free = self.word(self.method), self.word(FREE)
-        asked: Options = {
+        options: Options = {
             "standard": self.word(self.standard),
             "accept_stick_slip": self.word(STICK_SLIP) == "yes",
             "depth": depth,
             "free": (free,) if free and depth == "curves" else (),
         }
-        for more in self.more.values():
-            asked |= more.options()
+        for inputs in self.more.values():
+            options |= inputs.options()
         brake, folder = self.desk.brake_subject(), self.uploads.folder
-        return Campaign(self.rows, brake, asked, folder, self.runner.tell)
+        return Campaign(self.rows, brake, options, folder, self.runner.tell)
 
     def answers(self) -> Sequence[Answer]:
         """The steps that are shown, in order, and the report where one was made."""
-        made = [self.chain.done.get(name) for name in (*STEPS, "report")]
-        return [Answer(done.call, done.result) for done in made if done and done.result is not None]
+        runs = [self.chain.done.get(name) for name in (*STEPS, "report")]
+        return [Answer(step.call, step.result) for step in runs if step and step.result is not None]
 
     def compute(self) -> list[Row]:
         """Read what is new, then friction, calibration and validation as far as files go."""
-        wanted, self._wanted = self._wanted, set()
+        actions, self._wanted = self._wanted, set()
         self._begun = self._inputs()
-        if "practice" in wanted:
+        if "practice" in actions:
             self._practise()
         edits, standard = edits_of(self.desk), self.word(self.standard)
         self.rows = rows_of(self.uploads, edits, standard, self._read, self.runner.tell)
         if not self.rows:
             self.chain = Chain()
         elif not self._divides:
-            self.chain.run(self.campaign(), *wanted)
+            self.chain.run(self.campaign(), *actions)
         return self.rows
 
     def _practise(self) -> None:
         for name, data in practice_files(self.uploads.folder, self.runner.tell).items():
             try:
                 self.uploads.take(name, data)
-            except Refused as err:
+            except UploadError as err:
                 self._not_taken.append(str(err))
         self._divides = True
 
     def _inputs(self) -> object:
-        """What is computed depends on this."""
+        """Return everything that the computation depends on."""
         state, files = self.desk.state, self.uploads
         return state.settings.get(self.name), state.brake, files.used, dict(files.sidecars)
 
@@ -219,7 +219,7 @@ class Laboratory(Page):
                 self._fill()
 
     def draw(self, result: list[Row]) -> None:
-        """What was not taken of practice files; the others are divided."""
+        """Report practice files that were not taken, and divide the others."""
         if self._not_taken:
             ui.notify("; ".join(self._not_taken[:5]), type="warning")
         self._not_taken.clear()
@@ -236,29 +236,29 @@ class Laboratory(Page):
     def _fill(self) -> None:
         self.banner.set_visibility(any(r.synthetic for r in self.rows))
         self.table.fill(self.rows)
-        self._chosen(self.table.chosen)
+        self._on_choose(self.table.chosen)
         for card in self.cards:
             card.fill(self.chain)
-        for one in (self.take, self.toml):
-            one.set_visibility(self._fitted() is not None)
+        for control in (self.take, self.toml):
+            control.set_visibility(self._calibration() is not None)
         self.sample.set_visibility(self.chain.instead.get("calibrate") == SAMPLE)
         self.make.set_enabled(any(r.good for r in self.rows))
 
-    def _fitted(self) -> Done | None:
+    def _calibration(self) -> StepResult | None:
         """The calibration that wrote a brake."""
-        done = self.chain.done.get("calibrate")
-        return None if done is None or done.brake is None else done
+        step = self.chain.done.get("calibrate")
+        return None if step is None or step.brake is None else step
 
     # what the user does
 
-    def _want(self, what: str) -> None:
-        self._wanted.add(what)
+    def _want(self, action: str) -> None:
+        self._wanted.add(action)
         self.refresh()
 
-    def _chosen(self, keys: Sequence[str]) -> None:
+    def _on_choose(self, keys: Sequence[str]) -> None:
         self.correct.fill([r for r in self.rows if r.upload.key in keys], self.dark)
 
-    def _removed(self, keys: Sequence[str]) -> None:
+    def _on_remove(self, keys: Sequence[str]) -> None:
         self.uploads.remove(keys)
         self.table.chosen = []
         self.desk.files_changed()
@@ -270,32 +270,32 @@ class Laboratory(Page):
         uploads = [r.upload for r in self.rows]
         files = {u.shown + SIDECAR_ENDING: u.sidecar.encode() for u in uploads if u.sidecar}
         if files:
-            ui.download.content(zipped(files), "sidecars.zip", "application/zip")
+            ui.download.content(zip_files(files), "sidecars.zip", "application/zip")
         else:
             ui.notify("none of these files has a sidecar")
 
     def _take(self) -> None:
-        fitted = self._fitted()
-        if fitted is None or fitted.brake is None:
+        calibration = self._calibration()
+        if calibration is None or calibration.brake is None:
             return
         # heavy to load, and loaded by what was fitted
         from layerjam.identify.calibration.law_spread import LawSpread
 
-        spread = LawSpread.from_calibration(fitted.result.record[1])
+        spread = LawSpread.from_calibration(calibration.result.record[1])
         if spread is not None:
-            self.desk.laws[fitted.brake.text] = spread
+            self.desk.laws[calibration.brake.text] = spread
         try:
-            self.desk.put_brake(fitted.brake.text)
+            self.desk.put_brake(calibration.brake.text)
         except LayerjamError as err:
             ui.notify(one_line(err), type="warning")
             return
         ui.notify("The calibrated brake is on the desk; undo takes it back")
 
     def _download_brake(self) -> None:
-        fitted = self._fitted()
-        if fitted is not None and fitted.brake is not None:
-            text = fitted.brake.text.encode()
-            ui.download.content(text, fitted.call.out, "application/toml")
+        calibration = self._calibration()
+        if calibration is not None and calibration.brake is not None:
+            text = calibration.brake.text.encode()
+            ui.download.content(text, calibration.call.out, "application/toml")
 
     def close(self) -> None:
         """The tab is gone: stop."""

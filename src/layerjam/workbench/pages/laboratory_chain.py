@@ -14,8 +14,8 @@ from typing import Any
 from layerjam.commands.declare import Progress
 from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError
-from layerjam.report.page import svg_of, themed
-from layerjam.report.style import drawn
+from layerjam.report.page import apply_theme, svg_of
+from layerjam.report.style import svg_text
 from layerjam.workbench.call import Call, DataFile, Options, Subject, parameters
 from layerjam.workbench.pages.laboratory_files import Row
 from layerjam.workbench.uploads import in_users_toml
@@ -32,7 +32,7 @@ _drawing = threading.Lock()
 
 
 @dataclass(frozen=True)
-class Done:
+class StepResult:
     """A call that was computed: its result and picture (SVG), the brake it wrote; or why not."""
 
     call: Call
@@ -46,7 +46,7 @@ class Done:
 
 @dataclass(frozen=True)
 class Campaign:
-    """What the chain is computed from: files, the desk's brake, and options of the commands."""
+    """Inputs of the chain: files, the desk's brake, and options of the commands."""
 
     rows: Sequence[Row]
     brake: Subject
@@ -59,9 +59,9 @@ class Campaign:
         return tuple(r.upload for r in self.rows if r.good and r.role == role)
 
     def options(self, command: str) -> Options:
-        """What is asked of a command, where it differs from what that does by itself."""
-        known = parameters(command)
-        return {k: v for k, v in self.asked.items() if k in known and v != known[k].default}
+        """Return the options of a command that differ from its defaults."""
+        specs = parameters(command)
+        return {k: v for k, v in self.asked.items() if k in specs and v != specs[k].default}
 
     @property
     def stem(self) -> str:
@@ -73,28 +73,28 @@ class Campaign:
 
     def friction(self) -> list[Call]:
         """The tests with the brake that takes them over, and alone, for such as stick and slip."""
-        files, own = self.used("friction"), self.options("friction")
-        writing: Options = {**own, "brake": self.brake, "partial": True}
+        files, options = self.used("friction"), self.options("friction")
+        writing: Options = {**options, "brake": self.brake, "partial": True}
         return [
             Call("friction", options=writing, files=files, out=f"{self.stem}-tested.toml"),
-            Call("friction", options=own, files=files),
+            Call("friction", options=options, files=files),
         ]
 
     def calibration(self, brake: Subject) -> Call:
         """A brake fitted to its pulls."""
         options = {**self.options("calibrate"), "partial": True}
-        out, made = f"{self.stem}-calibrated.toml", brake is not self.brake
-        return Call("calibrate", (brake,), options, self.used("calibrate"), out, made)
+        out, is_written = f"{self.stem}-calibrated.toml", brake is not self.brake
+        return Call("calibrate", (brake,), options, self.used("calibrate"), out, is_written)
 
     def validation(self, brake: Subject) -> Call:
         """A brake beside pulls that were held back."""
-        files, made = self.used("validate"), brake is not self.brake
-        return Call("validate", (brake,), self.options("validate"), files, made=made)
+        files, is_written = self.used("validate"), brake is not self.brake
+        return Call("validate", (brake,), self.options("validate"), files, made=is_written)
 
     def report(self) -> Call:
         """All files as pages."""
-        taken = (("friction", "friction"), ("pulls", "calibrate"), ("validate", "validate"))
-        files: Options = {key: self.used(role) for key, role in taken if self.used(role)}
+        uses = (("friction", "friction"), ("pulls", "calibrate"), ("validate", "validate"))
+        files: Options = {key: self.used(role) for key, role in uses if self.used(role)}
         options = {**files, **self.options("report")}
         return Call("report", (self.brake,), options, out=f"{stem_of(self.brake)}-report")
 
@@ -106,90 +106,90 @@ class Chain:
     """
 
     def __init__(self) -> None:
-        self.done: dict[str, Done] = {}
+        self.done: dict[str, StepResult] = {}
         self.instead: dict[str, str] = {}
-        self._known: list[Done] = []
+        self._known: list[StepResult] = []
 
-    def run(self, given: Campaign, *wanted: str) -> None:
+    def run(self, campaign: Campaign, *wanted: str) -> None:
         """Bring all steps up to date; "sample" and "report" are begun only where `wanted`."""
-        there = {name: bool(given.used(name)) for name in STEPS}
-        self.done = {name: done for name, done in self.done.items() if there.get(name, True)}
-        self.instead = {"validate": WAITS} if there["validate"] else {}
-        brake, fitted = given.brake, None
-        if there["friction"]:
-            brake = self._friction(given) or brake
-        if there["calibrate"]:
-            fitted = self._calibration(given, brake, "sample" in wanted)
-        if there["calibrate"] and fitted is None:
+        has_files = {name: bool(campaign.used(name)) for name in STEPS}
+        self.done = {name: step for name, step in self.done.items() if has_files.get(name, True)}
+        self.instead = {"validate": WAITS} if has_files["validate"] else {}
+        brake, calibrated_brake = campaign.brake, None
+        if has_files["friction"]:
+            brake = self._friction(campaign) or brake
+        if has_files["calibrate"]:
+            calibrated_brake = self._calibration(campaign, brake, "sample" in wanted)
+        if has_files["calibrate"] and calibrated_brake is None:
             self.done.pop("validate", None)
-        elif there["validate"]:
-            self._do(given, given.validation(fitted or brake))
-        report = given.report()
+        elif has_files["validate"]:
+            self._do(campaign, campaign.validation(calibrated_brake or brake))
+        report = campaign.report()
         if "report" in wanted or self._before(report):
-            self._do(given, report)
+            self._do(campaign, report)
         else:
             self.done.pop("report", None)
 
-    def _friction(self, given: Campaign) -> Subject | None:
-        for call in given.friction():
-            done = self._do(given, call)
-            if done.result is not None:
+    def _friction(self, campaign: Campaign) -> Subject | None:
+        for call in campaign.friction():
+            step = self._do(campaign, call)
+            if step.result is not None:
                 break
-        return _written(done)
+        return _written_brake(step)
 
-    def _calibration(self, given: Campaign, brake: Subject, sample: bool) -> Subject | None:
-        call = given.calibration(brake)
+    def _calibration(self, campaign: Campaign, brake: Subject, sample: bool) -> Subject | None:
+        call = campaign.calibration(brake)
         if call.options.get("depth") == "bayesian" and not (sample or self._before(call)):
             self.done.pop("calibrate", None)
             self.instead["calibrate"] = SAMPLE
             return None
-        return _written(self._do(given, call))
+        return _written_brake(self._do(campaign, call))
 
-    def _before(self, call: Call) -> Done | None:
-        return next((done for done in self._known if done.call == call), None)
+    def _before(self, call: Call) -> StepResult | None:
+        return next((step for step in self._known if step.call == call), None)
 
-    def _do(self, given: Campaign, call: Call) -> Done:
+    def _do(self, campaign: Campaign, call: Call) -> StepResult:
         """Compute a step unless it was; a refusal is a result too."""
-        made = self._before(call)
-        if made is None:
+        step = self._before(call)
+        if step is None:
             # a step that rests on this one goes too: copied, it would rest on the new one
             steps = (*STEPS, "report")
             for name in steps[steps.index(call.name) :]:
                 self.done.pop(name, None)
             self.instead[call.name] = STOPPED
-            made = carried_out(call, given.folder, given.tell)
-            if made.result is not None and call.name in STEPS:
-                self.done[call.name] = made  # the numbers are shown while the figure is drawn
-                given.tell(f"{call.name}: drawing", 1.0)
-                made = replace(made, picture=picture_of(call.name, made.result))
-            self._known = [*self._known[1 - KEPT :], made]
+            step = carried_out(call, campaign.folder, campaign.tell)
+            if step.result is not None and call.name in STEPS:
+                self.done[call.name] = step  # the numbers are shown while the figure is drawn
+                campaign.tell(f"{call.name}: drawing", 1.0)
+                step = replace(step, picture=picture_of(call.name, step.result))
+            self._known = [*self._known[1 - KEPT :], step]
         self.instead.pop(call.name, None)
-        self.done[call.name] = made
-        return made
+        self.done[call.name] = step
+        return step
 
 
-def _written(done: Done) -> Subject | None:
-    return None if done.brake is None else Subject(done.call.out, done.brake)
+def _written_brake(step: StepResult) -> Subject | None:
+    return None if step.brake is None else Subject(step.call.out, step.brake)
 
 
-def carried_out(call: Call, folder: Path, tell: Progress) -> Done:
+def carried_out(call: Call, folder: Path, tell: Progress) -> StepResult:
     """A call's result with what it wrote, or its refusal. Stopped and the like pass through."""
 
-    def told(what: str, share: float) -> None:
-        tell(f"{call.name}: {what}", share)
+    def report(phase: str, share: float) -> None:
+        tell(f"{call.name}: {phase}", share)
 
     place = folder / call.out
-    more: dict[str, Any] = {"out": place, "overwrite": True} if call.out else {}
+    extra: dict[str, Any] = {"out": place, "overwrite": True} if call.out else {}
     if call.name == "report":
-        more |= {"names": call.names, "command": call.command().splitlines()[-1]}
+        extra |= {"names": call.names, "command": call.command().splitlines()[-1]}
     try:
-        result = call.run(progress=told, **more)
+        result = call.run(progress=report, **extra)
         if call.out and place.is_file():
             text = in_users_toml(place.read_text(encoding="utf-8"), call.names)
-            return Done(call, result, BrakeFile.read(text, call.out))
-        return Done(call, result, pages=pages_of(place) if call.out else {})
+            return StepResult(call, result, BrakeFile.read(text, call.out))
+        return StepResult(call, result, pages=pages_of(place) if call.out else {})
     except LayerjamError as err:
-        return Done(call, problem=one_line(err))
+        return StepResult(call, problem=one_line(err))
     finally:
         if call.name == "report":
             shutil.rmtree(place, ignore_errors=True)
@@ -197,14 +197,14 @@ def carried_out(call: Call, folder: Path, tell: Progress) -> Done:
 
 def pages_of(folder: Path) -> dict[str, bytes]:
     """The files of a report by name."""
-    found = (path for path in sorted(folder.rglob("*")) if path.is_file())
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in found}
+    paths = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
 def picture_of(name: str, result: Any) -> str:
     """The figure of a result as SVG whose colours follow the page."""
     with _drawing:
-        return themed(svg_of(drawn(result.draw(), words=True), name))
+        return apply_theme(svg_of(svg_text(result.draw(), words=True), name))
 
 
 def stem_of(brake: Subject) -> str:
@@ -215,10 +215,10 @@ def stem_of(brake: Subject) -> str:
 
 
 def taken_roles(rows: Sequence[Row]) -> dict[str, dict[str, str]]:
-    """Of the pulls, those at the highest vacuum to calibrate on, the others to validate on."""
+    """Return the roles of pulls: calibrate at the highest vacuum, validate at the others."""
     pulls = [r for r in rows if r.role in ("calibrate", "validate") and r.vacuum is not None]
-    most = max((r.vacuum or 0.0 for r in pulls), default=0.0)
+    highest = max((r.vacuum or 0.0 for r in pulls), default=0.0)
     return {
-        r.upload.key: {"role": "calibrate" if (r.vacuum or 0.0) > 0.97 * most else "validate"}
+        r.upload.key: {"role": "calibrate" if (r.vacuum or 0.0) > 0.97 * highest else "validate"}
         for r in pulls
     }

@@ -1,4 +1,4 @@
-"""What was understood of the files chosen in the table, and how to correct it."""
+"""Interpretation of the files selected in the table, and its correction."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -39,7 +39,7 @@ from layerjam.workbench.spoken import on_page
 from layerjam.workbench.widgets import (
     Alert,
     button,
-    dressed,
+    dress,
     field,
     fold,
     heading,
@@ -63,7 +63,7 @@ class Correct:
         self._said: dict[str, str] = {}
         self._fields: dict[str, Any] = {}
         self._pins: ui.button | None = None
-        with dressed(ui.card(), "laboratory-detail", "w-full", "flat bordered") as self.box:
+        with dress(ui.card(), "laboratory-detail", "w-full", "flat bordered") as self.box:
             self._name = heading("").classes("break-all")
             with ui.row().classes("w-full items-start gap-6"):
                 self._words = ui.column().classes("gap-1").style("flex:1; min-width:300px")
@@ -88,23 +88,23 @@ class Correct:
         self.box.set_visibility(bool(rows))
         if not rows:
             return
-        alone = len(rows) == 1
-        self._name.set_text(rows[0].upload.shown if alone else f"{len(rows)} files")
+        is_single = len(rows) == 1
+        self._name.set_text(rows[0].upload.shown if is_single else f"{len(rows)} files")
         self._words.clear()
         with self._words:
-            self._understood(alone)
-        self._draw(alone, dark)
+            self._show_readings(is_single)
+        self._draw(is_single, dark)
         self._below.clear()
         with self._below:
             self._form()
 
-    def _understood(self, alone: bool) -> None:
+    def _show_readings(self, is_single: bool) -> None:
         for row in self.rows[:SHOWN]:
-            if not alone:
+            if not is_single:
                 ui.label(row.upload.shown).classes("font-medium break-all")
             if row.refused:
-                why = ui.label(on_page(row.refused))
-                dressed(why, "laboratory-why", "text-negative", role="alert")
+                reason = ui.label(on_page(row.refused))
+                dress(reason, "laboratory-why", "text-negative", role="alert")
             for sentence in row.understood:
                 ui.label(on_page(f"✓ {sentence}")).classes("text-sm")
             for sentence in row.warnings:
@@ -112,64 +112,64 @@ class Correct:
         if len(self.rows) > SHOWN:
             ui.label(f"and {len(self.rows) - SHOWN} more")
 
-    def _draw(self, alone: bool, dark: bool) -> None:
-        drawn = [(r, t) for r in self.rows[:SHOWN] for t in r.traces][:SHOWN]
+    def _draw(self, is_single: bool, dark: bool) -> None:
+        traces = [(r, t) for r in self.rows[:SHOWN] for t in r.traces][:SHOWN]
         curves = []
-        for color, (row, trace) in zip(CYCLE, drawn, strict=False):
-            unnamed = alone and len(row.traces) == 1
+        for color, (row, trace) in zip(CYCLE, traces, strict=False):
+            unnamed = is_single and len(row.traces) == 1
             name = "" if unnamed else (trace.specimen or row.upload.shown)[-14:]
             curves.append(Curve(trace.travel * 1e3, trace.force, color, name, width=1.5))
         self._curve.set_visibility(bool(curves))
         ends = (None, None), (None, None)
-        made = options([Pane(curves, "elongation [mm]", "force [N]", *ends)], dark)
+        chart = options([Pane(curves, "elongation [mm]", "force [N]", *ends)], dark)
         # the command that looks at pulls draws these files, when its figure is asked for
         files = tuple(r.upload for r in self.rows[:SHOWN] if r.traces)
         name = Path(files[0].shown).stem if len(files) == 1 else "records"
         answer = Answer(Call("pull", files=files), title=name) if files else None
-        self._panel.draw(answer, made)
+        self._panel.draw(answer, chart)
 
     def _form(self) -> None:
-        said = edits_of(self.desk).get(self._keys[0], {})
+        edits = edits_of(self.desk).get(self._keys[0], {})
         roles = {r.role for r in self.rows}
-        self._said = {**said, "role": roles.pop() if len(roles) == 1 else ""}
+        self._said = {**edits, "role": roles.pop() if len(roles) == 1 else ""}
         self._fields, self._pins = {}, None
         with ui.row().classes("w-full items-end gap-3"):
             self._select("role", "Used as", ROLES, width="w-56")
             for name in FACTS:
                 tip = f"{spec_of(Facts, name).text}, with its unit; empty: as the sidecar says"
-                self._text(name, name.replace("_", " ").capitalize(), self._stated(name), tip)
-        shown = self._preview()
-        refused = any(r.refused for r in self.rows)
+                self._text(name, name.replace("_", " ").capitalize(), self._hint(name), tip)
+        table = self._preview()
+        is_refused = any(r.refused for r in self.rows)
         with (
-            fold("Columns, units, signs", "laboratory-correct", refused),
+            fold("Columns, units, signs", "laboratory-correct", is_refused),
             ui.column().classes("gap-3 w-full"),
         ):
-            self._columns(shown)
+            self._columns(table)
         self._trouble = Alert("laboratory-edit-problem")
-        many = "" if len(self.rows) == 1 else f" to {len(self.rows)} files"
+        suffix = "" if len(self.rows) == 1 else f" to {len(self.rows)} files"
         with ui.row().classes("gap-2"):
-            for text, icon, act, key, how in (
-                (f"Apply{many}", "check", self._apply, "apply", "unelevated"),
+            for text, icon, act, key, look in (
+                (f"Apply{suffix}", "check", self._apply, "apply", "unelevated"),
                 ("Forget corrections", "restart_alt", self._forget, "forget", "flat"),
                 ("Remove", "delete", partial(self._remove, self._keys), "remove", "flat"),
             ):
-                button(text, act, f"laboratory-{key}", icon, how=f"{how} dense no-caps")
+                button(text, act, f"laboratory-{key}", icon, look=f"{look} dense no-caps")
             if all(r.traces and r.role in (CALIBRATE, VALIDATE) for r in self.rows):
-                how = "flat dense no-caps"
-                self._pins = button("", self._pin, "laboratory-pin", "push_pin", how=how)
+                look = "flat dense no-caps"
+                self._pins = button("", self._pin, "laboratory-pin", "push_pin", look=look)
                 self._fill_pin()
 
-    def _unpinned(self) -> list[str]:
+    def _free_keys(self) -> list[str]:
         return [key for key in self._keys if key not in self.desk.state.files]
 
     def _fill_pin(self) -> None:
         if self._pins is not None:
-            free = bool(self._unpinned())
+            free = bool(self._free_keys())
             self._pins.set_text("Pin to the pull" if free else "Unpin from the pull")
 
     def _pin(self) -> None:
         """Pin the files to the page Pull; where they all are, take them from there."""
-        free = self._unpinned()
+        free = self._free_keys()
         try:
             for key in free or self._keys:
                 turn_file(self.desk, key)
@@ -178,11 +178,11 @@ class Correct:
             return
         self._trouble.say("")
         if free:
-            many = "It stands" if len(free) == 1 else f"{len(free)} files stand"
-            ui.notify(f"{many} on the page Pull, beside what is computed")
+            subject = "It stands" if len(free) == 1 else f"{len(free)} files stand"
+            ui.notify(f"{subject} on the page Pull, beside what is computed")
         else:
-            many = "It was" if len(self._keys) == 1 else f"{len(self._keys)} files were"
-            ui.notify(f"{many} taken from the page Pull")
+            subject = "It was" if len(self._keys) == 1 else f"{len(self._keys)} files were"
+            ui.notify(f"{subject} taken from the page Pull")
 
     def _preview(self) -> Preview | str:
         """The table of the first file, or why there is none."""
@@ -192,78 +192,80 @@ class Correct:
         except LayerjamError as err:
             return str(rename_files(one_line(err), {upload.path.name: upload.shown}))
 
-    def _columns(self, shown: Preview | str) -> None:
+    def _columns(self, table: Preview | str) -> None:
         """The heads to click, and what no column says."""
-        if isinstance(shown, str):
-            ui.label(shown).classes("text-sm")
+        if isinstance(table, str):
+            ui.label(table).classes("text-sm")
             return
-        many = "" if len(self.rows) == 1 else f" What you say holds for all {len(self.rows)} files."
-        ui.label(f"Click the head of a column to say what it is.{many}").classes("text-sm")
-        turned = negative_of(self._said)
-        ColumnTable(shown, turned, partial(self._clicked, shown), self._turned)
+        note = "" if len(self.rows) == 1 else f" What you say holds for all {len(self.rows)} files."
+        ui.label(f"Click the head of a column to say what it is.{note}").classes("text-sm")
+        negative = negative_of(self._said)
+        ColumnTable(table, negative, partial(self._on_click, table), self._on_turn)
         with ui.row().classes("items-end gap-3"):
             self._select("decimal", "Decimal sign", DECIMALS)
             if len(self.rows[0].traces) > 1 or self._said.get("specimen"):
                 self._text("specimen", "Specimen", "such as 1")
-            if shown.sheets or self._said.get("sheet"):
-                names = {"": "all that hold curves", **{name: name for name in shown.sheets}}
+            if table.sheets or self._said.get("sheet"):
+                names = {"": "all that hold curves", **{name: name for name in table.sheets}}
                 self._select("sheet", "Sheet", names)
 
-    def _clicked(self, shown: Preview, index: int, role: str, unit: str) -> None:
+    def _on_click(self, table: Preview, index: int, role: str, unit: str) -> None:
         upload = self.rows[0].upload
         try:
-            change = column_said(upload.path, shown, index, role, unit)
+            change = column_said(upload.path, table, index, role, unit)
             check_edit(change)
         except LayerjamError as err:
             self._trouble.say(str(rename_files(one_line(err), {upload.path.name: upload.shown})))
             return
         put_edits(self.desk, dict.fromkeys(self._keys, change))
 
-    def _turned(self, role: str) -> None:
+    def _on_turn(self, role: str) -> None:
         put_edits(self.desk, dict.fromkeys(self._keys, sign_turned(self._said, role)))
 
     def _text(
         self, key: str, label: str, example: str = "", tip: str = "", width: str = "w-44"
     ) -> None:
-        ident, now = f"laboratory-{key}", self._said.get(key, "")
-        made = field(label, ident, now, tip=tip or _about(key), example=example, classes=width)
-        self._fields[key] = made
+        ident, text = f"laboratory-{key}", self._said.get(key, "")
+        box = field(
+            label, ident, text, tip=tip or _option_help(key), example=example, classes=width
+        )
+        self._fields[key] = box
 
     def _select(self, key: str, label: str, words: Mapping[str, str], width: str = "w-44") -> None:
-        now = self._said.get(key, "")
-        value, tip, ident = now if now in words else None, _about(key), f"laboratory-{key}"
-        made = select(words, label, ident, value=value, classes=width, tip=tip)
-        self._fields[key] = dressed(made, how="stack-label")
+        text = self._said.get(key, "")
+        value, tip, ident = text if text in words else None, _option_help(key), f"laboratory-{key}"
+        box = select(words, label, ident, value=value, classes=width, tip=tip)
+        self._fields[key] = dress(box, look="stack-label")
 
-    def _stated(self, name: str) -> str:
-        """What the files say of a fact, for an empty field; else an example."""
-        found = {r.vacuum if name == "vacuum" else getattr(r.facts, name) for r in self.rows}
-        value = found.pop()
-        if not found and value is not None:
+    def _hint(self, name: str) -> str:
+        """Return the stated value of a fact as a placeholder, or an example."""
+        values = {r.vacuum if name == "vacuum" else getattr(r.facts, name) for r in self.rows}
+        value = values.pop()
+        if not values and value is not None:
             return f"stated: {show(value, spec_of(Facts, name).unit)}"
         return f"such as {EXAMPLES[name]}"
 
     def _apply(self) -> None:
-        said = {k: str(f.value or "").strip() for k, f in self._fields.items()}
-        said |= {name: with_unit(said[name], UNITS[name]) for name in FACTS}
-        if not said["role"]:
-            del said["role"]
+        changes = {k: str(f.value or "").strip() for k, f in self._fields.items()}
+        changes |= {name: with_unit(changes[name], UNITS[name]) for name in FACTS}
+        if not changes["role"]:
+            del changes["role"]
         try:
-            check_edit(said)
+            check_edit(changes)
         except LayerjamError as err:
             self._trouble.say(one_line(err))
             return
         self._trouble.say("")
-        put_edits(self.desk, dict.fromkeys(self._keys, said))
+        put_edits(self.desk, dict.fromkeys(self._keys, changes))
 
     def _forget(self) -> None:
         edits = edits_of(self.desk)
-        gone = {k: dict.fromkeys(set(edits.get(k, {})) - {"role"}, "") for k in self._keys}
-        put_edits(self.desk, gone)
+        changes = {k: dict.fromkeys(set(edits.get(k, {})) - {"role"}, "") for k in self._keys}
+        put_edits(self.desk, changes)
         self._shown = ()
 
 
-def _about(key: str) -> str:
-    """What the option means that says how files are read; nothing of what is none."""
+def _option_help(key: str) -> str:
+    """Return the help of a reading option; empty if there is no such option."""
     option = parameters("pull").get(key)
     return "" if option is None else str(option.sentence)

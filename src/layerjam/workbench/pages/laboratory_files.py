@@ -39,10 +39,10 @@ class Row:
 
     @property
     def asks(self) -> str:
-        """What is missing for its use."""
+        """Missing fact for its use; empty if none is missing."""
         if self.role in ("calibrate", "validate") and not self.refused:
-            stated = [t.facts.vacuum for t in self.traces]
-            return "vacuum?" if not stated or None in stated else ""
+            vacuums = [t.facts.vacuum for t in self.traces]
+            return "vacuum?" if not vacuums or None in vacuums else ""
         if self.role == "friction" and not self.facts.normal_force:
             return "normal force?"
         return ""
@@ -54,7 +54,7 @@ class Row:
 
     @property
     def vacuum(self) -> float | None:
-        """What its sidecar or its own head states [Pa]."""
+        """Vacuum that its sidecar or its own head states [Pa]."""
         return self.traces[0].facts.vacuum if self.traces else self.facts.vacuum
 
     @property
@@ -63,7 +63,7 @@ class Row:
         return any(t.facts.synthetic for t in self.traces) or self.facts.synthetic
 
     def cells(self) -> dict[str, str]:
-        """What the table shows of it."""
+        """Return the cells of the table."""
         state = "left out" if self.role == "aside" else "understood"
         state = "refused" if self.refused else self.asks or state
         vacuum, force = self.vacuum, self.facts.normal_force
@@ -83,17 +83,17 @@ def rows_of(
     uploads: Uploads, edits: Edits, standard: str, read: Callable[..., Row], tell: Progress
 ) -> list[Row]:
     """A row for each file, from `read`, which may remember; their sidecars are written before."""
-    files, made = uploads.used, []
+    files, rows = uploads.used, []
     for count, upload in enumerate(files):
-        said = edits.get(upload.key, {})
-        text = sidecar_text(uploads.sidecars.get(upload.shown, ""), said)
+        edit = edits.get(upload.key, {})
+        text = sidecar_text(uploads.sidecars.get(upload.shown, ""), edit)
         tell(f"reading {upload.shown}", count / len(files))
-        made.append(read(uploads.with_sidecar(upload, text), said.get("role", ""), standard))
-    return made
+        rows.append(read(uploads.with_sidecar(upload, text), edit.get("role", ""), standard))
+    return rows
 
 
 OF_A_FILE = (FileError, FitError, QuantityError, MissingExtraError)
-"""What reading one file may raise; any other error is not the file's fault."""
+"""Errors that reading one file may raise; any other error is not the file's fault."""
 
 
 def read_row(upload: Upload, role: str, standard: str) -> Row:
@@ -107,35 +107,35 @@ def read_row(upload: Upload, role: str, standard: str) -> Row:
         role = "friction" if facts.normal_force else "calibrate"
     row = replace(row, role=role, facts=facts)
     is_friction = role == "friction"
-    said: Options = {"standard": standard} if is_friction else {}
+    inputs: Options = {"standard": standard} if is_friction else {}
     if is_friction and standard == "paper" and not facts.normal_force:
-        said["normal_force"] = "1 N"  # the page asks for it; the traces do not depend on it
-    call = Call("friction" if is_friction else "pull", options=said, files=(upload,))
+        inputs["normal_force"] = "1 N"  # the page asks for it; the traces do not depend on it
+    call = Call("friction" if is_friction else "pull", options=inputs, files=(upload,))
     try:
         result = call.run()
     except OF_A_FILE as err:
-        why = refusal_of(upload.path) or one_line(err).removeprefix(f"{upload.shown}: ")
-        return replace(row, refused=_in_users_words(why, upload))
+        reason = refusal_of(upload.path) or one_line(err).removeprefix(f"{upload.shown}: ")
+        return replace(row, refused=_in_users_words(reason, upload))
     traces = result.record[0] if is_friction else [t for t, _ in result.record]
     if is_friction and standard != "paper" and not facts.normal_force:
         facts = replace(facts, normal_force=result.record[1].normal_force)
-    understood = dict.fromkeys(s for some in result.understood.values() for s in some)
-    refused = on_page("; ".join(f"{path}: {why}" for path, why in result.refused.items()))
+    readings = dict.fromkeys(s for sentences in result.understood.values() for s in sentences)
+    problem = on_page("; ".join(f"{path}: {reason}" for path, reason in result.refused.items()))
     if not traces:
-        refused = _in_users_words(refusal_of(upload.path) or refused, upload)
+        problem = _in_users_words(refusal_of(upload.path) or problem, upload)
     return replace(
         row,
         facts=facts,
-        understood=tuple(understood),
+        understood=tuple(readings),
         warnings=tuple(_in_users_words(w, upload) for t in traces for w in t.warnings),
-        refused="" if traces else refused,
+        refused="" if traces else problem,
         traces=tuple(t.thinned(CURVE) for t in traces),
     )
 
 
-def _in_users_words(said: object, upload: Upload) -> str:
+def _in_users_words(text: object, upload: Upload) -> str:
     """A sentence that calls the file as the user does."""
-    return str(rename_files(str(said), {upload.path.name: upload.shown}))
+    return str(rename_files(str(text), {upload.path.name: upload.shown}))
 
 
 def practice_files(folder: Path, tell: Callable[[str, float], None]) -> dict[str, bytes]:
@@ -143,12 +143,12 @@ def practice_files(folder: Path, tell: Callable[[str, float], None]) -> dict[str
     place = folder / "practice"
     shutil.rmtree(place, ignore_errors=True)
     try:
-        made = Call("lab", (Subject("practice"),)).run(out=place, progress=tell)
-        found = {}
-        for path in map(Path, made.files):
-            for one in (path, path.with_name(path.name + SIDECAR_ENDING)):
-                if one.exists():
-                    found[one.name] = one.read_bytes()
-        return found
+        campaign = Call("lab", (Subject("practice"),)).run(out=place, progress=tell)
+        contents = {}
+        for path in map(Path, campaign.files):
+            for file in (path, path.with_name(path.name + SIDECAR_ENDING)):
+                if file.exists():
+                    contents[file.name] = file.read_bytes()
+        return contents
     finally:
         shutil.rmtree(place, ignore_errors=True)

@@ -8,10 +8,10 @@ from nicegui import events, ui
 from layerjam.commands.wording import in_words
 from layerjam.workbench.call import key_of, result_fields
 from layerjam.workbench.page import Box, Notes, checks
-from layerjam.workbench.pages.laboratory_chain import Chain, Done
+from layerjam.workbench.pages.laboratory_chain import Chain, StepResult
 from layerjam.workbench.pages.laboratory_files import Row
 from layerjam.workbench.spoken import on_page
-from layerjam.workbench.widgets import button, dressed, heading, hint, named
+from layerjam.workbench.widgets import button, dress, heading, hint, title_of
 
 CARDS = {
     "friction": (
@@ -50,7 +50,7 @@ EVERY = """
 <q-checkbox v-model="props.selected" dense aria-label="Choose all files"></q-checkbox>
 <span class="sr-only">Chosen</span>
 """
-ONE = """
+EACH = """
 <q-checkbox v-model="props.selected" dense :aria-label="'Choose ' + props.row.name"></q-checkbox>
 """
 
@@ -68,7 +68,7 @@ class Table:
         self.chosen: list[str] = []
         self._shown: Sequence[Row] | None = None
         with ui.row().classes("w-full items-center justify-between"):
-            self.count = dressed(ui.label(NO_FILES), "laboratory-count", role="status")
+            self.count = dress(ui.label(NO_FILES), "laboratory-count", role="status")
             with ui.row().classes("gap-2") as self.more:
                 text, tip = "Calibrate on the highest vacuum", "and validate on the pulls at others"
                 button(text, divide, "laboratory-divide", "call_split", tip=tip)
@@ -84,15 +84,15 @@ class Table:
             row_key="id",
             selection="multiple",
             pagination=0,
-            on_select=self._selected,
+            on_select=self._on_select,
         ).style("max-height: 340px")
         look = "flat bordered dense hide-bottom virtual-scroll"
-        dressed(self.table, "laboratory-files", "w-full", look)
+        dress(self.table, "laboratory-files", "w-full", look)
         self.table.add_slot("header-selection", EVERY)
-        self.table.add_slot("body-selection", ONE)
+        self.table.add_slot("body-selection", EACH)
         self.table.add_slot("body-cell-state", STATE)
         self.table.add_slot("body-cell-name", NAME)
-        self.table.on("rowClick", self._clicked, js_handler="(e, row) => emit(row.id)")
+        self.table.on("rowClick", self._on_click, js_handler="(e, row) => emit(row.id)")
 
     def fill(self, rows: Sequence[Row]) -> None:
         """Show the files of now; ticks stay."""
@@ -110,11 +110,11 @@ class Table:
     def _tick(self) -> None:
         self.table.selected = [c for c in self.table.rows if c["id"] in self.chosen]
 
-    def _selected(self, event: events.TableSelectionEventArguments) -> None:
+    def _on_select(self, event: events.TableSelectionEventArguments) -> None:
         self.chosen = [str(c["id"]) for c in event.selection]
         self._choose(self.chosen)
 
-    def _clicked(self, event: events.GenericEventArguments) -> None:
+    def _on_click(self, event: events.GenericEventArguments) -> None:
         key = str(event.args)
         self.chosen = [] if self.chosen == [key] else [key]
         self._tick()
@@ -125,10 +125,13 @@ class Card:
     """One step on the page; `buttons` puts more into its head, `show` what was computed below."""
 
     def __init__(
-        self, name: str, show: Callable[[Done], None], buttons: Callable[[], None] = lambda: None
+        self,
+        name: str,
+        show: Callable[[StepResult], None],
+        buttons: Callable[[], None] = lambda: None,
     ) -> None:
         self.name, self._show_done = name, show
-        with dressed(ui.card(), f"laboratory-{name}", "w-full", "flat bordered"):
+        with dress(ui.card(), f"laboratory-{name}", "w-full", "flat bordered"):
             with ui.row().classes("w-full items-center justify-between"):
                 heading(CARDS[name][0])
                 with ui.row().classes("gap-2"):
@@ -140,57 +143,57 @@ class Card:
         waits = chain.instead.get(self.name) or CARDS[self.name][1]
         self._box.fill(chain.done.get(self.name) or waits)
 
-    def _show(self, what: Done | str) -> None:
-        if isinstance(what, str):
-            ui.label(on_page(what)).classes("opacity-80")
-        elif what.problem:
-            about = f"laboratory-{self.name}-problem"
-            dressed(ui.label(on_page(what.problem)), about, "text-negative", role="alert")
+    def _show(self, content: StepResult | str) -> None:
+        if isinstance(content, str):
+            ui.label(on_page(content)).classes("opacity-80")
+        elif content.problem:
+            ident = f"laboratory-{self.name}-problem"
+            dress(ui.label(on_page(content.problem)), ident, "text-negative", role="alert")
         else:
-            self._show_done(what)
+            self._show_done(content)
 
 
 def numbers_of(result: Any) -> list[tuple[str, str, str]]:
     """(key, name, text) of the step's numbers, with the 95 % interval where there is one."""
-    over = getattr(result, "intervals", None) or {}
-    made = []
+    intervals = getattr(result, "intervals", None) or {}
+    rows = []
     for f in result.keys():  # noqa: SIM118
         value, unit = getattr(result, f.name), result.units.get(f.name)
         if f.name == "kinetic" and value is None:
-            made.append((f.name, "Kinetic", "it sticks and slips"))
+            rows.append((f.name, "Kinetic", "it sticks and slips"))
         if unit is None or not f.metadata["listed"] or value is None:
             continue
 
-        def text(number: float, shown: Any = f.metadata["shown"], unit: str = unit) -> str:
-            return str(shown(number)) if shown else in_words(number, unit)
+        def text(number: float, formatter: Any = f.metadata["shown"], unit: str = unit) -> str:
+            return str(formatter(number)) if formatter else in_words(number, unit)
 
-        said, span = text(value), over.get(f.name)
+        value_text, span = text(value), intervals.get(f.name)
         if span and span["low"] is not None:
-            said += f" (95 %: {text(span['low'])} to {text(span['high'])})"
-        made.append((f.name, named(f.name), said))
+            value_text += f" (95 %: {text(span['low'])} to {text(span['high'])})"
+        rows.append((f.name, title_of(f.name), value_text))
     before = getattr(result, "uncalibrated", None)
     if before:
-        made.append(("before", "MAPE before calibration", f"{before['mape']:.2%}"))
+        rows.append(("before", "MAPE before calibration", f"{before['mape']:.2%}"))
     if hasattr(result, "uncalibrated"):
-        made.append(("pulls", "Pulls", str(len(result.files))))
-    return made
+        rows.append(("pulls", "Pulls", str(len(result.files))))
+    return rows
 
 
-def show_step(done: Done) -> None:
+def show_step(step: StepResult) -> None:
     """Numbers, checks, figure and notes; that files are synthetic stands above already."""
-    name, result, told = done.call.name, done.result, result_fields(done.call.name)
+    name, result, meanings = step.call.name, step.result, result_fields(step.call.name)
     with ui.row().classes("w-full items-start gap-8"):
         with ui.grid(columns="auto auto").classes("gap-x-6 gap-y-1 items-baseline"):
             for key, words, value in numbers_of(result):
-                hint(words).tooltip(on_page(told.get(key, words)))
+                hint(words).tooltip(on_page(meanings.get(key, words)))
                 ident = f"laboratory-{name}-{key.replace('_', '-')}"
-                dressed(ui.label(value), ident, "text-base font-medium")
+                dress(ui.label(value), ident, "text-base font-medium")
         with ui.column().classes("gap-1").style("flex:1; min-width:280px"):
             checks(result)
-    if done.picture:
-        picture = ui.html(done.picture, sanitize=False)
-        about = f"Figure: {CARDS[name][0]}"
-        dressed(picture, "", "figure", role="img", aria_label=about)
-    refused = [f"{path}: not used, {why}" for path, why in result.refused.items()]
-    said = [w for w in result.warnings if key_of(w) != "synthetic"]
-    Notes().fill([*refused, *dict.fromkeys(said)])
+    if step.picture:
+        picture = ui.html(step.picture, sanitize=False)
+        label = f"Figure: {CARDS[name][0]}"
+        dress(picture, "", "figure", role="img", aria_label=label)
+    rejections = [f"{path}: not used, {reason}" for path, reason in result.refused.items()]
+    warnings = [w for w in result.warnings if key_of(w) != "synthetic"]
+    Notes().fill([*rejections, *dict.fromkeys(warnings)])

@@ -14,15 +14,15 @@ from layerjam.units import show
 from layerjam.workbench import live, takeaway
 from layerjam.workbench.answer import Answer, file_bytes
 from layerjam.workbench.call import Call
-from layerjam.workbench.controls import Choice, Control, asked, by_key, choice, vacuum_asked
+from layerjam.workbench.controls import Choice, Control, by_key, choice, entry, vacuum_entry
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.more import More
+from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.outcomes import of_pull, of_slide
 from layerjam.workbench.page import Box, Figures, Notes, Page
 from layerjam.workbench.pages import pull_band
-from layerjam.workbench.pages.pull_chart import pulled, saw
+from layerjam.workbench.pages.pull_chart import pull_chart, saw
 from layerjam.workbench.pages.pull_files import (
-    Measured,
+    MeasuredFiles,
     PinFiles,
     Reading,
     laid_out,
@@ -34,13 +34,13 @@ from layerjam.workbench.panel import Panel
 from layerjam.workbench.peak import PeakSetting
 from layerjam.workbench.pins import BAND
 from layerjam.workbench.runner import waiting_line
-from layerjam.workbench.sheets_drawing import Seen, drawing, key, said, scale_said
+from layerjam.workbench.sheets_drawing import PullView, drawing, key, scale_said, slip_sentence
 from layerjam.workbench.widgets import (
     Hero,
     Heroes,
     button,
     columns,
-    dressed,
+    dress,
     fold,
     heading,
     hint,
@@ -60,25 +60,25 @@ class SheetBySheet(ui.column):
         super().__init__()
         self.classes("by-sheet w-full gap-1")
         self.chart, self.at = chart, 0
-        self.seen: Seen | None = None
+        self.seen: PullView | None = None
         self._motion: SheetMotion | None = None
         self._tied = False
         with self:
             heading("Sheet by sheet")
             hint("Point at the curve, or walk along the pull with this slider and its arrow keys.")
             bar = live.Bar(min=0, max=STEPS, step=1, value=0)
-            self.bar = dressed(bar, "pull-along", how="dense", aria_label="Along the pull")
+            self.bar = dress(bar, "pull-along", look="dense", aria_label="Along the pull")
             self.words = status("pull-sheets-said")
-            self.drawn = dressed(live.Table(), "pull-sheets", "w-full")
+            self.drawn = dress(live.Table(), "pull-sheets", "w-full")
             with ui.row().classes("items-center gap-x-5 gap-y-1"):
                 for kind, text in LEGEND:
                     with ui.row().classes("items-center gap-2 no-wrap"):
                         ui.html(key(kind), sanitize=False).props("aria-hidden=true")
                         ui.label(text).classes("text-sm")
-                self.scale = dressed(live.Words(""), "pull-sheets-scale", "text-sm")
+                self.scale = dress(live.Words(""), "pull-sheets-scale", "text-sm")
         # the event itself: the server's value of the slider does not follow the pointer
-        self.bar.on("update:model-value", self._walked, throttle=0.05)
-        self.bar.on("pointed", self._pointed)
+        self.bar.on("update:model-value", self._on_walk, throttle=0.05)
+        self.bar.on("pointed", self._on_point)
         self.bar.on("blur", js_handler=f"() => layerjamUnmark({chart.id})")
 
     def fill(self, motion: SheetMotion | None, sheets: Sheets) -> None:
@@ -86,49 +86,49 @@ class SheetBySheet(ui.column):
         self.set_visibility(motion is not None)
         if motion is None or motion is self._motion:
             return
-        before, self._motion, self.seen = self.seen, motion, Seen.of(motion, sheets)
+        before, self._motion, self.seen = self.seen, motion, PullView.from_motion(motion, sheets)
         if before is None:
-            at = self.seen.telling()
+            index = self.seen.telling()
         else:
             old = before.motion
-            at = self.seen.nearest(float(old.elongation[self.at]), float(old.force[self.at]))
-        self._look(at)
+            index = self.seen.nearest(float(old.elongation[self.at]), float(old.force[self.at]))
+        self._look(index)
         if not self._tied:
             self._tied = True
             self.client.run_javascript(f"layerjamPointing({self.chart.id}, {self.bar.id})")
 
-    def _look(self, at: int) -> None:
+    def _look(self, index: int) -> None:
         """Show a sample; the slider follows in the browser alone."""
         if self.seen is None:
             return
-        self.at = at
-        self.words.set_text(said(self.seen, at))
-        self.scale.set_text(scale_said(self.seen, at))
-        self.drawn.set_content(drawing(self.seen, at))
-        place = round(STEPS * at / max(len(self.seen.motion.force) - 1, 1))
+        self.at = index
+        self.words.set_text(slip_sentence(self.seen, index))
+        self.scale.set_text(scale_said(self.seen, index))
+        self.drawn.set_content(drawing(self.seen, index))
+        place = round(STEPS * index / max(len(self.seen.motion.force) - 1, 1))
         self.client.run_javascript(f"layerjamAlong({self.bar.id}, {place})")
 
-    def _pointed(self, event: events.GenericEventArguments) -> None:
+    def _on_point(self, event: events.GenericEventArguments) -> None:
         """The pointer stands at [mm, N] of the chart."""
         if self.seen is not None and (point := _point(event.args)):
-            at = self.seen.nearest(point[0] / MM, point[1])
-            if at != self.at:
-                self._look(at)
+            index = self.seen.nearest(point[0] / MM, point[1])
+            if index != self.at:
+                self._look(index)
 
-    def _walked(self, event: events.GenericEventArguments) -> None:
+    def _on_walk(self, event: events.GenericEventArguments) -> None:
         """The slider was moved: the chart's own cursor goes there."""
         if self.seen is None or not isinstance(event.args, int | float):
             return
         motion = self.seen.motion
-        at = round(event.args / STEPS * (len(motion.force) - 1))
-        self._look(min(max(at, 0), len(motion.force) - 1))
+        index = round(event.args / STEPS * (len(motion.force) - 1))
+        self._look(min(max(index, 0), len(motion.force) - 1))
         x, y = float(motion.elongation[self.at]) * MM, float(motion.force[self.at])
         self.client.run_javascript(f"layerjamMark({self.chart.id}, {x!r}, {y!r})")
 
 
-def _point(given: Any) -> tuple[float, float] | None:
+def _point(args: Any) -> tuple[float, float] | None:
     """Two numbers that the browser sent; None for anything else."""
-    pair = given if isinstance(given, list) else [given]
+    pair = args if isinstance(args, list) else [args]
     pair = pair[0] if len(pair) == 1 and isinstance(pair[0], list) else pair
     if len(pair) == 2 and all(isinstance(v, int | float) for v in pair):
         return float(pair[0]), float(pair[1])
@@ -160,13 +160,13 @@ class Pull(Page):
     """Drag the vacuum and watch the force curve rise."""
 
     name, title = "pull", "Pull"
-    about = "The force it takes to pull the brake apart"
+    summary = "The force it takes to pull the brake apart"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self.uploads = desk.files
-        self.more_of_pull = More(self, "tensile", ("vacuum", "speed", "travel", "model"))
-        self.more_of_saw = More(self, STICK_SLIP, ("vacuum", "speed", "damping"))
+        self.more_of_pull = OtherInputs(self, "tensile", ("vacuum", "speed", "travel", "model"))
+        self.more_of_saw = OtherInputs(self, STICK_SLIP, ("vacuum", "speed", "damping"))
         self._read: tuple[object, Reading] = (None, Reading())
         self._whole: tuple[object, Any] = (None, None)
         self.panel = Panel(desk, self.name)
@@ -176,15 +176,15 @@ class Pull(Page):
     def controls(self) -> Mapping[str, Control]:
         """Bounds that the brake sets."""
         brake = self.desk.brake.brake
-        more = self.more_of_saw if self._saws() else self.more_of_pull
-        full, usable = more.atmosphere(brake.site.atmosphere), brake.sheets.usable_travel
-        vacuum = vacuum_asked("tensile", "vacuum", full)
+        inputs = self.more_of_saw if self._saws() else self.more_of_pull
+        full, usable = inputs.atmosphere(brake.site.atmosphere), brake.sheets.usable_travel
+        vacuum = vacuum_entry("tensile", "vacuum", full)
         lacking = "Vacuum of files that do not say it"
         return by_key(
             vacuum,
-            asked("tensile", "speed", 0.001, (1e-4, 0.05)),
-            asked("tensile", "travel", min(0.04, usable), (0.001, usable), label="Elongation"),
-            asked(STICK_SLIP, "damping", 0.0, (0.0, 100.0)),
+            entry("tensile", "speed", 0.001, (1e-4, 0.05)),
+            entry("tensile", "travel", min(0.04, usable), (0.001, usable), label="Elongation"),
+            entry(STICK_SLIP, "damping", 0.0, (0.0, 100.0)),
             replace(vacuum, key="files_vacuum", label=lacking),
         )
 
@@ -198,11 +198,11 @@ class Pull(Page):
             self.slider("damping", self._saws)
             choice(self.desk, self.name, MODEL)
             self.problem_line()
-            with self.while_(lambda: not self._saws()):
+            with self.show_while(lambda: not self._saws()):
                 self.more_of_pull.build()
-            with self.while_(self._saws):
+            with self.show_while(self._saws):
                 self.more_of_saw.build()
-            self.measured = Measured(self.desk)
+            self.measured = MeasuredFiles(self.desk)
             self.of_files = self.slider("files_vacuum")
         with main:
             waiting_line(self.name, self.runner)
@@ -213,22 +213,22 @@ class Pull(Page):
                 self.pin_band = button(PIN_BAND, self._pin_with_band, "pull-pin-band", "push_pin")
                 self.pin_band.set_visibility(False)
                 self.pin_files = PinFiles(self.desk, self.panel)
-            with self.while_(lambda: not self._saws()):
+            with self.show_while(lambda: not self._saws()):
                 self.peak.build()
             self.panel.build("pull-chart", "Force over elongation")
             self.by_sheet = SheetBySheet(self.panel.chart)
-            self.peak.on(self.panel.chart)
+            self.peak.attach(self.panel.chart)
             with self.panel.build_row():
                 record = partial(self._give, f"tensile {STICK_SLIP}", "csv")
-                button("record as CSV", record, "pull-record", how=takeaway.QUIET)
+                button("record as CSV", record, "pull-record", look=takeaway.QUIET)
                 compare = partial(self._give, "validate", "svg")
                 self.compared = button("comparison as SVG", compare, "pull-comparison")
                 self.compared.set_visibility(False)
             self.errors = Box(show_errors, "w-full gap-1 overflow-auto")
             with fold("More numbers", "pull-numbers"):
-                with self.while_(lambda: not self._saws()):
+                with self.show_while(lambda: not self._saws()):
                     self.pulled = Figures(self.name, "tensile", PULLED)
-                with self.while_(self._saws):
+                with self.show_while(self._saws):
                     self.saw = Figures("pull-saw", STICK_SLIP, SAW)
             self.notes = Notes()
 
@@ -242,15 +242,15 @@ class Pull(Page):
     def calls(self) -> Sequence[Call]:
         """The pull."""
         subjects = (self.desk.brake_subject(),)
-        said = self.texts("vacuum", "speed")
+        inputs = self.texts("vacuum", "speed")
         if self._saws():
             if self.value("damping"):
-                said["damping"] = self.text("damping")
-            return [Call(STICK_SLIP, subjects, {**said, **self.more_of_saw.options()})]
-        said["travel"] = self.text("travel")
+                inputs["damping"] = self.text("damping")
+            return [Call(STICK_SLIP, subjects, {**inputs, **self.more_of_saw.options()})]
+        inputs["travel"] = self.text("travel")
         if self.word(MODEL) != "lumped":
-            said["model"] = self.word(MODEL)
-        return [Call("tensile", subjects, {**said, **self.more_of_pull.options()})]
+            inputs["model"] = self.word(MODEL)
+        return [Call("tensile", subjects, {**inputs, **self.more_of_pull.options()})]
 
     def answers(self) -> Sequence[Answer]:
         """The pull, and what the measured files were asked."""
@@ -263,55 +263,56 @@ class Pull(Page):
         result = call.run(**({} if saws else {"progress": self.runner.tell}))
         if self._whole[0] != call.subjects[0].text:
             self._whole = (call.subjects[0].text, Call("show", call.subjects).run())
-        pins, reading, band = self.panel.beside(call), self._files(), self._band(call, result)
+        pins, reading = self.panel.pinned_answers(call), self._files()
+        band = self._band(call, result)
         if not saws:
             pins = (*pinned_files(self.desk, reading), *pins)
-        bands = [(one.more, one.answer.result.record, GREY) for one in pins if one.more]
+        bands = [(pin.more, pin.answer.result.record, GREY) for pin in pins if pin.more]
         bands += [(band, result.record, BLUE)] if band else []
         shade = partial(pull_band.shade, bands=bands) if bands else None
         return Answer(call, result, pins=pins, finish=shade), self._whole[1], reading, band
 
     def _band(self, call: Call, result: Any) -> pull_band.Band | None:
         """The 95 % of the pull that is shown, where they are known."""
-        error = pull_band.known(self.desk, call)
+        error = pull_band.law_error(self.desk, call)
         return None if error is None else pull_band.band(error, result.record, call)
 
     def _pin_with_band(self) -> None:
-        shown = self.panel.shown
-        error = None if shown is None else pull_band.known(self.desk, shown.call)
+        answer = self.panel.shown
+        error = None if answer is None else pull_band.law_error(self.desk, answer.call)
         if error is not None:
             self.panel.pin(**{BAND: error.text()})
 
     def _files(self) -> Reading:
         """The files as they were read, or anew where files, brake or their vacuum changed."""
         vacuum, files = self.text("files_vacuum"), laid_out(self.desk)
-        known, reading = self._read
+        last_key, reading = self._read
         sidecars = tuple(self.uploads.sidecars)
         key = (files, sidecars, self.desk.state.brake, vacuum if reading.lacking else "")
-        if known != key:
+        if last_key != key:
             reading = read(files, self.desk.brake_subject(), vacuum, self.runner.tell)
             self._read = ((*key[:3], vacuum if reading.lacking else ""), reading)
         return reading
 
     def draw(self, result: Any) -> None:
         """Curve and numbers."""
-        answer, whole, reading, band = result
-        found, saws = answer.result, answer.call.name == STICK_SLIP
+        answer, brake_facts, reading, band = result
+        pull, saws = answer.result, answer.call.name == STICK_SLIP
         self.pin_files.fill(Reading() if saws else reading)
         self.pin_band.set_visibility(band is not None)
         self.of_files.set_visibility(reading.lacking)
         self.compared.set_visibility(bool(reading.curves) and not saws)
         self.errors.set_visibility(not saws)
-        self.panel.draw(answer, chart_of(answer, whole, reading, band, self.dark))
+        self.panel.draw(answer, chart_of(answer, brake_facts, reading, band, self.dark))
         if not saws:
-            self.peak.fill(found.peak_force)
-        (self.saw if saws else self.pulled).fill(found)
-        self.by_sheet.fill(None if saws else found.motion, found.record.brake.brake.sheets)
-        self.heroes.fill(heroes(found))
-        self.outcome.set_text(of_slide(found) if saws else of_pull(found))
+            self.peak.fill(pull.peak_force)
+        (self.saw if saws else self.pulled).fill(pull)
+        self.by_sheet.fill(None if saws else pull.motion, pull.record.brake.brake.sheets)
+        self.heroes.fill(heroes(pull))
+        self.outcome.set_text(of_slide(pull) if saws else of_pull(pull))
         self.measured.fill(reading)
         self.errors.fill(reading)
-        self.notes.fill(found.warnings)
+        self.notes.fill(pull.warnings)
 
     async def _give(self, command: str, ending: str) -> None:
         for answer in self.answers():
@@ -321,31 +322,31 @@ class Pull(Page):
 
 
 def chart_of(
-    answer: Answer, whole: Any, reading: Reading, band: pull_band.Band | None, dark: bool
+    answer: Answer, brake_facts: Any, reading: Reading, band: pull_band.Band | None, dark: bool
 ) -> dict[str, Any]:
     """The chart of a pull with what is pinned, or of one that sticks and slips."""
     name, pins = answer.call.name, answer.pins
-    computed = {one.label: one.answer.result for one in pins if one.answer.call.name == name}
+    pins_shown = {pin.label: pin.answer.result for pin in pins if pin.answer.call.name == name}
     if name == STICK_SLIP:
-        return saw(answer.result, whole, dark, computed)
-    files = [one.pin.subject for one in pins if one.pin and one.answer.call.files]
-    bands = {one.label: one.more for one in pins if one.more} | ({"": band} if band else {})
-    return pulled(answer.result, whole, reading, dark, computed, files, bands)
+        return saw(answer.result, brake_facts, dark, pins_shown)
+    files = [pin.pin.subject for pin in pins if pin.pin and pin.answer.call.files]
+    bands = {pin.label: pin.more for pin in pins if pin.more} | ({"": band} if band else {})
+    return pull_chart(answer.result, brake_facts, reading, dark, pins_shown, files, bands)
 
 
-def heroes(found: Any) -> list[Hero]:
-    """What a pull is looked at for: its peak and heat, or how it sticks and slips."""
-    if found.command == STICK_SLIP or not hasattr(found, "peak_force"):
-        swing = "–" if found.amplitude is None else f"± {show(found.amplitude, 'N')}"
-        period = "–" if found.period is None else show(found.period, "s")
-        fast = "–" if found.critical_speed is None else show(found.critical_speed, "m/s")
+def heroes(result: Any) -> list[Hero]:
+    """Return the main numbers of a pull: peak and heat, or those of stick–slip."""
+    if result.command == STICK_SLIP or not hasattr(result, "peak_force"):
+        swing = "–" if result.amplitude is None else f"± {show(result.amplitude, 'N')}"
+        period = "–" if result.period is None else show(result.period, "s")
+        fast = "–" if result.critical_speed is None else show(result.critical_speed, "m/s")
         return [
             ("amplitude", "Amplitude", swing),
             ("period", "Period", period),
             ("critical_speed", "Critical speed", fast),
         ]
     return [
-        ("peak_force", "Peak force", show(found.peak_force, "N")),
-        ("peak_elongation", "At an elongation of", show(found.peak_elongation, "m")),
-        ("dissipated_energy", "Turned into heat", show(found.dissipated_energy, "J")),
+        ("peak_force", "Peak force", show(result.peak_force, "N")),
+        ("peak_elongation", "At an elongation of", show(result.peak_elongation, "m")),
+        ("dissipated_energy", "Turned into heat", show(result.dissipated_energy, "J")),
     ]

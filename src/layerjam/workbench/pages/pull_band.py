@@ -29,7 +29,7 @@ WORDS = 0.35
 
 
 class Band(NamedTuple):
-    """How far the 95 % reach to either side of a force [N], at some elongations [m]."""
+    """Half width of the 95 % band around a force [N], at some elongations [m]."""
 
     elongation: np.ndarray
     half_width: np.ndarray
@@ -37,14 +37,14 @@ class Band(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What stands beside it in a chart."""
+        """Label of the band in a chart."""
         return f"95 % of {self.pulls} pulls"
 
 
-def known(desk: Desk, call: Call) -> "LawError | None":
-    """How sure the law of a pull is.
+def law_error(desk: Desk, call: Call) -> "LawError | None":
+    """Return the error of the law of a pull.
 
-    None where this tab did not calibrate the pulled brake, or the pull asks for another law.
+    None if this tab did not calibrate the pulled brake, or if the pull needs another law.
     """
     spread = desk.laws.get(call.subjects[0].text)
     if spread is None or call.name != "tensile" or call.options.keys() != ASKED:
@@ -59,10 +59,10 @@ def band(error: "LawError", record: TensileRecord, call: Call) -> Band | None:
     top = float(u[int(np.argmax(record.force))])
     # the peak itself, where the force bends, and more of them around it than beyond
     ends = 0.0, top, min(2 * top, (top + u[-1]) / 2), u[-1]
-    some = [np.linspace(a, b, POINTS, endpoint=False) for a, b in pairwise(ends)]
-    asked = np.concatenate((*some, u[-1:]))
-    half = error.half_width(record.brake.brake, asked, *_condition(call))
-    return Band(asked, half, error.pulls) if np.isfinite(half).all() else None
+    stretches = [np.linspace(a, b, POINTS, endpoint=False) for a, b in pairwise(ends)]
+    elongation = np.concatenate((*stretches, u[-1:]))
+    half = error.half_width(record.brake.brake, elongation, *_condition(call))
+    return Band(elongation, half, error.pulls) if np.isfinite(half).all() else None
 
 
 def of_pin(pin: Pin, result: Any) -> Band | None:
@@ -87,12 +87,12 @@ def shade(figure: "Figure", bands: Sequence[tuple[Band, TensileRecord, str]]) ->
     Those with as many pulls behind them are named once, over the end of the highest.
     """
     axes, ends = figure.axes[0], dict[str, tuple[float, float]]()
-    for one, record, color in bands:
-        force = np.interp(one.elongation, record.elongation, record.force)
-        x, low, high = one.elongation * 1e3, force - one.half_width, force + one.half_width
+    for b, record, color in bands:
+        force = np.interp(b.elongation, record.elongation, record.force)
+        x, low, high = b.elongation * 1e3, force - b.half_width, force + b.half_width
         style.band(axes, x, low, high, color)
         above = float(high[x >= (1 - WORDS) * x[-1]].max()), float(x[-1])
-        ends[one.name] = max(ends.get(one.name, above), above)
+        ends[b.name] = max(ends.get(b.name, above), above)
     for name, (y, x_end) in ends.items():
         style.label(axes, x_end, y, f"band: {name}", ha="right", va="bottom")
 

@@ -1,4 +1,4 @@
-"""The chart of the page Pull: the force, measured pulls over it, what is left over below it."""
+"""The chart of the page Pull: the force, measured pulls over it, and residuals below."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from layerjam.report.chart import Curve, Pane, beside
+from layerjam.report.chart import Curve, Pane, add_comparisons
 from layerjam.report.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, SKY
 from layerjam.units import show
 from layerjam.workbench.charts import options, round_up
@@ -23,9 +23,9 @@ SHARED = 241
 FILE_COLORS = (ORANGE, GREEN, PURPLE, SKY, RED)
 
 
-def pulled(
+def pull_chart(
     result: Any,
-    whole: Any,
+    brake_facts: Any,
     reading: Reading,
     dark: bool,
     pins: Mapping[str, Any] = NONE,
@@ -37,46 +37,47 @@ def pulled(
     `pins` are other results by their labels, drawn quietly; `files` keys of those that are pinned,
     drawn as points; `bands` the 95 % of pins by their labels, and of the result itself by "".
     """
-    kept = [one for one in reading.measured if one.file.key in files]
-    few = len(reading.curves or kept) + len(pins) <= LABELLED
-    notes = {label: one.name for label, one in bands.items()}
-    curves = [replace(_computed(result, "computed", notes), color=BLUE, width=2.5)]
-    rest: list[Curve] = []
-    drawn, colors = {one.trace.path for one in kept}, dict[str, str]()
-    for place, one in enumerate(reading.curves):
-        color = colors[one.path] = FILE_COLORS[place % len(FILE_COLORS)]
-        said = f"{show(one.vacuum, 'Pa', 3)}, {reading.named(one.path)}"
-        if one.path not in drawn:
-            x, y = one.pull.elongation * MM, one.pull.force
-            curves.append(Curve(x, y, color, said, width=1.5, labelled=few))
-        curves.append(Curve(one.elongation * MM, one.model, INK, dash="dashed", width=1.2))
-        left = f"{said}, left over"
-        rest.append(Curve(one.elongation * MM, one.residual, color, left, labelled=False))
-    for place, own in enumerate(kept, len(reading.curves)):
-        color = colors.get(own.trace.path) or FILE_COLORS[place % len(FILE_COLORS)]
-        x, y = own.features.elongation * MM, own.features.force
-        curves.append(Curve(x, y, color, own.label, width=1.0, measured=True))
+    pinned_pulls = [item for item in reading.measured if item.file.key in files]
+    few = len(reading.curves or pinned_pulls) + len(pins) <= LABELLED
+    notes = {label: item.name for label, item in bands.items()}
+    curves = [replace(_computed_curve(result, "computed", notes), color=BLUE, width=2.5)]
+    residuals: list[Curve] = []
+    drawn_paths, colors = {item.trace.path for item in pinned_pulls}, dict[str, str]()
+    for place, item in enumerate(reading.curves):
+        color = colors[item.path] = FILE_COLORS[place % len(FILE_COLORS)]
+        label_text = f"{show(item.vacuum, 'Pa', 3)}, {reading.name_of(item.path)}"
+        if item.path not in drawn_paths:
+            x, y = item.pull.elongation * MM, item.pull.force
+            curves.append(Curve(x, y, color, label_text, width=1.5, labelled=few))
+        curves.append(Curve(item.elongation * MM, item.model, INK, dash="dashed", width=1.2))
+        left = f"{label_text}, left over"
+        residuals.append(Curve(item.elongation * MM, item.residual, color, left, labelled=False))
+    for place, pull in enumerate(pinned_pulls, len(reading.curves)):
+        color = colors.get(pull.trace.path) or FILE_COLORS[place % len(FILE_COLORS)]
+        x, y = pull.features.elongation * MM, pull.features.force
+        curves.append(Curve(x, y, color, pull.label, width=1.0, measured=True))
     curves += [
-        replace(_computed(other, label, notes), labelled=few) for label, other in pins.items()
+        replace(_computed_curve(pin_result, label, notes), labelled=few)
+        for label, pin_result in pins.items()
     ]
-    edged = len(curves)
+    first_edge = len(curves)
     for label, band in bands.items():
         curves += _edges(pins[label] if label else result, band, label)
     end = max(float(c.x.max()) for c in curves)
-    top = round_up(max(whole.max_force, *(float(c.y.max()) for c in curves[1:]), 0.0))
-    if rest:
+    top = round_up(max(brake_facts.max_force, *(float(c.y.max()) for c in curves[1:]), 0.0))
+    if residuals:
         grid = np.linspace(0.0, end, SHARED)
-        curves, rest = _shared(curves, grid), _shared(rest, grid)
-    own, ends = result.panes()[0], (0.0, end if rest else None)
-    edges = list(zip(curves[edged::2], curves[edged + 1 :: 2], strict=True))
-    panes = [replace(own, curves=curves, bands=edges, x_range=ends, y_range=(0, top), share=3.0)]
-    if rest:
-        limit = round_up(max(*(float(np.nanmax(abs(c.y))) for c in rest), 1e-6))
-        panes.append(Pane(rest, own.x, "left over [N]", ends, (-limit, limit)))
+        curves, residuals = _on_grid(curves, grid), _on_grid(residuals, grid)
+    pull, ends = result.panes()[0], (0.0, end if residuals else None)
+    edges = list(zip(curves[first_edge::2], curves[first_edge + 1 :: 2], strict=True))
+    panes = [replace(pull, curves=curves, bands=edges, x_range=ends, y_range=(0, top), share=3.0)]
+    if residuals:
+        limit = round_up(max(*(float(np.nanmax(abs(c.y))) for c in residuals), 1e-6))
+        panes.append(Pane(residuals, pull.x, "left over [N]", ends, (-limit, limit)))
     return options(panes, dark)
 
 
-def _computed(result: Any, label: str, notes: Mapping[str, str]) -> Curve:
+def _computed_curve(result: Any, label: str, notes: Mapping[str, str]) -> Curve:
     """The force of a computed pull; the shown one has its note under ""."""
     note = notes.get("" if label == "computed" else label, "")
     return replace(result.panes()[0].curves[0], color=GREY, name=label, width=1.2, note=note)
@@ -89,24 +90,27 @@ def _edges(result: Any, band: Band, label: str) -> list[Curve]:
     name = f"{label or 'computed'}, {band.name}"
     ends = ((-band.half_width, f"{name}, lower"), (band.half_width, f"{name}, upper"))
     return [
-        Curve(x * MM, force + half, color, said, width=0.8, labelled=False) for half, said in ends
+        Curve(x * MM, force + half, color, edge_name, width=0.8, labelled=False)
+        for half, edge_name in ends
     ]
 
 
-def _shared(curves: Sequence[Curve], grid: np.ndarray) -> list[Curve]:
+def _on_grid(curves: Sequence[Curve], grid: np.ndarray) -> list[Curve]:
     """The curves on one grid: the cursor reads only curves that have a point where it stands."""
-    made = []
+    result = []
     for curve in curves:
         order = np.argsort(curve.x, kind="stable")
         x, y = np.asarray(curve.x)[order], np.asarray(curve.y)[order]
         inside = (grid >= x[0] - 1e-9) & (grid <= x[-1] + 1e-9)
-        made.append(replace(curve, x=grid, y=np.where(inside, np.interp(grid, x, y), np.nan)))
-    return made
+        result.append(replace(curve, x=grid, y=np.where(inside, np.interp(grid, x, y), np.nan)))
+    return result
 
 
-def saw(result: Any, whole: Any, dark: bool, pins: Mapping[str, Any] = NONE) -> dict[str, Any]:
+def saw(
+    result: Any, brake_facts: Any, dark: bool, pins: Mapping[str, Any] = NONE
+) -> dict[str, Any]:
     """Force over elongation of a pull that sticks and slips; `pins` as in `pulled`."""
-    quiet = {label: other.quiet_curves() for label, other in pins.items()}
-    (pane,) = beside(result.panes(), quiet)
-    top = round_up(max(whole.holding_force, pane.y_range[1]))
+    quiet = {label: pin_result.quiet_curves() for label, pin_result in pins.items()}
+    (pane,) = add_comparisons(result.panes(), quiet)
+    top = round_up(max(brake_facts.holding_force, pane.y_range[1]))
     return options([replace(pane, y_range=(0, top))], dark)

@@ -14,7 +14,7 @@ from layerjam.identify.validation.metrics import CurveError
 from layerjam.measure.trace import Trace
 from layerjam.units import show
 from layerjam.workbench import live
-from layerjam.workbench.answer import Answer, Pinned, answered
+from layerjam.workbench.answer import Answer, Pinned, try_call
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.dropping import FilesHere
@@ -26,7 +26,7 @@ from layerjam.workbench.spoken import on_page
 from layerjam.workbench.state import MEASURED
 from layerjam.workbench.tables import html
 from layerjam.workbench.uploads import Upload
-from layerjam.workbench.widgets import Alert, button, dressed, hint
+from layerjam.workbench.widgets import Alert, button, dress, hint
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class MeasuredPull:
 
     @property
     def label(self) -> str:
-        """That it was measured, or that a program wrote it; at which vacuum; the file."""
+        """Label with the origin (measured or synthetic), the vacuum and the file."""
         word = "synthetic" if self.trace.synthetic else "measured"
         return f"{word}, {self.about}"
 
@@ -47,14 +47,14 @@ class MeasuredPull:
     def about(self) -> str:
         """The vacuum that file or sidecar state, and the user's name of the file."""
         vacuum = self.trace.facts.vacuum
-        stated = "vacuum not stated" if vacuum is None else show(vacuum, "Pa", 3)
+        vacuum_text = "vacuum not stated" if vacuum is None else show(vacuum, "Pa", 3)
         specimen = f", specimen {self.trace.specimen}" if self.trace.specimen else ""
-        return f"{stated}, {self.file.shown}{specimen}"
+        return f"{vacuum_text}, {self.file.shown}{specimen}"
 
 
 @dataclass(frozen=True)
 class Reading:
-    """What the files say (`pull`) and how the brake compares (`validate`), or why not."""
+    """Results of `pull` and `validate` for the files, or the reasons for refusing them."""
 
     files: tuple[Upload, ...] = ()
     answers: tuple[Answer, ...] = ()
@@ -71,32 +71,34 @@ class Reading:
         """The result of `validate`."""
         return self.answers[1].result if len(self.answers) > 1 else None
 
-    def named(self, path: str) -> str:
+    def name_of(self, path: str) -> str:
         """The user's name of a file."""
-        made: str = rename_files(path, {file.path.name: file.shown for file in self.files})
-        return made
+        name: str = rename_files(path, {file.path.name: file.shown for file in self.files})
+        return name
 
-    def sentences(self, shown: str) -> list[str]:
-        """What was understood of one file, or why it was refused."""
+    def sentences(self, name: str) -> list[str]:
+        """Return the interpretation of one file, or the reasons for its refusal."""
         if self.understood is None:
             return []
-        said = [
-            f"not used: {why}"
+        lines = [
+            f"not used: {reason}"
             for result in (self.understood, self.compared)
-            for path, why in (result.refused.items() if result is not None else ())
-            if path.startswith(shown)
+            for path, reason in (result.refused.items() if result is not None else ())
+            if path.startswith(name)
         ]
         for path, sentences in self.understood.understood.items():
-            if path.split(", specimen ")[0] == shown:
-                said.append("; ".join(sentences))
-        return list(dict.fromkeys(said))
+            if path.split(", specimen ")[0] == name:
+                lines.append("; ".join(sentences))
+        return list(dict.fromkeys(lines))
 
     @cached_property
     def measured(self) -> Sequence[MeasuredPull]:
         """Every pull that was understood, from its onset on; a file may hold several."""
         files = {str(file.path): file for file in self.files}
         record = () if self.understood is None else self.understood.record
-        return [MeasuredPull(files[trace.path], trace, one.features) for trace, one in record]
+        return [
+            MeasuredPull(files[trace.path], trace, summary.features) for trace, summary in record
+        ]
 
     @property
     def curves(self) -> Sequence[CurveError]:
@@ -106,13 +108,13 @@ class Reading:
 
 def laid_out(desk: Desk) -> tuple[Upload, ...]:
     """The pulls among the tab's files as a call takes them, their sidecars written beside them."""
-    uploads, edits, made = desk.files, edits_of(desk), []
-    for one in uploads.used:
-        said = edits.get(one.key, {})
-        if said.get("role") not in (FRICTION, ASIDE):
-            text = sidecar_text(uploads.sidecars.get(one.shown, ""), said)
-            made.append(uploads.with_sidecar(one, text))
-    return tuple(made)
+    uploads, edits, files = desk.files, edits_of(desk), []
+    for upload in uploads.used:
+        edit = edits.get(upload.key, {})
+        if edit.get("role") not in (FRICTION, ASIDE):
+            text = sidecar_text(uploads.sidecars.get(upload.shown, ""), edit)
+            files.append(uploads.with_sidecar(upload, text))
+    return tuple(files)
 
 
 def read(
@@ -121,22 +123,22 @@ def read(
     """Both commands on the files; refusals as words, in the user's names."""
     if not files:
         return Reading()
-    pull = answered(Call("pull", files=files), progress=tell)
+    pull = try_call(Call("pull", files=files), progress=tell)
     if pull.result is None:
         return Reading(files, (pull,))
     lacking = any(row["vacuum"] is None for row in pull.result.pulls)
     validate = Call("validate", (brake,), {"vacuum": vacuum} if lacking else {}, files)
-    return Reading(files, (pull, answered(validate, progress=tell)), lacking)
+    return Reading(files, (pull, try_call(validate, progress=tell)), lacking)
 
 
-class Measured:
-    """Where files come from, and those that are pulls with what was understood of them."""
+class MeasuredFiles:
+    """Drop area, and list of the pulls with their interpretation."""
 
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
         FilesHere(desk, "pull")
         self._trouble = Alert("pull-file-problem", "text-sm")
-        self.list = dressed(Box(self._show), "pull-files")
+        self.list = dress(Box(self._show), "pull-files")
 
     def _remove(self, key: str) -> None:
         self.desk.files.remove([key])
@@ -151,9 +153,9 @@ class Measured:
         for file in reading.files:
             with ui.row().classes("w-full items-center justify-between no-wrap gap-1"):
                 ui.label(file.shown).classes("text-sm font-medium").style("overflow-wrap: anywhere")
-                look, gone = "flat round dense size=sm", partial(self._remove, file.key)
-                away = button("", gone, "pull-file-remove", "close", how=look)
-                dressed(away, aria_label=f"Take {file.shown} away")
+                look, remove = "flat round dense size=sm", partial(self._remove, file.key)
+                remove_button = button("", remove, "pull-file-remove", "close", look=look)
+                dress(remove_button, aria_label=f"Take {file.shown} away")
             for sentence in reading.sentences(file.shown):
                 ui.label(on_page(sentence)).classes("text-xs opacity-80")
         files = self.desk.files
@@ -176,8 +178,8 @@ def show_errors(reading: Reading) -> None:
         error, bias = show(row["rmse"], "N", 3), show(row["bias"], "N", 3)
         mape, bias = f"{row['mape']:.2%}", bias.replace("-", "−")
         rows.append([row["path"], vacuum, speed, mape, error, bias])
-    made = html(heads, rows, range(1, 6), "What is left over", "pull-errors")
-    live.Table().set_content(made)
+    table = html(heads, rows, range(1, 6), "What is left over", "pull-errors")
+    live.Table().set_content(table)
     checks(reading.compared)
     Notes().fill(list(dict.fromkeys(reading.compared.warnings)))
 
@@ -187,15 +189,17 @@ TITLE = "Pin a measured curve"
 
 def pinned_files(desk: Desk, reading: Reading) -> tuple[Pinned, ...]:
     """The measured curves that are pinned and there, each with its file's own answer."""
-    named, made = {one.file.key: one for one in reversed(reading.measured)}, []
+    by_key, pins = {pull.file.key: pull for pull in reversed(reading.measured)}, []
     for pin in desk.state.pins:
-        one = named.get(pin.subject) if pin.command == MEASURED else None
-        if one is not None:
-            path, record = one.file.path, reading.understood.record
-            own = [pair for pair in record if Path(pair[0].path) == path]
-            result = replace(reading.understood, record=own)
-            made.append(Pinned(one.label, Answer(Call("pull", files=(one.file,)), result), pin=pin))
-    return tuple(made)
+        pull = by_key.get(pin.subject) if pin.command == MEASURED else None
+        if pull is not None:
+            path, record = pull.file.path, reading.understood.record
+            records = [pair for pair in record if Path(pair[0].path) == path]
+            result = replace(reading.understood, record=records)
+            pins.append(
+                Pinned(pull.label, Answer(Call("pull", files=(pull.file,)), result), pin=pin)
+            )
+    return tuple(pins)
 
 
 class PinFiles:
@@ -205,30 +209,30 @@ class PinFiles:
         self._desk, self._panel = desk, panel
         self._names: Mapping[str, str] = {}
         self._shown: object = None
-        self._button = button(TITLE, self._asked, "pull-pin-file", "push_pin")
+        self._button = button(TITLE, self._on_click, "pull-pin-file", "push_pin")
         with self._button:
-            where = f'no-parent-event auto-close role="region" aria-label="{TITLE}"'
-            with ui.menu().props(where) as self._menu:
-                self._list = dressed(ui.element("div"), role="menu", aria_label=TITLE)
+            menu_props = f'no-parent-event auto-close role="region" aria-label="{TITLE}"'
+            with ui.menu().props(menu_props) as self._menu:
+                self._list = dress(ui.element("div"), role="menu", aria_label=TITLE)
         self._button.set_visibility(False)
 
     def fill(self, reading: Reading) -> None:
         """Show the pulls of now; nothing moves where they are the same."""
-        kept = self._desk.state.files
-        self._names = {one.file.key: one.about for one in reversed(reading.measured)}
-        shown = (tuple(self._names.items()), kept)
-        if shown == self._shown:
+        pins = self._desk.state.files
+        self._names = {pull.file.key: pull.about for pull in reversed(reading.measured)}
+        content = (tuple(self._names.items()), pins)
+        if content == self._shown:
             return
-        self._shown = shown
-        self._button.set_visibility(len(self._names) > 1 or bool(self._names.keys() - {*kept}))
+        self._shown = content
+        self._button.set_visibility(len(self._names) > 1 or bool(self._names.keys() - {*pins}))
         self._list.clear()
         with self._list:
             for key, name in reversed(self._names.items()):
-                text = f"✓ {name}" if key in kept else name
+                text = f"✓ {name}" if key in pins else name
                 item = ui.menu_item(text, partial(self._panel.pin_file, key))
-                dressed(item, f"pull-pin-file-{key}", role="menuitem")
+                dress(item, f"pull-pin-file-{key}", role="menuitem")
 
-    def _asked(self) -> None:
+    def _on_click(self) -> None:
         if len(self._names) == 1:
             self._panel.pin_file(next(iter(self._names)))
         else:

@@ -15,16 +15,16 @@ from layerjam.units import QuantitySpec, exact_text, get, show, usual_unit
 from layerjam.workbench.controls import Choice, menu, number_field, on_typed, with_unit, word
 from layerjam.workbench.desk import SHELVES, Desk
 from layerjam.workbench.spoken import on_page
-from layerjam.workbench.widgets import Alert, button, dressed, field, fold, one_line, select
+from layerjam.workbench.widgets import Alert, button, dress, field, fold, one_line, select
 
 NEW_KINDS = ("measured", "data sheet", "handbook", "assumed")
 """Kinds a number typed here may be of; the others are the files' own."""
-OWN, NONE = "own", "none"
+CUSTOM, NONE = "own", "none"
 
 
 @dataclass(frozen=True)
 class Kind:
-    """What is edited: a brake or a line.
+    """Kind of record that is edited: a brake or a line.
 
     `groups` maps a table of its file to what stands above its fields, `fields` a dotted path to
     (specification, required). `origin` are the desk's keys of kind and source of new numbers;
@@ -65,7 +65,7 @@ class Editor:
 
     @property
     def text(self) -> str:
-        """Its catalogue name, or its TOML text."""
+        """Catalogue name or TOML text."""
         return str(getattr(self.desk.state, self.kind.what))
 
     @property
@@ -81,23 +81,23 @@ class Editor:
 
     def choosing(self) -> None:
         """The choice of a file: from the catalogue, from disk; its name; saving."""
-        page, what = self.kind.page, self.kind.what
-        self.problem = Alert(f"{page}-{what}-problem")
-        self._chosen = select({}, what.capitalize(), self.kind.ident, self._chose)
+        page, kind = self.kind.page, self.kind.what
+        self.problem = Alert(f"{page}-{kind}-problem")
+        self._chosen = select({}, kind.capitalize(), self.kind.ident, self._chose)
         with ui.row().classes("w-full gap-2 no-wrap"):
-            opener(self.desk, what, page, self.problem)
+            opener(self.desk, kind, page, self.problem)
             button("Save TOML", self._save, f"{page}-save", "download")
         self._named = field("Name", f"{page}-name", longest=80)
-        on_typed(self._named, self._renamed)
-        self.desk.watch(lambda what: self.fill() if what in (self.kind.what, "undo") else None)
+        on_typed(self._named, self._on_rename)
+        self.desk.watch(lambda kind: self.fill() if kind in (self.kind.what, "undo") else None)
         self.fill()
 
     def fill(self) -> None:
-        """What is on the desk now."""
-        known = {name: SHELVES[self.kind.what].load(name).title or name for name in self.known}
-        own = self.text not in known
-        choices = {OWN: f"{self.file.name} (a file)", **known} if own else known
-        self._chosen.set_options(choices, value=OWN if own else self.text)
+        """Show the record on the desk."""
+        titles = {name: SHELVES[self.kind.what].load(name).title or name for name in self.known}
+        is_own = self.text not in titles
+        choices = {CUSTOM: f"{self.file.name} (a file)", **titles} if is_own else titles
+        self._chosen.set_options(choices, value=CUSTOM if is_own else self.text)
         self._named.set_value(self.file.name)
         self._named.error = None
         self.problem.say("")
@@ -114,7 +114,7 @@ class Editor:
         """The TOML text as it is, with its comments and sources."""
         ui.download.content(self.file.text.encode(), f"{self.file.name}.toml", "application/toml")
 
-    def _renamed(self) -> None:
+    def _on_rename(self) -> None:
         name = str(self._named.value or "").strip()
         if name == self.file.name:
             self._named.error = None
@@ -135,8 +135,8 @@ class Editor:
         name = f"{self.file.name}-edited" if self.text in self.known else None
         more = {"takes": takes} if takes else {}
         try:
-            made = self.kind.edit(self.file, changes, name=name, kind=kind, source=source, **more)
-            self.desk.put_file(self.kind.what, made.record.text)
+            result = self.kind.edit(self.file, changes, name=name, kind=kind, source=source, **more)
+            self.desk.put_file(self.kind.what, result.record.text)
         except FileError as err:
             return err.reason
         except LayerjamError as err:
@@ -167,39 +167,39 @@ class Editor:
             elif table in self.kind.optional:
                 drop = partial(self.take, table, NONE)
                 title, ident = self.kind.groups[table].lower(), f"{self.kind.page}-without-{table}"
-                button(f"No {title}", drop, ident, "close", how="flat dense no-caps")
+                button(f"No {title}", drop, ident, "close", look="flat dense no-caps")
             for path in self.kind.paths(table):
                 self.rows[path] = FieldRow(self, path)
 
     def _part(self, table: str) -> None:
         none = {NONE: "none"} if table in self.kind.optional else {}
-        known = {OWN: "own numbers", **none, **self.kind.parts(table)}
+        parts = {CUSTOM: "own numbers", **none, **self.kind.parts(table)}
 
-        def taken(event: events.ValueChangeEventArguments[Any]) -> None:
+        def on_select(event: events.ValueChangeEventArguments[Any]) -> None:
             self.take(table, str(event.value))
 
-        box = select(known, "Part", f"{self.kind.page}-part-{table}", taken)
-        self._parts[table] = dressed(box, aria_label=f"Part for the {table}")
+        box = select(parts, "Part", f"{self.kind.page}-part-{table}", on_select)
+        self._parts[table] = dress(box, aria_label=f"Part for the {table}")
         self._fill_parts()
 
     def part_of(self, table: str) -> str:
         """The part that a table is of: its name, OWN numbers, or NONE where it is absent."""
         absent = table in self.kind.optional and self.value(table) is None
-        return str(self.file.parts.get(table, NONE if absent else OWN))
+        return str(self.file.parts.get(table, NONE if absent else CUSTOM))
 
     def _fill_parts(self) -> None:
         for table, box in self._parts.items():
             part = self.part_of(table)
-            box.set_value(part if part in (box.options or ()) else OWN)
+            box.set_value(part if part in (box.options or ()) else CUSTOM)
 
     def take(self, table: str, part: str) -> None:
         """Another part of the catalogue for a table, or none."""
-        if part in (OWN, self.part_of(table)):
+        if part in (CUSTOM, self.part_of(table)):
             return
-        why = self.change({}, {table: None if part == NONE else part})
-        if why:
+        problem = self.change({}, {table: None if part == NONE else part})
+        if problem:
             self.fill()
-            self.problem.say(why)
+            self.problem.say(problem)
 
     # ---- where new numbers come from
 
@@ -216,46 +216,46 @@ class Editor:
         return str(self.desk.get(self.kind.page, self.kind.origin[1], ""))[:200]
 
     def origin_fields(self) -> None:
-        """Where new numbers come from, asked once for all that are typed next."""
+        """Build the fields for the source of all numbers that are typed next."""
         page, key = self.kind.page, self.kind.origin[1]
         with fold("Where new numbers come from"):
             menu(self.desk, page, self._kinds)
             example = "caliper, 3 readings"
-            said = field("Source", f"{page}-{key}", self._source(), example=example, longest=200)
-        said.on_value_change(lambda event: self.desk.put(page, key, str(event.value or "")))
+            box = field("Source", f"{page}-{key}", self._source(), example=example, longest=200)
+        box.on_value_change(lambda event: self.desk.put(page, key, str(event.value or "")))
 
-        def fill(what: str) -> None:
-            if what == "undo":
-                said.set_value(self._source())
+        def fill(change: str) -> None:
+            if change == "undo":
+                box.set_value(self._source())
 
         self.desk.watch(fill)
 
 
-def opener(desk: Desk, what: str, page: str, problem: Alert) -> None:
+def opener(desk: Desk, kind: str, page: str, problem: Alert) -> None:
     """A button that puts the user's own TOML file on the desk; refusals go to `problem`."""
 
-    async def opened(event: events.UploadEventArguments) -> None:
+    async def on_upload(event: events.UploadEventArguments) -> None:
         upload.reset()
         try:
             text = (await event.file.read()).decode("utf-8-sig")
-            desk.put_file(what, text if "\n" in text else f"{text}\n")
+            desk.put_file(kind, text if "\n" in text else f"{text}\n")
             problem.say("")
         except UnicodeDecodeError:
-            problem.say(f"the file is not UTF-8 text, so it is no {what}'s TOML file")
+            problem.say(f"the file is not UTF-8 text, so it is no {kind}'s TOML file")
         except LayerjamError as err:
             problem.say(one_line(err))
 
-    too_large = f"a {what}'s file has at most {MAX_BYTES // 1000} kB"
+    too_large = f"a {kind}'s file has at most {MAX_BYTES // 1000} kB"
     upload = ui.upload(
         max_file_size=MAX_BYTES,
         max_files=1,
         auto_upload=True,
-        on_upload=opened,
+        on_upload=on_upload,
         on_rejected=lambda: problem.say(too_large),
     )
-    dressed(upload, f"{page}-open-file", "hidden", accept=".toml")
+    dress(upload, f"{page}-open-file", "hidden", accept=".toml")
     pick = partial(upload.run_method, "pickFiles")
-    dressed(button("Open", pick, f"{page}-open", "folder_open"), aria_label="Open a TOML file")
+    dress(button("Open", pick, f"{page}-open", "folder_open"), aria_label="Open a TOML file")
 
 
 class FieldRow:
@@ -263,21 +263,21 @@ class FieldRow:
 
     def __init__(self, editor: Editor, path: str) -> None:
         self.editor, self.path = editor, path
-        self.spec, required = editor.kind.fields[path]
+        self.spec, is_required = editor.kind.fields[path]
         name, ident = path.rpartition(".")[2].replace("_", " "), f"{editor.kind.page}-{path}"
         symbol = f" {self.spec.symbol}:" if self.spec.symbol else ""
         with ui.column().classes("w-full gap-0"):
             with ui.row().classes("w-full items-center justify-between no-wrap gap-2"):
-                about = f"{path}:{symbol} {self.spec.text}; {self.spec.limits()}"
-                ui.label(name.capitalize()).classes("text-sm").tooltip(on_page(about))
+                meaning = f"{path}:{symbol} {self.spec.text}; {self.spec.limits()}"
+                ui.label(name.capitalize()).classes("text-sm").tooltip(on_page(meaning))
                 self.field = number_field(f"{name}, {self.spec.text}", "w-40")
-                dressed(self.field, ident, placeholder="" if required else "not known")
+                dress(self.field, ident, placeholder="" if is_required else "not known")
             source = "text-xs opacity-80 source-line"
-            self.source = dressed(ui.label(), f"{ident}-source", source)
-        on_typed(self.field, self.typed)
+            self.source = dress(ui.label(), f"{ident}-source", source)
+        on_typed(self.field, self.on_type)
         self.fill()
 
-    def shown(self) -> str:
+    def value_text(self) -> str:
         """The value as it stands in the field; empty for what is not known."""
         value = self.editor.value(self.path)
         if value is None:
@@ -288,29 +288,29 @@ class FieldRow:
 
     def fill(self) -> None:
         """Value and source of what is on the desk."""
-        shown = self.shown()
-        self.field.set_value(shown)
+        text = self.value_text()
+        self.field.set_value(text)
         self.field.error = None
         source = self.editor.file.sources.get(self.path)
-        said = source.sentence() if source is not None else "the default" if shown else ""
-        self.source.set_text(said)
-        self.source.set_visibility(bool(said))
+        origin_text = source.sentence() if source is not None else "the default" if text else ""
+        self.source.set_text(origin_text)
+        self.source.set_visibility(bool(origin_text))
 
-    def typed(self) -> None:
+    def on_type(self) -> None:
         """Take what was typed, or say below why not; a table's first numbers wait for the rest."""
-        shown, text = self.shown(), str(self.field.value or "").strip()
-        if text == shown:
+        current, text = self.value_text(), str(self.field.value or "").strip()
+        if text == current:
             self.field.error = None
             return
-        text = with_unit(text, "" if self.spec.unit == "1" else unit_of(shown, self.spec))
+        text = with_unit(text, "" if self.spec.unit == "1" else unit_of(current, self.spec))
         table = self.path.rpartition(".")[0]
-        begun = {p: t for p, t in self.editor.waiting.items() if p.rpartition(".")[0] == table}
-        why = self.editor.change({**begun, self.path: text or None})
-        self.field.error = why or None
-        if why and text and table and self.editor.value(table) is None:
+        waiting = {p: t for p, t in self.editor.waiting.items() if p.rpartition(".")[0] == table}
+        problem = self.editor.change({**waiting, self.path: text or None})
+        self.field.error = problem or None
+        if problem and text and table and self.editor.value(table) is None:
             self.editor.waiting[self.path] = text
 
 
-def unit_of(shown: str, spec: QuantitySpec) -> str:
+def unit_of(text: str, spec: QuantitySpec) -> str:
     """The unit that a bare number is in: that of the number shown, else the usual one."""
-    return shown.partition(" ")[2] or usual_unit(spec.unit)
+    return text.partition(" ")[2] or usual_unit(spec.unit)

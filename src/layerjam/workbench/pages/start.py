@@ -13,26 +13,26 @@ from layerjam.device.load import devices, load
 from layerjam.report.style import GREY
 from layerjam.units import parse, show
 from layerjam.workbench import live
-from layerjam.workbench.answer import Answer, answered
+from layerjam.workbench.answer import Answer, try_call
 from layerjam.workbench.call import Call
 from layerjam.workbench.charts import options, round_up
-from layerjam.workbench.controls import Control, by_key, vacuum_asked
+from layerjam.workbench.controls import Control, by_key, vacuum_entry
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.drop_outcome import Animation, series
 from layerjam.workbench.pages.records import opener
 from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.scene import StackView, in_words, stack_of
-from layerjam.workbench.widgets import Alert, button, chart, dressed, heading, hint, status
+from layerjam.workbench.widgets import Alert, button, chart, dress, heading, hint, status
 
-WHAT = (
+INTRODUCTION = (
     "A layer-jamming brake is a stack of thin sheets in a soft, airtight enclosure. Pump the air "
     "out, and the atmosphere presses the sheets together: what slid freely now holds."
 )
 PULL, HELD = MappingProxyType({"speed": "1 mm/s"}), 0.04
-"""How it is pulled here, and how far [m] where its sheets bear that."""
+"""Speed of the pull on this page, and its travel [m] if the sheets allow it."""
 FALL = MappingProxyType({"mass": "1 kg", "height": "30 cm"})
-"""What the button drops, on the brake itself."""
+"""Mass and height of the button's drop, on the brake itself."""
 MM, DIGITS = 1e3, 3
 
 
@@ -50,14 +50,14 @@ class Start(Page):
 
     def controls(self) -> Mapping[str, Control]:
         """The one vacuum."""
-        return by_key(vacuum_asked("tensile", "vacuum", self.desk.brake.brake.site.atmosphere))
+        return by_key(vacuum_entry("tensile", "vacuum", self.desk.brake.brake.site.atmosphere))
 
     def build(self) -> None:
-        """What it is, the brake and its force side by side, the slider, three ways in."""
+        """Build the introduction, brake and force, the slider, and three links."""
         with ui.column().classes("w-full start-page"):
             with ui.column().classes("gap-1"):
                 heading("Sheets that slide until the air is gone", 1)
-                dressed(ui.label(WHAT), "start-what", "start-say")
+                dress(ui.label(INTRODUCTION), "start-what", "start-say")
             with ui.element("div").classes("start-row"):
                 with ui.element("div").classes("start-seen"):
                     self.view = StackView("start-scene", "start-view", views=False)
@@ -67,7 +67,7 @@ class Start(Page):
             with ui.row().classes("w-full items-center gap-6 start-set"):
                 with ui.element("div").style("flex: 1; min-width: 250px"):
                     self.slider("vacuum")
-                button("Drop a kilogram", self._drop, "start-drop", "south", how="no-caps")
+                button("Drop a kilogram", self._drop, "start-drop", "south", look="no-caps")
             waiting_line(self.name, self.runner)
             self.happened = status("start-happened", "text-base start-happened")
             self.problem_line()
@@ -78,10 +78,10 @@ class Start(Page):
 
     def _force(self) -> None:
         with ui.row().classes("items-baseline gap-3 no-wrap"):
-            dressed(ui.label("holds"), "", "text-base")
-            self.hero = dressed(live.Words("–"), "start-force", "start-hero")
+            dress(ui.label("holds"), "", "text-base")
+            self.hero = dress(live.Words("–"), "start-force", "start-hero")
         self.words = status("start-words", "text-base")
-        self.chart = dressed(
+        self.chart = dress(
             chart("start-chart", "Force over elongation at this vacuum", "width: 100%"),
             classes="start-chart",
         )
@@ -108,15 +108,15 @@ class Start(Page):
         self._mark()
 
     @staticmethod
-    def _card(title: str, what: str) -> ui.column:
+    def _card(title: str, text: str) -> ui.column:
         with ui.column().classes("start-card") as card:
             heading(title)
-            hint(what)
+            hint(text)
         return card
 
     def _mark(self) -> None:
-        for name, made in self.tried.items():
-            dressed(made, aria_pressed=str(name == self.desk.state.brake).lower())
+        for name, button_ in self.tried.items():
+            dress(button_, aria_pressed=str(name == self.desk.state.brake).lower())
 
     def _drop(self) -> None:
         self.dropped = self._play = True
@@ -135,28 +135,28 @@ class Start(Page):
     def compute(self) -> Any:
         """The pull, the same at full vacuum once for a brake, and the drop."""
         pull, *drops = self.calls()
-        found = Answer(pull, pull.run())
+        answer = Answer(pull, pull.run())
         if self._full[0] != pull.subjects[0].text:
             control = self.controls()["vacuum"]
             full = {**pull.options, "vacuum": control.text(control.high)}
-            whole = Call("tensile", pull.subjects, full).run()
-            self._full = (pull.subjects[0].text, whole)
-        return found, self._full[1], *map(answered, drops)
+            full_pull = Call("tensile", pull.subjects, full).run()
+            self._full = (pull.subjects[0].text, full_pull)
+        return answer, self._full[1], *map(try_call, drops)
 
     def draw(self, result: Any) -> None:
         """The brake, how much it holds, its curve, and what happened to the kilogram."""
         answer, full, *fall = result
-        found, brake = answer.result, self.desk.brake.brake
+        pull, brake = answer.result, self.desk.brake.brake
         vacuum = parse(answer.call.options["vacuum"], "Pa", "vacuum")
-        self.hero.set_text(show(found.peak_force, "N", DIGITS))
-        self.words.set_text(holds(found, brake.site.gravity))
-        live.draw(self.chart, force_chart(found, full, self.dark))
+        self.hero.set_text(show(pull.peak_force, "N", DIGITS))
+        self.words.set_text(holds(pull, brake.site.gravity))
+        live.draw(self.chart, force_chart(pull, full, self.dark))
         stack = stack_of(brake, 0.0, vacuum / brake.site.atmosphere)
         self.view.show(stack, in_words(brake, stack, 0.0), self.dark)
         if not fall:
             return
         stop = fall[0].result
-        self.happened.set_text(fell(stop, fall[0].refusal))
+        self.happened.set_text(drop_sentence(stop, fall[0].refusal))
         record = stop.record if stop is not None and stop.feasible else None
         self.animation.load(None if record is None else series(record))
         if self._play:
@@ -164,14 +164,14 @@ class Start(Page):
             self.animation.play()
 
 
-def holds(found: Any, gravity: float) -> str:
-    """What the force of a pull is good for, in words; never more than it holds."""
-    force = show(found.peak_force, "N", DIGITS)
-    if found.peak_elongation >= found.record.elongation[-1]:
-        far = show(found.peak_elongation, "m", 2)
-        return f"Nothing holds yet: stretched by {far} the enclosure resists with {force}."
+def holds(pull: Any, gravity: float) -> str:
+    """Return the mass that the force of a pull can hold, rounded down, in words."""
+    force = show(pull.peak_force, "N", DIGITS)
+    if pull.peak_elongation >= pull.record.elongation[-1]:
+        stretch = show(pull.peak_elongation, "m", 2)
+        return f"Nothing holds yet: stretched by {stretch} the enclosure resists with {force}."
     return (
-        f"As much as {show(rounded_down(found.peak_force / gravity), 'kg', DIGITS)} can hang on it."
+        f"As much as {show(rounded_down(pull.peak_force / gravity), 'kg', DIGITS)} can hang on it."
     )
 
 
@@ -181,8 +181,8 @@ def rounded_down(value: float, digits: int = DIGITS) -> float:
     return math.floor(value / step + 1e-9) * step
 
 
-def fell(stop: Any | None, refusal: str) -> str:
-    """What happened to the kilogram, in a sentence."""
+def drop_sentence(stop: Any | None, refusal: str) -> str:
+    """Return the outcome of the drop in a sentence."""
     begins = f"{FALL['mass']} falls {FALL['height']}"
     if stop is None:
         return f"{begins}: {refusal}"
@@ -201,12 +201,12 @@ def fell(stop: Any | None, refusal: str) -> str:
     )
 
 
-def force_chart(found: Any, full: Any, dark: bool) -> dict[str, Any]:
+def force_chart(pull: Any, full: Any, dark: bool) -> dict[str, Any]:
     """Force over elongation, and as a thin line what full vacuum gives; the axes stand still."""
-    pane, whole = found.panes()[0], full.panes()[0].curves[0]
-    quiet = replace(whole, color=GREY, name="full", dash="dashed", width=1.2)
+    pane, full_curve = pull.panes()[0], full.panes()[0].curves[0]
+    quiet = replace(full_curve, color=GREY, name="full", dash="dashed", width=1.2)
     curves = [replace(pane.curves[0], width=3.5), quiet]
-    ends, top = (0.0, float(whole.x[-1])), (0.0, round_up(full.peak_force))
+    ends, top = (0.0, float(full_curve.x[-1])), (0.0, round_up(full.peak_force))
     marks = [(x, y, "", color) for x, y, _, color in pane.marks]  # the number is on the page
     pane = replace(pane, curves=curves, marks=marks, x_range=ends, y_range=top)
     return options([pane], dark)

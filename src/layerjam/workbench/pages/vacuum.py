@@ -13,24 +13,24 @@ from layerjam.control.settings import KINDS, SAFE_STATES
 from layerjam.fluid.parts import parts as known_parts
 from layerjam.units import show
 from layerjam.workbench import live
-from layerjam.workbench.answer import Answer, answered
+from layerjam.workbench.answer import Answer, try_call
 from layerjam.workbench.call import Call
 from layerjam.workbench.controls import (
     Choice,
     Control,
-    asked,
     by_key,
     choice,
-    chosen,
+    entry,
     menu,
-    vacuum_asked,
+    vacuum_entry,
+    word_choice,
 )
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.more import More
+from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Figures, Notes, Page
 from layerjam.workbench.pages.records import Editor, Kind
 from layerjam.workbench.panel import Panel
-from layerjam.workbench.widgets import Hero, Heroes, columns, dressed, fold, heading, hint, status
+from layerjam.workbench.widgets import Hero, Heroes, columns, dress, fold, heading, hint, status
 
 LINE = Kind(
     "line",
@@ -57,7 +57,7 @@ LINE = Kind(
         n: p.title or n for n, p in known_parts(table).items() if p.missing is None
     },
 )
-OWN = ("target", "fluid", "safe_state", "kind", "fault", "fault_at", "duration", "sample_time")
+CONTROLS = ("target", "fluid", "safe_state", "kind", "fault", "fault_at", "duration", "sample_time")
 """Inputs of `regulate` that have a control on the page, besides those of the sensor."""
 SENSOR = ("sensor_range", "noise")
 NOT_CHOSEN = (
@@ -87,15 +87,15 @@ LOOP = (
 
 
 def safe_choice() -> Choice:
-    """Where a fault ends; nothing is chosen for the user."""
-    what = "; ".join(f"{state}: {about}" for state, about in SAFE_STATES.items())
+    """Choice of the safe state after a fault; it has no default."""
+    meanings = "; ".join(f"{state}: {meaning}" for state, meaning in SAFE_STATES.items())
     words = {"": "not chosen", **{state: state for state in SAFE_STATES}}
-    return Choice("safe_state", words, "", help=f"Where a fault ends. {what}")
+    return Choice("safe_state", words, "", help=f"Where a fault ends. {meanings}")
 
 
 def fault_choice() -> Choice:
-    """What can be made to break."""
-    words = {name: f"{name.replace('-', ' ')}: {about}" for name, about in PROVOKED.items()}
+    """Choice of the fault to inject."""
+    words = {name: f"{name.replace('-', ' ')}: {meaning}" for name, meaning in PROVOKED.items()}
     return Choice("fault", {"none": "none", **words}, "none", help="What breaks meanwhile")
 
 
@@ -103,33 +103,33 @@ class Vacuum(Page):
     """A line: its step response, its regulator, its faults."""
 
     name, title = "vacuum", "Vacuum"
-    about = "How fast a line brings the vacuum, and how a regulator holds it"
+    summary = "How fast a line brings the vacuum, and how a regulator holds it"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self.line = Editor(desk, LINE)
-        self.more = More(self, "regulate", (*OWN, *SENSOR))
-        self.fluid = chosen("rise", "fluid", {})
-        about = "; ".join(f"{k}: {v}" for k, v in KINDS.items())
-        self.law = Choice("kind", {k: k for k in KINDS}, "pi", label="Law", help=about)
+        self.more = OtherInputs(self, "regulate", (*CONTROLS, *SENSOR))
+        self.fluid = word_choice("rise", "fluid", {})
+        meanings = "; ".join(f"{k}: {v}" for k, v in KINDS.items())
+        self.law = Choice("kind", {k: k for k in KINDS}, "pi", label="Law", help=meanings)
         self.safe, self.fault = safe_choice(), fault_choice()
-        self.steps = Panel(desk, self.name, only="rise")
-        self.loop = Panel(desk, self.name, "vacuum-loop", only="regulate")
+        self.steps = Panel(desk, self.name, command="rise")
+        self.loop = Panel(desk, self.name, "vacuum-loop", command="regulate")
 
     def controls(self) -> Mapping[str, Control]:
         """Bounds that the line sets."""
         full = self.more.atmosphere(self.desk.line.line.site.atmosphere)
-        target = vacuum_asked("rise", "target", full, 0.01 * full)
-        lasts = asked("regulate", "duration", 20.0, (1.0, 120.0), unit="s", label="Time simulated")
-        sample = asked("regulate", "sample_time", 0.01, (SHORTEST, 0.1), unit="ms")
+        target = vacuum_entry("rise", "target", full, 0.01 * full)
+        lasts = entry("regulate", "duration", 20.0, (1.0, 120.0), unit="s", label="Time simulated")
+        sample = entry("regulate", "sample_time", 0.01, (SHORTEST, 0.1), unit="ms")
         begins = {"unit": "s", "label": "Fault begins at"}
         return by_key(
             target,
-            asked("regulate", "fault_at", 10.0, (0.0, 30.0), **begins),
-            lasts.within(high=LONGEST),
-            sample.within(SHORTEST),
-            asked("regulate", "sensor_range", 103e3, (10e3, 200e3)),
-            asked("regulate", "noise", 50.0, (0.0, 500.0), unit="Pa"),
+            entry("regulate", "fault_at", 10.0, (0.0, 30.0), **begins),
+            lasts.narrow(high=LONGEST),
+            sample.narrow(SHORTEST),
+            entry("regulate", "sensor_range", 103e3, (10e3, 200e3)),
+            entry("regulate", "noise", 50.0, (0.0, 500.0), unit="Pa"),
         )
 
     def build(self) -> None:
@@ -145,7 +145,7 @@ class Vacuum(Page):
             with fold("Sampling and sensor", "vacuum-sampling"):
                 self.slider("duration")
                 self.slider("sample_time")
-                with self.while_(self._no_sensor):
+                with self.show_while(self._no_sensor):
                     hint("The line has no sensor: one of this range and noise stands in.")
                     for key in SENSOR:
                         self.slider(key)
@@ -178,16 +178,16 @@ class Vacuum(Page):
         self.verdict = status("vacuum-verdict", text=NOT_CHOSEN)
         with ui.row().classes("w-full beside items-start gap-4") as self.regulated:
             with ui.column().classes("gap-0").style("flex: 1; min-width: 0"):
-                what = "Vacuum and command over time, regulated"
-                self.loop.build("vacuum-loop", what, "width: 100%; height: max(430px, 46vh)")
+                label = "Vacuum and command over time, regulated"
+                self.loop.build("vacuum-loop", label, "width: 100%; height: max(430px, 46vh)")
                 self.loop.build_pins()
                 hint(KEY)
                 self.loop.build_row()
             with ui.column().style(narrow):
                 self.loop_figures = Figures("vacuum-loop", "regulate", LOOP)
-                what = "Longest until a fault is detected, at this vacuum"
-                ui.label(what).classes("text-sm")
-                self.detection = dressed(live.Table(), "vacuum-detection")
+                label = "Longest until a fault is detected, at this vacuum"
+                ui.label(label).classes("text-sm")
+                self.detection = dress(live.Table(), "vacuum-detection")
         self.regulated.set_visibility(False)
         self.notes = Notes()
 
@@ -197,37 +197,37 @@ class Vacuum(Page):
         common = self.texts("target")
         if self.word(self.fluid) != "air":
             common["fluid"] = self.word(self.fluid)
-        more = self.more.options()
-        site = {key: value for key, value in more.items() if key == "atmosphere"}
-        made = [Call("rise", subjects, {**common, **site})]
+        extra = self.more.options()
+        site = {key: value for key, value in extra.items() if key == "atmosphere"}
+        calls = [Call("rise", subjects, {**common, **site})]
         if not safe:
-            return made
-        said = {**common, "safe_state": safe, "kind": self.word(self.law)}
-        said |= self.texts("duration", "sample_time")
+            return calls
+        inputs = {**common, "safe_state": safe, "kind": self.word(self.law)}
+        inputs |= self.texts("duration", "sample_time")
         if self._no_sensor():
-            said |= self.texts(*SENSOR)
+            inputs |= self.texts(*SENSOR)
         if self.word(self.fault) != "none":
-            said |= {"fault": self.word(self.fault), "fault_at": self.text("fault_at")}
-        return [*made, Call("regulate", subjects, {**said, **more})]
+            inputs |= {"fault": self.word(self.fault), "fault_at": self.text("fault_at")}
+        return [*calls, Call("regulate", subjects, {**inputs, **extra})]
 
     def compute(self) -> list[Answer]:
         """Each alone: a step that is refused leaves the regulator, and the other way round."""
         panels = zip((self.steps, self.loop), self.calls(), strict=False)
-        return [replace(answered(call), pins=panel.beside(call)) for panel, call in panels]
+        return [replace(try_call(call), pins=panel.pinned_answers(call)) for panel, call in panels]
 
     def draw(self, result: Sequence[Answer]) -> None:
         """Both charts and what is said of them."""
         rise, *loops = result
         self._draw_rise(rise)
-        regulated = [loop for loop in loops if loop.result is not None]
-        self.regulated.set_visibility(bool(regulated))
-        if not regulated:
+        runs = [loop for loop in loops if loop.result is not None]
+        self.regulated.set_visibility(bool(runs))
+        if not runs:
             self.loop.draw(None, None)
             self.verdict.set_text(f"Cannot: {loops[0].refusal}" if loops else NOT_CHOSEN)
         else:
-            self._draw_loop(regulated[0])
-        said = [w for one in (rise, *regulated) if one.result for w in one.result.warnings]
-        self.notes.fill(list(dict.fromkeys(said)))
+            self._draw_loop(runs[0])
+        warnings = [w for answer in (rise, *runs) if answer.result for w in answer.result.warnings]
+        self.notes.fill(list(dict.fromkeys(warnings)))
 
     def _draw_rise(self, answer: Answer) -> None:
         rise = answer.result
@@ -256,36 +256,36 @@ class Vacuum(Page):
 
 
 def verdict(result: Any) -> str:
-    """What the detector reported, when, and what the safe state did, in words."""
+    """Return the reported fault, its time, and the effect of the safe state, in words."""
     target, end = show(result.target, "Pa"), float(result.record[1].vacuum[-1])
-    held = f"at the end the vacuum is {show(end, 'Pa', 3) if end >= 1 else 'gone'}"
+    ending = f"at the end the vacuum is {show(end, 'Pa', 3) if end >= 1 else 'gone'}"
     if result.fault is None and result.outcome == "HEALTHY":
         rise = "never" if result.rise_time is None else f"in {show(result.rise_time, 's', 3)}"
-        return f"No fault was reported: risen to {target} {rise} (10 to 90 %); {held}."
-    what = ""
+        return f"No fault was reported: risen to {target} {rise} (10 to 90 %); {ending}."
+    cause = ""
     if result.fault is not None:
-        what = f"From {show(result.fault_at, 's')} on {result.broken}. "
+        cause = f"From {show(result.fault_at, 's')} on {result.broken}. "
     if result.outcome == "HEALTHY":
-        return f"{what}The detector reported nothing; {held}."
+        return f"{cause}The detector reported nothing; {ending}."
     after = "" if result.said_after is None else f", {show(result.said_after, 's', 3)} later"
     state = f"{result.safe_state}: {SAFE_STATES[result.safe_state]}"
     return (
-        f"{what}The fault “{result.outcome.replace('_', ' ').lower()}” was detected at "
+        f"{cause}The fault “{result.outcome.replace('_', ' ').lower()}” was detected at "
         f"{show(result.fault_time, 's')}{after}; from then "
-        f"on {state}, and {held}."
+        f"on {state}, and {ending}."
     )
 
 
 def heroes(rise: Any) -> list[Hero]:
-    """What a step is looked at for; what is not known has a dash."""
+    """Return the main numbers of a step; unknown ones have a dash."""
 
-    def said(value: float | None, unit: str) -> str:
+    def value_text(value: float | None, unit: str) -> str:
         return "–" if value is None else show(value, unit, 3)
 
     return [
-        ("rise_time", "Rises in (10 to 90 %)", said(rise.rise_time, "s")),
-        ("reachable", "Can reach", said(rise.reachable, "Pa")),
-        ("fall_time", "Falls in, vented", said(rise.fall_time, "s")),
+        ("rise_time", "Rises in (10 to 90 %)", value_text(rise.rise_time, "s")),
+        ("reachable", "Can reach", value_text(rise.reachable, "Pa")),
+        ("fall_time", "Falls in, vented", value_text(rise.fall_time, "s")),
     ]
 
 
