@@ -14,7 +14,7 @@ from layerjam.commands.tuning import tune
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.desk import Desk
-from layerjam.workbench.pages.drop import CONTROLS, NO_ROPE, Drop
+from layerjam.workbench.pages.drop import KEYS, NO_ROPE, Drop
 from layerjam.workbench.pages.drop_outcome import SLOW, notes, series, slowness, table, verdict
 from layerjam.workbench.state import State, from_link, to_link
 from layerjam.workbench.uploads import Upload
@@ -86,7 +86,7 @@ def test_what_happened_in_words(settings, words):
 @pytest.mark.slow
 def test_what_the_fold_more_holds_reaches_the_command(tmp_path):
     page = page_of(rope_damping="20 N s/m", duration="0.2 s", accelerometer="adxl193", seed="x")
-    names = {p.name for p in page.more.inputs} | set(CONTROLS) | {"brake", "progress"}
+    names = {p.name for p in page.more.inputs} | set(KEYS) | {"brake", "progress"}
     assert names == {p.name for p in load("drop").parameters}
     file = tmp_path / "made-up.csv"
     file.write_text("time [s],vacuum [kPa]\n" + "".join(f"{i / 100},60\n" for i in range(200)))

@@ -222,10 +222,10 @@ def regulator_for(
     return regulator
 
 
-def switch_on(bench: ProcedureBench, regulator: Regulator, vent_rest: str, target: float) -> None:
+def switch_on(bench: ProcedureBench, regulator: Regulator, rest: str, target: float) -> None:
     """Hold a target [Pa]; where it holds one already, only the target is another."""
     if not bench.output:
-        bench.safe_state, bench.vent_rest = regulator.safe_state, vent_rest
+        bench.safe_state, bench.vent_rest = regulator.safe_state, rest
         bench.regulator = regulator
         bench.target = target
         bench.output = True
