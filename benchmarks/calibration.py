@@ -7,6 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.timing import Row, median
+from layerjam.campaigns import campaign as lab
+from layerjam.campaigns.faults import Faults
+from layerjam.campaigns.spec import Pulls, Spec, Truth
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
@@ -14,9 +17,6 @@ from layerjam.identify.calibration.whole_curves import calibrate_curves
 from layerjam.identify.curves import Curve, curves_of
 from layerjam.identify.pull.features import pull_features
 from layerjam.identify.shape import with_shape
-from layerjam.lab import campaign as lab
-from layerjam.lab.faults import Faults
-from layerjam.lab.spec import Pulls, Spec, Truth
 from layerjam.measure.trace import Trace
 from layerjam.mechanics.pull import force_at_elongation
 

@@ -10,11 +10,11 @@ import pandas
 
 from benchmarks.calibration import pulled
 from benchmarks.timing import Row, median
+from layerjam.campaigns.exports import LAYOUTS, write_trace
 from layerjam.device.brake import Brake
 from layerjam.device.load import load
 from layerjam.identify.calibration.peaks import calibrate
 from layerjam.identify.pull.features import PullFeatures, pull_features
-from layerjam.lab.exports import LAYOUTS, write_trace
 from layerjam.measure.readers.read import read_trace
 from layerjam.mechanics.pull import force_at_elongation
 

@@ -28,13 +28,13 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load, materials
 from layerjam.measure.sidecar import Facts
-from layerjam.records.source import KINDS
-from layerjam.records.toml import parse_toml
 from layerjam.rig.circuit import load_circuit
 from layerjam.rig.electronics import margins
 from layerjam.rig.headers import bounds, headers
 from layerjam.simulate.record import DropRecord, TensileRecord
 from layerjam.simulate.stick_slip import StickSlipRecord
+from layerjam.toml_files.source import KINDS
+from layerjam.toml_files.toml import parse_toml
 from layerjam.units import QuantitySpec, quantities, show
 
 DOCS = Path(__file__).parent

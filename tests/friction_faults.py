@@ -16,13 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
+from layerjam.campaigns.campaign import campaign
+from layerjam.campaigns.spec import FrictionTests, Spec, Truth
 from layerjam.device.load import load
 from layerjam.errors import LayerjamError
 from layerjam.identify.friction.agreement import film_range
 from layerjam.identify.friction.reduction import FrictionResult, pool, reduce_repeat
 from layerjam.identify.friction.standards import PAPER
-from layerjam.lab.campaign import campaign
-from layerjam.lab.spec import FrictionTests, Spec, Truth
 from layerjam.measure.trace import Trace
 
 PAGE = Path(__file__).parent.parent / "docs" / "coverage.md"

@@ -25,7 +25,7 @@ import interval_values
 
 jax.config.update("jax_enable_x64", True)
 
-from lab import bench as virtual  # noqa: E402
+from campaigns import bench as virtual  # noqa: E402
 from layerjam.device.brake import Brake  # noqa: E402
 from layerjam.device.load import load  # noqa: E402
 from layerjam.identify.calibration.intervals import Interval  # noqa: E402

@@ -23,6 +23,9 @@ import numpy as np
 
 jax.config.update("jax_enable_x64", True)
 
+from layerjam.campaigns.campaign import Campaign, campaign  # noqa: E402
+from layerjam.campaigns.faults import Faults  # noqa: E402
+from layerjam.campaigns.spec import Odd, Pulls, Scatter, Spec, Truth  # noqa: E402
 from layerjam.device.load import load  # noqa: E402
 from layerjam.identify.calibration.forward import pull_force  # noqa: E402
 from layerjam.identify.calibration.peaks import calibrate_peaks, fits_of  # noqa: E402
@@ -33,9 +36,6 @@ from layerjam.identify.pull.features import pull_features  # noqa: E402
 from layerjam.identify.single_pulls import pull_checks  # noqa: E402
 from layerjam.identify.validation.metrics import validate_curves  # noqa: E402
 from layerjam.identify.validation.table import validation_checks, with_pulls  # noqa: E402
-from layerjam.lab.campaign import Campaign, campaign  # noqa: E402
-from layerjam.lab.faults import Faults  # noqa: E402
-from layerjam.lab.spec import Odd, Pulls, Scatter, Spec, Truth  # noqa: E402
 from layerjam.mechanics.pull import peak  # noqa: E402
 
 PAGE = Path(__file__).parent.parent / "docs" / "coverage.md"

@@ -28,7 +28,7 @@ _FORMER = {
     "layerjam.identify.stick_slip": "SawTeeth find_saw_teeth",
     "layerjam.identify.validation.metrics": "uncalibrated validate_curves",
     "layerjam.identify.validation.table": "pool",
-    "layerjam.lab.campaign": "campaign",
+    "layerjam.campaigns.campaign": "campaign",
     "layerjam.mechanics.enclosure": "sleeve_stretch:enclosure_stretch",
     "layerjam.mechanics.stick_slip.laws": "stiffness_without_judder:stiffness_without_stick_slip",
     "layerjam.simulate.accelerometer": "Reading seen:measure_acceleration",
@@ -40,7 +40,7 @@ _FORMER = {
     "layerjam.studies.machines.apply": "apply:scenario machines",
 }
 """Former names of the package, {module: names, `old:new` if renamed}; they still work."""
-_FOLDERS = {"design": "design_brake", "lab": "write_campaign", "report": "write_report"}
+_FOLDERS = {"design": "design_brake", "report": "write_report"}
 """Folders that have the name of a command; calling the module runs the command."""
 
 

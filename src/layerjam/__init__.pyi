@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike as _ArrayLike
 
 from layerjam import laws as laws
 from layerjam._version import __version__ as __version__
+from layerjam.campaigns.campaign import Campaign as Campaign
+from layerjam.campaigns.spec import Spec as _Spec
 from layerjam.cli.demo import DemoResult as _DemoResult
 from layerjam.commands.ageing import Ageing as _Ageing
 from layerjam.commands.array import ArrayPull as _ArrayPull
@@ -112,8 +114,6 @@ from layerjam.fluid.file import LineFile as _LineFile
 from layerjam.fluid.file import load_line as load_line
 from layerjam.fluid.line import Line as _Line
 from layerjam.identify.friction.standards import Standard as Standard
-from layerjam.lab.campaign import Campaign as Campaign
-from layerjam.lab.spec import Spec as _Spec
 from layerjam.laws import WetFilm as WetFilm
 from layerjam.laws import aged_holding_force as aged_holding_force
 from layerjam.laws import aged_static as aged_static
@@ -191,7 +191,6 @@ from layerjam.measure.readers.read import read_traces as read_traces
 from layerjam.measure.trace import Trace as Trace
 from layerjam.measure.trace import Trace as _Trace
 from layerjam.mechanics.stick_slip.curve import Stribeck as Stribeck
-from layerjam.records.source import Source as Source
 from layerjam.simulate.accelerometer import Accelerometer as Accelerometer
 from layerjam.simulate.accelerometer import Accelerometer as _Accelerometer
 from layerjam.simulate.batch import batch as batch
@@ -209,6 +208,7 @@ from layerjam.simulate.vacuum_history import History as History
 from layerjam.simulate.vacuum_history import History as _History
 from layerjam.studies.choi2018.reproduce import Reproduction as _Reproduction
 from layerjam.studies.machines.apply import MachineResult as _MachineResult
+from layerjam.toml_files.source import Source as Source
 
 class _AgeingResult(_Ageing):
     def require(self) -> _AgeingKnown: ...
@@ -1264,6 +1264,23 @@ def drop(
     creeps to rest on an overdamped rope has neither.
     """
 
+def lab(
+    spec: str | _Path | _Spec | None = ...,
+    *,
+    out: str | _Path | None = ...,
+    example: bool = ...,
+    seed: int | str | _HasUnit | None = ...,
+    overwrite: bool = ...,
+    progress: _Callable[[str, float], None] | None = ...,
+) -> _PracticeFilesResult:
+    """Practice files of a virtual laboratory: the truth is known, the machine has its faults.
+
+    The files of a campaign and the truth beside them are written into the folder `out`. `spec` is
+    the path of a TOML file, a Spec, or "practice", which is built in; `seed` counts instead of its
+    own. Every file says that it is synthetic. Stopped by the keyboard, the files written are whole
+    and the result says so. Raises FileError where `out` is not empty and `overwrite` is not set.
+    """
+
 def write_campaign(
     spec: str | _Path | _Spec | None = ...,
     *,
@@ -1799,5 +1816,4 @@ def scenario(
     """
 
 (design := design_brake)  # noqa: PLW0131
-(lab := write_campaign)  # noqa: PLW0131
 (report := write_report)  # noqa: PLW0131

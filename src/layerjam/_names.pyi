@@ -5,6 +5,7 @@
 
 from layerjam import laws as laws
 from layerjam._version import __version__ as __version__
+from layerjam.campaigns.campaign import Campaign as Campaign
 from layerjam.cli.demo import demo as demo
 from layerjam.commands.ageing import ageing as ageing
 from layerjam.commands.array import array as array
@@ -36,6 +37,7 @@ from layerjam.commands.follow import follow as follow
 from layerjam.commands.friction import friction as friction
 from layerjam.commands.impact import drop as drop
 from layerjam.commands.impact import observed as observed
+from layerjam.commands.lab import lab as lab
 from layerjam.commands.lab import lab as write_campaign
 from layerjam.commands.lab import lab_example as example_campaign
 from layerjam.commands.leak import leak as leak
@@ -83,7 +85,6 @@ from layerjam.errors import LayerjamError as LayerjamError
 from layerjam.errors import Notice as Notice
 from layerjam.fluid.file import load_line as load_line
 from layerjam.identify.friction.standards import Standard as Standard
-from layerjam.lab.campaign import Campaign as Campaign
 from layerjam.measure.history import read_history as read_history
 from layerjam.measure.log import read_log as read_log
 from layerjam.measure.options import ReadingOptions as ReadingOptions
@@ -91,7 +92,6 @@ from layerjam.measure.readers.read import read_trace as read_trace
 from layerjam.measure.readers.read import read_traces as read_traces
 from layerjam.measure.trace import Trace as Trace
 from layerjam.mechanics.stick_slip.curve import Stribeck as Stribeck
-from layerjam.records.source import Source as Source
 from layerjam.simulate.accelerometer import Accelerometer as Accelerometer
 from layerjam.simulate.batch import batch as batch
 from layerjam.simulate.procedure import Procedure as Procedure
@@ -104,5 +104,6 @@ from layerjam.simulate.stack_layout import Interfaces as Interfaces
 from layerjam.simulate.vacuum_history import History as History
 from layerjam.studies.choi2018.reproduce import reproduce as reproduce
 from layerjam.studies.machines.apply import scenario as scenario
+from layerjam.toml_files.source import Source as Source
 
 __all__ = ["design_brake", "example_campaign", "write_campaign", "write_report"]

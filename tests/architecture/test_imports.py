@@ -15,10 +15,10 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "layerjam"
 MODULES = sorted(SOURCE.rglob("*.py"))
 FLOORS = (
-    "errors", "verdict", "conversion", "units", "outputs", "records", "device", "fluid",
+    "errors", "verdict", "conversion", "units", "outputs", "toml_files", "device", "fluid",
     "mechanics", "kernel", "simulate",
-    "measure", "identify", "lab", "control", "design", "archive", "dataset", "fabricate", "rig",
-    "interop", "report", "commands", "studies", "workbench", "laws", "cli", "__main__",
+    "measure", "identify", "campaigns", "control", "design", "records", "dataset", "fabricate",
+    "rig", "interop", "report", "commands", "studies", "workbench", "laws", "cli", "__main__",
 )  # fmt: skip
 CORE = ("device", "mechanics", "kernel", "simulate")
 BUILDERS = ("ezdxf", "OCP", "manifold3d", "typst", "matplotlib")

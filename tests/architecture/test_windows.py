@@ -19,7 +19,7 @@ CALLS = {
 ALLOWED = {
     ("design/blocks.py", "fcntl"): "left out where it is missing: nobody is kept out of a folder",
     ("rig/run_file.py", "fcntl"): "left out where it is missing: SQLite's own locks stay",
-    ("records/folders.py", "fcntl"): "left out where it is missing: nothing is removed",
+    ("toml_files/folders.py", "fcntl"): "left out where it is missing: nothing is removed",
     ("workbench/folders.py", "fcntl"): "left out where it is missing: nothing is swept",
     ("workbench/folders.py", "os.getuid"): "asked for by name first",
     ("rig/serve.py", "tty"): "for --pty alone, which says that there are none",

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from lab import bench as virtual
+from campaigns import bench as virtual
 from layerjam.cli.main import main
 from layerjam.device.load import load
 

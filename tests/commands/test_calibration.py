@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import layerjam
-from lab import bench as virtual
+from campaigns import bench as virtual
 from layerjam.cli.main import main
 from layerjam.commands.calibration import BrakeCalibration
 from layerjam.device.load import load

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lab import bench as virtual
+from campaigns import bench as virtual
 from layerjam.commands.calibration import calibrate
 from layerjam.commands.files import CURVE, PICTURE, each, pulls
 from layerjam.commands.friction import friction

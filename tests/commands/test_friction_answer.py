@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from campaigns import bench as virtual
+from campaigns.bench import FULL, curve
 from identify.saw import sled
-from lab import bench as virtual
-from lab.bench import FULL, curve
 from layerjam.commands.friction import friction
 from layerjam.commands.pull import UNITS_OF_A_PULL, pull
 from layerjam.errors import FitError, QuantityError, UnknownNameError

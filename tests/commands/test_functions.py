@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 
 import layerjam
-from lab import bench as virtual
+from campaigns import bench as virtual
 from layerjam.commands import calibration, friction, tensile, validation
 from layerjam.commands.quantities import brake_file, slip_within, vacuum_within
 from layerjam.device.load import load

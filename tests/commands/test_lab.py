@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 
+from layerjam.campaigns.spec import Faults, FrictionTests, Practice, Pulls, Spec, Truth
+from layerjam.campaigns.text import example
 from layerjam.cli import main as entry
 from layerjam.commands.lab import lab, lab_example
 from layerjam.errors import FileError, QuantityError
-from layerjam.lab.spec import Faults, FrictionTests, Practice, Pulls, Spec, Truth
-from layerjam.lab.text import example
 
 SPEC = Spec(
     brakes=(Truth(brake="choi2018-kapton", scale_factor=0.95, stiffness=110e3),),

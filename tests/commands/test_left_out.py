@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import layerjam
-from lab import bench as virtual
+from campaigns import bench as virtual
 from layerjam.cli.main import main
 from layerjam.device.load import load
 from layerjam.errors import QuantityError

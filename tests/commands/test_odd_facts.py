@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from lab import bench as virtual
+from campaigns import bench as virtual
 from layerjam.commands.calibration import calibrate
 from layerjam.commands.edit import edit
 from layerjam.device.load import load

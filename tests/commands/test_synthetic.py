@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from layerjam.campaigns.exports import ENCODINGS, LANGUAGES, LAYOUTS, Form, file_bytes
 from layerjam.commands.calibration import calibrate
 from layerjam.commands.crash import crash
 from layerjam.commands.enclosure import enclosure
@@ -24,7 +25,6 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import QuantityError
-from layerjam.lab.exports import ENCODINGS, LANGUAGES, LAYOUTS, Form, file_bytes
 from layerjam.measure.readers.read import read_trace
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace

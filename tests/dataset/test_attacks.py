@@ -19,7 +19,7 @@ import pypdfium2
 import pytest
 from pypdfium2 import raw as pdfium
 
-from lab import bench as virtual
+from campaigns import bench as virtual
 from layerjam.commands import recomputing
 from layerjam.commands.publish import Published, publish, recompute
 from layerjam.device.load import load

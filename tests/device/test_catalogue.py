@@ -10,7 +10,7 @@ import pytest
 from layerjam.device.brake import enclosure_mass, mass, sheet_mass, validate
 from layerjam.device.load import catalogue, devices, load, materials
 from layerjam.errors import QuantityError, UnknownNameError
-from layerjam.records.source import KINDS, Source
+from layerjam.toml_files.source import KINDS, Source
 from layerjam.units import get, quantities
 from strategies import KAPTON, change, one, random_brakes
 

@@ -11,8 +11,8 @@ from hypothesis import given
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.device.load import catalogue, load, write_whole
 from layerjam.errors import FileError, LayerjamError
-from layerjam.records.source import Source
-from layerjam.records.toml import line_of, parse_toml
+from layerjam.toml_files.source import Source
+from layerjam.toml_files.toml import line_of, parse_toml
 from layerjam.units import get
 from strategies import change, one, random_brakes, seeds
 

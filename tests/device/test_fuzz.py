@@ -12,7 +12,7 @@ from layerjam.device.brake import validate
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.device.load import catalogue, load, materials
 from layerjam.errors import LayerjamError
-from layerjam.records.source import Source
+from layerjam.toml_files.source import Source
 
 QUICK, SLOW = 3000, 20000
 TEXTS = [load(name).text for name in catalogue()]

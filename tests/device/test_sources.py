@@ -8,7 +8,7 @@ from layerjam.design.specification import read_spec
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import FileError, QuantityError
-from layerjam.records.source import Source
+from layerjam.toml_files.source import Source
 
 KAPTON = load("choi2018-kapton")
 

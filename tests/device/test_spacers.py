@@ -11,7 +11,7 @@ from layerjam.device.load import catalogue, load
 from layerjam.errors import QuantityError
 from layerjam.mechanics import friction
 from layerjam.mechanics.fan import straight
-from layerjam.records.source import Source
+from layerjam.toml_files.source import Source
 
 KAPTON = load("choi2018-kapton")
 

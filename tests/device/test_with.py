@@ -18,8 +18,8 @@ from layerjam.fluid.parts import parts
 from layerjam.kernel.parameters import parameters
 from layerjam.mechanics.friction import sheet_friction
 from layerjam.mechanics.stiffness import stiffness_before_slip
-from layerjam.records.changes import names
-from layerjam.records.shipped import shipped
+from layerjam.toml_files.changes import names
+from layerjam.toml_files.shipped import shipped
 from layerjam.units import quantities, quantity, record
 from strategies import unchecked
 

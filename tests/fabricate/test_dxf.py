@@ -12,8 +12,8 @@ import shapely
 from hypothesis import given, settings
 
 from fabricate.flat import of_bulges, opened, sheets
-from layerjam.fabricate.boards import coupon
 from layerjam.fabricate.dxf import Frame, dxf
+from layerjam.fabricate.jigs import coupon
 from layerjam.fabricate.outline import Outline, sheet
 
 SHEET = sheet(85, 13, clamped=6, hole=3)

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fabricate.flat import of_bulges, polygon, sheets
-from layerjam.fabricate.boards import RIM, coupon, jig, link, yoke
+from layerjam.fabricate.jigs import RIM, coupon, jig, link, yoke
 from layerjam.fabricate.outline import Outline, around, sheet, spacer
 
 

@@ -10,8 +10,8 @@ import svgelements
 from hypothesis import given, settings
 
 from fabricate.flat import sheets
-from layerjam.fabricate.boards import coupon
 from layerjam.fabricate.dxf import Frame
+from layerjam.fabricate.jigs import coupon
 from layerjam.fabricate.outline import Outline, around, sheet
 from layerjam.fabricate.svg import svg
 

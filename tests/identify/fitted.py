@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lab import bench as virtual
-from lab.bench import FULL, QUIET
+from campaigns import bench as virtual
+from campaigns.bench import FULL, QUIET
 from layerjam.device.brake import Brake
 from layerjam.identify.curves import Curve, curves_of
 from layerjam.identify.pull.features import pull_features

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import layerjam as lj
+from layerjam.campaigns.campaign import campaign
+from layerjam.campaigns.spec import FrictionTests, Pulls, Spec, Truth
 from layerjam.errors import FitError, LayerjamError
 from layerjam.identify.friction.ageing import fit_ageing
-from layerjam.lab.campaign import campaign
-from layerjam.lab.spec import FrictionTests, Pulls, Spec, Truth
 
 HOLDS = (1.0, 10.0, 100.0, 1000.0)
 

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from campaigns import bench as virtual
 from counts import cases
-from lab import bench as virtual
 from layerjam.device.brake import Brake
 from layerjam.errors import FitError, MissingExtraError
 from layerjam.identify.bayes.checks import bayes_checks

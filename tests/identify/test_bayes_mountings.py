@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from campaigns import bench as virtual
 from identify.test_bayes import CURVES, PAIR, TRUTH, VACUUM, guessed
-from lab import bench as virtual
 from layerjam.identify.bayes.fit import fit_bayes
 from layerjam.identify.bayes.model import (
     Data,

@@ -24,7 +24,7 @@ from layerjam.identify.calibration.intervals import combine, coverage_factor
 from layerjam.identify.repeats import over_repeats
 from layerjam.identify.shape import with_shape
 from layerjam.mechanics.pull import peak, scale_factor_of_peak
-from layerjam.records.source import Source
+from layerjam.toml_files.source import Source
 from strategies import unchecked
 
 BRAKE = load("choi2018-kapton").brake

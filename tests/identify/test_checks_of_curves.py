@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.special import chdtrc
 
+from campaigns import bench as virtual
+from campaigns.bench import FULL
 from identify.fitted import campaign
-from lab import bench as virtual
-from lab.bench import FULL
 from layerjam.errors import FitError
 from layerjam.identify.calibration.least_squares import fit_jointly
 from layerjam.identify.calibration.verdict import (

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from campaigns.bench import FULL, curve
 from identify.fitted import TRUTH, campaign
-from lab.bench import FULL, curve
 from layerjam.errors import FitError
 from layerjam.identify.calibration.forward import reduce
 from layerjam.identify.calibration.whole_curves import calibrate_curves

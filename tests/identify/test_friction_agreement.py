@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 import layerjam as lj
+from campaigns import bench as virtual
 from friction_faults import ALARMS, FAULTS, MARKS, MUST, NONE, PAGE, measure
-from lab import bench as virtual
 from layerjam.cli.main import main
 from layerjam.device.load import load
 from layerjam.errors import QuantityError

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import t as student
 
+from campaigns import bench as virtual
 from identify.saw import GRAVITY, sled
-from lab import bench as virtual
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import FileError, FitError, UnknownNameError

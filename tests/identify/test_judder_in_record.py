@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
+from campaigns import bench as virtual
 from identify.saw import teeth
-from lab import bench as virtual
 from layerjam.identify.stick_slip import (
     find_saw_teeth,
     noise_of,

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from campaigns.bench import FULL
 from identify.fitted import campaign
-from lab.bench import FULL
 from layerjam.errors import QuantityError
 from layerjam.identify.calibration.budget import fitted_enclosure
 from layerjam.identify.calibration.law_spread import LawError, LawSpread

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis.extra.numpy import arrays
 
-from lab.bench import FULL, curve, noisy
+from campaigns.bench import FULL, curve, noisy
 from layerjam.errors import FitError
 from layerjam.identify.curves import Curve
 from layerjam.identify.pull.features import PullFeatures, pull_features

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from layerjam.campaigns.spec import Odd
 from layerjam.identify.pull.features import pull_features
-from layerjam.lab.spec import Odd
 from pull_faults import ALARMS, FAULTS, MARKS, MUST, NONE, PAGE, best_test, drawn, measure, seat
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 
-from lab import bench as virtual
-from lab.bench import FULL, curve
+from campaigns import bench as virtual
+from campaigns.bench import FULL, curve
 from layerjam.device.load import load
 from layerjam.errors import FileError
 from layerjam.identify.pull.features import pull_features

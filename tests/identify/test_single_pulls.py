@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 from scipy.stats import ttest_1samp
 
+from layerjam.campaigns.campaign import campaign
+from layerjam.campaigns.faults import Faults
+from layerjam.campaigns.spec import Odd, Pulls, Scatter, Spec, Truth
 from layerjam.device.load import load
 from layerjam.identify.bayes.fit import calibrate_bayesian
 from layerjam.identify.calibration.peaks import calibrate_peaks
@@ -19,9 +22,6 @@ from layerjam.identify.pull.features import pull_features
 from layerjam.identify.single_pulls import TESTS, SinglePull, alike
 from layerjam.identify.validation.metrics import validate_curves
 from layerjam.identify.validation.table import validation_checks, with_pulls
-from layerjam.lab.campaign import campaign
-from layerjam.lab.faults import Faults
-from layerjam.lab.spec import Odd, Pulls, Scatter, Spec, Truth
 from layerjam.measure.trace import Trace
 
 KAPTON = load("choi2018-kapton").brake

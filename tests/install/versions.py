@@ -17,7 +17,7 @@ from packaging.requirements import Requirement
 
 ROOT = Path(__file__).resolve().parents[2]
 RESOLUTION = {"lowest": "lowest-direct", "newest": "highest"}
-CORE = ("records", "device", "mechanics", "simulate")
+CORE = ("toml_files", "device", "mechanics", "simulate")
 """Folders of the tests that run."""
 RUNNERS = ("hypothesis", "pytest", "pytest-xdist")
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from lab import bench as virtual
+from campaigns import bench as virtual
 from layerjam.commands.calibration import calibrate
 from layerjam.device.load import load
 from layerjam.measure.same_record import is_same_record

@@ -12,18 +12,18 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from layerjam.archive.contents import read
+from layerjam.campaigns.exports import Form, file_bytes
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
-from layerjam.lab.exports import Form, file_bytes
 from layerjam.measure.conditions import LIST
 from layerjam.measure.readers.read import read_trace
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
-from layerjam.records.table_text import comment, plain_cell, plain_comment, rows_text
+from layerjam.records.contents import read
 from layerjam.report.brake_files import csv_text
 from layerjam.report.brake_numbers import COLUMNS, Number
 from layerjam.simulate.record import Outcome, PullRecord, read_header
+from layerjam.toml_files.table_text import comment, plain_cell, plain_comment, rows_text
 
 WORST = (
     "=cmd|' /C calc'!A0.csv",

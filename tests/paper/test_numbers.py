@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from lab.bench import FULL, curve
+from campaigns.bench import FULL, curve
 from layerjam.device.brake import mass, sheet_mass
 from layerjam.device.load import load
 from layerjam.identify.calibration.peaks import fit_pull

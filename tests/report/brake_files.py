@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lab import bench as virtual
+from campaigns import bench as virtual
 from layerjam.device.load import load
 
 NORMAL_FORCE = "2.45 N"

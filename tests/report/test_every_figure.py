@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lab import bench as virtual
+from campaigns import bench as virtual
 from layerjam.commands.array import array
 from layerjam.commands.bend import bend
 from layerjam.commands.impact import drop as drop_command

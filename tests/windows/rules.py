@@ -19,8 +19,8 @@ from typing import Any
 
 import pytest
 
-from layerjam.records import windows
 from layerjam.rig import child
+from layerjam.toml_files import windows
 
 POSIX = ("geteuid", "getuid", "getgid", "set_blocking", "sched_getaffinity", "fork", "openpty")
 SIGNALS = ("SIGKILL", "SIGALRM", "SIGHUP")

@@ -10,18 +10,18 @@ from pathlib import Path
 
 import pytest
 
-from layerjam.archive.database import url_of
 from layerjam.cli import main as command_line
 from layerjam.cli.main import main
 from layerjam.device.load import load, write_whole
 from layerjam.errors import FileError, QuantityError
 from layerjam.kernel import compiler
 from layerjam.measure.readers.read import read_trace
-from layerjam.records import windows
+from layerjam.records.database import url_of
 from layerjam.rig import child, crosshead
 from layerjam.rig.address import address_of
 from layerjam.rig.board import connect
 from layerjam.rig.line import LineError, _system_message
+from layerjam.toml_files import windows
 from windows.rules import Console, impose
 
 BRAKE = "choi2018-kapton"

@@ -14,7 +14,7 @@ from nicegui.elements.upload_files import SmallFileUpload
 
 from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError
-from layerjam.records.toml import MAX_BYTES
+from layerjam.toml_files.toml import MAX_BYTES
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.pull import Pull
 from layerjam.workbench.pins import MAX_PINS

@@ -15,7 +15,7 @@ from layerjam.commands.edit import edit
 from layerjam.commands.tensile import tensile
 from layerjam.device.load import catalogue, load
 from layerjam.identify.origin import ORIGINS, origin
-from layerjam.records.source import Source
+from layerjam.toml_files.source import Source
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.all import TABS
 from layerjam.workbench.pages.start import Start, drop_sentence, holds, rounded_down

@@ -27,7 +27,7 @@ from layerjam.commands.declare import (
 )
 from layerjam.commands.quantities import Overwrite
 from layerjam.errors import FileError, QuantityError
-from layerjam.records.windows import refusal
+from layerjam.toml_files.windows import refusal
 
 TYPED: ContextVar[tuple[str, ...]] = ContextVar("TYPED", default=())
 """Set by `main`, also if a program calls it and `sys.argv` differs."""

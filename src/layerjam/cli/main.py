@@ -18,7 +18,7 @@ from layerjam.commands.declare import GROUPS, Command, Parameter
 from layerjam.commands.index import Entry, commands, family, find, load
 from layerjam.conversion import FACTORS
 from layerjam.errors import LayerjamError, UnknownNameError
-from layerjam.records.windows import is_windows
+from layerjam.toml_files.windows import is_windows
 
 MOST_USED = (
     *("new", "show", "force", "vacuum", "tensile", "drop", "tune"),

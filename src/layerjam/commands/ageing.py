@@ -120,7 +120,7 @@ def ageing(
 def _written(brake: Any, found: Any, used: Sequence[tuple[Trace, float, float]], name: str) -> str:
     from layerjam.device.file import updated_text
     from layerjam.identify.provenance import digests, mark_synthetic
-    from layerjam.records.source import Source
+    from layerjam.toml_files.source import Source
 
     def measured(interval: tuple[float, float]) -> Source:
         low, high = interval

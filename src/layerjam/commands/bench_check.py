@@ -18,8 +18,8 @@ from layerjam.device.load import write_whole
 from layerjam.errors import QuantityError
 from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Sensor
-from layerjam.records.source import Source
 from layerjam.rig.outcomes import Checked, Zero
+from layerjam.toml_files.source import Source
 from layerjam.units import show
 
 MEASURED = MappingProxyType({"rate": "1/s", "top": "Pa", "leak": "1/s", "vent": "1/s", "lag": "s"})

@@ -19,8 +19,8 @@ from layerjam.dataset.recipe import RECIPE, Recipe
 from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError
 from layerjam.identify.provenance import sha256
-from layerjam.records.folders import write_files
 from layerjam.report.folder import json_text, plain
+from layerjam.toml_files.folders import write_files
 from layerjam.verdict import read_acceptances
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from layerjam.commands.arguments import as_list, bind, check_kind, settings_of, 
 from layerjam.commands.results import Result
 from layerjam.conversion import without_unit
 from layerjam.errors import Notice, QuantityError, UnknownNameError, explain_arguments
-from layerjam.records.changes import record_files
+from layerjam.toml_files.changes import record_files
 from layerjam.units import QuantitySpec, show
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from layerjam.errors import Notice, QuantityError, UnknownNameError, explain_arg
 from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Line
 from layerjam.fluid.parts import FAMILIES, parts
-from layerjam.records.changes import Change, RecordFile
-from layerjam.records.source import KINDS, Source
+from layerjam.toml_files.changes import Change, RecordFile
+from layerjam.toml_files.source import KINDS, Source
 from layerjam.units import QuantitySpec, get, quantities, show
 
 Fields = dict[str, tuple[QuantitySpec, bool]]

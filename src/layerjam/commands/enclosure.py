@@ -12,8 +12,8 @@ from layerjam.commands.reading import Partial, TableOptions, several
 from layerjam.commands.results import Judged, fact, number, result
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.errors import FitError, Notice, QuantityError, UnknownNameError
-from layerjam.records.source import Source
 from layerjam.simulate.quantities import AREA
+from layerjam.toml_files.source import Source
 from layerjam.units import QuantitySpec, show
 from layerjam.verdict import Verdict, judge
 

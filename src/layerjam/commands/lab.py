@@ -5,16 +5,16 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from layerjam.campaigns.spec import Spec
 from layerjam.commands.declare import Help, Progress, command
 from layerjam.commands.quantities import Overwrite
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.load import takes_force, write_whole
 from layerjam.errors import Notice, QuantityError
-from layerjam.lab.spec import Spec
 from layerjam.simulate.quantities import SEED
 
 if TYPE_CHECKING:
-    from layerjam.lab.campaign import Campaign
+    from layerjam.campaigns.campaign import Campaign
 
 PRACTICE = "practice"
 """Name of the campaign that is built in."""
@@ -68,7 +68,7 @@ def lab_example(out: str | Path | None = None, *, overwrite: bool = False) -> st
 
     Raises FileError where that exists and `overwrite` is not set.
     """
-    from layerjam.lab.text import example, spec_text
+    from layerjam.campaigns.text import example, spec_text
 
     text = spec_text(example())
     if out is not None:
@@ -107,9 +107,9 @@ def lab(
     own. Every file says that it is synthetic. Stopped by the keyboard, the files written are whole
     and the result says so. Raises FileError where `out` is not empty and `overwrite` is not set.
     """
-    from layerjam.lab.campaign import campaign
-    from layerjam.lab.campaign_files import commands, write_campaign
-    from layerjam.lab.text import example as built_in
+    from layerjam.campaigns.campaign import campaign
+    from layerjam.campaigns.campaign_files import commands, write_campaign
+    from layerjam.campaigns.text import example as built_in
 
     if example:
         if spec is not None or seed is not None:

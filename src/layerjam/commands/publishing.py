@@ -22,7 +22,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import FileError, Notice
 from layerjam.fluid.file import load_line
 from layerjam.identify.provenance import sha256
-from layerjam.records.folders import hidden_folder, replace_folder, write_files
+from layerjam.toml_files.folders import hidden_folder, replace_folder, write_files
 
 if TYPE_CHECKING:
     from layerjam.report.brake_report import BrakeReport

@@ -11,8 +11,6 @@ from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.device.mount import Rope, Site
 from layerjam.errors import Notice, QuantityError, UnknownNameError
-from layerjam.records.changes import RecordFile
-from layerjam.records.source import Source
 from layerjam.simulate.quantities import (
     ARRIVAL_SPEED,
     CROSSHEAD_SPEED,
@@ -27,6 +25,8 @@ from layerjam.simulate.quantities import (
     STOP_TRAVEL,
     VACUUM,
 )
+from layerjam.toml_files.changes import RecordFile
+from layerjam.toml_files.source import Source
 from layerjam.units import QuantitySpec, show, spec_of
 from layerjam.verdict import read_acceptances
 

@@ -141,7 +141,7 @@ def _database(db: str | None) -> Any:
     extra = "postgres" if str(db).startswith("postgres") else "records"
     with MissingExtraError.raise_if_missing("a database of records (SQLAlchemy)", extra):
         import sqlalchemy  # noqa: F401
-    from layerjam.archive.database import Database
+    from layerjam.records.database import Database
 
     return Database(db)
 
@@ -171,7 +171,7 @@ def records_add(
     RecordsError for the database, and then nothing was added.
     """
     database = _database(db)
-    from layerjam.archive.store import add
+    from layerjam.records.store import add
 
     given = [files] if isinstance(files, str | Path) else list(files)
     made = add(database, given, serial)
@@ -206,7 +206,7 @@ def records_list(*, db: RecordsDatabase = None) -> RecordsListed:
     Raises RecordsError for the database.
     """
     database = _database(db)
-    from layerjam.archive.view import rows
+    from layerjam.records.view import rows
 
     with database.reading() as base:
         found = [] if base is None else rows(base)
@@ -232,7 +232,7 @@ def records_show(ident: RecordId, *, db: RecordsDatabase = None) -> RecordShown:
     Raises RecordsError where there is none, or several have that name.
     """
     database = _database(db)
-    from layerjam.archive.view import show
+    from layerjam.records.view import show
 
     made = show(database, ident)
     return RecordShown.of(made, record_=made.record)
@@ -258,7 +258,7 @@ def records_verify(
     RecordsError for the database.
     """
     database = _database(db)
-    from layerjam.archive.view import verify
+    from layerjam.records.view import verify
 
     made = verify(database, [folders] if isinstance(folders, str | Path) else list(folders))
     return RecordsVerified.of(made, warnings=_none_yet(database, [*range(made.checked)]))
@@ -283,7 +283,7 @@ def records_withdraw(
     record, or it was withdrawn before.
     """
     database = _database(db)
-    from layerjam.archive.store import withdraw
+    from layerjam.records.store import withdraw
 
     made, used_by = withdraw(database, ident, why)
     text = "records come from it and stay as they are; see 'layerjam records show'"

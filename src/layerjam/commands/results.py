@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from layerjam.commands.labels import Grid
-    from layerjam.records.changes import RecordFile
     from layerjam.report.chart import Curve, Pane
+    from layerjam.toml_files.changes import RecordFile
 
 __all__ = ["Judged", "Result", "bounds", "fact", "key_of", "number", "prefixed", "result"]
 T = TypeVar("T")

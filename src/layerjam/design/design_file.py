@@ -11,8 +11,8 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile, film_cutting
 from layerjam.device.load import catalogue, load, materials
 from layerjam.device.workshop import FilmCutting, Making
-from layerjam.records.source import Source
-from layerjam.records.values import entries
+from layerjam.toml_files.source import Source
+from layerjam.toml_files.values import entries
 from layerjam.units import get, quantities
 from layerjam.verdict import Acceptance, remaining
 

@@ -8,10 +8,10 @@ from types import MappingProxyType
 from typing import Any
 
 from layerjam.errors import FileError
-from layerjam.records.reader import DESCRIBING, Reader
-from layerjam.records.source import Source
-from layerjam.records.toml import parse_toml
-from layerjam.records.values import Entry, TextSpec
+from layerjam.toml_files.reader import DESCRIBING, Reader
+from layerjam.toml_files.source import Source
+from layerjam.toml_files.toml import parse_toml
+from layerjam.toml_files.values import Entry, TextSpec
 from layerjam.units import QuantitySpec
 
 FIELDS: Mapping[str, Entry] = MappingProxyType(

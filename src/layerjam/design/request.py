@@ -20,12 +20,12 @@ from layerjam.design.requirements import (
 from layerjam.design.stopping import StopRequirement
 from layerjam.device.mount import Site
 from layerjam.errors import QuantityError
-from layerjam.records.changes import values_of
-from layerjam.records.reader import Reader
-from layerjam.records.toml import parse_toml
-from layerjam.records.values import AsItIs, Entry, ListSpec, TextSpec, entries, value
-from layerjam.records.writer import plain
 from layerjam.simulate.quantities import SEED
+from layerjam.toml_files.changes import values_of
+from layerjam.toml_files.reader import Reader
+from layerjam.toml_files.toml import parse_toml
+from layerjam.toml_files.values import AsItIs, Entry, ListSpec, TextSpec, entries, value
+from layerjam.toml_files.writer import plain
 from layerjam.units import QuantitySpec, like, nested, quantity, show, spec_of
 
 MOST_VALUES = 1_000_000

@@ -13,7 +13,7 @@ from layerjam.design.merit import DRAWN_MERITS, MERITS, VARIABLES
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile
-from layerjam.records.values import AsItIs
+from layerjam.toml_files.values import AsItIs
 from layerjam.units import QuantitySpec, exact_text, parse, show
 
 NAMEABLE: Mapping[str, QuantitySpec] = MappingProxyType({**MERITS, **VARIABLES})

@@ -26,10 +26,10 @@ from layerjam.device.sheets import Film
 from layerjam.device.workshop import FilmCutting
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile, lines, load_line
-from layerjam.records.reader import DESCRIBING, Reader
-from layerjam.records.shipped import shipped, text_of
-from layerjam.records.toml import parse_toml
-from layerjam.records.values import entries
+from layerjam.toml_files.reader import DESCRIBING, Reader
+from layerjam.toml_files.shipped import shipped, text_of
+from layerjam.toml_files.toml import parse_toml
+from layerjam.toml_files.values import entries
 from layerjam.units import show
 
 MOST_DESIGNS = 10**12

@@ -9,8 +9,8 @@ from layerjam.device.brake import Brake
 from layerjam.mechanics.law import law, within
 from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.mechanics.stop.exact import BOTTOMED_OUT, SNAPS, stop
-from layerjam.records.values import value
 from layerjam.simulate.quantities import ARRIVAL_SPEED, MASS, STOP_TRAVEL
+from layerjam.toml_files.values import value
 from layerjam.units import FlagSpec, like, quantity, record
 
 RIGID = 1e12

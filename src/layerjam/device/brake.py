@@ -12,7 +12,7 @@ from layerjam.device.mount import Mount, Rope, Site
 from layerjam.device.sheets import Film, Sheets
 from layerjam.device.speed_law import SpeedLaw
 from layerjam.errors import QuantityError, explain_arguments
-from layerjam.records.changes import Change, with_changes
+from layerjam.toml_files.changes import Change, with_changes
 from layerjam.units import check, is_traced, nested, quantity, record, show
 
 

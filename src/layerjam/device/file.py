@@ -14,13 +14,13 @@ from layerjam.device.brake import Brake, validate
 from layerjam.device.fan import MATTERS, fan_exponent, fan_factor
 from layerjam.device.workshop import FilmCutting, Making, check_build
 from layerjam.errors import Notice, QuantityError, UnknownNameError
-from layerjam.records.changes import RecordFile, paths_of, values_of
-from layerjam.records.reader import DESCRIBING, Reader
-from layerjam.records.shipped import shipped
-from layerjam.records.source import Source
-from layerjam.records.toml import parse_toml
-from layerjam.records.values import Entry, entries
-from layerjam.records.writer import update_text
+from layerjam.toml_files.changes import RecordFile, paths_of, values_of
+from layerjam.toml_files.reader import DESCRIBING, Reader
+from layerjam.toml_files.shipped import shipped
+from layerjam.toml_files.source import Source
+from layerjam.toml_files.toml import parse_toml
+from layerjam.toml_files.values import Entry, entries
+from layerjam.toml_files.writer import update_text
 from layerjam.units import check
 from layerjam.verdict import Acceptance
 

@@ -11,8 +11,8 @@ from typing import ParamSpec, TypeVar
 from layerjam.device.brake import Brake, validate
 from layerjam.device.file import BrakeFile, materials
 from layerjam.errors import FileError
-from layerjam.records.shipped import shipped, text_of
-from layerjam.records.windows import reason, refusal
+from layerjam.toml_files.shipped import shipped, text_of
+from layerjam.toml_files.windows import reason, refusal
 
 P = ParamSpec("P")
 R = TypeVar("R")

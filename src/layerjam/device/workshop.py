@@ -9,7 +9,7 @@ from typing import Any
 from layerjam.device.brake import Brake
 from layerjam.device.mount import Mount
 from layerjam.errors import QuantityError
-from layerjam.records.values import AsItIs, ListSpec, TextSpec, value
+from layerjam.toml_files.values import AsItIs, ListSpec, TextSpec, value
 from layerjam.units import QuantitySpec, exact_text, like, nested, quantity, record, show, spec_of
 
 CUTTERS = ("service", "laser", "knife")

@@ -10,7 +10,7 @@ from layerjam.fabricate.drawing import Drawing
 from layerjam.fabricate.lengths import ellipse_girth, mm
 from layerjam.fabricate.masses import screw_name
 from layerjam.fabricate.screws import THREADS, Thread, sold_length
-from layerjam.records.table_text import rows_text
+from layerjam.toml_files.table_text import rows_text
 from layerjam.units import show
 
 

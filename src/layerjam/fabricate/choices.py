@@ -9,10 +9,10 @@ from typing import Any
 from layerjam.device.file import BrakeFile
 from layerjam.device.workshop import Build, Making, check_build
 from layerjam.errors import FileError, QuantityError
-from layerjam.records.reader import Reader
-from layerjam.records.source import Source
-from layerjam.records.toml import line_of, read_text
-from layerjam.records.values import entries
+from layerjam.toml_files.reader import Reader
+from layerjam.toml_files.source import Source
+from layerjam.toml_files.toml import line_of, read_text
+from layerjam.toml_files.values import entries
 from layerjam.units import check
 
 TYPED = Source(kind="unstated", text="given with the command")

@@ -6,7 +6,7 @@ from functools import partial
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
 from layerjam.fabricate.verdicts import Check, say
-from layerjam.records.source import Source
+from layerjam.toml_files.source import Source
 
 PUNCHED_BELOW = 5.0
 """Hole diameter below which to use a punch, as a plotter's knife leaves no round hole [mm]."""

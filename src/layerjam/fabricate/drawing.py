@@ -19,8 +19,8 @@ from layerjam.fabricate.parts import Part, parts
 from layerjam.fabricate.silicone import halves, silicone_to_mix
 from layerjam.fabricate.strength import preload, torque
 from layerjam.fabricate.verdicts import Check, notices
-from layerjam.records.source import Source
-from layerjam.records.values import entries
+from layerjam.toml_files.source import Source
+from layerjam.toml_files.values import entries
 from layerjam.units import show
 from layerjam.verdict import Acceptance
 

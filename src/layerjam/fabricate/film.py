@@ -10,7 +10,7 @@ import numpy as np
 
 from layerjam.device.file import BrakeFile
 from layerjam.device.workshop import Build
-from layerjam.fabricate import boards, cutting
+from layerjam.fabricate import cutting, jigs
 from layerjam.fabricate.dxf import Frame, dxf
 from layerjam.fabricate.lengths import Lengths, Side, mm
 from layerjam.fabricate.nest import SLACK, CutPart, Piece, nest, nest_least, too_large
@@ -262,18 +262,18 @@ def more_files(
     flat = plates(build, lengths, parallel, series)
     content = {f"cut/{name}.dxf": dxf([part]) for name, part in flat.items()}
     if coupons:
-        content["cut/coupon.dxf"] = dxf(boards.coupon(lengths.hole, mm(build.gap)))
+        content["cut/coupon.dxf"] = dxf(jigs.coupon(lengths.hole, mm(build.gap)))
     return content
 
 
 def plates(build: Build, lengths: Lengths, parallel: int, series: int) -> dict[str, Outline]:
     """Return jig, and yoke and link if the array needs them, by name [mm]."""
     bore = mm(build.pin) + mm(build.pin_clearance)
-    outlines = {"jig": boards.jig(lengths.pin_to_pin, bore)}
+    outlines = {"jig": jigs.jig(lengths.pin_to_pin, bore)}
     if parallel > 1:
-        outlines["yoke"] = boards.yoke(parallel, pitch(build, lengths), bore)
+        outlines["yoke"] = jigs.yoke(parallel, pitch(build, lengths), bore)
     if series > 1:
-        outlines["link"] = boards.link(lengths.head, mm(build.gap), bore)
+        outlines["link"] = jigs.link(lengths.head, mm(build.gap), bore)
     return outlines
 
 

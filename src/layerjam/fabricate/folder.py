@@ -16,7 +16,7 @@ from layerjam.fabricate.film import more_files
 from layerjam.fabricate.mesh import mesh
 from layerjam.fabricate.package import stl, three_mf
 from layerjam.fabricate.step import step
-from layerjam.records.folders import hidden_folder, replace_folder, write_files
+from layerjam.toml_files.folders import hidden_folder, replace_folder, write_files
 
 LIST = "build.json"
 """File that lists all other files of the folder."""

@@ -12,7 +12,7 @@ from typing import Any
 
 from layerjam.device.mount import Site
 from layerjam.errors import QuantityError, count_of
-from layerjam.records.values import AsItIs
+from layerjam.toml_files.values import AsItIs
 from layerjam.units import exact_text, parse, show
 
 Curve = tuple[tuple[float, float], ...]

@@ -12,11 +12,11 @@ from typing import Any, ClassVar, Self
 
 from layerjam.fluid.line import Line, validate
 from layerjam.fluid.parts import FAMILIES, part_entries
-from layerjam.records.changes import RecordFile, paths_of
-from layerjam.records.reader import Reader
-from layerjam.records.shipped import shipped, text_of
-from layerjam.records.toml import parse_toml
-from layerjam.records.values import Entry, entries
+from layerjam.toml_files.changes import RecordFile, paths_of
+from layerjam.toml_files.reader import Reader
+from layerjam.toml_files.shipped import shipped, text_of
+from layerjam.toml_files.toml import parse_toml
+from layerjam.toml_files.values import Entry, entries
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,8 +7,8 @@ A flow is a volume per time at the inlet pressure. A throughput q is pressure ti
 from layerjam.device.mount import Site
 from layerjam.errors import QuantityError, explain_arguments
 from layerjam.fluid.curve import CURVE, Curve
-from layerjam.records.changes import Change, with_changes
-from layerjam.records.values import value
+from layerjam.toml_files.changes import Change, with_changes
+from layerjam.toml_files.values import value
 from layerjam.units import check, nested, quantity, record, show
 
 

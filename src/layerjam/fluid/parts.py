@@ -17,10 +17,10 @@ from typing import Any
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.curve import CURVE, CurveSpec
 from layerjam.fluid.line import Pump, Sensor, Valve
-from layerjam.records.reader import Reader
-from layerjam.records.source import Source
-from layerjam.records.toml import parse_toml
-from layerjam.records.values import Entry, TextSpec
+from layerjam.toml_files.reader import Reader
+from layerjam.toml_files.source import Source
+from layerjam.toml_files.toml import parse_toml
+from layerjam.toml_files.values import Entry, TextSpec
 from layerjam.units import QuantitySpec, quantities
 
 FAMILIES: Mapping[str, type] = MappingProxyType({"pump": Pump, "valve": Valve, "sensor": Sensor})

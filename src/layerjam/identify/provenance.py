@@ -12,7 +12,7 @@ from layerjam._version import __version__
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.errors import Notice
 from layerjam.measure.sidecar import sidecar_path
-from layerjam.records.source import Source
+from layerjam.toml_files.source import Source
 
 if TYPE_CHECKING:
     from layerjam.identify.calibration.record import Calibration

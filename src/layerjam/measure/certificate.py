@@ -6,7 +6,7 @@ from datetime import date as day
 from typing import Any
 
 from layerjam.errors import QuantityError
-from layerjam.records.values import AsItIs
+from layerjam.toml_files.values import AsItIs
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,9 +14,9 @@ from layerjam.measure.options import ReadingOptions
 from layerjam.measure.readers.columns import split_unit
 from layerjam.measure.readers.unit_words import convert
 from layerjam.measure.sidecar import Facts, read_facts
-from layerjam.records.table_text import plain_cell
-from layerjam.records.toml import read_text
-from layerjam.records.values import entries
+from layerjam.toml_files.table_text import plain_cell
+from layerjam.toml_files.toml import read_text
+from layerjam.toml_files.values import entries
 from layerjam.units import FlagSpec, QuantitySpec, show
 
 LIST = "conditions.csv"

@@ -10,10 +10,10 @@ from pathlib import Path
 from layerjam.errors import QuantityError, explain_arguments
 from layerjam.measure.readers.unit_words import ROLES, convert, weight_unit
 from layerjam.measure.sidecar import READ, places, text_of
-from layerjam.records.reader import Reader
-from layerjam.records.toml import parse_toml
-from layerjam.records.values import ListSpec, TextSpec, entries, value
 from layerjam.simulate.quantities import CROSSHEAD_SPEED
+from layerjam.toml_files.reader import Reader
+from layerjam.toml_files.toml import parse_toml
+from layerjam.toml_files.values import ListSpec, TextSpec, entries, value
 from layerjam.units import like, quantity
 
 SKIP = "skip"

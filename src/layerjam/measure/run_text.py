@@ -7,8 +7,8 @@ from layerjam.errors import LayerjamError
 from layerjam.measure.runs import Array, Run
 from layerjam.measure.shots import MEASURED, SYNTHETIC
 from layerjam.measure.sidecar import Facts
-from layerjam.records.table_text import comment
 from layerjam.simulate.procedure import Evacuate, Pull, Return, parse_procedure
+from layerjam.toml_files.table_text import comment
 
 UNITS = {
     "time": "s",

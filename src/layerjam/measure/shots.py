@@ -12,7 +12,7 @@ import numpy as np
 from layerjam._version import __version__
 from layerjam.device.load import write_whole
 from layerjam.errors import FileError
-from layerjam.records.table_text import comment
+from layerjam.toml_files.table_text import comment
 
 SYNTHETIC = "synthetic: a virtual bench computed it, nothing was measured"
 MEASURED = "measured on a bench"

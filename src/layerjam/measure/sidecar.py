@@ -6,11 +6,11 @@ from typing import Any
 
 from layerjam.device.load import write_whole
 from layerjam.measure.certificate import Certificate, CertificateSpec
-from layerjam.records.reader import Reader
-from layerjam.records.toml import parse_toml, read_text
-from layerjam.records.values import TextSpec, entries, value
-from layerjam.records.writer import plain
 from layerjam.simulate.quantities import AREA, CROSSHEAD_SPEED, NORMAL_FORCE, SEED, VACUUM
+from layerjam.toml_files.reader import Reader
+from layerjam.toml_files.toml import parse_toml, read_text
+from layerjam.toml_files.values import TextSpec, entries, value
+from layerjam.toml_files.writer import plain
 from layerjam.units import FlagSpec, build, like, quantity
 
 SIDECAR_ENDING = ".toml"

@@ -9,12 +9,12 @@ from layerjam._version import __version__
 from layerjam.errors import MissingExtraError
 from layerjam.identify.provenance import rename_files
 from layerjam.identify.validation.metrics import WINDOW
-from layerjam.records.table_text import rows_text
 from layerjam.report import folder
 from layerjam.report.brake_numbers import COLUMNS, Number
 from layerjam.report.brake_report import STAGES, BrakeReport, all_numbers, page
 from layerjam.report.folder import figures_of, json_text, plain, write_folder
 from layerjam.report.page import drawn_all, html
+from layerjam.toml_files.table_text import rows_text
 from layerjam.verdict import accepted_rows
 
 FIGURES = ("friction", "calibration", "scale-factors", "validation", "residuals")

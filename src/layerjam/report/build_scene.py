@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from layerjam.device.workshop import Build
-from layerjam.fabricate import boards, mould
 from layerjam.fabricate import cap as caps
+from layerjam.fabricate import jigs, mould
 from layerjam.fabricate.film import film_parts
 from layerjam.fabricate.lengths import Lengths, Side, mm
 from layerjam.fabricate.mesh import mesh
@@ -152,7 +152,7 @@ def dowel(world: Scene, side: Side) -> Body:
 def jig(world: Scene) -> list[Body]:
     """The board below both caps, with its dowels."""
     lengths, build = world.lengths, world.build
-    board = boards.jig(lengths.pin_to_pin, caps.pin_hole(build))
+    board = jigs.jig(lengths.pin_to_pin, caps.pin_hole(build))
     left = lengths.left.reach + lengths.port_length + lengths.head / 2
     ground = -max(lengths.stack / 2 + lengths.shelf_height, lengths.neck_b) - 0.2
     bodies = [slab(board, ground - 6, ground, BOARD).shift(-left - board.holes[0].x)]

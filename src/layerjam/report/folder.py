@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from layerjam.errors import FileError
-from layerjam.records.folders import hidden_folder, write_files
-from layerjam.records.windows import reason as system_reason
+from layerjam.toml_files.folders import hidden_folder, write_files
+from layerjam.toml_files.windows import reason as system_reason
 
 NAMES = ("report.html", "results.json")
 

@@ -8,11 +8,11 @@ from typing import Any, ClassVar, Self
 
 from layerjam.errors import QuantityError
 from layerjam.fluid.line import Sensor
-from layerjam.records.changes import RecordFile
-from layerjam.records.reader import Reader
-from layerjam.records.shipped import shipped, text_of
-from layerjam.records.values import Entry, TextSpec, entries, value
 from layerjam.simulate.accelerometer import Accelerometer
+from layerjam.toml_files.changes import RecordFile
+from layerjam.toml_files.reader import Reader
+from layerjam.toml_files.shipped import shipped, text_of
+from layerjam.toml_files.values import Entry, TextSpec, entries, value
 from layerjam.units import check as bounded
 from layerjam.units import like, nested, quantity, record, spec_of
 

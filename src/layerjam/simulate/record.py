@@ -13,7 +13,7 @@ from layerjam._version import __version__
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import takes_force, write_whole
 from layerjam.errors import FileError, MissingExtraError
-from layerjam.records.table_text import comment, plain_comment
+from layerjam.toml_files.table_text import comment, plain_comment
 from layerjam.units import QuantitySpec
 
 if TYPE_CHECKING:

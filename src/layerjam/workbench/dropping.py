@@ -12,7 +12,7 @@ from nicegui.elements.upload_files import FileUpload
 from layerjam.errors import FileError, LayerjamError
 from layerjam.measure.conditions import LIST, parse_list
 from layerjam.measure.sidecar import FOLDER, Facts, facts_text, values_of
-from layerjam.records.toml import MAX_BYTES
+from layerjam.toml_files.toml import MAX_BYTES
 from layerjam.units import QuantitySpec, build, show, spec_of
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.kinds import toml_kind

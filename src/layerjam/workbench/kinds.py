@@ -11,7 +11,7 @@ from layerjam.fluid.file import LineFile
 from layerjam.measure.log import ACCELERATION, PRESSURE, TIME, read_log
 from layerjam.measure.runs import ENDING
 from layerjam.measure.sidecar import READ, Facts
-from layerjam.records.toml import parse_toml
+from layerjam.toml_files.toml import parse_toml
 
 SPECIFICATION = frozenset({"vary", "objectives", "constraints", "weights", "stop"})
 """Keys that only a design's specification has."""

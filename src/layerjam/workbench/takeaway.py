@@ -8,7 +8,7 @@ from typing import Any, Protocol
 from nicegui import run, ui
 
 from layerjam.errors import LayerjamError
-from layerjam.records.table_text import comment, rows_text
+from layerjam.toml_files.table_text import comment, rows_text
 from layerjam.workbench import copying
 from layerjam.workbench.widgets import button, one_line
 

@@ -14,8 +14,8 @@ from layerjam.identify.bayes.model import FLOOR, RULE, Prior
 from layerjam.identify.checks import Check
 from layerjam.identify.shape import with_shape
 from layerjam.measure.synthetic import SYNTHETIC
-from layerjam.records.table_text import comment
 from layerjam.simulate.record import column
+from layerjam.toml_files.table_text import comment
 from layerjam.units import QuantitySpec
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from layerjam.identify.calibration.intervals import combine, coverage_factor
 from layerjam.identify.repeats import OverRepeats
 from layerjam.identify.shape import with_shape
 from layerjam.mechanics.pull import scale_factor_of_peak
-from layerjam.records.source import Source
+from layerjam.toml_files.source import Source
 from layerjam.units import get, show
 
 STEP = 1e-4

@@ -16,7 +16,7 @@ from layerjam.identify.calibration.verdict import Identifiability
 from layerjam.identify.checks import Check
 from layerjam.identify.curves import Curve
 from layerjam.identify.single_pulls import SinglePull
-from layerjam.records.source import Source
+from layerjam.toml_files.source import Source
 from layerjam.units import show
 
 

@@ -8,7 +8,7 @@ from layerjam.errors import Notice
 from layerjam.identify.calibration.least_squares import JointFit
 from layerjam.identify.calibration.record import Calibration, calibrated_source
 from layerjam.identify.curves import Curve
-from layerjam.records.source import Source
+from layerjam.toml_files.source import Source
 
 REST_RATIO = 1e-2
 """Rest speed over the slowest pull's; it bends the law among the pulls by less than 1 %."""

@@ -30,8 +30,8 @@ from layerjam.identify.pull.features import LINEAR
 from layerjam.identify.shape import SHAPE
 from layerjam.identify.single_pulls import pull_checks
 from layerjam.identify.speed import growth_in
-from layerjam.records.source import Source
 from layerjam.simulate.speed import follows_speed
+from layerjam.toml_files.source import Source
 from layerjam.units import show
 
 WINDOW = (

@@ -24,7 +24,7 @@ from layerjam.identify.provenance import digests, mark_synthetic, sha256
 from layerjam.identify.repeats import OverRepeats, over_repeats
 from layerjam.identify.stick_slip import SawTeeth, find_saw_teeth
 from layerjam.measure.trace import Array, Trace
-from layerjam.records.source import Source
+from layerjam.toml_files.source import Source
 from layerjam.units import show
 from layerjam.verdict import Acceptance, Check
 

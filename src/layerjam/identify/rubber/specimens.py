@@ -13,7 +13,7 @@ from layerjam.identify.rubber import hyperelastic
 from layerjam.identify.rubber import tensile as rubber
 from layerjam.measure.options import ReadingOptions
 from layerjam.measure.trace import Array
-from layerjam.records.toml import parse_toml
+from layerjam.toml_files.toml import parse_toml
 from layerjam.units import parse
 
 Read = tuple[rubber.Specimen, rubber.Moduli, dict[str, hyperelastic.Fit], str]

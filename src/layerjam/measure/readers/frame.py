@@ -9,7 +9,7 @@ from layerjam.measure.readers.content import Source
 from layerjam.measure.readers.specimens import specimens
 from layerjam.measure.sidecar import Facts
 from layerjam.measure.trace import Trace
-from layerjam.records.values import entries
+from layerjam.toml_files.values import entries
 
 
 def trace_of_frame(frame: Any, options: ReadingOptions, number: int = 1) -> Trace:

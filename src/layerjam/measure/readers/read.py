@@ -30,8 +30,8 @@ from layerjam.measure.readers.unit_words import ROLES
 from layerjam.measure.readers.words import plain
 from layerjam.measure.sidecar import READ
 from layerjam.measure.trace import Trace
-from layerjam.records.table_text import plain_comment
 from layerjam.simulate.procedure import Evacuate, Pull, Return, parse_procedure
+from layerjam.toml_files.table_text import plain_comment
 
 OWN_FORMAT = "layerjam CSV"
 

@@ -12,6 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from layerjam.campaigns.campaign import campaign
+from layerjam.campaigns.exports import LAYOUTS, write_trace
+from layerjam.campaigns.faults import Faults
+from layerjam.campaigns.spec import FrictionTests, Pulls, Spec, Truth
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.identify.calibration.peaks import calibrate
@@ -19,10 +23,6 @@ from layerjam.identify.calibration.record import Calibration
 from layerjam.identify.friction.reduction import FrictionResult, reduce_friction
 from layerjam.identify.pull.features import PullFeatures, pull_features
 from layerjam.identify.validation.metrics import Validation, validate_pulls
-from layerjam.lab.campaign import campaign
-from layerjam.lab.exports import LAYOUTS, write_trace
-from layerjam.lab.faults import Faults
-from layerjam.lab.spec import FrictionTests, Pulls, Spec, Truth
 from layerjam.measure.readers.read import read_trace
 from layerjam.mechanics.pull import factor_and_stiffness_of_eq8_and_eq9, peak
 from layerjam.mechanics.stiffness import stiffness_before_slip

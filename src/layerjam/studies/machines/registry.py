@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
-from layerjam.records.shipped import shipped, text_of
 from layerjam.studies.machines.ankle_clutch import AnkleClutch
 from layerjam.studies.machines.neck_guard import NeckGuard
 from layerjam.studies.machines.rehabilitation import Rehabilitation
 from layerjam.studies.machines.scenario import read_scenario
 from layerjam.studies.machines.seat_belt import SeatBelt
 from layerjam.studies.machines.verdict import Machine
+from layerjam.toml_files.shipped import shipped, text_of
 
 MACHINES: dict[str, type[Machine]] = {
     "seat-belt": SeatBelt,

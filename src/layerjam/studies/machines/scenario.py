@@ -23,13 +23,13 @@ from layerjam.device.load import load
 from layerjam.errors import FileError, QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile, load_line
 from layerjam.fluid.line import Sensor
-from layerjam.records.changes import paths_of
-from layerjam.records.reader import Reader
-from layerjam.records.shipped import shipped
-from layerjam.records.source import Source
-from layerjam.records.toml import line_of, parse_toml
-from layerjam.records.values import TextSpec, entries, value
 from layerjam.simulate.speed import machine_notices
+from layerjam.toml_files.changes import paths_of
+from layerjam.toml_files.reader import Reader
+from layerjam.toml_files.shipped import shipped
+from layerjam.toml_files.source import Source
+from layerjam.toml_files.toml import line_of, parse_toml
+from layerjam.toml_files.values import TextSpec, entries, value
 from layerjam.units import (
     QuantitySpec,
     check,

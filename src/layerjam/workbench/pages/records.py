@@ -9,8 +9,8 @@ from nicegui import events, ui
 
 from layerjam.errors import FileError, LayerjamError
 from layerjam.fluid.parts import FAMILIES
-from layerjam.records.source import KINDS
-from layerjam.records.toml import MAX_BYTES
+from layerjam.toml_files.source import KINDS
+from layerjam.toml_files.toml import MAX_BYTES
 from layerjam.units import QuantitySpec, exact_text, get, show, usual_unit
 from layerjam.workbench.controls import Choice, menu, number_field, on_typed, with_unit, word
 from layerjam.workbench.desk import SHELVES, Desk

@@ -1,0 +1,64 @@
+"""A campaign of the virtual laboratory: friction tests and pulls of a known true brake.
+
+This module writes nothing (`campaign_files` does). `Campaign.traces` gives the records as a perfect
+reader would, so that a study of thousands of campaigns needs no files.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from layerjam.campaigns.plan import Subject, Trial, duration, plan_tests, samples
+from layerjam.campaigns.records import friction_trace, pull_traces, pulls_at_once
+from layerjam.campaigns.spec import Spec, check_spec
+from layerjam.campaigns.text import read_spec
+from layerjam.errors import explain_arguments
+from layerjam.measure.trace import Trace
+
+_CHUNK = 2_000_000
+"""Number of samples that are simulated at once."""
+
+
+@explain_arguments
+@dataclass(frozen=True, kw_only=True)
+class Campaign:
+    """The tests of a campaign; `traces` simulates them."""
+
+    spec: Spec
+    subjects: tuple[Subject, ...]
+    tests: tuple[Trial, ...]
+
+    def traces(self, kind: str = "") -> list[Trace]:
+        """Return the records in order, of one kind ("pull", "friction") if it is given.
+
+        They are those of a perfect reader: faults of the machine are included, practice faults of
+        files are not. Needs JAX in double precision (PrecisionError).
+        """
+        traces = {test.number: trace for test, trace in self.records(kind)}
+        return [traces[number] for number in sorted(traces)]
+
+    def records(self, kind: str = "") -> Iterator[tuple[Trial, Trace]]:
+        """Yield tests with their records in any order, in chunks that fit into memory.
+
+        Raises QuantityError for an impossible pull.
+        """
+        sleds = [t for t in self.tests if t.kind == "friction" and kind in ("", "friction")]
+        for test in sleds:
+            yield test, friction_trace(self.spec, test)
+        for speed, tests in pulls_at_once(self.tests if kind in ("", "pull") else ()):
+            count = samples(duration(self.spec, speed), self.spec.machine)
+            size = max(1, _CHUNK // count)
+            for start in range(0, len(tests), size):
+                chunk = tests[start : start + size]
+                yield from zip(chunk, pull_traces(self.spec, chunk, count), strict=True)
+
+
+def campaign(spec: Spec | str | Path, seed: int | None = None) -> Campaign:
+    """Return the campaign of a spec, or of the path of its TOML file; `seed` replaces the spec's.
+
+    Raises QuantityError or FileError for an invalid spec; nothing is simulated yet.
+    """
+    spec = spec if isinstance(spec, Spec) else read_spec(spec)
+    spec = check_spec(spec if seed is None else replace(spec, seed=seed))
+    subjects, tests = plan_tests(spec)
+    return Campaign(spec=spec, subjects=subjects, tests=tests)

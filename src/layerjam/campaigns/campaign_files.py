@@ -1,0 +1,273 @@
+"""A campaign's folder: the files of the machine, the truth, and a README with the next steps."""
+
+import shlex
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from layerjam._version import __version__
+from layerjam.campaigns import faults
+from layerjam.campaigns.campaign import Campaign
+from layerjam.campaigns.exports import Form, file_bytes, write_pair
+from layerjam.campaigns.plan import Subject, Trial
+from layerjam.campaigns.records import check_pulls
+from layerjam.campaigns.spec import Spec
+from layerjam.campaigns.text import spec_text
+from layerjam.device.load import write_whole
+from layerjam.errors import FileError, count_of
+from layerjam.measure.sidecar import sidecar_path
+from layerjam.measure.trace import Trace
+from layerjam.toml_files.writer import literal
+from layerjam.units import exact_text
+
+SATURATED_AT = 0.8
+"""Share of the greatest force at which the load cell of the practice fault saturates."""
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CampaignFiles:
+    """Files of a campaign in its order, number of samples, and whether writing was stopped."""
+
+    folder: Path
+    files: tuple[Path, ...]
+    samples: int
+    stopped: bool
+    strangers: int
+    """Other files that are in the folder already."""
+
+
+def form_of(campaign: Campaign, test: Trial) -> Form:
+    """Return the form of a test's file; each test takes the next layout."""
+    forms = campaign.spec.files.forms()
+    return forms[test.number % len(forms)]
+
+
+def name_of(campaign: Campaign, test: Trial) -> str:
+    """Return the name of a test's file."""
+    return test.name + form_of(campaign, test).details.ending
+
+
+def write_campaign(
+    campaign: Campaign,
+    folder: str | Path,
+    overwrite: bool = False,
+    progress: Progress | None = None,
+) -> CampaignFiles:
+    """Write all files of a campaign, each completely or not at all; reproducible for a spec.
+
+    A folder that is not empty is rejected unless `overwrite`. `progress` is called with
+    (stage, share). KeyboardInterrupt ends the writing between two files. Raises FileError, and
+    QuantityError for an impossible campaign, before anything is written.
+    """
+    folder = Path(folder)
+    tell = progress or (lambda _what, _share: None)
+    check_pulls(campaign.spec, campaign.tests)
+    _prepare(folder, overwrite)
+    texts = {
+        "README.txt": readme(campaign, folder),
+        "spec.toml": "# SYNTHETIC: the campaign that made the files in this folder.\n"
+        + spec_text(_portable(campaign)),
+        "truth.toml": truth_text(campaign),
+    }
+    texts |= {brake_of(s): s.copied for s in campaign.subjects if s.copied}
+    paths: dict[int, Path] = {}
+    samples, interrupted = 0, False
+    try:
+        for name, text in texts.items():
+            write_whole(folder / name, text, overwrite)
+        for test, trace in campaign.records():
+            paths[test.number] = _write(campaign, test, trace, folder, overwrite)
+            samples += len(trace)
+            tell("writing files", len(paths) / len(campaign.tests))
+    except KeyboardInterrupt:
+        interrupted = True
+    names = {name_of(campaign, t) for t in campaign.tests}
+    names |= {f"{name}.toml" for name in names} | {*texts}
+    strangers = sum(1 for p in folder.iterdir() if p.name not in names)
+    files = tuple(paths[n] for n in sorted(paths))
+    return CampaignFiles(
+        folder=folder, files=files, samples=samples, stopped=interrupted, strangers=strangers
+    )
+
+
+def _prepare(folder: Path, overwrite: bool) -> None:
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise FileError(folder, "is a file, not a folder")
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()) and not overwrite:
+            raise FileError(folder, "is not empty; --overwrite writes into it all the same")
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise FileError(str(folder)[:200], f"cannot be written: {reason}") from None
+
+
+def _write(campaign: Campaign, test: Trial, trace: Trace, folder: Path, overwrite: bool) -> Path:
+    form, fault, cut = form_of(campaign, test), test.practice, None
+    path = folder / name_of(campaign, test)
+    if fault == "cut_off":
+        draw = float(faults.generator(campaign.spec.seed, "practice", test.number + 1).random())
+        cut = 0.3 + 0.65 * draw
+    elif fault == "header_only":
+        none = np.empty(0)
+        trace = replace(trace, force=none, elongation=none, time=none)
+    elif fault == "negative_force":
+        trace = replace(trace, force=-trace.force)
+    elif fault == "saturated":
+        end = float(np.round(trace.force.max() * SATURATED_AT, 1))
+        trace = replace(trace, force=np.minimum(trace.force, end))
+    data = file_bytes(trace, form, "kN" if fault == "wrong_unit" else "N", cut)
+    if fault == "no_sidecar" and overwrite:
+        sidecar_path(path).unlink(missing_ok=True)
+    return write_pair(trace, path, data, overwrite, sidecar=fault != "no_sidecar")
+
+
+def brake_of(subject: Subject) -> str:
+    """Return the brake as a spec in the campaign's folder names it."""
+    return f"brake-{subject.label}.toml" if subject.copied else subject.name
+
+
+def _portable(campaign: Campaign) -> Spec:
+    """Return the spec with brakes that can be found from the campaign's folder."""
+    brakes = tuple(replace(s.truth, brake=brake_of(s)) for s in campaign.subjects)
+    return replace(campaign.spec, brakes=brakes)
+
+
+def truth_text(campaign: Campaign) -> str:
+    """Return the true values of each brake and file of a campaign as TOML."""
+    lines = [
+        f"# SYNTHETIC, layerjam {__version__} virtual laboratory, seed {campaign.spec.seed}.",
+        "# True values behind the files in this folder: solve the exercise first, then look.",
+        "synthetic = true",
+        f"seed = {campaign.spec.seed}",
+    ]
+    compliance = campaign.spec.machine.compliance
+    rows = [("brakes", _truth_of(subject, compliance)) for subject in campaign.subjects]
+    rows += [("tests", _truth_of_test(test, name_of(campaign, test))) for test in campaign.tests]
+    for table, values in rows:
+        lines += ["", f"[[{table}]]"]
+        lines += [f"{key} = {literal(v)}" for key, v in values.items() if v is not None]
+    return "\n".join([*lines, ""])
+
+
+def _truth_of(subject: Subject, compliance: float) -> dict[str, Any]:
+    """Return the values that fits should find, SI texts; means over the campaign's scatter."""
+    true, file_brake, truth = subject.true, subject.known, subject.truth
+    stiffness = float(true.stiffness_measured or 0.0)
+    series = 1 / (1 / stiffness + compliance)
+    exponent = true.pressure_exponent
+    return {
+        "label": subject.label,
+        "brake": brake_of(subject),
+        "scale_factor": true.scale_factor,
+        "static": true.film.static,
+        "kinetic": true.film.kinetic,
+        "ageing": true.film.ageing,
+        "static_hold": _seconds(true.film.static_hold),
+        "friction_product": true.scale_factor * true.film.kinetic,
+        # value that `calibrate` finds with the friction of the brake's own file
+        "scale_factor_with_known_friction": true.scale_factor
+        * true.film.kinetic
+        / file_brake.film.kinetic,
+        "stiffness": exact_text(stiffness, "N/m"),
+        "stiffness_with_machine": f"{series:.9g} N/m",
+        "enclosure_factor": truth.enclosure_factor,
+        "pressure_exponent": exponent,
+        "test_pressure": None if exponent is None else exact_text(true.test_pressure or 0.0, "Pa"),
+        "speed_slope": truth.speed_slope,
+        "speed_reference": exact_text(truth.speed_reference, "m/s"),
+    }
+
+
+def _truth_of_test(test: Trial, file: str) -> dict[str, Any]:
+    pull = test.kind == "pull"
+    return {
+        "file": file,
+        "kind": test.kind,
+        "repeat": test.repeat,
+        "true_vacuum": None if test.true_vacuum is None else exact_text(test.true_vacuum, "Pa"),
+        "friction_factor": test.friction,
+        "static_factor": None if pull else test.static,
+        "stiffness_factor": test.stiffness if pull else None,
+        "enclosure_factor": test.enclosure if pull else None,
+        "hold": _seconds(test.hold),
+        "warmer": f"{test.warmer:.4g} K",
+        "practice_fault": test.practice or None,
+        "odd": test.odd or None,
+        "overshoot": test.overshoot or None,
+        "seating": exact_text(test.seating, "m") if test.seating else None,
+        "true_speed": exact_text(test.true_speed, "m/s") if pull and test.odd else None,
+    }
+
+
+def _seconds(value: float | None) -> str | None:
+    return None if value is None else exact_text(value, "s")
+
+
+def commands(campaign: Campaign, folder: Path) -> list[str]:
+    """Return commands to try on the files, brake by brake."""
+    out = []
+    for subject in campaign.subjects:
+        brake = shlex.quote(str(folder / brake_of(subject)) if subject.copied else subject.name)
+        mine = shlex.quote(str(folder / f"{subject.label}-tested.toml"))
+        calibrated_file = shlex.quote(str(folder / f"{subject.label}-calibrated.toml"))
+        tests = [t for t in campaign.tests if t.subject is subject]
+        sleds = [t for t in tests if t.kind == "friction"]
+        if sleds:
+            patterns = _patterns(campaign, folder, sleds)
+            if spec_holds := campaign.spec.friction.holds:
+                aged_file = shlex.quote(str(folder / f"{subject.label}-aged.toml"))
+                hold = f"--hold {max(spec_holds):g}s"
+                out.append(f"layerjam ageing {patterns} {hold} --brake {brake} --out {aged_file}")
+            out.append(f"layerjam friction {patterns} --brake {brake} --out {mine}")
+            brake = mine
+        pulls = [t for t in tests if t.kind == "pull"]
+        if pulls:
+            highest = max(t.vacuum or 0.0 for t in pulls)
+            best = [t for t in pulls if t.vacuum == highest]
+            others = [t for t in pulls if t.vacuum != highest]
+            patterns = _patterns(campaign, folder, best)
+            out.append(f"layerjam calibrate {brake} {patterns} --out {calibrated_file}")
+            if others:
+                patterns = _patterns(campaign, folder, others)
+                out.append(f"layerjam validate {calibrated_file} {patterns}")
+    return out
+
+
+def _patterns(campaign: Campaign, folder: Path, tests: Sequence[Trial]) -> str:
+    """Return shell patterns for the files of some tests, all speeds, without sidecars."""
+    names = {}
+    for test in tests:
+        # all repeats, and of pulls all speeds
+        parts = test.name.split("_")[: 3 if test.kind == "pull" else 2]
+        names["_".join([*parts, "*"]) + form_of(campaign, test).details.ending] = test
+    return " ".join(f"{shlex.quote(str(folder))}/{name}" for name in names)
+
+
+def readme(campaign: Campaign, folder: Path) -> str:
+    """Return the README of the folder."""
+    tests, spec = campaign.tests, campaign.spec
+    sleds = sum(1 for t in tests if t.kind == "friction")
+    faulty = sum(1 for t in tests if t.practice)
+    lines = [
+        "SYNTHETIC. Nothing here was measured.",
+        f"Written by the virtual laboratory of layerjam {__version__}, seed {spec.seed}.",
+        "",
+        f"{count_of(sleds, 'friction test')} and {count_of(len(tests) - sleds, 'pull')}, in these "
+        f"layouts: {', '.join(spec.files.layouts)}.",
+        "Each file NAME has a NAME.toml with the facts that the file lacks: vacuum, speed,",
+        "repeat, brake.",
+        "spec.toml is the campaign; layerjam lab spec.toml --out ANOTHER writes it again.",
+        "truth.toml holds the true values. Solve the exercise first, then look.",
+    ]
+    if faulty:
+        lines += [
+            f"{faulty} of the pulls' files have a fault that a reader should find. Files that are",
+            "refused are listed; --partial writes the brake from the others.",
+        ]
+    lines += ["", "To try:", *(f"  {c}" for c in commands(campaign, folder)), ""]
+    return "\n".join(lines)

@@ -1,0 +1,271 @@
+"""The tests of a campaign before the simulation: their conditions and their scatter."""
+
+import itertools
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from layerjam.campaigns import faults
+from layerjam.campaigns.faults import Faults, LoadCell
+from layerjam.campaigns.spec import MOST_SAMPLES, Spec, Truth
+from layerjam.device.brake import Brake
+from layerjam.device.file import BrakeFile
+from layerjam.device.load import catalogue, load
+from layerjam.errors import QuantityError
+from layerjam.identify.shape import with_shape
+from layerjam.units import show
+
+
+@dataclass(frozen=True, kw_only=True)
+class Subject:
+    """A brake of the campaign with its true values."""
+
+    label: str
+    """Label in the names of its files; without "_", which separates the parts of a name."""
+    name: str
+    """Name in the catalogue; other brakes have their file copied into the campaign's folder."""
+    copied: str
+    """Text of that file, or "" for a brake of the catalogue."""
+    known: Brake
+    """Brake as its file states it."""
+    true: Brake
+    """True brake, with its stiffness; without scatter, speed law and the machine's compliance."""
+    truth: Truth
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trial:
+    """One pull or friction test: readings and true values, in SI units.
+
+    `kind` is "pull" or "friction", `name` that of its file without the ending. `vacuum` is the
+    gauge's reading and `true_vacuum` its true value, both None in a friction test. `friction`,
+    `static`, `stiffness` and `enclosure` are factors on the values of the brake or the film.
+    `overshoot` is the initial excess of the friction, `seating` [m] the yield of the grips. `speed`
+    is stated, `true_speed` its true value. `warmer` is the temperature above that of the first test
+    [K], `practice` the fault of its file or empty. `odd` marks an outlier, and `hold` is the rest
+    of the films of a friction test under load [s].
+    """
+
+    number: int = 0
+    kind: str
+    name: str
+    subject: Subject
+    repeat: int
+    speed: float
+    vacuum: float | None = None
+    true_vacuum: float | None = None
+    friction: float = 1.0
+    static: float = 1.0
+    stiffness: float = 1.0
+    enclosure: float = 1.0
+    overshoot: float = 0.0
+    seating: float = 0.0
+    true_speed: float = 0.0
+    warmer: float = 0.0
+    practice: str = ""
+    odd: bool = False
+    hold: float | None = None
+
+
+def plan_tests(spec: Spec) -> tuple[tuple[Subject, ...], tuple[Trial, ...]]:
+    """Return the brakes and all tests of a checked spec; QuantityError for impossible tests."""
+    subjects = tuple(_subject(truth) for truth in spec.brakes)
+    labels = [s.label for s in subjects]
+    if len(set(labels)) < len(labels):
+        twice = next(label for label in labels if labels.count(label) > 1)
+        raise QuantityError.of(
+            "brakes.label", f"'{twice}' names two brakes; give each its own label"
+        )
+    for subject, vacuum in itertools.product(subjects, spec.pulls.vacuums):
+        _vacuum_allowed(subject, vacuum, spec.machine)
+    for speed in spec.pulls.speeds if spec.pulls.vacuums else ():
+        samples(duration(spec, speed), spec.machine)
+    if spec.friction.repeats:
+        samples(spec.friction.travel / spec.friction.speed, sled_machine(spec))
+    plain = [*_friction_tests(spec, subjects), *_pulls(spec, subjects)]
+    if len({t.name for t in plain}) < len(plain):
+        raise QuantityError.of("pulls", "two vacuums or speeds are alike to five digits")
+    last = max(1, len(plain) - 1)
+    tests = [
+        _with_scatter(spec, replace(t, number=n, warmer=spec.machine.warming * n / last))
+        for n, t in enumerate(plain)
+    ]
+    return subjects, _with_odd(spec, _with_practice(spec, tests))
+
+
+def _subject(truth: Truth) -> Subject:
+    from layerjam.mechanics.stiffness import working_stiffness
+
+    file = truth.brake if isinstance(truth.brake, BrakeFile) else load(truth.brake)
+    brake = file.brake
+    kinetic = truth.kinetic if truth.kinetic is not None else brake.film.kinetic
+    static = truth.static if truth.static is not None else brake.film.static
+    if kinetic > static:
+        raise QuantityError.of(
+            "brakes.kinetic",
+            f"{kinetic:g} is more than the static friction, {static:g}; kinetic "
+            "friction is at most the static one",
+        )
+    stiffness = truth.stiffness or float(working_stiffness(brake))
+    factor = truth.scale_factor or brake.scale_factor
+    true = with_shape(brake, factor, stiffness, truth.enclosure_factor)
+    true = replace(true, film=replace(true.film, static=static, kinetic=kinetic))
+    if truth.ageing is not None:
+        aged = replace(true.film, ageing=truth.ageing, static_hold=truth.static_hold)
+        true = replace(true, film=aged)
+    if truth.pressure_exponent is not None:
+        true = replace(
+            true, pressure_exponent=truth.pressure_exponent, test_pressure=truth.test_pressure
+        )
+    label = re.sub(r"[^\w.+-]+|_", "-", truth.label or file.name)
+    known_name = isinstance(truth.brake, str) and truth.brake in catalogue()
+    return Subject(
+        label=label,
+        name=file.name,
+        copied="" if known_name else file.text,
+        known=brake,
+        true=true,
+        truth=truth,
+    )
+
+
+def _vacuum_allowed(subject: Subject, vacuum: float, machine: Faults) -> None:
+    atmosphere = subject.true.site.atmosphere
+    true = vacuum + machine.vacuum_error
+    if not 0 <= true <= atmosphere or vacuum > atmosphere:
+        raise QuantityError.of(
+            "pulls.vacuums",
+            f"{show(vacuum, 'Pa', 6)} shown is {show(true, 'Pa', 6)} in the brake "
+            f"{subject.label}; that is at least zero and at most the atmosphere, "
+            f"{show(atmosphere, 'Pa', 6)}",
+        )
+
+
+def duration(spec: Spec, speed: float) -> float:
+    """Return the duration of a pull [s]."""
+    return (spec.machine.slack + spec.pulls.travel + spec.pulls.unload) / speed
+
+
+def samples(lasts: float, machine: Faults) -> int:
+    """Return the number of samples of one test."""
+    count = int(np.floor(lasts * machine.sampling_rate * (1 + 1e-12))) + 1
+    if not 10 <= count <= MOST_SAMPLES:
+        raise QuantityError.of(
+            "sampling_rate",
+            f"a test of {show(lasts, 's')} at {machine.sampling_rate:g} Hz has "
+            f"{count} samples; 10 to {MOST_SAMPLES} are allowed",
+        )
+    return count
+
+
+def sled_machine(spec: Spec) -> Faults:
+    """Return the machine with the friction tests' own load cell."""
+    cell = {f.name: getattr(spec.friction, f.name) for f in fields(LoadCell)}
+    steady = {"force_drift": 0.0, "zero_per_kelvin": 0.0}
+    jitter = min(spec.machine.jitter, 0.2 / spec.friction.sampling_rate)
+    return replace(spec.machine, **cell, **steady, jitter=jitter)
+
+
+def _pulls(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
+    numbers = _numbers(spec.pulls.repeats)
+    loops = (subjects, spec.pulls.vacuums, spec.pulls.speeds, numbers)
+    for subject, vacuum, speed, number in itertools.product(*loops):
+        yield Trial(
+            kind="pull",
+            name=f"pull_{subject.label}_{vacuum / 1e3:.5g}kPa_{speed * 1e3:.5g}mms_{number}",
+            subject=subject,
+            repeat=int(number),
+            speed=speed,
+            true_speed=speed,
+            vacuum=vacuum,
+            true_vacuum=vacuum + spec.machine.vacuum_error,
+            overshoot=spec.machine.overshoot,
+            seating=spec.machine.seating,
+        )
+
+
+def _friction_tests(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
+    tests = spec.friction
+    holds: Sequence[float | None] = tests.holds or (None,)
+    for subject, hold, number in itertools.product(subjects, holds, _numbers(tests.repeats)):
+        ending = number if hold is None else f"hold{hold:.5g}s_{number}"
+        yield Trial(
+            kind="friction",
+            name=f"friction_{subject.label}_{ending}",
+            subject=subject,
+            repeat=int(number),
+            speed=tests.speed,
+            hold=hold,
+        )
+
+
+def _numbers(repeats: int) -> list[str]:
+    """Return 1, 2, ... as texts of equal length, so that files sort."""
+    return [f"{n:0{len(str(repeats))}d}" for n in range(1, repeats + 1)]
+
+
+def _with_scatter(spec: Spec, test: Trial) -> Trial:
+    shared = test.kind == "pull" and spec.scatter.per == "repeat"
+    # one repeat number of a brake uses the draws of a test number that does not exist
+    brake = next(n for n, t in enumerate(spec.brakes) if t is test.subject.truth)
+    place = 10**6 * (brake + 1) + test.repeat if shared else test.number
+    draws = faults.generator(spec.seed, "scatter", place).standard_normal(3)
+    warm = 1 + spec.machine.friction_per_kelvin * test.warmer
+    if test.kind == "friction":
+        sizes = (spec.friction.kinetic_scatter, spec.friction.static_scatter)
+        kinetic, static = (float(faults.spread(s, d)) for s, d in zip(sizes, draws, strict=False))
+        return replace(test, friction=kinetic * warm, static=static * warm)
+    parts = (spec.scatter.friction, spec.scatter.stiffness, spec.scatter.enclosure)
+    sheets, spring, sleeve = (float(faults.spread(s, d)) for s, d in zip(parts, draws, strict=True))
+    truth = test.subject.truth
+    faster = float(np.exp(truth.speed_slope * np.log10(test.speed / truth.speed_reference)))
+    return replace(test, friction=sheets * warm * faster, stiffness=spring, enclosure=sleeve)
+
+
+def _with_practice(spec: Spec, tests: list[Trial]) -> tuple[Trial, ...]:
+    """Return the tests, some pulls among them with a practice fault."""
+    pulls = [t.number for t in tests if t.kind == "pull"]
+    order = faults.generator(spec.seed, "practice", 0).permutation(len(pulls)).tolist()
+    for fault, count in vars(spec.practice).items():
+        for _ in range(count):
+            number = pulls[order.pop()]
+            tests[number] = replace(tests[number], practice=fault)
+    return tuple(tests)
+
+
+def _with_odd(spec: Spec, tests: Sequence[Trial]) -> tuple[Trial, ...]:
+    """Return the tests, with some pulls, or all at some vacuums, turned into outliers."""
+    odd = spec.odd
+    places: dict[tuple[object, ...], list[int]] = {}
+    for test in tests:
+        if test.kind == "pull":
+            key = (test.subject.label, test.vacuum) if odd.per == "vacuum" else (test.number,)
+            places.setdefault(key, []).append(test.number)
+    order = faults.generator(spec.seed, "odd", 0).permutation(len(places)).tolist()
+    members = [*places.values()]
+    outliers = {number for place in order[: odd.how_many] for number in members[place]}
+    return tuple(_odd(spec, test) if test.number in outliers else test for test in tests)
+
+
+def _odd(spec: Spec, test: Trial) -> Trial:
+    odd, atmosphere = spec.odd, test.subject.true.site.atmosphere
+    vacuum = (test.true_vacuum or 0.0) * (1 + odd.vacuum_change)
+    if vacuum > atmosphere:
+        raise QuantityError.of(
+            "odd.vacuum_change",
+            f"{odd.vacuum_change:g} makes {show(vacuum, 'Pa', 6)} of "
+            f"{show(test.vacuum or 0.0, 'Pa', 6)}; there is at most the atmosphere, "
+            f"{show(atmosphere, 'Pa', 6)}",
+        )
+    return replace(
+        test,
+        odd=True,
+        true_vacuum=vacuum,
+        true_speed=test.speed * (1 + odd.speed_change),
+        friction=test.friction * (1 + odd.friction_change),
+        stiffness=test.stiffness * (1 + odd.stiffness_change),
+        overshoot=odd.overshoot or test.overshoot,
+        seating=odd.seating or test.seating,
+    )

@@ -1,0 +1,240 @@
+"""Records of a campaign's tests: the true force, then the readings of the machine."""
+
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from layerjam.campaigns import faults
+from layerjam.campaigns.faults import Faults
+from layerjam.campaigns.plan import Subject, Trial, samples, sled_machine
+from layerjam.campaigns.spec import Spec
+from layerjam.device.brake import Brake
+from layerjam.errors import QuantityError
+from layerjam.identify.shape import with_shape
+from layerjam.measure.sidecar import Facts
+from layerjam.measure.trace import Array, Trace
+from layerjam.units import show
+
+FORMAT = "virtual test machine"
+HALVINGS = 60
+
+
+def pull_with_grips(
+    stretch: Array,
+    vacuum: Array,
+    brake: Brake,
+    spring: Array,
+    overshoot: Array,
+    seating: Array,
+    machine: Faults,
+) -> tuple[Array, Array]:
+    """Return (slip [m], force [N]), shape (M, N), at elongations `stretch` [m] from the taut brake.
+
+    `spring` [N/m], `overshoot` [-] and `seating` [m] have shape (M, 1). Raises QuantityError if the
+    friction would fall faster than spring and seat can follow.
+    """
+    from layerjam.mechanics.friction import sheet_friction
+    from layerjam.mechanics.pull import brake_force
+
+    def resists(slip: Array) -> Array:
+        excess = overshoot * np.exp(-slip / machine.overshoot_slip)
+        sheets = np.asarray(sheet_friction(slip, vacuum, brake))
+        return np.asarray(brake_force(slip, vacuum, brake)) + excess * sheets
+
+    def gives(force: Array) -> Array:
+        return force / spring + seating * -np.expm1(-force / machine.seating_force)
+
+    first = resists(np.zeros_like(stretch))
+    softest = 1 / spring + seating / machine.seating_force
+    if (overshoot * first / machine.overshoot_slip * softest >= 1).any():
+        raise QuantityError.of(
+            "overshoot",
+            "the friction would fall faster than the mount can follow, so that the brake snaps; "
+            "let it fade over more slip (machine.overshoot_slip)",
+        )
+    stuck = _root(lambda force: gives(force) - stretch, np.zeros_like(stretch), first)
+    slip = _root(lambda x: x + gives(resists(x)) - stretch, np.zeros_like(stretch), stretch)
+    slides = gives(first) < stretch
+    slip = np.where(slides, slip, 0.0)
+    return slip, np.where(slides, resists(slip), stuck)
+
+
+def _root(function: Callable[[Array], Array], low: Array, high: Array) -> Array:
+    """Return the zero of a rising function of arrays between two arrays, by bisection."""
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        below = function(middle) < 0
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return np.asarray((low + high) / 2)
+
+
+def _column(values: Sequence[float]) -> Array:
+    return np.array(values, dtype=float)[:, None]
+
+
+def pulls_at_once(tests: Sequence[Trial]) -> list[tuple[float, list[Trial]]]:
+    """Return (speed [m/s], pulls of one brake at that speed), for all brakes and speeds."""
+    groups: dict[tuple[str, float], list[Trial]] = defaultdict(list)
+    for test in tests:
+        if test.kind == "pull":
+            groups[test.subject.label, test.true_speed].append(test)
+    return [(speed, group) for (_, speed), group in groups.items()]
+
+
+def check_pulls(spec: Spec, tests: Sequence[Trial]) -> None:
+    """Raise QuantityError if a pull of the campaign is impossible; quick, without its samples."""
+    for speed, group in pulls_at_once(tests):
+        turn = (spec.machine.slack + spec.pulls.travel) / speed
+        ends = np.array([[0.0, turn, turn + spec.pulls.unload / speed]])
+        _pull_force(spec, group, ends)
+
+
+def pull_traces(spec: Spec, tests: Sequence[Trial], count: int) -> list[Trace]:
+    """Return the records of pulls of one brake at one speed."""
+    machine, speed = spec.machine, tests[0].true_speed
+    numbers = np.array([t.number for t in tests])
+    time = faults.moments(machine, spec.seed, numbers, count)
+    end = machine.slack + spec.pulls.travel
+    travel = speed * time
+    travel = end - np.abs(travel - end) if spec.pulls.unload > 0 else travel
+    force = _pull_force(spec, tests, np.maximum(time - machine.lag, 0.0))
+    reading = faults.shown_force(
+        force, time, _column([t.warmer for t in tests]), machine, spec.seed, numbers
+    )
+    return _traces(spec, machine, tests, time, faults.shown_travel(travel, machine), reading)
+
+
+def _pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
+    """Return the true force [N] at moments [s], shape (M, N)."""
+    machine, subject, speed = spec.machine, tests[0].subject, tests[0].true_speed
+    true = subject.true
+    stiffness = float(true.stiffness_measured or 0.0) * _column([t.stiffness for t in tests])
+    spring = 1 / (1 / stiffness + machine.compliance)
+    brakes = _stack_brakes(true, spring, tests)
+    start = machine.preload / spring
+    turn = (machine.slack + spec.pulls.travel) / speed
+    rising = np.minimum(time, turn)
+    stretch = np.maximum(speed * rising - machine.slack, 0.0) + start
+    vacuum = _column([float(t.true_vacuum or 0.0) for t in tests]) - machine.vacuum_loss * rising
+    slip, rising_force = _slip_and_force(spec, tests, stretch, vacuum, brakes, spring)
+    if not np.isfinite(slip).all():
+        raise QuantityError.of(
+            "pulls.vacuums",
+            f"a pull of {subject.label} is impossible; the vacuum must stay zero or more "
+            "and below the value at which the brake snaps on its mount",
+        )
+    return_travel = speed * np.maximum(time - turn, 0.0)
+    if spec.pulls.unload > 0:
+        _returns(subject, slip, vacuum, brakes)
+    # on the return the sheets stick, so that only the spring relaxes; a brake cannot push
+    force = np.maximum(rising_force - spring * return_travel, 0.0)
+    jerks = faults.saw(np.where(return_travel > 0, 0.0, slip), machine.stick_slip, spring)
+    return np.maximum(force + jerks, 0.0)
+
+
+def _slip_and_force(
+    spec: Spec, tests: Sequence[Trial], stretch: Array, vacuum: Array, brakes: Brake, spring: Array
+) -> tuple[Array, Array]:
+    """Return slip [m] and force [N] at an elongation of brake, mount and grips, shape (M, N)."""
+    from layerjam.mechanics.pull import slip_at_elongation
+
+    slip = np.array(slip_at_elongation(stretch, vacuum, brakes))
+    force = spring * (stretch - slip)
+    rows = [row for row, test in enumerate(tests) if test.overshoot or test.seating]
+    if rows:
+        subset = [tests[row] for row in rows]
+        vacuum = np.broadcast_to(vacuum, stretch.shape)
+        slip[rows], force[rows] = pull_with_grips(
+            stretch[rows],
+            vacuum[rows],
+            _stack_brakes(tests[0].subject.true, spring[rows], subset),
+            spring[rows],
+            _column([t.overshoot for t in subset]),
+            _column([t.seating for t in subset]),
+            spec.machine,
+        )
+    return slip, force
+
+
+def _stack_brakes(true: Brake, spring: Array, tests: Sequence[Trial]) -> Brake:
+    """Return the brakes of some tests in one record; scattered values have shape (M, 1)."""
+    sheets = _column([t.friction for t in tests])
+    sleeve = _column([t.enclosure for t in tests])
+    return with_shape(true, true.scale_factor * sheets, spring, sleeve)
+
+
+def _returns(subject: Subject, slip: Array, vacuum: Array, brakes: Brake) -> None:
+    """Refuse a return on which the enclosure would close the brake against its sheets."""
+    from layerjam.mechanics.enclosure import enclosure_force
+    from layerjam.mechanics.friction import sheet_friction
+
+    end, last = slip[:, -1:], np.broadcast_to(vacuum, slip.shape)[:, -1:]
+    sleeve = np.asarray(enclosure_force(end, last, brakes))
+    if (sleeve > np.asarray(sheet_friction(end, last, brakes))).any():
+        raise QuantityError.of(
+            "pulls.unload",
+            f"at {show(float(last.min()), 'Pa')} the enclosure of {subject.label} is "
+            "stronger than its sheets' friction and would close it on the return; unload at "
+            "more vacuum or after less travel",
+        )
+
+
+def friction_trace(spec: Spec, test: Trial) -> Trace:
+    """Return the record of one friction test."""
+    from layerjam.mechanics.ageing import aged_static
+
+    test_spec, machine, film = spec.friction, sled_machine(spec), test.subject.true.film
+    numbers = np.array([test.number])
+    time = faults.moments(
+        machine, spec.seed, numbers, samples(test_spec.travel / test_spec.speed, machine)
+    )
+    travel_of_string = test_spec.speed * np.maximum(time[0] - machine.lag, 0.0)
+    profile = _rough(travel_of_string, faults.generator(spec.seed, "texture", test.number))
+    kinetic = film.kinetic * test.friction * test_spec.normal_force
+    static_friction = film.static
+    if test.hold is not None:
+        static_friction = float(aged_static(test.hold, test.subject.true))
+    static = max(static_friction * test.static * test_spec.normal_force, kinetic)
+    # along the string's stiffness up to the static friction, then the film's own profile
+    rising = test_spec.string_stiffness * travel_of_string
+    sliding = np.maximum.accumulate(rising >= static)
+    force = np.where(sliding, kinetic * (1 + test_spec.texture * profile), rising)
+    slip = np.maximum(travel_of_string - static / test_spec.string_stiffness, 0.0)
+    force = force + faults.saw(slip, test_spec.stick_slip, _column([test_spec.string_stiffness])[0])
+    reading = faults.shown_force(
+        force[None, :], time, _column([test.warmer]), machine, spec.seed, numbers
+    )
+    travel = faults.shown_travel(test_spec.speed * time, machine)
+    return _traces(spec, machine, [test], time, travel, reading)[0]
+
+
+def _rough(travel: Array, random: np.random.Generator) -> Array:
+    """Return a random profile, shape (N,), of unit deviation and about 1 mm resolution."""
+    knots = np.arange(0.0, travel[-1] + 2e-3, 1e-3)
+    return np.interp(travel, knots, random.standard_normal(len(knots)))
+
+
+def _traces(
+    spec: Spec, machine: Faults, tests: Sequence[Trial], time: Array, travel: Array, force: Array
+) -> list[Trace]:
+    """Return the records of tests, with lost samples and repeated stamps."""
+    out = []
+    for row, test in enumerate(tests):
+        keep = faults.sample_mask(machine, spec.seed, test.number, force.shape[1])
+        columns = [force[row], travel[row], time[row]]
+        if keep is not None:
+            columns = [c[keep] for c in columns]
+        stamps = faults.shown_stamps(columns[2], machine, spec.seed, test.number)
+        facts = Facts(
+            vacuum=test.vacuum,
+            speed=test.speed,
+            repeat=test.repeat,
+            brake=test.subject.name,
+            normal_force=spec.friction.normal_force if test.kind == "friction" else None,
+            hold=test.hold,
+            synthetic=True,
+            seed=spec.seed,
+        )
+        out.append(Trace(columns[0], columns[1], stamps, test.name, FORMAT, facts=facts))
+    return out

@@ -1,0 +1,258 @@
+"""Specification of a campaign: brakes with their true values, tests, faults, files.
+
+Unit, meaning and bounds of every number are defined once, here and in `faults`. The file reader,
+its error messages and the commented example use them.
+"""
+
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields
+from types import MappingProxyType
+from typing import Any
+
+from layerjam.campaigns.exports import ENCODINGS, LANGUAGES, LAYOUTS, Form
+from layerjam.campaigns.faults import Faults, LoadCell, consistent, fault
+from layerjam.device.file import BrakeFile
+from layerjam.errors import QuantityError
+from layerjam.simulate.quantities import CROSSHEAD_SPEED, NORMAL_FORCE, SEED
+from layerjam.toml_files.values import ListSpec, TextSpec, value
+from layerjam.units import QuantitySpec, check, like, nested, quantity, show
+
+MOST_TESTS = 10_000
+MOST_SAMPLES = 5_000_000
+"""Largest number of samples of one test."""
+
+
+def _several(unit: str, text: str, default: tuple[float, ...], **bounds: Any) -> Any:
+    return value(ListSpec(each=QuantitySpec(unit, text, **bounds), distinct=True), default)
+
+
+def _scatter(name: str) -> Any:
+    return fault("1", f"{name}: standard deviation from repeat to repeat, part of the mean", 0.5)
+
+
+def _faulty(fault_text: str) -> Any:
+    return quantity("1", f"files {fault_text}", hi=1000, whole=True, default=0)
+
+
+def _word(text: str, default: Any, choices: tuple[str, ...] = ()) -> Any:
+    """Return a field that holds a text, one of `choices` if there are any."""
+    return value(TextSpec(text=text, choices=choices), default)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Truth:
+    """A brake and its true values if they differ from its file; None takes the file's."""
+
+    brake: str | BrakeFile = _word("name in the catalogue, or path of a brake's file", MISSING)
+    label: str = _word("short name for its files; the brake's own name unless given", "")
+    scale_factor: float | None = quantity(
+        "1", "true scale factor on the sheets' friction", lo=1e-3, hi=100, default=None
+    )
+    stiffness: float | None = quantity(
+        "N/m", "true stiffness of brake and mount", lo=100, hi=1e9, default=None
+    )
+    enclosure_factor: float = quantity(
+        "1", "true factor on the enclosure's force", lo=1e-3, hi=100, default=1.0
+    )
+    static: float | None = quantity(
+        "1", "true static friction of the film on itself", lo=1e-4, hi=5, default=None
+    )
+    kinetic: float | None = quantity(
+        "1", "true kinetic friction of the film on itself", lo=1e-4, hi=5, default=None
+    )
+    ageing: float | None = quantity(
+        "1", "true growth of static friction for ten times the hold", lo=-1, hi=1, default=None
+    )
+    static_hold: float = quantity(
+        "s", "hold after which that growth changes nothing", lo=1e-3, hi=1e8, default=10.0
+    )
+    pressure_exponent: float | None = quantity(
+        "1", "true exponent of the friction's dependence on pressure", lo=-0.9, hi=2, default=None
+    )
+    test_pressure: float = quantity(
+        "Pa", "pressure at which that exponent changes nothing", lo=1, hi=1e7, default=3.9e3
+    )
+    speed_slope: float = quantity(
+        "1",
+        "true change of the friction's logarithm for ten times the speed",
+        lo=-0.5,
+        hi=0.5,
+        default=0.0,
+    )
+    speed_reference: float = quantity(
+        "m/s", "speed at which that slope changes nothing", lo=1e-6, hi=10, default=0.01
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pulls:
+    """Pulls of each brake: all vacuums at all speeds."""
+
+    vacuums: tuple[float, ...] = _several("Pa", "vacuums the gauge shows", (), hi=120e3)
+    speeds: tuple[float, ...] = _several(
+        "m/s", "speeds of the crosshead", (13e-3,), lo=1e-6, hi=10.0
+    )
+    repeats: int = quantity(
+        "1", "repeats at each vacuum and speed", lo=1, hi=1000, whole=True, default=3
+    )
+    travel: float = quantity(
+        "m", "travel of the crosshead from where the brake is taut", lo=1e-4, hi=5, default=0.04
+    )
+    unload: float = quantity("m", "return at the end, at the same speed", hi=5, default=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionTests(LoadCell):
+    """Friction tests of each brake's film: a sled pulled over film by a string."""
+
+    repeats: int = quantity("1", "repeats; 0 for none", hi=1000, whole=True, default=0)
+    normal_force: float = like(
+        NORMAL_FORCE, "force pressing the films together", default=0.25 * 9.80665
+    )
+    travel: float = quantity("m", "travel of the crosshead", lo=1e-3, hi=5, default=0.11)
+    speed: float = like(CROSSHEAD_SPEED, default=2.5e-3)
+    sampling_rate: float = quantity("Hz", "samples per second", lo=0.1, hi=1e6, default=100.0)
+    string_stiffness: float = quantity(
+        "N/m", "stiffness of string and load cell", lo=1, hi=1e7, default=300.0
+    )
+    holds: tuple[float, ...] = _several(
+        "s", "holds under load before the pulls, each repeated", (), lo=1e-3, hi=1e8
+    )
+    texture: float = quantity(
+        "1", "scatter of the friction along the film, part of the mean", hi=0.3, default=0.01
+    )
+    static_scatter: float = _scatter("static friction")
+    kinetic_scatter: float = _scatter("kinetic friction")
+    stick_slip: float = fault("N", "stick-slip while sliding, from top to bottom", 100)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scatter:
+    """Scatter of the brake from pull to pull; each factor has mean 1 (log-normal)."""
+
+    friction: float = _scatter("sheets' friction")
+    stiffness: float = _scatter("stiffness")
+    enclosure: float = _scatter("enclosure's force")
+    per: str = _word(
+        "pulls with one draw: each pull alone, or all pulls of one repeat number (a brake that "
+        "is taken apart between repeats)",
+        "pull",
+        ("pull", "repeat"),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Files:
+    """Look of the files; with several layouts each file takes the next one."""
+
+    layouts: tuple[str, ...] = value(
+        ListSpec(each=TextSpec(text="layouts, taken in turn", choices=tuple(LAYOUTS))), ("own",)
+    )
+    encoding: str = _word("encoding; 'usual' is each layout's own", "usual", ("usual", *ENCODINGS))
+    decimal: str = _word("decimal sign; 'usual' is each layout's own", "usual", ("usual", ".", ","))
+    language: str = _word("language of the columns' names", "en", tuple(LANGUAGES))
+
+    def forms(self) -> list[Form]:
+        """Return the forms that files take in turn."""
+        same = {"encoding": self.encoding, "decimal": self.decimal, "language": self.language}
+        return [Form(layout=layout, **same) for layout in self.layouts]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Practice:
+    """Numbers of the pulls' files with a fault that a reader should find; drawn by the seed."""
+
+    cut_off: int = _faulty("that end in the middle of a line")
+    header_only: int = _faulty("that hold a header and no numbers")
+    wrong_unit: int = _faulty("whose header says kN where the numbers are in N")
+    negative_force: int = _faulty("of a machine that counts tension as negative")
+    saturated: int = _faulty("whose load cell ends at four fifths of the peak")
+    no_sidecar: int = _faulty("without the sidecar that states the vacuum")
+
+
+def _unlike(name: str, lo: float = -0.9) -> Any:
+    """Return a field for a change in the outlying pulls."""
+    return quantity("1", f"{name}, as a share", lo=lo, hi=1, default=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Odd:
+    """Outlying pulls, drawn by the seed; in every other way they are like all others."""
+
+    how_many: int = quantity("1", "number of outliers", hi=1000, whole=True, default=0)
+    per: str = _word(
+        "outliers: single pulls, or all pulls of a brake at one vacuum",
+        "pull",
+        ("pull", "vacuum"),
+    )
+    friction_change: float = _unlike("sheets' friction more than true")
+    stiffness_change: float = _unlike("stiffness more than true")
+    vacuum_change: float = _unlike("vacuum in the brake more than the gauge shows")
+    speed_change: float = _unlike("speed more than stated")
+    overshoot: float = fault(
+        "1", "friction of the sheets as they begin to slide, part above the kinetic", 1
+    )
+    seating: float = fault("m", "how far grips and caps give way under the first load", 0.01)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spec:
+    """A whole campaign; the same spec gives the same numbers, bit for bit."""
+
+    brakes: tuple[Truth, ...] = ()
+    seed: int = like(SEED, "seed of all random numbers", default=1)
+    pulls: Pulls = nested(Pulls, default=Pulls())
+    friction: FrictionTests = nested(FrictionTests, default=FrictionTests())
+    scatter: Scatter = nested(Scatter, default=Scatter())
+    machine: Faults = nested(Faults, default=Faults())
+    files: Files = nested(Files, default=Files())
+    practice: Practice = nested(Practice, default=Practice())
+    odd: Odd = nested(Odd, default=Odd())
+
+
+TABLES: Mapping[str, type] = MappingProxyType(
+    {"brakes": Truth}
+    | {f.name: f.metadata["record"] for f in fields(Spec) if "record" in f.metadata}
+)
+
+
+def check_spec(spec: Spec) -> Spec:
+    """Return the spec if every number lies within its bounds and the whole is consistent."""
+    if not spec.brakes:
+        raise QuantityError.of("brakes", "none is given; a campaign needs at least one [[brakes]]")
+    for truth in spec.brakes:
+        check(truth, "brakes.")
+    check(spec)
+    consistent(spec.machine)
+    if spec.pulls.unload > spec.pulls.travel:
+        raise QuantityError.of(
+            "pulls.unload",
+            f"{show(spec.pulls.unload, 'm')} is more than the travel, "
+            f"{show(spec.pulls.travel, 'm')}",
+        )
+    if not spec.files.layouts:
+        raise QuantityError.of("files.layouts", "none is given; name at least one")
+    for form in spec.files.forms():
+        form.possible()
+    pulls = len(spec.brakes) * len(spec.pulls.vacuums) * len(spec.pulls.speeds)
+    pulls *= spec.pulls.repeats
+    tests = pulls + len(spec.brakes) * spec.friction.repeats
+    if not tests:
+        raise QuantityError.of(
+            "pulls.vacuums", "none is given, and no friction test: nothing to test"
+        )
+    if tests > MOST_TESTS:
+        raise QuantityError(f"the campaign has {tests} tests; at most {MOST_TESTS} are allowed")
+    places = len(spec.brakes) * len(spec.pulls.vacuums) if spec.odd.per == "vacuum" else pulls
+    if spec.odd.how_many > places:
+        raise QuantityError.of(
+            "odd.how_many", f"asks for {spec.odd.how_many}, but there are {places} to be odd"
+        )
+    faulty = sum(vars(spec.practice).values())
+    if faulty > pulls:
+        raise QuantityError.of(
+            "practice",
+            f"asks for {faulty} faulty files, but there are {pulls} pulls, and each has "
+            "at most one such fault",
+        )
+    return spec

@@ -1,0 +1,92 @@
+"""A campaign's TOML: read with file and line in every error, and written with comments."""
+
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from layerjam.campaigns.spec import TABLES, Spec, Truth, check_spec
+from layerjam.toml_files.reader import Reader
+from layerjam.toml_files.toml import parse_toml, read_text
+from layerjam.toml_files.values import entries
+from layerjam.toml_files.writer import literal, meaning
+
+_HEADINGS = {
+    "brakes": "One [[brakes]] for each brake: true values that differ from its file.",
+    "pulls": "Pulls of each brake: every vacuum at every speed.",
+    "friction": "Friction tests of each brake's film: a sled drawn over it by a string.",
+    "scatter": "Scatter of the brake from pull to pull.",
+    "machine": "The test machine and its faults; 0 for none.",
+    "files": "Layout of the files.",
+    "practice": "Numbers of the pulls' files that have a fault to find.",
+    "odd": "Outlying pulls, and their changes.",
+}
+_FIELDS = dict(entries(Spec))
+
+
+def example() -> Spec:
+    """Return a campaign to start with: small, with the faults of an ordinary machine."""
+    place = files("layerjam.campaigns") / "practice.toml"
+    return parse_spec(place.read_text(encoding="utf-8"), "practice.toml")
+
+
+def read_spec(path: str | Path) -> Spec:
+    """Return the campaign in a TOML file; paths of brakes are relative to its folder.
+
+    Raises FileError, with file and line, if the text is not TOML, a key is unknown, or a value
+    lacks a unit, is out of bounds or contradicts another.
+    """
+    path = Path(path)
+    return parse_spec(read_text(path), path, path.parent)
+
+
+def parse_spec(text: str, path: object, folder: Path | None = None) -> Spec:
+    """Return the campaign in a TOML text; errors name it by `path`."""
+    tables = parse_toml(text, path)
+    reader = Reader(text, path, _FIELDS, words={})
+    brakes: tuple[Any, ...] = ()
+    if "brakes" in tables:
+        brakes = reader.rows("brakes", _resolve_paths(tables.pop("brakes"), folder), Truth)
+    reader.take(tables)
+    with reader.locate_errors():
+        return check_spec(replace(reader.record(Spec), brakes=brakes))
+
+
+def _resolve_paths(rows: object, folder: Path | None) -> object:
+    """Return tables of brakes whose paths are relative to the campaign's folder."""
+    if folder is None or not isinstance(rows, list):
+        return rows
+    tables = []
+    for row in rows:
+        name = row.get("brake") if isinstance(row, dict) else None
+        is_file = isinstance(name, str) and name.endswith(".toml")
+        tables.append({**row, "brake": str(folder / str(name))} if is_file else row)
+    return tables
+
+
+def spec_text(spec: Spec) -> str:
+    """Return the campaign as a commented file: every field with its meaning and bounds."""
+    lines = [
+        "# A campaign of the virtual laboratory: layerjam lab THIS.toml --out DIR",
+        "# Every quantity carries its unit; a missing value takes the default in its comment.",
+        "",
+        meaning(_FIELDS["seed"].spec),
+        f"seed = {spec.seed}",
+    ]
+    for table, cls in TABLES.items():
+        records = spec.brakes if table == "brakes" else (getattr(spec, table),)
+        for record in records:
+            head = "[[brakes]]" if table == "brakes" else f"[{table}]"
+            lines += ["", f"# {_HEADINGS[table]}", head, *_values(record, cls)]
+    return "\n".join([*lines, ""])
+
+
+def _values(record: Any, cls: type) -> list[str]:
+    lines = []
+    for name, entry in entries(cls):
+        value = getattr(record, name)
+        lines.append(meaning(entry.spec))
+        lines.append(
+            f"# {name} =" if value is None else f"{name} = {literal(entry.spec.to_toml(value))}"
+        )
+    return lines

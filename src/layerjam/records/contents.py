@@ -1,0 +1,332 @@
+"""Content of a file, and the files it names: by the digests it contains, never by likeness.
+
+A run is read from its own tables. For a file of a test machine only its bytes count here.
+"""
+
+import json
+import sqlite3
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+
+from layerjam.device.file import BrakeFile
+from layerjam.errors import FileError, LayerjamError
+from layerjam.fluid.file import LineFile
+from layerjam.identify.provenance import sha256
+from layerjam.measure.runs import ENDING, open_run
+from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING, places, read_facts
+from layerjam.measure.synthetic import says_synthetic
+from layerjam.records.pieces import (
+    Cited,
+    Content,
+    Piece,
+    hex_of,
+    piece_of_text,
+    storable,
+    text_digest,
+)
+from layerjam.toml_files.table_text import plain_comment
+from layerjam.toml_files.toml import parse_toml, read_text
+
+STATED = (
+    "run_id",
+    "procedure",
+    "outcome",
+    "firmware",
+    "law_sha256",
+    "settings_hex",
+    "safe_state",
+)
+"""Key of `meta` for each column of the table of runs."""
+NONE = {"zero": 0.0, "gain": 1.0, "name": ""}
+"""Answer of a board whose sensor was never calibrated."""
+BOARD = {"serial": "board", "model": "model", "firmware": "firmware"}
+"""{column of a board: key of `meta`}."""
+
+
+def check_whole(path: str) -> None:
+    """Raise FileError for a run of which a part is in another file."""
+    log = Path(f"{path}-wal")
+    if log.exists() and log.stat().st_size:
+        raise FileError(
+            path,
+            f"is not closed: {log.name} next to it contains a part of the run. If the recording "
+            f"has ended, close it with: sqlite3 {Path(path).name} 'PRAGMA journal_mode = DELETE'",
+        )
+
+
+def run(path: str, file: Mapping[str, Any]) -> Content:
+    """Return a run, with the brake, line, board and sensor calibration inside it.
+
+    Raises FileError for a file that is not a run, or not a complete one.
+    """
+    base = open_run(path, is_complete=True)
+    try:
+        rows = base.execute("SELECT key, value FROM meta").fetchall()
+        counts = base.execute(
+            "SELECT count(*), max(seq) - min(seq) + 1 FROM samples GROUP BY boot"
+        ).fetchall()
+    except sqlite3.Error as error:
+        raise FileError(path, f"is damaged: {error}") from None
+    finally:
+        base.close()
+    meta = {str(key): storable(str(value)) for key, value in rows if value not in (None, "")}
+    samples = sum(count for count, _ in counts)
+    simulated = meta.get("simulated") != "0"
+    columns = {
+        **{key: meta.get(key) for key in STATED},
+        "started": meta.get("started_utc"),
+        "ended": meta.get("ended_utc"),
+        "simulated": simulated,
+        "samples": samples,
+        "gaps": sum(span for _, span in counts) - samples,
+        "file_sha256": file["sha256"],
+        "file": file["name"],
+    }
+    others, notes = _inside(path, meta)
+    texts = [(kind, meta[f"{kind}_toml"]) for kind in ("brake", "line") if kind in others]
+    if not meta.get("outcome"):
+        notes.append("nobody closed the run: it is kept as interrupted")
+    return Content(
+        path=path,
+        file={**file, "kind": "run", "simulated": simulated},
+        piece=Piece(kind="run", columns=columns),
+        # also link a file of the same brake that is added later
+        cited=tuple(Cited(text_digest(text), kind, f"its {kind}") for kind, text in texts),
+        others=others,
+        notes=tuple(notes),
+    )
+
+
+def _inside(path: str, meta: Mapping[str, str]) -> tuple[dict[str, Piece], list[str]]:
+    """Return {role: record} of the records inside a run, and notes on unreadable ones."""
+    records: dict[str, Piece] = {}
+    notes = []
+    for kind in ("brake", "line"):
+        text = meta.get(f"{kind}_toml")
+        if text is None:
+            continue
+        try:
+            records[kind] = piece_of_text(kind, text, f"{path}, its {kind}")
+        except LayerjamError as error:
+            notes.append(f"its {kind} cannot be read and is not linked: {error}")
+    if "board" in meta:
+        columns = {name: meta.get(key) for name, key in BOARD.items()}
+        records["board"] = Piece(kind="board", columns=columns)
+        text = meta.get("sensor_calibration")
+        if text is not None and _calibration(text) != NONE:
+            records["sensor calibration"] = Piece(
+                kind="sensor calibration", columns={"said": text, **_calibration(text)}
+            )
+    return records, notes
+
+
+def _calibration(text: str) -> dict[str, Any]:
+    """Return zero [Pa], gain and name of a sensor's calibration as the board reports it."""
+    zero, gain, name = ([*text.split(",", 2), "", "", ""])[:3]
+    try:
+        return {"zero": float(zero), "gain": float(gain), "name": name.strip(' "')}
+    except ValueError:
+        return {"zero": None, "gain": None, "name": None}
+
+
+SQLITE = b"SQLite format 3\0"
+HEAD = 100_000
+"""Number of bytes at the start of a file that are searched for comment lines."""
+CALIBRATED = {"scale_factor", "stiffness", "scale_factor_eq8", "standard_errors", "checks"}
+"""Keys that identify the JSON of `calibrate`."""
+LARGEST_JSON = 50_000_000
+
+
+def read(path: str | Path) -> Content:
+    """Return the content of a file; FileError if it is unreadable or of an unknown kind."""
+    place, name = Path(path), str(path)
+    try:
+        if place.is_dir():
+            raise FileError(name, "is a folder, not a file")
+        if not place.is_file():
+            raise FileError(name, "does not exist")
+        size = place.stat().st_size
+        if not size:
+            raise FileError(name, "is empty")
+        if place.suffix == ENDING:
+            check_whole(name)  # closing the file would release a recorder's locks
+        with place.open("rb") as handle:
+            head = handle.read(HEAD)
+        digest = sha256(name)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise FileError(name[:200], f"cannot be read: {reason}") from None
+    full = place.absolute()
+    if storable(str(full)) != str(full):
+        raise FileError(name, "has a name that is not UTF-8 text; rename it")
+    file = {"sha256": digest, "bytes": size, "name": full.name, "folder": str(full.parent)}
+    if head.startswith(SQLITE) or place.suffix == ENDING:
+        return run(name, file)
+    if place.suffix == ".toml":
+        return _toml(name, file)
+    if place.suffix == ".json":
+        return _json(name, file)
+    return _data(name, file, head)
+
+
+def _toml(path: str, file: Mapping[str, Any]) -> Content:
+    """Return a brake, a line, or the facts of a measurement."""
+    text = read_text(Path(path))
+    tables = parse_toml(text, path)
+    if "sheets" in tables:
+        return _brake(path, file, text)
+    heads = {key.partition(".")[0] for key in LineFile.fields if "." in key}
+    if heads & tables.keys():
+        return Content(
+            path=path, file={**file, "kind": "line"}, piece=piece_of_text("line", text, path)
+        )
+    name = Path(path).name
+    if name != FOLDER and not Path(name).stem.count("."):
+        raise FileError(
+            path,
+            "is not a brake ([sheets]), a line, or the facts of a measurement (NAME.csv.toml)",
+        )
+    measurement = Path(path).with_name("x") if name == FOLDER else Path(path).with_suffix("")
+    facts = read_facts(measurement)
+    return Content(path=path, file={**file, "kind": "facts", "simulated": facts.synthetic or None})
+
+
+def _brake(path: str, entry: Mapping[str, Any], text: str) -> Content:
+    """Return a brake; one that a layerjam command wrote contains a calibration too."""
+    piece = piece_of_text("brake", text, path)
+    file = {**entry, "kind": "brake"}
+    notes = BrakeFile.read(text, path).notes
+    files, program = notes.get("files"), str(notes.get("program", ""))
+    if not program.startswith("layerjam ") or not isinstance(files, list):
+        return Content(path=path, file=file, piece=piece)
+    cited = [*_cites(files, "measured"), *_cites(notes.get("excluded"), "left out")]
+    if piece.columns["parent"]:
+        cited.append(Cited(piece.columns["parent"], "start", "the brake that was changed"))
+    result = tomlkit.dumps({"made_by": notes})
+    calibration = Piece(
+        kind="calibration",
+        columns={
+            "kind": " ".join([program.rsplit(maxsplit=1)[-1], str(notes.get("depth", ""))]).strip(),
+            "result": json.dumps(notes, default=str),
+            "covariance": _covariance(notes.get("covariance")),
+            "checks": notes.get("verdict"),
+            "result_toml": result,
+            # the same words in two brakes with different numbers are two calibrations
+            "sha256": text_digest(f"{piece.columns['sha256']}\n{result}"),
+            "simulated": _any_synthetic(files),
+        },
+        cited=tuple(cited),
+    )
+    others = {"calibration": calibration}
+    return Content(path=path, file=file, piece=piece, others=others)
+
+
+def _cites(entries: Any, role: str) -> list[Cited]:
+    """Return the files in a list of names and digests; entries without a digest are left out."""
+    citations = []
+    for entry in entries if isinstance(entries, list) else ():
+        if not isinstance(entry, dict):
+            continue
+        name = storable(str(entry.get("name") or entry.get("file") or ""))
+        if digest := hex_of(entry.get("sha256")):
+            citations.append(Cited(digest, role, name))
+        if digest := hex_of(entry.get("facts_sha256")):
+            citations.append(Cited(digest, "conditions", name + SIDECAR_ENDING))
+    return citations
+
+
+def _covariance(rows: Any) -> str | None:
+    """Return {value: {value: covariance}} as JSON, from the rows in a brake's [made_by]."""
+    matrix: dict[str, dict[str, float]] = {}
+    for row in rows if isinstance(rows, list) else ():
+        if isinstance(row, dict) and row.keys() >= {"of", "and", "value"}:
+            for row_name, column_name in ((row["of"], row["and"]), (row["and"], row["of"])):
+                matrix.setdefault(str(row_name), {})[str(column_name)] = row["value"]
+    return json.dumps(matrix, default=str) if matrix else None
+
+
+def _any_synthetic(files: Any) -> bool | None:
+    """Return True if a file of a list is marked synthetic, else None: unknown."""
+    marks = any(isinstance(row, dict) and row.get("synthetic") is True for row in files or ())
+    return True if marks else None
+
+
+def _json(path: str, file: Mapping[str, Any]) -> Content:
+    """Return the JSON of a calibration, as `calibrate --json` prints it."""
+    if file["bytes"] > LARGEST_JSON:
+        raise FileError(path, "is too large for a result (more than 50 MB)")
+    try:
+        result = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise FileError(path, f"is not JSON: {str(error)[:80]}") from None
+    if not isinstance(result, dict) or not result.keys() >= CALIBRATED:
+        raise FileError(path, "is JSON, but not what 'layerjam calibrate --json' prints")
+    origin: Any = result.get("made_from")
+    origin = origin if isinstance(origin, dict) else {}
+    brake: Any = origin.get("brake")
+    brake = brake if isinstance(brake, dict) else {}
+    cited = [*_cites(origin.get("files"), "measured"), *_cites(result.get("excluded"), "left out")]
+    if digest := hex_of(brake.get("sha256")):
+        cited.append(Cited(digest, "start", storable(str(brake.get("name", "")))))
+    piece = Piece(
+        kind="calibration",
+        columns={
+            "kind": storable(f"calibrate {result.get('depth', '')}".strip()),
+            "result": json.dumps(result),
+            "covariance": json.dumps(result["covariance"]) if result.get("covariance") else None,
+            "checks": json.dumps(result["checks"]),
+            "sha256": file["sha256"],
+            "simulated": _any_synthetic(origin.get("files")),
+        },
+        cited=tuple(cited),
+    )
+    notes = () if cited else ("it names what it comes from without digests and cannot be linked",)
+    return Content(path=path, file={**file, "kind": "calibration"}, piece=piece, notes=notes)
+
+
+def _data(path: str, entry: Mapping[str, Any], head: bytes) -> Content:
+    """Return a measurement or an export of a run; comment lines distinguish them."""
+    comments = _comments(head)
+    synthetic = says_synthetic("\n".join(comments).encode())
+    with_facts = False
+    try:
+        with_facts = read_facts(path).synthetic
+    except LayerjamError as error:
+        raise FileError(path, f"its facts cannot be read: {error}") from None
+    file = {**entry, "kind": "data", "simulated": True if synthetic or with_facts else None}
+    fields = dict(line.split(": ", 1) for line in comments if ": " in line)
+    cited = [
+        Cited(sha256(str(place)), "conditions", place.name)
+        for place in places(path)
+        if place.is_file()
+    ]
+    if comments and comments[0].endswith(" bench export") and fields.get("run_id"):
+        file["kind"] = "export"
+        run_id = storable(fields["run_id"].strip())
+        cited.append(Cited(run_id, "run", "the run that was exported"))
+    if (brake := _brake_above(comments)) is not None:
+        cited.append(Cited(text_digest(brake), "brake", "the brake in its head"))
+    return Content(path=path, file=file, cited=tuple(cited))
+
+
+def _comments(head: bytes) -> list[str]:
+    """Return the comment lines at the start, without the '#'."""
+    comments = []
+    for line in head.decode("utf-8-sig", "replace").splitlines():
+        if not line.startswith("#"):
+            break
+        text = plain_comment(line)
+        comments.append(text[2:] if text.startswith("# ") else text[1:])
+    return comments
+
+
+def _brake_above(comments: list[str]) -> str | None:
+    """Return the text of the brake in the head of a simulated record, or None."""
+    if "brake:" not in comments:
+        return None
+    lines = comments[comments.index("brake:") + 1 :]
+    inside = [line.removeprefix("  ") for line in lines if not line or line.startswith("  ")]
+    return "\n".join(inside) + "\n"

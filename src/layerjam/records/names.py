@@ -1,0 +1,57 @@
+"""Identification of a record: by name or id, or by a key that others cite."""
+
+from sqlalchemy import Connection, select
+
+from layerjam.records.database import RecordsError
+from layerjam.records.pieces import Cited
+from layerjam.records.schema import CITED, ENTRIES, KEYS, WITHDRAWN
+
+SHORTEST = 4
+"""Smallest number of characters of an id that name a record."""
+
+
+def resolve_record_id(db: Connection | None, text: str, place: str) -> str:
+    """Return the id of a record, given its name or the first characters of its id.
+
+    If several have one name, the one that is not withdrawn counts. Raises RecordsError if no record
+    or several fit.
+    """
+    ids = [] if db is None else _by_id(db, text.strip().lower()) or _by_name(db, text)
+    if not ids:
+        raise RecordsError(
+            f"{place}: holds no record '{text[:80]}'; give a name, an id, or the first {SHORTEST} "
+            "characters of one or more, as 'layerjam records list' shows them"
+        )
+    if len(ids) > 1:
+        raise RecordsError(
+            f"'{text[:80]}' names several records ({', '.join(ids[:3])}); give the id of one"
+        )
+    return ids[0]
+
+
+def _by_id(db: Connection, start: str) -> list[str]:
+    if len(start) < SHORTEST or not set(start) <= set("0123456789abcdef-"):
+        return []
+    query = select(ENTRIES.c.id).where(ENTRIES.c.id.startswith(start)).limit(4)
+    return list(db.execute(query).scalars())
+
+
+def _by_name(db: Connection, name: str) -> list[str]:
+    """Return the ids of records of this name; withdrawn ones only if there are no others."""
+    ids = set(db.execute(select(ENTRIES.c.id).where(ENTRIES.c.name == name)).scalars())
+    withdrawn_ids = set(db.execute(select(WITHDRAWN.c.id)).scalars())
+    return sorted(ids - withdrawn_ids or ids)
+
+
+def holder(db: Connection, kind: str, *keys: str) -> str | None:
+    """Return the first record of a kind that has one of these keys, or None."""
+    query = select(ENTRIES.c.id).join(KEYS).where(ENTRIES.c.kind == kind, KEYS.c.key.in_(keys))
+    return db.execute(query.order_by(ENTRIES.c.made_at, ENTRIES.c.id)).scalar()
+
+
+def unlinked(db: Connection, child: str) -> list[Cited]:
+    """Return the citations of a record that are not in the database."""
+    columns = (CITED.c.key, CITED.c.role, CITED.c.name)
+    missing = select(*columns).outerjoin(KEYS, KEYS.c.key == CITED.c.key)
+    query = missing.where(CITED.c.child == child, KEYS.c.id.is_(None)).order_by(CITED.c.name)
+    return [Cited(*row) for row in db.execute(query)]

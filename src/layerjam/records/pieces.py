@@ -1,0 +1,75 @@
+"""Content of a file for the database: its record, others inside it, and their sources."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from hashlib import sha256
+from typing import Any
+
+from layerjam.device.file import BrakeFile
+from layerjam.fluid.file import LineFile
+from layerjam.toml_files.changes import RecordFile
+
+
+@dataclass(frozen=True)
+class Cited:
+    """Source that a record cites: a digest or the number of a run, its role, its name."""
+
+    key: str
+    role: str
+    name: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Piece:
+    """One record: its kind, its own columns, and its citations."""
+
+    kind: str
+    columns: Mapping[str, Any]
+    cited: tuple[Cited, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Content:
+    """A file: `file` are the columns of `files`, `piece` its record, if it is one.
+
+    `others` are independent records inside it, by the role in which it comes from them. `notes` are
+    messages about it.
+    """
+
+    path: str
+    file: Mapping[str, Any]
+    piece: Piece | None = None
+    cited: tuple[Cited, ...] = ()
+    others: Mapping[str, Piece] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+def storable(text: str) -> str:
+    """Return a text that a database accepts: without NUL and bytes that are not UTF-8."""
+    return text.replace("\0", "\ufffd").encode("utf-8", "replace").decode("utf-8")
+
+
+def hex_of(value: Any) -> str | None:
+    """Return a SHA-256 in hex, or None for anything else."""
+    right = isinstance(value, str) and re.fullmatch("[0-9a-f]{64}", value)
+    return str(value) if right else None
+
+
+def piece_of_text(kind: str, text: str, path: str) -> Piece:
+    """Return the record of a brake or a line of this text; raises FileError."""
+    file: RecordFile[Any] = (BrakeFile if kind == "brake" else LineFile).read(text, path)
+    notes: Mapping[str, Any] = getattr(file, "notes", {})
+    columns = {
+        "name": file.name,
+        "toml": text,
+        "sha256": text_digest(text),
+        "rendered_sha256": text_digest(file.render(file.name)),
+        "parent": hex_of(notes.get("brake_sha256")),
+    }
+    return Piece(kind=kind, columns=columns)
+
+
+def text_digest(text: str) -> str:
+    """Return the SHA-256 of a text in UTF-8."""
+    return sha256(text.encode()).hexdigest()

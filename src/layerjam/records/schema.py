@@ -1,0 +1,266 @@
+"""The tables of the records. The database itself rejects changes and deletion of rows.
+
+`entries` holds every record of any kind, with its own facts as JSON; a view shows each kind as a
+table. `keys` holds the keys by which others may cite a record, `cited` the sources that a record
+cites. The view `derived_from` joins these two, so that a link appears as soon as both ends exist.
+Times are text, UTC in RFC 3339 with `Z`, because SQLite loses the zone of a time. An `id` is a
+UUID.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import (
+    DDL,
+    JSON,
+    Boolean,
+    Column,
+    Connection,
+    ForeignKey,
+    Index,
+    Integer,
+    MetaData,
+    Select,
+    Table,
+    Text,
+    event,
+    select,
+)
+
+from layerjam.records.pieces import Cited
+
+VERSION = 2
+METADATA = MetaData()
+NEVER = "a row of the records is never changed; withdraw the record instead"
+
+
+def _origin_columns() -> Iterable[Column[Any]]:
+    """Return columns for the time, the program and the user that made a row."""
+    return [Column(name, Text, nullable=False) for name in ("made_at", "software", "by")]
+
+
+def _entry(name: str) -> Column[Any]:
+    """Return a column for a record's id, as a part of the primary key."""
+    return Column(name, Text, ForeignKey("entries.id"), primary_key=True)
+
+
+VERSIONS = Table(
+    "schema_version",
+    METADATA,
+    Column("version", Integer, primary_key=True),
+    Column("made_at", Text, nullable=False),
+    Column("software", Text, nullable=False),
+)
+ENTRIES = Table(
+    "entries",
+    METADATA,
+    Column("id", Text, primary_key=True),
+    Column("kind", Text, nullable=False),
+    Column("name", Text, nullable=False),
+    *_origin_columns(),
+    Column("simulated", Boolean),
+    Column("identity", Text, nullable=False, unique=True),
+    Column("content", JSON, nullable=False),
+)
+"""Every record. `identity` distinguishes it from all others of its kind. `simulated` is NULL if
+unknown, and `content` has the columns of its kind."""
+FILES = Table(
+    "files",
+    METADATA,
+    _entry("id"),
+    *_origin_columns(),
+    Column("sha256", Text, nullable=False, unique=True),
+    Column("bytes", Integer, nullable=False),
+    Column("kind", Text, nullable=False),
+    Column("name", Text, nullable=False),
+    Column("folder", Text, nullable=False),
+    Column("host", Text, nullable=False),
+    Column("simulated", Boolean),
+)
+"""Files that were added, by their record; `folder` and `host` are their place at that time."""
+KEYS = Table("keys", METADATA, _entry("id"), Column("key", Text, primary_key=True, index=True))
+"""Digests of a record's file and text, the number of a run, and the record's id."""
+CITED = Table(
+    "cited",
+    METADATA,
+    _entry("child"),
+    Column("key", Text, primary_key=True),
+    Column("role", Text, primary_key=True),
+    Column("name", Text, nullable=False),
+    Index("cited_by_key", "key"),
+)
+"""Keys of the sources of a record; a source may be added later."""
+WITHDRAWN = Table(
+    "withdrawn",
+    METADATA,
+    _entry("id"),
+    Column("when", Text, nullable=False),
+    Column("why", Text, nullable=False),
+    Column("by", Text, nullable=False),
+)
+LINKS = (
+    select(CITED.c.child, KEYS.c.id.label("parent"), CITED.c.role)
+    .join(KEYS, KEYS.c.key == CITED.c.key)
+    .where(KEYS.c.id != CITED.c.child)
+    .distinct()
+)
+DERIVED_FROM = LINKS.subquery("derived_from")
+"""Links between records: child, parent and role."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kind:
+    """A kind of record: its view and columns; some of them name, identify and cite a record."""
+
+    view: str | None = None
+    columns: tuple[str, ...] = ()
+    name_column: str = "name"
+    identity: tuple[str, ...] = ("sha256",)
+    keys: tuple[str, ...] = ()
+
+
+TYPES = {
+    "samples": "as_integer",
+    "gaps": "as_integer",
+    "zero": "as_float",
+    "gain": "as_float",
+    "simulated": "as_boolean",
+}
+"""{column: accessor in a view}; the others are text."""
+_BRAKE = Kind(
+    view="brakes",
+    columns=("name", "serial", "toml", "sha256", "rendered_sha256", "parent"),
+    keys=("sha256", "rendered_sha256"),
+)
+"""`parent` is the digest of the text from which this one was made."""
+_FILE = Kind()
+KINDS = {
+    "brake": _BRAKE,
+    "line": replace(_BRAKE, view="lines"),
+    "board": Kind(
+        view="boards",
+        columns=("serial", "model", "firmware"),
+        name_column="serial",
+        identity=("serial",),
+    ),
+    "sensor calibration": Kind(
+        view="sensor_calibrations",
+        columns=("board", "said", "zero", "gain", "name"),
+        name_column="said",
+        identity=("board", "said"),
+    ),
+    "run": Kind(
+        view="runs",
+        columns=(
+            *("brake", "line", "board", "sensor_calibration", "run_id", "procedure", "outcome"),
+            *("simulated", "samples", "gaps", "started", "ended", "firmware", "law_sha256"),
+            *("file_sha256", "file", "settings_hex", "safe_state"),
+        ),
+        name_column="file",
+        identity=("file_sha256",),
+        keys=("run_id",),
+    ),
+    "calibration": Kind(
+        view="calibrations",
+        columns=(
+            *("brake", "kind", "result", "covariance", "checks", "result_toml", "sha256"),
+            "simulated",
+        ),
+        name_column="kind",
+    ),
+    "data": _FILE,
+    "facts": _FILE,
+    "export": _FILE,
+}
+"""{kind of record: definition}. The `brake` of a calibration is the calibrated brake, if it was in
+the database at that time. Data, facts and exports only have their file."""
+
+
+def utc_timestamp() -> str:
+    """Return the present time, UTC in RFC 3339 to the millisecond: 2026-11-23T03:27:39.123Z."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+
+def identity(kind: str, columns: Mapping[str, Any]) -> str:
+    """Return the text that distinguishes a record from all others."""
+    return " ".join([kind, *(str(columns[name]) for name in KINDS[kind].identity)])
+
+
+def enter(
+    db: Connection, ident: str, kind: str, origin: Mapping[str, str], columns: Mapping[str, Any]
+) -> None:
+    """Write one record with its keys; `origin` has the time, the program and the user."""
+    spec = KINDS[kind]
+    row = {
+        "id": ident,
+        "kind": kind,
+        "name": columns[spec.name_column],
+        "simulated": columns.get("simulated"),
+        "identity": identity(kind, columns),
+        "content": {name: columns.get(name) for name in spec.columns},
+    }
+    db.execute(ENTRIES.insert().values(**row, **origin))
+    add_keys(db, ident, [ident, *(columns[name] for name in spec.keys)])
+
+
+def add_keys(db: Connection, ident: str, keys: Iterable[str | None]) -> None:
+    """Add keys by which others may cite a record."""
+    keys_before = {row.key for row in db.execute(select(KEYS.c.key).where(KEYS.c.id == ident))}
+    for key in dict.fromkeys(keys):
+        if key and key not in keys_before:
+            db.execute(KEYS.insert().values(id=ident, key=key))
+
+
+def cite(db: Connection, child: str, cited: Iterable[Cited]) -> None:
+    """Write the sources of a record."""
+    unique = {(citation.key, citation.role): citation.name for citation in cited}
+    for (key, role), name in unique.items():
+        db.execute(CITED.insert().values(child=child, key=key, role=role, name=name))
+
+
+def _view(name: str, query: Select[Any]) -> None:
+    """Create a view after the tables."""
+
+    def create(_target: MetaData, db: Connection, **_: Any) -> None:
+        columns = ", ".join(f'"{column.name}"' for column in query.selected_columns)
+        text = query.compile(dialect=db.dialect, compile_kwargs={"literal_binds": True})
+        db.exec_driver_sql(f'CREATE VIEW "{name}" ({columns}) AS {text}')
+
+    event.listen(METADATA, "after_create", create)
+
+
+def _of_kind(kind: str, spec: Kind) -> Select[Any]:
+    """Return a query of the records of a kind, their content as columns."""
+    common = [ENTRIES.c[name] for name in ("id", "made_at", "software", "by")]
+    columns = [
+        getattr(ENTRIES.c.content[name], TYPES.get(name, "as_string"))().label(name)
+        for name in spec.columns
+    ]
+    return select(*common, *columns).where(ENTRIES.c.kind == kind)
+
+
+_FUNCTION = f"""
+CREATE OR REPLACE FUNCTION records_never_change() RETURNS trigger LANGUAGE plpgsql AS $$
+BEGIN RAISE EXCEPTION '{NEVER}'; END $$
+"""
+
+
+def _guard(table: Table) -> None:
+    """Create triggers with a table that reject changes of its rows."""
+    for act in ("update", "delete"):
+        head = f'CREATE TRIGGER "{table.name}_no_{act}" BEFORE {act.upper()} ON "{table.name}" '
+        sqlite = DDL(head + f"BEGIN SELECT RAISE(ABORT, '{NEVER}'); END")
+        postgres = DDL(head + "FOR EACH ROW EXECUTE FUNCTION records_never_change()")
+        event.listen(table, "after_create", sqlite.execute_if(dialect="sqlite"))
+        event.listen(table, "after_create", postgres.execute_if(dialect="postgresql"))
+
+
+event.listen(METADATA, "before_create", DDL(_FUNCTION).execute_if(dialect="postgresql"))
+for _table in METADATA.tables.values():
+    _guard(_table)
+_view("derived_from", LINKS)
+for _kind, _spec in KINDS.items():
+    if _spec.view:
+        _view(_spec.view, _of_kind(_kind, _spec))

@@ -1,0 +1,240 @@
+"""Additions to the database: files with their records, links between them, withdrawals."""
+
+import getpass
+import uuid
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from platform import node
+
+from sqlalchemy import Connection, or_, select
+
+from layerjam._version import __version__
+from layerjam.errors import FileError, LayerjamError
+from layerjam.identify.provenance import sha256
+from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING
+from layerjam.records.contents import read
+from layerjam.records.database import Database, RecordsError
+from layerjam.records.names import holder, resolve_record_id, unlinked
+from layerjam.records.pieces import Cited, Content, Piece, storable
+from layerjam.records.schema import (
+    CITED,
+    DERIVED_FROM,
+    ENTRIES,
+    FILES,
+    KEYS,
+    WITHDRAWN,
+    add_keys,
+    cite,
+    enter,
+    identity,
+    utc_timestamp,
+)
+
+
+@dataclass
+class Additions:
+    """Result of an addition.
+
+    `ids` is {path: id}, `others` {id: kind and file}, `refused` {path: reason}. `unlinked` are
+    (path, role, name, key) of sources that are not in the database.
+    """
+
+    ids: dict[str, str] = field(default_factory=dict)
+    others: dict[str, str] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)
+    unlinked: list[tuple[str, str, str, str]] = field(default_factory=list)
+    notes: list[tuple[str, str]] = field(default_factory=list)
+
+
+def add(database: Database, paths: Iterable[str | Path], serial: str | None = None) -> Additions:
+    """Add files in one transaction; rejected files do not stop the others.
+
+    `serial` belongs to the only brake or line of the call. Raises RecordsError if the database
+    cannot be written; then nothing was added.
+    """
+    result = Additions()
+    contents: list[Content] = []
+    names = list(dict.fromkeys(map(str, paths)))
+    if serial is not None and len(names) > 1:
+        raise RecordsError("serial: it belongs to one brake or one line; add that one alone")
+    for path in names:
+        try:
+            contents.append(_with_serial(read(path), serial))
+        except LayerjamError as error:
+            if isinstance(error, FileError) and error.path == path:
+                result.refused[path] = error.reason
+            else:
+                result.refused[path] = str(error)
+    if contents:
+        with database.writing() as db:
+            _add(db, contents, result)
+    return result
+
+
+def _with_serial(content: Content, serial: str | None) -> Content:
+    if serial is None:
+        return content
+    piece = content.piece
+    if piece is None or piece.kind not in ("brake", "line"):
+        raise FileError(content.path, "is not a brake or a line: only these have a serial number")
+    return replace(
+        content, piece=replace(piece, columns={**piece.columns, "serial": storable(serial)})
+    )
+
+
+def _add(db: Connection, contents: Iterable[Content], result: Additions) -> None:
+    """Enter files one by one, then list their missing sources."""
+    fresh: dict[str, str] = {}
+    for content in contents:
+        problem = refusal(db, content)
+        if problem is not None:
+            result.refused[content.path] = problem
+            continue
+        inside: dict[str, str] = {}
+        ident = _enter_file(db, content, inside)
+        result.ids[content.path] = ident
+        result.others |= {c: f"{kind} in {content.path}" for c, kind in inside.items()}
+        result.notes += [(content.path, note) for note in content.notes]
+        fresh |= dict.fromkeys((ident, *inside), content.path)
+        _cite_later_facts(db, content)
+    for child, path in fresh.items():
+        result.unlinked += [(path, c.role, c.name, c.key) for c in unlinked(db, child)]
+
+
+def _cite_later_facts(db: Connection, content: Content) -> None:
+    """Link new facts to their measurements, if these were added before.
+
+    The file next to them must still have the digest of the measurement in the database.
+    """
+    file = content.file
+    if file["kind"] != "facts":
+        return
+    terms = [FILES.c.folder == file["folder"], FILES.c.host == node()]
+    terms.append(FILES.c.kind.in_(["data", "export"]))
+    if file["name"] != FOLDER:
+        terms.append(FILES.c.name == file["name"].removesuffix(SIDECAR_ENDING))
+    facts = Cited(file["sha256"], "conditions", file["name"])
+    for row in db.execute(select(FILES.c.id, FILES.c.name, FILES.c.sha256).where(*terms)).all():
+        link = select(CITED.c.child).where(
+            CITED.c.child == row.id, CITED.c.key == facts.key, CITED.c.role == facts.role
+        )
+        if db.execute(link).first() is None and _same(Path(file["folder"]) / row.name, row.sha256):
+            cite(db, row.id, [facts])
+
+
+def _same(path: Path, digest: str) -> bool:
+    """Whether a file exists and has this digest."""
+    with suppress(OSError):
+        return path.is_file() and sha256(str(path)) == digest
+    return False
+
+
+def refusal(db: Connection, content: Content) -> str | None:
+    """Return the reason why a file cannot be added, or None."""
+    piece = content.piece
+    same = [FILES.c.sha256 == content.file["sha256"]]
+    if piece is not None:  # a byte order mark changes the bytes, not the text
+        same.append(FILES.c.id == _existing_id(db, piece))
+    row = db.execute(select(FILES.c.id, FILES.c.name, FILES.c.made_at).where(or_(*same))).first()
+    if row is not None:
+        ident, name, made_at = row
+        reason = _why_withdrawn(db, ident)
+        detail = f", and was withdrawn: {reason}" if reason else ""
+        return f"is in the records already: {name}, added {made_at} as {ident}{detail}"
+    if piece is not None and piece.kind == "run" and piece.columns["run_id"]:
+        run = db.execute(
+            select(ENTRIES.c.id, ENTRIES.c.name)
+            .join(KEYS)
+            .outerjoin(WITHDRAWN)
+            .where(ENTRIES.c.kind == "run", KEYS.c.key == piece.columns["run_id"])
+            .where(WITHDRAWN.c.id.is_(None))
+        ).first()
+        if run is not None:
+            return (
+                f"is another state of a run that is in the records already: {run.name} as "
+                f"{run.id}; withdraw that one first"
+            )
+    return None
+
+
+def _why_withdrawn(db: Connection, ident: str) -> str | None:
+    reason = db.execute(select(WITHDRAWN.c.why).where(WITHDRAWN.c.id == ident)).scalar()
+    return None if reason is None else str(reason)
+
+
+def _enter_file(db: Connection, content: Content, inside: dict[str, str]) -> str:
+    """Enter a file and its record; return its id. `inside` gets {id: kind} of new others."""
+    origin = stamp()
+    parents: dict[str, str] = {}
+    for role, content_piece in content.others.items():
+        piece = content_piece
+        if piece.kind == "sensor calibration":
+            piece = replace(piece, columns={**piece.columns, "board": parents["board"]})
+        ident = _existing_id(db, piece)
+        if ident is None and piece.kind in ("brake", "line"):
+            digests = (piece.columns[name] for name in ("sha256", "rendered_sha256"))
+            ident = holder(db, piece.kind, *digests)
+        if ident is None:
+            ident = _enter(db, piece, origin)
+            inside[ident] = piece.kind
+        parents[role] = ident
+    file = {"host": node(), "simulated": None, **content.file}
+    record = content.piece or Piece(kind=str(file["kind"]), columns=file)
+    if record.kind == "run":
+        links = {role.replace(" ", "_"): parent for role, parent in parents.items()}
+        record = replace(record, columns={**record.columns, **links})
+    ident = _existing_id(db, record) or _enter(db, record, origin)
+    db.execute(FILES.insert().values(id=ident, **origin, **file))
+    add_keys(db, ident, [file["sha256"]])
+    cite(db, ident, [*content.cited, *(Cited(key, role, "") for role, key in parents.items())])
+    return ident
+
+
+def _existing_id(db: Connection, piece: Piece) -> str | None:
+    same = ENTRIES.c.identity == identity(piece.kind, piece.columns)
+    return db.execute(select(ENTRIES.c.id).where(same)).scalar()
+
+
+def _enter(db: Connection, piece: Piece, origin: Mapping[str, str]) -> str:
+    columns, ident = dict(piece.columns), str(uuid.uuid4())
+    if piece.kind == "calibration":
+        columns["brake"] = holder(
+            db, "brake", *(source.key for source in piece.cited if source.role == "start")
+        )
+    enter(db, ident, piece.kind, origin, columns)
+    cite(db, ident, piece.cited)
+    return ident
+
+
+def stamp() -> dict[str, str]:
+    """Return the time, the program and the user, for every row."""
+    return {"made_at": utc_timestamp(), "software": f"layerjam {__version__}", "by": user()}
+
+
+def user() -> str:
+    """Return the name of the user, or an empty text if the system does not know it."""
+    with suppress(OSError, KeyError, ImportError):
+        return getpass.getuser()
+    return ""
+
+
+def withdraw(database: Database, ident: str, why: str) -> tuple[str, list[str]]:
+    """Mark a record as withdrawn; return its id and the ids that derive from it.
+
+    Raises RecordsError for an unknown record, one that was withdrawn before, or no reason.
+    """
+    if not why.strip():
+        raise RecordsError("why: is empty; write in a few words what is wrong with the record")
+    with database.reading() as db:
+        resolve_record_id(db, ident, database.where)
+    with database.writing() as db:
+        full_id = resolve_record_id(db, ident, database.where)
+        before = _why_withdrawn(db, full_id)
+        if before is not None:
+            raise RecordsError(f"{full_id}: was withdrawn before, because: {before}")
+        entry = {"id": full_id, "when": utc_timestamp(), "why": storable(why.strip()), "by": user()}
+        db.execute(WITHDRAWN.insert().values(**entry))
+        children = select(DERIVED_FROM.c.child).where(DERIVED_FROM.c.parent == full_id).distinct()
+        return full_id, sorted(str(row[0]) for row in db.execute(children))

@@ -1,0 +1,193 @@
+"""Views of the database: all records, one with its sources, and a check of the files."""
+
+import json
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from platform import node
+from typing import Any
+
+from sqlalchemy import Connection, select
+
+from layerjam.identify.provenance import sha256
+from layerjam.records.database import Database, RecordsError
+from layerjam.records.names import resolve_record_id, unlinked
+from layerjam.records.pieces import text_digest
+from layerjam.records.schema import DERIVED_FROM, ENTRIES, FILES, KINDS, WITHDRAWN
+
+SAME_NATURE = {"measured", "start", "run", "calibration"}
+"""Roles in which a synthetic source makes the derived record synthetic."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordView:
+    """One record.
+
+    `derived_from` are all its sources, near ones first. `used_by` are the records that derive
+    directly from it. `unlinked` are cited sources that are not in the database.
+    """
+
+    record: dict[str, Any]
+    derived_from: list[dict[str, Any]]
+    used_by: list[dict[str, Any]]
+    unlinked: list[dict[str, Any]]
+
+
+@dataclass
+class Verification:
+    """Number of compared digests, and the rows of changed or missing files."""
+
+    checked: int = 0
+    changed: list[dict[str, Any]] = field(default_factory=list)
+    missing: list[dict[str, Any]] = field(default_factory=list)
+
+
+def rows(db: Connection) -> list[dict[str, Any]]:
+    """Return a row for each record, oldest first."""
+    names = ("id", "kind", "name", "made_at", "by", "simulated")
+    columns = (*(ENTRIES.c[name] for name in names), WITHDRAWN.c.why.label("withdrawn"))
+    query = select(*columns).outerjoin(WITHDRAWN).order_by(ENTRIES.c.made_at, ENTRIES.c.id)
+    records = [dict(row) for row in db.execute(query).mappings()]
+    synthetic = _synthetic(db, (row["id"] for row in records if row["simulated"]))
+    return [{**row, "simulated": row["id"] in synthetic} for row in records]
+
+
+def _synthetic(db: Connection, start: Iterable[str]) -> set[str]:
+    """Return the records that are synthetic or simulated, or derive from such records."""
+    children: dict[str, list[str]] = defaultdict(list)
+    for row in db.execute(select(DERIVED_FROM)):
+        if row.role in SAME_NATURE:
+            children[row.parent].append(row.child)
+    ids: set[str] = set()
+    waiting = list(start)
+    while waiting:
+        ident = waiting.pop()
+        if ident not in ids:
+            ids.add(ident)
+            waiting += children[ident]
+    return ids
+
+
+def show(database: Database, ident: str) -> RecordView:
+    """Return one record by its id, or the first characters of it; RecordsError if there is none."""
+    with database.reading() as db:
+        full_id = resolve_record_id(db, ident, database.where)
+        if db is None:  # which `resolve_record_id` has refused
+            raise RecordsError(f"{database.where}: there are no records yet")
+        every = {row["id"]: row for row in rows(db)}
+        parents: dict[str, list[Any]] = defaultdict(list)
+        children = []
+        links = db.execute(select(DERIVED_FROM)).all()
+        for row in sorted(
+            links, key=lambda row: (row.role, every[row.parent]["name"], every[row.child]["name"])
+        ):
+            parents[row.child].append(row)
+            if row.parent == full_id:
+                children.append({**_short(every[row.child]), "role": row.role})
+        return RecordView(
+            record=_record(db, every[full_id]),
+            derived_from=list(_ancestors(full_id, parents, every)),
+            used_by=children,
+            unlinked=[
+                {"name": c.name, "role": c.role, "key": c.key} for c in unlinked(db, full_id)
+            ],
+        )
+
+
+def _short(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the columns that describe a record in a list."""
+    return {key: row[key] for key in ("id", "kind", "name", "simulated", "withdrawn")}
+
+
+def _ancestors(
+    ident: str, parents: Mapping[str, Sequence[Any]], every: Mapping[str, Mapping[str, Any]]
+) -> Iterator[dict[str, Any]]:
+    """Yield the sources of a record, near ones first; `child` derives from the source."""
+    links: set[tuple[str, str, str]] = set()
+    waiting = [ident]
+    for child in waiting:
+        for row in parents.get(child, ()):
+            if (child, row.parent, row.role) not in links:
+                links.add((child, row.parent, row.role))
+                waiting.append(row.parent)
+                yield {**_short(every[row.parent]), "role": row.role, "child": child}
+
+
+def _record(db: Connection, row: Mapping[str, Any]) -> dict[str, Any]:
+    same = ENTRIES.c.id == row["id"]
+    software, content = db.execute(select(ENTRIES.c.software, ENTRIES.c.content).where(same)).one()
+    file = db.execute(select(FILES).where(FILES.c.id == row["id"])).mappings().first()
+    if not KINDS[row["kind"]].columns:
+        content = {} if file is None else file
+    record = {**row, "software": software}
+    record |= {key: value for key, value in content.items() if key not in record}
+    for key in ("result", "checks", "covariance"):
+        if record.get(key):
+            record[key] = _parse_json(str(record[key]))
+    if row["kind"] == "calibration":
+        record["method"] = row["name"]
+    keys = ("name", "folder", "host", "bytes", "sha256")
+    record["added_from"] = None if file is None else {key: file[key] for key in keys}
+    mark = db.execute(select(WITHDRAWN).where(WITHDRAWN.c.id == row["id"])).mappings().first()
+    record["withdrawn"] = (
+        None if mark is None else {key: mark[key] for key in ("when", "why", "by")}
+    )
+    return record
+
+
+def _parse_json(text: str) -> Any:
+    """Return the value of a JSON text; other text is returned unchanged."""
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text
+
+
+def verify(database: Database, folders: Sequence[str | Path] = ()) -> Verification:
+    """Compare every file that is not withdrawn with its digest, and every text in the tables.
+
+    A file that has been moved is searched by its name in `folders`.
+    """
+    result = Verification()
+    with database.reading() as db:
+        if db is None:
+            return result
+        withdrawn_ids = {row.id for row in db.execute(select(WITHDRAWN.c.id))}
+        files = [dict(row) for row in db.execute(select(FILES)).mappings()]
+        texts = db.execute(select(ENTRIES).where(ENTRIES.c.kind.in_(["brake", "line"]))).all()
+    for file in files:
+        if file["id"] in withdrawn_ids:
+            continue
+        result.checked += 1
+        state = _state(file, folders)
+        if state:
+            keys = ("id", "kind", "name", "folder", "host", "sha256")
+            row = {key: file[key] for key in keys}
+            (result.changed if state == "changed" else result.missing).append(row)
+    for text in texts:
+        result.checked += 1
+        digest = text.content["sha256"]
+        if text_digest(text.content["toml"]) != digest:
+            entry = {"id": text.id, "kind": text.kind, "name": text.name}
+            result.changed.append({**entry, "folder": None, "host": None, "sha256": digest})
+    return result
+
+
+def _state(file: Mapping[str, Any], folders: Sequence[str | Path]) -> str:
+    """Return "changed" or "missing" for a file, or "" if it is unchanged."""
+    origin = Path(file["folder"]) / file["name"]
+    digests = {path: _digest(path) for path in (origin, *(Path(f) / file["name"] for f in folders))}
+    if file["sha256"] in digests.values():
+        return ""
+    # the same path on another machine is another file
+    is_here = file["host"] == node()
+    return "changed" if is_here and digests[origin] is not None else "missing"
+
+
+def _digest(path: Path) -> str | None:
+    """Return the SHA-256 of a file, or None if it cannot be read."""
+    try:
+        return sha256(str(path)) if path.is_file() else None
+    except OSError:
+        return None

@@ -1,0 +1,247 @@
+"""Records and their files with some numbers changed by name, checked like a file."""
+
+import hashlib
+import re
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from functools import cache
+from html import escape
+from types import MappingProxyType
+from typing import Any, ClassVar, Generic, Self, TypeVar
+
+from layerjam.errors import FileError, QuantityError, UnknownNameError, explain_arguments
+from layerjam.toml_files.reader import Reader
+from layerjam.toml_files.source import KINDS, Source
+from layerjam.toml_files.toml import quoted
+from layerjam.toml_files.values import Entry, entries
+from layerjam.toml_files.writer import commented_lines, literal, update_text
+from layerjam.units import build, get, quantities, show
+from layerjam.verdict import Acceptance
+
+R = TypeVar("R")
+Change = str | float | None
+"""Text with a unit, an SI number, or None: not known, or the default."""
+SET_BY_HAND = Source(kind="assumed", text="set with with_()")
+
+
+@cache
+def names(cls: type) -> Mapping[str, str]:
+    """Return {short name: dotted path} of every quantity of a record class.
+
+    The short name is the field's name if it is unique and its record is always present. Otherwise
+    the record's name comes first: `width`, `film_modulus`, `rope_stiffness`.
+    """
+    paths = {path: path.rpartition(".")[2] for path, _, _ in quantities(cls)}
+    count = Counter(paths.values())
+    optional = {path for path, entry in entries(cls) if entry.in_optional}
+    return MappingProxyType(
+        {
+            leaf if count[leaf] == 1 and path not in optional else path.replace(".", "_"): path
+            for path, leaf in paths.items()
+        }
+    )
+
+
+def by_path(cls: type, changes: Mapping[str, Change]) -> dict[str, float | None]:
+    """Return {dotted path: SI value or None} of changes by name.
+
+    Raises UnknownNameError with the nearest names, or QuantityError.
+    """
+    paths = names(cls)
+    specs = {path: (spec, required) for path, spec, required in quantities(cls)}
+    values: dict[str, float | None] = {}
+    for name, change in changes.items():
+        if name not in paths:
+            raise UnknownNameError("quantity", name, paths, quantity=name)
+        spec, required = specs[paths[name]]
+        if change is None and required:
+            raise QuantityError(f"{name}: {spec.text} cannot be left out", quantity=paths[name])
+        values[paths[name]] = None if change is None else spec.si(change, paths[name])
+    return values
+
+
+def with_changes(rec: R, changes: Mapping[str, Change]) -> R:
+    """Return the record with numbers changed by name; raises as `by_path` does."""
+    values = values_of(rec) | by_path(type(rec), changes)
+    return build(type(rec), {path: v for path, v in values.items() if v is not None})
+
+
+def values_of(rec: Any) -> dict[str, Any]:
+    """Return {dotted path: value} of all known values of a record."""
+    values = {path: get(rec, path) for path, _ in entries(type(rec))}
+    return {path: value for path, value in values.items() if value is not None}
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordFile(ABC, Generic[R]):
+    """A record with its name, the text of its file, and the source of each of its numbers."""
+
+    name: str
+    sources: Mapping[str, Source] = field(repr=False)
+    text: str = field(repr=False)
+    title: str = ""
+    path: str = field(default="", repr=False, compare=False)
+    """Path or description of the text's origin, for later errors; may be empty."""
+    notes: Mapping[str, Any] = field(default_factory=dict)
+    """The table [made_by], which only describes."""
+    accepted: tuple[Acceptance, ...] = ()
+    """Failed checks of the numbers that somebody accepted, from [[accepted]]."""
+
+    fields: ClassVar[Mapping[str, Entry]]
+    """{dotted path: Entry} of everything that such a file may set."""
+    holds: ClassVar[str]
+    """Name of the attribute that holds the record."""
+    heading: ClassVar[str]
+    """First comment of such a file."""
+    kind: ClassVar[type]
+    """Class of the record."""
+    name_rule: ClassVar[tuple[str, str]] = (r"(?s).*\S.*", "name is missing")
+    """Pattern of its name, and the error for another name."""
+
+    @classmethod
+    @abstractmethod
+    def read(cls, text: str, path: object) -> Self:
+        """Return the file from its TOML text; raises FileError with file and line."""
+
+    @staticmethod
+    @abstractmethod
+    def check(record: Any, /) -> None:
+        """Raise QuantityError for a record that is out of bounds or contradicts itself."""
+
+    @classmethod
+    def from_reader(cls, reader: Reader, *required: str, **more: Any) -> Self:
+        """Return the file of a filled reader, complete and checked; raises FileError."""
+        reader.require(*required)
+        with reader.locate_errors():
+            record: R = reader.record(cls.kind)
+            cls.check(record)
+        name, (pattern, wrong) = reader.words.get("name", ""), cls.name_rule
+        if not re.fullmatch(pattern, name):
+            raise reader.fail("name", wrong)
+        fields: dict[str, Any] = {cls.holds: record, "path": str(reader.path), **more}
+        title = reader.words.get("title", "")
+        fields["accepted"] = tuple(replace(a, file=str(reader.path)) for a in reader.accepted)
+        fields["notes"] = reader.notes
+        return cls(name=name, title=title, sources=reader.sources, text=reader.text, **fields)
+
+    @classmethod
+    def of(cls, record: R, name: str = "unnamed") -> Self:
+        """Return the file of a plain record; raises FileError if a file cannot hold it."""
+        fields: dict[str, Any] = {cls.holds: record}
+        bare = cls(name=name, sources={}, text="", **fields)
+        return cls.read(bare.render(name), f"{cls.holds} {name[:80]}")
+
+    @property
+    def record(self) -> R:
+        """The record itself."""
+        record: R = getattr(self, self.holds)
+        return record
+
+    @property
+    def known_values(self) -> dict[str, Any]:
+        """{dotted path: value in SI} of all known values."""
+        return values_of(self.record)
+
+    def rows(self) -> Iterator[tuple[str, str, str]]:
+        """Yield (dotted path, value in a readable unit, kind of its source) of each number."""
+        for path, value in values_of(self.record).items():
+            unit = getattr(self.fields[path].spec, "unit", None)
+            kind = self.sources[path].kind if path in self.sources else ""
+            yield path, str(value) if unit is None else show(value, unit), kind
+
+    def __str__(self) -> str:
+        rows = list(self.rows())
+        wide, wider = (max(len(row[column]) for row in rows) for column in (0, 1))
+        lines = (f"  {path:<{wide}}  {text:<{wider}}  {kind}".rstrip() for path, text, kind in rows)
+        return "\n".join([f"{self.holds} {self.title or self.name}", *lines])
+
+    def _repr_html_(self) -> str:
+        body = "".join(
+            f"<tr><th>{path}</th><td>{escape(text)}</td><td>{kind}</td></tr>"
+            for path, text, kind in self.rows()
+        )
+        return f"<table><caption>{escape(self.title or self.name)}</caption>{body}</table>"
+
+    @property
+    def sha256(self) -> str:
+        """Digest of the text, or of the rendered text if there is none."""
+        return hashlib.sha256((self.text or self.render(self.name)).encode()).hexdigest()
+
+    @property
+    def verdict(self) -> str | None:
+        """`accepted` or `passed`; None if no command of layerjam judged the numbers."""
+        return "accepted" if self.accepted else "passed" if "verdict" in self.notes else None
+
+    @explain_arguments
+    def with_(self, **changes: Change) -> Self:
+        """Return the file with some numbers changed by name: width="14 mm", film_modulus="2.5 GPa".
+
+        Text carries its unit, a number is SI, None is "not known" or the default. Other values keep
+        their sources. Raises UnknownNameError with the nearest names, QuantityError for a number
+        out of bounds, FileError for numbers that contradict each other.
+        """
+        values = by_path(type(self.record), changes)
+        return self.edited({p: None if v is None else (v, SET_BY_HAND) for p, v in values.items()})
+
+    def edited(
+        self,
+        changes: Mapping[str, tuple[Any, Source] | None],
+        *,
+        name: str | None = None,
+        tables: Mapping[str, Mapping[str, Any] | None] = MappingProxyType({}),
+    ) -> Self:
+        """Return the file with changed values by dotted path, text included; None removes a key.
+
+        `tables` are replaced or removed as a whole, before. Raises FileError for values that
+        contradict each other.
+        """
+        text = self.text if self._in_step() else self.render(self.name)
+        # a key that is not in the file need not be removed
+        edits = {p: c for p, c in changes.items() if c or p in self.known_values}
+        new_text = update_text(text, self.fields, edits, name=name, tables=tables)
+        return self.read(new_text, f"{self.holds} {(name or self.name)[:80]}")
+
+    def _in_step(self) -> bool:
+        """Whether the text describes the record; a replaced record may differ."""
+        try:
+            return self.read(self.text, self.name).record == self.record
+        except FileError:
+            return False
+
+    def render(self, name: str) -> str:
+        """Return a complete, commented file: every field with its meaning and bounds."""
+        lines = [
+            f"# {self.heading} Every quantity carries its unit; edit what differs for yours.",
+            "# A number can say where it comes from:",
+            '#   width = { value = "13 mm", kind = "measured", source = "caliper, 3 places" }',
+            f"# kind: {', '.join(KINDS)}",
+            f"name = {quoted(name)}",
+        ]
+        if self.title:
+            lines.append(f"title = {quoted(self.title)}")
+        rows = sorted(self.fields.items(), key=lambda row: "." in row[0])
+        lines += commented_lines(rows, self.known_values, self.sources)
+        for entry in self.accepted:
+            lines += ["", "[[accepted]]"]
+            lines += [f"{key} = {literal(word)}" for key, word in entry.to_toml().items()]
+        return "\n".join(lines) + "\n"
+
+
+def record_files(values: Iterable[Any]) -> Iterator[RecordFile[Any]]:
+    """Iterate over the record files among arguments: in lists, mappings and option records too."""
+    for value in values:
+        if isinstance(value, RecordFile):
+            yield value
+        elif isinstance(value, list | tuple):
+            yield from record_files(value)
+        elif isinstance(value, Mapping):
+            yield from record_files(value.values())
+        elif is_dataclass(value) and not isinstance(value, type):
+            yield from record_files(getattr(value, f.name) for f in fields(value))
+
+
+def paths_of(sources: Mapping[str, Source], kind: str) -> list[str]:
+    """Return the dotted paths of the numbers that come from one kind of source."""
+    return [path for path, source in sources.items() if source.kind == kind]

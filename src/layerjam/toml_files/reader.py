@@ -1,0 +1,134 @@
+"""One reader for all files of records: units, sources, and the line in every error."""
+
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+from layerjam.errors import FileError, LayerjamError, UnknownNameError
+from layerjam.toml_files.source import Source
+from layerjam.toml_files.toml import line_of, parse_toml, row_with
+from layerjam.toml_files.values import Entry, TextSpec, entries
+from layerjam.units import build
+from layerjam.verdict import Acceptance
+
+R = TypeVar("R")
+DESCRIBING = {word: Entry(TextSpec()) for word in ("name", "title", "note")}
+"""Texts that any file may hold and that only describe."""
+
+
+class Reader:
+    """Collector of SI values and sources by dotted path.
+
+    `values` holds the entries of `fields`, `words` the texts that only describe, `notes` the table
+    [made_by], `accepted` the tables [[accepted]].
+    """
+
+    def __init__(
+        self,
+        text: str,
+        path: object,
+        fields: Mapping[str, Entry],
+        words: Mapping[str, Entry] = DESCRIBING,
+    ) -> None:
+        self.text, self.path, self.fields, self.described = text, path, fields, words
+        self.tables = {p.split(".")[0] for p in fields if "." in p}
+        self.values: dict[str, Any] = {}
+        self.sources: dict[str, Source] = {}
+        self.words: dict[str, str] = {}
+        self.notes: dict[str, Any] = {}
+        self.accepted: tuple[Acceptance, ...] = ()
+
+    def fail(self, key: str, reason: object) -> FileError:
+        """Return the error, with the line of the key."""
+        return FileError(self.path, str(reason), line_of(self.text, key))
+
+    @contextmanager
+    def locate_errors(self, key: str = "") -> Iterator[None]:
+        """Turn errors inside into FileErrors, with the line of the quantity they name or of `key`.
+
+        An error may also name a text of the file, such as a constraint.
+        """
+        try:
+            yield
+        except FileError:
+            raise
+        except LayerjamError as err:
+            name = err.quantity or ""
+            line = line_of(self.text, name) or row_with(self.text, name)
+            line = line or line_of(self.text, key)
+            raise FileError(self.path, str(err), line) from None
+
+    def take(self, tables: Mapping[str, Any] | None = None, table: str = "") -> None:
+        """Read every entry of a file, or of one of its tables."""
+        entries_of_table = parse_toml(self.text, self.path) if tables is None else tables
+        for key, value in entries_of_table.items():
+            path = f"{table}.{key}" if table else key
+            if path in self.fields:
+                self.entry(path, value)
+            elif not table and key in self.described:
+                with self.locate_errors(key):
+                    self.words[key] = self.described[key].spec.read(value, key)
+            elif not table and key in self.tables:
+                if not isinstance(value, dict):
+                    raise self.fail(key, f"{key} must be a table, [{key}]")
+                self.take(value, key)
+            elif path == "made_by" and isinstance(value, dict):
+                self.notes = value
+            elif path == "accepted" and isinstance(value, list):
+                with self.locate_errors(path):
+                    self.accepted = tuple(Acceptance.read(row) for row in value)
+            else:
+                raise self.fail(path, self.unknown(path))
+
+    def unknown(self, key: str) -> UnknownNameError:
+        """Return the error for an unknown key."""
+        return UnknownNameError("key", key, [*self.fields, *self.tables, *self.described])
+
+    def entry(self, path: str, entry: object) -> None:
+        """Read one value, plain or with its source."""
+        if path not in self.fields:
+            raise self.fail(path, self.unknown(path))
+        value, source = entry, Source()
+        if isinstance(entry, dict) and not self.fields[path].table:
+            with self.locate_errors(path):
+                value, source = Source.read(entry, path)
+        with self.locate_errors(path):
+            self.values[path] = self.fields[path].spec.read(value, path)
+        self.sources[path] = source
+
+    def rows(self, key: str, tables: object, cls: type[R]) -> tuple[R, ...]:
+        """Return one record for each table of an array of tables, [[key]]."""
+        if not isinstance(tables, list) or not all(isinstance(row, dict) for row in tables):
+            raise self.fail(key, f"{key}: each begins with a line [[{key}]]")
+        fields = dict(entries(cls, f"{key}."))
+        records = []
+        for row in tables:
+            inner = Reader(self.text, self.path, fields)
+            inner.take(row, key)
+            inner.require()
+            records.append(inner.record(cls, f"{key}."))
+        return tuple(records)
+
+    def require(self, *more: str) -> None:
+        """Raise FileError if a required value, or one of `more`, is missing."""
+        tables = {p.rpartition(".")[0] for p in self.values}
+        due = [
+            path
+            for path, e in self.fields.items()
+            if path not in self.values
+            and (path in more or (e.required and not self._absent(path, e, tables)))
+        ]
+        if due:
+            names = ", ".join(f"{p} ({self.fields[p].spec.text})" for p in due[:4])
+            reason = f"{names} {'is' if len(due) == 1 else 'are'} missing"
+            raise self.fail(due[0] if "." in due[0] else "", reason)
+
+    @staticmethod
+    def _absent(path: str, entry: Entry, tables: Collection[str]) -> bool:
+        return entry.in_optional and path.rpartition(".")[0] not in tables
+
+    def record(self, cls: type[R], prefix: str = "") -> R:
+        """Return the record of the values read under a prefix."""
+        inside = (p for p, _ in entries(cls, prefix) if p in self.values)
+        with self.locate_errors():
+            return build(cls, {p.removeprefix(prefix): self.values[p] for p in inside})
