@@ -326,7 +326,7 @@ def test_bad_files_are_refused_in_one_sentence(run, tmp_path, command, text, wor
         ("enclosure", ["--columns", "strain:mm,stress:MPa"], "not a unit of strain"),
         ("leak", ["--volume", "3 mm"], "units of m^3"),
         ("leak", ["--volume", "0 mL"], "is not allowed"),
-        ("leak", ["--temperature", "23"], "no temperature"),
+        ("leak", ["--temperature", "23"], "not a temperature"),
         ("leak", ["--from", "190s"], "is not held"),
         ("pump-down", ["--flow", "3 mL"], "m^3/s"),
         ("pump-down", ["--reading", "vacuum"], ""),

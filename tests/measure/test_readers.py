@@ -249,7 +249,7 @@ def test_small_parts() -> None:
 
 
 @pytest.mark.parametrize(
-    "module", ["measure.options", "measure.sidecar", "measure.readers.read", "lab.campaign"]
+    "module", ["measure.options", "measure.sidecar", "measure.readers.read", "campaigns.campaign"]
 )
 def test_imports_stay_light(module: str) -> None:
     heavy = {"jax", "pandas", "pint"}

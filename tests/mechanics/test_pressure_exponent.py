@@ -133,9 +133,7 @@ def test_an_exponent_of_sheets_without_spacers_needs_its_range() -> None:
     with pytest.raises(QuantityError, match=r"lowest_pressure: is missing.*without bound"):
         validate(fanned(-0.3, None))
     validate(fanned(0.3, None))
-    flat = replace(fanned(-0.3), mount=replace(KAPTON.mount, spacers=True))
     with pytest.raises(QuantityError, match="lowest_pressure: is for a pressure_exponent of"):
-        validate(flat)
-    thick = replace(fanned(-0.6), sheets=replace(KAPTON.sheets, count=45))
+        replace(fanned(-0.3), mount=replace(KAPTON.mount, spacers=True))
     with pytest.raises(QuantityError, match="their friction would fall as the vacuum rises"):
-        validate(thick)
+        replace(fanned(-0.6), sheets=replace(KAPTON.sheets, count=45))

@@ -18,8 +18,10 @@ KAPTON = load("choi2018-kapton")
 
 
 def of(**sheets: Any) -> Any:
-    brake = replace(KAPTON.brake, sheets=replace(KAPTON.brake.sheets, **sheets))
-    return replace(KAPTON, brake=brake)
+    changed = replace(KAPTON.brake.sheets, **sheets)
+    length = changed.overlap + max(changed.free_left, changed.free_right) + 0.05
+    changed = replace(changed, length=max(changed.length, length))
+    return replace(KAPTON, brake=replace(KAPTON.brake, sheets=changed))
 
 
 def sides(axes: Any) -> tuple[list[Any], list[Any]]:
