@@ -59,7 +59,7 @@ def test_a_person_is_told_and_asked_twice(tmp_path: Path) -> None:
             crosshead=Manual(lambda: next(keys), said.append),
         )
     assert made.outcome == "FINISHED" and len(said) == 2
-    assert "pull at 13 mm/s until 40 mm" in said[0] and "stands at 40 mm" in said[1]
+    assert "pull at 13 mm/s until 40 mm" in said[0] and "is at 40 mm" in said[1]
     run = read_run(made.file)
     marked = np.flatnonzero(run.columns["flags"] & 4)
     assert len(marked) > 20 and np.array_equal(np.diff(marked), np.ones(len(marked) - 1))
