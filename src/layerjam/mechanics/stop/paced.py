@@ -216,7 +216,7 @@ def _finish(run: Run, case: PacedProblem) -> Run:
     slip, speed = jnp.where(used, case.travel, state[0]), jnp.where(used, state[1], 0.0)
     return run._replace(
         time=run.time + last,
-        state=state.setup[0].set(slip).setup[1].set(speed),
+        state=state.at[0].set(slip).at[1].set(speed),
         peak=jnp.maximum(run.peak, jnp.where(ends, highest, run.peak)),
         code=jnp.where(run.code == MOVING, NOT_A_CASE, jnp.where(used, BOTTOMED_OUT, STOPPED)),
     )
