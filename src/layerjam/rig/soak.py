@@ -30,7 +30,7 @@ WARM = 60.0
 """Time [s] of the board before its memory is first read."""
 VENTED = 5.0
 """Time [s] before the first order, in which the board notes the zero of its sensor."""
-LOOKS = 2
+LOOKS = 6
 """Number of readings of the memory, of which the least counts."""
 BLOCK = 200
 """Number of records fetched at once."""
