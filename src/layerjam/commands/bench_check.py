@@ -43,7 +43,7 @@ def _line(value: AnyLine, _given: Mapping[str, Any]) -> LineFile:
 class BenchChecked(Result, Checked):
     """Result of a bench check."""
 
-    tuned: str | None = fact("file of the measured line, null without --tune", default=None)
+    tuned: str | None = fact("file of the measured line; null unless --tune is given", default=None)
     next_step: str | None = fact("command to type next", listed=False, default=None)
 
     def lines(self) -> Iterator[str]:

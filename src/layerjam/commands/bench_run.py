@@ -93,7 +93,7 @@ class RunRecorded(Judged):
     file: str | None = fact("file of the run; null if a check failed")
     simulated: bool = fact("whether no hardware was behind it")
     shots: Sequence[Mapping[str, Any]] | None = fact(
-        "each record of the accelerometer, null without --shot", listed=False, default=None
+        "each record of the accelerometer; null unless --shot is given", listed=False, default=None
     )
 
     @property

@@ -52,7 +52,7 @@ class Report(Result):
 
     record: BrakeReport | None = None
     report: str | None = fact("the page; null if a check failed")
-    pdf: str | None = fact("the page as PDF, null without the extra 'pdf'")
+    pdf: str | None = fact("the page as PDF; null unless the extra 'pdf' is installed")
     numbers: str | None = fact("every number, as CSV")
     results: str | None = fact("everything, as JSON")
     figures: Sequence[str] = fact(

@@ -47,7 +47,8 @@ class Checked:
     zero: float | None = number("Pa", "reading with the vent open")
     noise: float | None = number("Pa", "standard deviation of that reading")
     expected: dict[str, float] | None = fact(
-        "rate, top, leak, vent and lag of the line in SI units, null without a line", listed=False
+        "rate, top, leak, vent and lag of the line in SI units; null unless a line is given",
+        listed=False,
     )
     feasible: bool = fact("whether the bench can regulate, and is like the line if one is given")
     reason: str | None = fact("reason if it is not feasible")
@@ -70,7 +71,7 @@ class Flashed:
     """Content of a board after flashing, and its response."""
 
     board: str = fact("kind of board")
-    image_sha256: str | None = fact("SHA-256 of the image, null without an image")
+    image_sha256: str | None = fact("SHA-256 of the image; null unless an image is given")
     files: tuple[str, ...] = fact("files written to the board and read back", listed=False)
     verified: bool = fact("whether the board then runs this package's firmware")
     identity: str | None = fact("what the board says of itself then")
