@@ -79,7 +79,8 @@ def targets_for(
 ) -> tuple[Array, Mask, list[str]]:
     """Return the vacuum [Pa] for each target force [N] at a slip [m], whether it exists, reasons.
 
-    Below the enclosure's own force the least vacuum stands, above the greatest force `most` [Pa].
+    Targets below the enclosure's own force get the least vacuum, those above the greatest force
+    get `highest` [Pa].
     `pace` [m/s] is how fast the sheets slide, where friction depends on it; None: ever so slowly.
     """
     count = len(slip)

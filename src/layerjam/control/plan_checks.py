@@ -13,7 +13,7 @@ MAX_CHANCE = 0.05
 
 
 def plan_checks(plan: Plan, chance: float) -> Iterator[Check]:
-    """Return the checks of a plan; `beyond` is the chance to need more slip than the travel."""
+    """Return the checks of a plan; `chance` is that of needing more slip than the travel."""
     if plan.needed is not None:
         yield _knife_edge(plan, plan.needed)
     yield from _strength(plan)

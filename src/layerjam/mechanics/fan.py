@@ -50,7 +50,7 @@ class Sheets(NamedTuple):
 
 
 def fan_of(brake: Brake, factor: Any = 1.0) -> Fan | None:
-    """The fan of a brake that says whether it has spacers; `pressed` is (P/P_test)^m."""
+    """The fan of a brake that says whether it has spacers; `factor` is (P/P_test)^m."""
     sheets, mount = brake.sheets, brake.mount
     if mount.spacers is None:
         return None
@@ -92,7 +92,7 @@ def force_of(slip: Any, sheets: Any) -> Any:
 
 
 def scale_friction(sheets: Any, factor: Any) -> Any:
-    """The sheets with `more` times the friction coefficient, which their fan amplifies the more.
+    """Return the sheets with `factor` times the friction coefficient; their fan amplifies more.
 
     All interfaces slide at one speed, so that a coefficient which depends on it is one for all of
     them, and the derivation above holds as it stands.
@@ -209,7 +209,7 @@ def amplification(slip: Any, brake: Brake) -> Any:
 
 
 def straight(brake: Brake, caller: str) -> Brake:
-    """The brake without a word of spacers, for `what` computes with a straight line of friction.
+    """Return the brake with unstated spacers, for a `caller` that needs friction linear in slip.
 
     With spacers the scale factor loses what it holds of another brake's fan. Raises QuantityError
     for a brake without spacers.

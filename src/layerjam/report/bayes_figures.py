@@ -153,7 +153,7 @@ def vacuum_for_force(
 ) -> style.Figure:
     """The vacuum that gives a force, with its band, and how likely none does.
 
-    At a `slip` [m], a third of the usable travel unless given; `asked` [N] is marked with its
+    At a `slip` [m], a third of the usable travel unless given; `target` [N] is marked with its
     vacuum in words.
     """
     place = fit.brake.sheets.usable_travel / 3 if slip is None else slip

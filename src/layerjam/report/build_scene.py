@@ -197,7 +197,7 @@ def fitting(world: Scene, side: Side) -> Body:
 
 
 def tie(world: Scene, side: Side, gap: float = 0.0) -> Body:
-    """A cable tie around the neck, `over` mm above the groove's ground."""
+    """A cable tie around the neck, `gap` mm above the bottom of the groove."""
     lengths, build = world.lengths, world.build
     depth, wide = mm(build.tie_depth), mm(build.tie_width)
     a, b = lengths.neck_a - depth + gap, lengths.neck_b - depth + gap

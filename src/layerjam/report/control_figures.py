@@ -63,7 +63,7 @@ def bench_panes(time: Any, vacuum: Any, target: Any, **pane: Any) -> list[Pane]:
 def watched(
     time: Sequence[float], vacuum: Sequence[float], target: Sequence[float], simulated: bool = False
 ) -> style.Figure:
-    """The figure of `seen`."""
+    """Return the figure of `bench_panes`."""
     detail = f"over {show(max(float(time[-1]), 1e-3), 's', 3)}"
     detail = "a virtual board: computed, not measured" if simulated else detail
     return draw(bench_panes(time, vacuum, target, headline="Vacuum of the bench", detail=detail))
@@ -117,7 +117,7 @@ def frequency_response(
 
 
 STEPS = 25
-"""Uncertainties drawn, from none to `MOST` times the one given."""
+"""Uncertainties drawn, from none to `WIDEST` times the one given."""
 WIDEST = 2.0
 GUESS = 0.1
 """Standard deviation of the speed over its mean, where none was given."""

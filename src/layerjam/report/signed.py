@@ -71,7 +71,7 @@ FileFacts = Sequence[tuple[str, Facts]]
 def identity(facts: FileFacts, number: str, customer: str, date: str) -> dict[str, str]:
     """Return what identifies a report: {words: text}, each text `NOT_STATED` if missing.
 
-    `number` and `customer` replace those of the sidecars if not empty; `issued` is a day.
+    `number` and `customer` replace those of the sidecars if not empty; `date` is a day.
     """
     return {
         "report number": number or _common(facts, "number"),

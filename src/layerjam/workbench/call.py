@@ -86,7 +86,7 @@ class Call:
     def run(self, function: Callable[..., Any] | None = None, **more: Any) -> Any:
         """The result, with the user's names of files; raises LayerjamError as the command does.
 
-        `by` is asked instead of the command, where only a part of its answer is wanted.
+        `function` runs instead of the command if only a part of its answer is needed.
         """
         try:
             result = (function or load(self.name))(

@@ -51,13 +51,13 @@ class Asking:
         return word(self.desk, self.name, option)
 
     def slider(self, key: str, is_shown: Callable[[], bool] | None = None) -> ui.column:
-        """A control's slider; with `seen` it is there only while that is so."""
+        """Add a control's slider; with `is_shown` it is visible only while that returns true."""
         with self.show_while(is_shown) as box:
             Slider(self.desk, self.name, self.controls()[key], lambda: self.controls()[key])
         return box
 
     def show_while(self, is_shown: Callable[[], bool] | None) -> ui.column:
-        """A column whose content is there only while `seen()`, looked at after every change."""
+        """Add a column that is visible only while `is_shown()`, asked after every change."""
         box = ui.column().classes("w-full gap-2")
         if is_shown is not None:
 
@@ -110,7 +110,7 @@ class View(Asking):
 
 
 class Page(View):
-    """A tab; `title` stands above it as its heading, `about` beside that as a sentence."""
+    """A tab with its heading, `title`, and a sentence next to it, `summary`."""
 
     title = summary = ""
 

@@ -40,7 +40,7 @@ class Panel:
     # ---- what stands on the page
 
     def build(self, ident: str, label: str, look: str = "", act: Any = None) -> None:
-        """The chart; `what` it shows, for those who cannot see it."""
+        """Build the chart; `label` describes it for screen readers."""
         self.chart = chart(ident, label, look, act)
 
     def build_row(self) -> ui.row:

@@ -34,7 +34,7 @@ class PeakSetting:
     def __init__(
         self, desk: Desk, page: str, call: Callable[[], Call], limit: Callable[[], float]
     ) -> None:
-        """`now` is the pull that is shown; `most` the greatest vacuum of the page [Pa]."""
+        """`call` is the pull that is shown, `limit` the greatest vacuum of the page [Pa]."""
         self._desk, self._page, self._now, self._most = desk, page, call, limit
         self._asked: float | None = None
         self._seeking = False

@@ -89,7 +89,7 @@ class State:
         return tuple(pin.subject for pin in self.pins if pin.command == MEASURED)
 
     def without_files(self, keys: Collection[str] = ()) -> "State":
-        """The state without pins of dropped files, but of those that are `there`."""
+        """Return the state without pins of dropped files, except the files with these `keys`."""
         pins = (p for p in self.pins if p.command != MEASURED or p.subject in keys)
         return replace(self, pins=tuple(pins))
 

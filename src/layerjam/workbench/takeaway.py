@@ -53,7 +53,7 @@ async def give(make: Callable[[], str | bytes], name: str, kind: str = "") -> No
 
 
 def row(ident: str, chart: ui.echart, source: Callable[[], Takeable | None]) -> ui.row:
-    """The buttons under a chart; `shown` is what it shows now, None while it shows nothing."""
+    """Add the buttons under a chart; `source` returns what it shows, or None."""
 
     async def take(ending: str, make: Callable[[Takeable], str | bytes], kind: str = "") -> None:
         item = source()

@@ -18,7 +18,7 @@ QUIET = "text-sm opacity-80"
 
 
 def dress(element: E, ident: str = "", classes: str = "", look: str = "", **more: Any) -> E:
-    """The element with its name in tests, classes, flags (`how`) and other attributes.
+    """Return the element with its name in tests, classes, flags (`look`) and other attributes.
 
     An underscore in an attribute's name stands for a dash: `aria_label`.
     """
@@ -139,8 +139,8 @@ def zone(area: ui.upload, label: str, ident: str, classes: str = "w-full") -> ui
 def columns(classes: str = "", all_shown: bool = False) -> tuple[ui.column, ui.column]:
     """Controls on the left, results on the right.
 
-    Where it is narrow they stand below each other: the first two controls, a button that shows the
-    others, and the results; with `whole` every control stands there at once.
+    On a narrow screen they are stacked: the first two controls, a button that shows the others, and
+    the results; with `all_shown` all controls are visible from the start.
     """
     with ui.row().classes(f"w-full no-wrap items-start gap-6 page {classes}") as row:
         side = ui.column().classes("side")

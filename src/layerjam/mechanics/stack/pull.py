@@ -68,7 +68,7 @@ _BREAKS = 500  # breaks in one increment, per sheet
 def _overload(
     level: float, stack: Stack, state: State, t: Trial, marks: Flags
 ) -> float:  # pragma: no cover
-    """Return the largest relative excess over a static bound; `marked` are those > `level`."""
+    """Return the largest relative excess over a static bound; `marks` are those > `level`."""
     worst, stiff = -1.0, stiffness_sum(stack)
     reach = 2 * abs(t.values[CAP]) + abs(state.values[ELONGATION])
     for i in range(len(stack.friction)):

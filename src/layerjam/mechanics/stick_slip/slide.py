@@ -305,7 +305,7 @@ def slide(
 ) -> State:
     """Run from rest with a loose spring until the end, the last event, or steady sliding.
 
-    Entries of `at` may be arrays of one shape: all cases then run at once. `events` and `samples`
+    Entries of `case` may be arrays of one shape: all cases then run at once. `events` and `samples`
     size the tables, `max_actions` bounds the actions. `exact` is by default what `constant` says.
     """
     case = jax.tree.map(lambda v: np.asarray(v, np.float64), case)

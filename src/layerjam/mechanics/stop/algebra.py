@@ -87,7 +87,7 @@ def root_of(square: Any) -> Any:
 
 
 def balance_root(case: Setup, limit: Any) -> Any:
-    """sqrt of the slip at which the falling force meets the weight, or `far` if that comes first.
+    """Return sqrt of the slip at which the falling force meets the weight, at most `limit`.
 
     Up to there the kinetic energy falls (or first rises, then falls), so its first root is the
     only one.
@@ -107,7 +107,7 @@ def balance_root(case: Setup, limit: Any) -> Any:
 
 
 def quartic(case: Setup, linear: Any) -> Quartic:
-    """The kinetic energy while slip spreads over the enclosure, or once `saturated`."""
+    """Return the kinetic energy while slip spreads over the enclosure, or `linear`: after that."""
     c, e = case.c, case.enclosure.root
     compliance, excess = case.compliance, case.weight - case.onset
     slope = case.enclosure.stiffness / case.enclosure.reach

@@ -86,7 +86,7 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
 
     `spring` [N/m] is rope and brake in series, `gravity` [m/s^2] acts along the pull (0 for a
     horizontal one); all broadcast. Exact: closed-form work, one bracketed root, the first one. With
-    a speed law (of a power above 0) integrated, see `paced`, and not reversely differentiable. With
+    a speed law (of a power above 0) integrated, see `paced_stop`, and not reversely differentiable. With
     a hyperelastic enclosure its work is a quadrature; NOT_A_CASE where that is stretched too far.
     """
     result = _exact(mass, speed, vacuum, spring, gravity, brake)

@@ -178,9 +178,10 @@ def filling(part, values, stride, first):  # type: ignore[no-untyped-def]  # pra
 
 @cache_threadsafe
 def kernel() -> Any:
-    """The loops, compiled once (a few seconds) and kept on disk: how many of `lost` they set.
+    """Return the loops, compiled once (a few seconds) and kept on disk.
 
-    They write into what they are given of `out` and set `lost` where the root was not found.
+    They write the results into `out`, set `misses` where the root was not found, and return the
+    number of misses.
     """
     parts = (algebra.__file__, compiled.__file__, exact.__file__, __file__)
     stamp = stamp_of(map(Path, parts))

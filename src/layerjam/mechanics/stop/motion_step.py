@@ -106,7 +106,7 @@ def _extend_brake(
 ) -> _Extension:
     """Draw the brake by `distance` [m] from a taut state; it slides where `slides`, else it sticks.
 
-    Friction goes from `c` [N/m] to that of `at` evenly over the slip.
+    Friction goes from `c` [N/m] to that of `setting` linearly over the slip.
     """
     elongation = motion.drawn + distance
     if motion.enclosure is None:

@@ -138,7 +138,7 @@ def _first_moment(case: PacedProblem, arrival: Any) -> tuple[Any, Any]:
 
 
 def _attempt(run: Run, case: PacedProblem, greatest: Any, tolerance: Any) -> Run:
-    """One step, taken if its error allows it; the one that holds the end is left to `_ended`."""
+    """Take one step if its error allows it; `_finish` takes the one that contains the end."""
     new, errors = rosenbrock(lambda y: rates_of(y, case), run.state, run.step)
     slip, speed, pace, _ = run.state
     error = jnp.maximum(
@@ -295,7 +295,7 @@ def paced_course(case: PacedProblem, speed: Any) -> Course:
 def paced_of(
     setup: Setup, gravity: Any, fan: Fan | None, brake: Brake, law: SpeedLaw
 ) -> PacedProblem:
-    """The constants of a stop, all of one shape; `at` has the onset at rest."""
+    """The constants of a stop, all of one shape; `setup` has the onset at rest."""
     shape = jnp.shape(setup.kinetic)
     safe = SpeedLaw(
         power=jnp.where(law.power > 0, law.power, 1.0),  # type: ignore[arg-type]

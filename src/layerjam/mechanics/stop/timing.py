@@ -63,7 +63,7 @@ def expand_energy(energy: Callable[[Any], Any], slope: Callable[[Any], Any]) -> 
 def expand_quartic(part: Quartic, end: Any, sign: Any) -> Expansion:
     """Return the expansion of a quartic from its exact derivatives: no digits are lost near zero.
 
-    From `end` in the direction `way` (1 or -1).
+    It starts at `end`, in the direction `sign` (1 or -1).
     """
     end_energy, first = jnp.maximum(value(part, end), 0.0), sign * slope_of(part, end)
     second = 2 * part.a2 + end * (6 * part.a3 + end * 12 * part.a4)

@@ -85,7 +85,7 @@ class Form(Asking):
     name = PAGE
 
     def __init__(self, desk: Desk, use_text: Callable[[str], None]) -> None:
-        """`written` takes the TOML text."""
+        """Take the function that receives the TOML text, `use_text`."""
         super().__init__(desk)
         self.use_text = use_text
 

@@ -109,7 +109,7 @@ def _on_grid(curves: Sequence[Curve], grid: np.ndarray) -> list[Curve]:
 def saw(
     result: Any, brake_facts: Any, dark: bool, pins: Mapping[str, Any] = NONE
 ) -> dict[str, Any]:
-    """Force over elongation of a pull that sticks and slips; `pins` as in `pulled`."""
+    """Return force over elongation of a pull that sticks and slips, with the curves of `pins`."""
     quiet = {label: pin_result.quiet_curves() for label, pin_result in pins.items()}
     (pane,) = add_comparisons(result.panes(), quiet)
     top = round_up(max(brake_facts.holding_force, pane.y_range[1]))
