@@ -96,7 +96,7 @@ class Desk:
     def put(
         self, page: str, key: str, value: Value, *, single: bool = False, follow: bool = False
     ) -> None:
-        """Set a control; successive moves of one control are one step of undo, except a `single` one.
+        """Set a control; successive moves of one control are one step of undo, unless `single`.
 
         With `follow` the control follows: it was not that which moved.
         """
