@@ -193,9 +193,9 @@ def _modes(peaks: style.Axes, chances: style.Axes, plan: Plan) -> None:
     chances.set_ylim(0, min(max(chances.get_ylim()[1] * 1.3, 5.0), 130))
     chances.set_ylabel("chance to run out of travel [%]")
     for axes in (peaks, chances):
-        axes.set(xlim=(0, x[-1]), xlabel=f"standard deviation of the energy{from_speed} [%]")
+        axes.set(xlim=(0, x[-1]), xlabel=f"SD of the energy{from_speed} [%]")
         if given:
             style.upright(axes, energy_sd(plan.case) * 100, "as given", share=0.03)
         style.key(axes, loc="upper left")
-    style.title(peaks, "Force on the mass", "expected peak of those that stop")
-    style.title(chances, "Faults", f"it needs more than the brake's {usable}")
+    style.title(peaks, "Deceleration of the mass", "expected peak of those that stop")
+    style.title(chances, "Risk of too little travel", f"more slip than the brake's {usable}")

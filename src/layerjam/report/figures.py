@@ -48,7 +48,7 @@ def force_over_vacuum(file: BrakeFile, slip: float, target: float, vacuum: float
     axes.plot(pressure * KPA, force, color=BLUE)
     axes.set(xlabel="vacuum [kPa]", ylabel="force [N]", xlim=(0, None))
     axes.set_ylim(0, 1.12 * max(float(force.max()), target))
-    style.level(axes, target, f"wanted {show(target, 'N')}")
+    style.level(axes, target, f"required {show(target, 'N')}")
     if np.isfinite(vacuum):
         style.upright(axes, vacuum * KPA, show(vacuum, "Pa"), RED, share=0.03)
         style.spot(axes, vacuum * KPA, target)

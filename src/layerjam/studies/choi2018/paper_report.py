@@ -51,12 +51,12 @@ BANNER = (
     "quoted from the paper; 'ours' was computed in this run."
 )
 MEANING = (
-    "What tests the paper is 'reproduced' (a printed number that comes out of others, within half "
-    "of its last digit unless the row says otherwise) and 'differs'. 'Consistent' is arithmetic on "
-    "the paper's own numbers, or a statement that they bear out. 'By construction' says nothing "
-    "about the paper: what is printed went in. 'Ours to explain' is a difference that our reading "
-    "or our assumptions may cause; 'not reproducible' rests on what nobody published. A row in "
-    "brackets looks once more at a claim that is counted already."
+    "Two verdicts test the paper: 'reproduced' (a printed number that follows from others, within "
+    "half of its last digit unless the row says otherwise) and 'differs'. 'Consistent' is "
+    "arithmetic on the paper's own numbers, or a statement that they confirm. 'By construction' "
+    "does not test the paper, because the printed number is an input. 'Ours to explain' is a "
+    "difference that our reading or our assumptions may cause. 'Not reproducible' needs data that "
+    "nobody published. A row in brackets repeats a claim that is already counted."
 )
 FOOTER = "Verdicts are computed from the numbers and from what ours rests on, never typed in."
 MARKS = {
