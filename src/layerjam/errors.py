@@ -118,7 +118,7 @@ def explain_arguments(target: T) -> T:
             if error.__traceback__ is None or error.__traceback__.tb_next is not None:
                 raise  # inside the call
             words = _explain_arguments(call, is_class, args, named)
-            name = target.__name__ if is_class else call.__qualname__  # type: ignore[attr-defined]
+            name = target.__name__ if is_class else call.__name__  # type: ignore[attr-defined]
             raise ArgumentError(f"{name}() {words}") from None
 
     if not is_class:

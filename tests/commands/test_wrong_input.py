@@ -244,7 +244,7 @@ NAMES: list[tuple[Callable[[], object], str]] = [
     (lambda: lj.Procedure(5), "procedure: 5 is not a tuple of steps"),
     (lj.Procedure, "Procedure() needs steps"),
     (lambda: lj.read_trace(5), "path: 5 is not text or a path"),
-    (lambda: BRAKE.with_("13 mm"), "Brake.with_() takes values by name alone"),
+    (lambda: BRAKE.with_("13 mm"), "with_() takes values by name alone"),
     (lambda: lj.load(KAPTON).with_("13 mm"), "with_() takes values by name alone"),
 ]
 
