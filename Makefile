@@ -30,7 +30,7 @@ slow: $(STAMP)
 	XLA_FLAGS="$(COMPILES) $(XLA_FLAGS)" $(TEST) -m slow tests
 	$(TEST) tests/paper
 
-# The long tests with all their random cases, of which `make slow` takes a share: two hours.
+# The long tests with all their random cases, of which `make slow` takes a share: over an hour.
 campaigns: $(STAMP)
 	LAYERJAM_FULL=1 XLA_FLAGS="$(COMPILES) $(XLA_FLAGS)" $(TEST) -m slow tests
 
