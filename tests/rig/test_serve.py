@@ -387,6 +387,21 @@ def test_a_client_that_waits_for_a_capture_holds_up_no_other(port: int) -> None:
     other.close()
 
 
+def test_lines_that_wait_are_limited(port: int) -> None:
+    """A client that sends on while its line waits is disconnected before it fills the memory."""
+    client = Client(port)
+    client.send("*CLS;TRIG:SOUR BUS;:INIT;*OPC?")
+    with pytest.raises(OSError, match=r"reset|[Bb]roken|closed|abort"):
+        for _ in range(10_000):
+            client.send("*IDN?")
+            time.sleep(1e-4)
+    client.close()
+    other = Client(port)
+    assert other.ask("*IDN?").startswith("layerjam")
+    other.send("ABOR")
+    other.close()
+
+
 def test_our_driver_waits_too() -> None:
     with open_bench("sim:choi2018?speed=20") as bench:
         bench.tell("TRIG:SOUR IMM;:INIT")

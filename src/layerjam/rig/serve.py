@@ -32,6 +32,8 @@ GUEST = 15
 """Session of the board that all other clients share."""
 GUESTS = 64
 """Largest number of such clients; one more closes the oldest."""
+WAITING = 1024
+"""Largest number of lines behind one that waits; a socket with more is closed."""
 LONGEST = 1024
 """Longest line [bytes]; the board rejects a longer one, -363."""
 ENDLESS = 65536
@@ -130,15 +132,16 @@ class Gateway:
         session: int,
         line: bytes,
         later: list[bytes],
-        more: Callable[[], Awaitable[list[bytes]]],
+        more: Callable[[int], Awaitable[list[bytes]]],
     ) -> bytes:
         """Return the board's response, also to a line that waits for a capture to end.
 
-        Meanwhile the client's lines from `more` go to `later`, unless they stop something.
+        Meanwhile the client's lines from `more` go to `later`, unless they stop something; `more`
+        gets their number.
         """
         answer = await self.ask(session, line)
         while answer == PENDING:
-            for new in await more():
+            for new in await more(len(later)):
                 if STOP.fullmatch(new):
                     await self.ask(session, new)
                 else:
@@ -191,11 +194,11 @@ class Gateway:
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         splitter, is_greeted = Splitter(), False
 
-        async def more() -> list[bytes]:
+        async def more(count: int) -> list[bytes]:
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(POLL):
                     data = await reader.read(4096)
-                if not data:
+                if not data or count > WAITING:
                     raise ConnectionError
                 return splitter.feed(data)
             return []
@@ -236,10 +239,11 @@ class Gateway:
         came = asyncio.Event()
         loop.add_reader(master, came.set)
 
-        async def more() -> list[bytes]:
+        async def more(count: int) -> list[bytes]:
             await asyncio.sleep(POLL)
-            with contextlib.suppress(BlockingIOError):
-                return splitter.feed(os.read(master, 4096))
+            if count <= WAITING:  # the rest stays with the terminal
+                with contextlib.suppress(BlockingIOError):
+                    return splitter.feed(os.read(master, 4096))
             return []
 
         try:
