@@ -14,6 +14,7 @@ from layerjam.device.speed_law import SpeedLaw
 from layerjam.errors import FitError, Notice
 from layerjam.mechanics.enclosure import backbone_dissipated, enclosure_at
 from layerjam.mechanics.energy import slip_heat
+from layerjam.mechanics.law import fuse, in_double_precision
 from layerjam.mechanics.pull import brake_force, least_stiffness, peak
 from layerjam.mechanics.stop.exact import (
     BOTTOMED_OUT,
@@ -185,7 +186,8 @@ def _course(
     if law is not None and end > 0:
         first = float(course_of(law, *case)[0])
     else:
-        first, *later = np.asarray(time_at_slip(np.append(0.0, slid), *case)).tolist()
+        times, speeds, forces, heats = np.asarray(_slide(np.append(0.0, slid), *case))
+        first = float(times[0])
     omega = (spring / mass) ** 0.5
     time = np.linspace(0, first, SAMPLES // 4 + 1)
     sag, swing = gravity / omega**2, speed / omega
@@ -194,12 +196,10 @@ def _course(
     slip = np.zeros_like(time)
     force, heat = spring * travel, np.zeros_like(time)
     if slid.size:
-        resist = np.asarray(brake_force(slid, vacuum, brake))
-        time = np.append(time, later)
-        moving = np.append(moving, np.asarray(speed_at_slip(slid, *case)))
-        travel = np.append(travel, slid + resist / spring)
-        slip, force = np.append(slip, slid), np.append(force, resist)
-        heat = np.append(heat, np.asarray(slip_heat(slid, vacuum, brake)))
+        time, moving = np.append(time, times[1:]), np.append(moving, speeds[1:])
+        travel = np.append(travel, slid + forces[1:] / spring)
+        slip, force = np.append(slip, slid), np.append(force, forces[1:])
+        heat = np.append(heat, heats[1:])
     return {
         "time": time,
         "travel": travel,
@@ -209,6 +209,19 @@ def _course(
         "vacuum_in_time": np.full_like(time, vacuum),
         "dissipated_energy": heat,
     }
+
+
+@in_double_precision
+@fuse
+def _slide(slip: Any, *case: Any) -> tuple[Any, ...]:
+    """Return time [s], speed of the mass [m/s], force [N] and heat [J] at each slip [m]."""
+    vacuum, brake = case[2], case[-1]
+    return (
+        time_at_slip(slip, *case),
+        speed_at_slip(slip, *case),
+        brake_force(slip, vacuum, brake),
+        slip_heat(slip, vacuum, brake),
+    )
 
 
 def _append_slide(
