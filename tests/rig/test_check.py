@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import re
+import shlex
 from dataclasses import replace
 from pathlib import Path
 
@@ -106,6 +108,9 @@ def test_a_bench_outside_the_tolerances_is_named_and_tuned(
     assert made.rate == pytest.approx(3.33e-6 / 7.503e-6, rel=0.02), "pump's flow over the volume"
     assert (made.vent, made.leak) == pytest.approx((2.5, 0.02), rel=0.05)
     assert {tuned.sources[name].kind for name in ("pump.flow", "sensor.lag")} == {"synthetic"}
+    measured = re.findall(r'value = "([\d.e-]+) .*kind = "synthetic"', file.read_text("utf-8"))
+    digits = [number.partition("e")[0].replace(".", "").strip("0") for number in measured]
+    assert len(digits) == 6 and max(map(len, digits)) == 4, "four significant digits"
     assert main([*words, "--tune", str(file)]) == 2, "an existing file is kept"
 
 
@@ -118,18 +123,23 @@ def test_what_tuning_needs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
 
 
 @pytest.mark.slow
-def test_a_bench_is_tuned_then_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_bench_is_tuned_then_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     address = "sim:choi2018?speed=0&vent=0.4s&leak=50s&noise=20Pa"
-    file = str(tmp_path / "measured.toml")
+    file = str(tmp_path / "other.toml")
     words = ["--vent-rest", "open", "--line"]
     check = ["bench", "check", address, *words, "choi2018", "--sensor-range", "103kPa"]
-    assert main([*check, "--tune", file]) == 0
-    run = ["bench", "run", address, *words, file, "--brake", "choi2018-kapton", "--safe-state"]
-    run += ["release", "--procedure", "evacuate to 40 kPa and hold 2 s; vent", "--out"]
-    assert main([*run, str(tmp_path / "run.ljrun")]) == 0
+    monkeypatch.chdir(tmp_path)
+    assert main(check) == 1, "the vent differs"
+    # each command that is printed as the next is typed as it is
+    for _ in range(2):
+        typed = capsys.readouterr().out.partition("next:\n  layerjam ")[2].splitlines()[0]
+        assert main(shlex.split(typed)) == 0, typed
+    assert "FINISHED" in capsys.readouterr().out and Path("first.ljrun").is_file()
     # without a vacuum nothing is written
-    assert main([*check, "--tune", f"{file}.toml", "--vent-rest", "closed"]) == 1
-    assert not Path(f"{file}.toml").exists()
+    assert main([*check, "--tune", file, "--vent-rest", "closed"]) == 1
+    assert not Path(file).exists()
     capsys.readouterr()
 
 

@@ -16,7 +16,7 @@ import pytest
 
 from layerjam.measure.runs import read_run
 from layerjam.rig.driver import open_bench
-from rig.gateways import gateway
+from rig.gateways import Client, gateway
 
 KILLS = int(os.environ.get("LAYERJAM_KILLS", "12"))
 """Fifty take two minutes on a busy machine."""
@@ -84,6 +84,35 @@ def test_a_signal_closes_the_file_and_leaves_the_outputs_alone(tmp_path: Path) -
         assert bench.ask("OUTP:SYNC?") == "1"
     assert said[0] == "OPERATOR_STOPPED" and process.returncode == 0
     assert read_run(path).outcome == "OPERATOR_STOPPED"
+
+
+@pytest.mark.slow
+def test_a_killed_run_stops_within_its_lease(tmp_path: Path) -> None:
+    """Also if somebody asked for a long lease before and left."""
+    words = ["--procedure", "evacuate to 40 kPa and hold 60 s; vent", "--brake", "choi2018-kapton"]
+    words += ["--line", "choi2018", "--sensor-range", "103kPa", "--safe-state", "release"]
+    words += ["--vent-rest", "open", "--out", str(tmp_path / "a.ljrun")]
+    with gateway("sim:choi2018") as (port, _):
+        asked, other = Client(port), Client(port)
+        asked.send("SYST:LEAS 120;*RST;:SYST:LEAS 120")
+        assert asked.error() == 0
+        asked.close()
+        process = subprocess.Popen(
+            [sys.executable, "-m", "layerjam", "bench", "run", f"tcp:127.0.0.1:{port}", *words],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ},
+        )  # fmt: skip
+        end = time.monotonic() + 60
+        while "RUN" not in other.ask("FETC:ALL?") and time.monotonic() < end:
+            time.sleep(0.05)
+        assert "RUN" in other.ask("FETC:ALL?")
+        process.kill()
+        first = process.communicate()[1].splitlines()[0]
+        end = time.monotonic() + 3
+        while "RUN" in other.ask("FETC:ALL?") and time.monotonic() < end:
+            time.sleep(0.05)
+        assert "RUN" not in other.ask("FETC:ALL?")
+        assert first.startswith("layerjam: lease 2 s:")
+        other.close()
 
 
 @pytest.mark.slow

@@ -17,7 +17,8 @@ from pathlib import Path
 import pytest
 
 from layerjam.errors import LayerjamError
-from layerjam.rig.driver import open_bench
+from layerjam.rig import link
+from layerjam.rig.driver import InstrumentError, open_bench
 from layerjam.rig.serve import Listening, Splitter, serve
 from layerjam.rig.token import Door, token_of
 from rig.bad_lines import BAD
@@ -256,6 +257,26 @@ def test_guests_take_no_session_and_off_is_always_heard(tmp_path: Path) -> None:
             guest.close()
 
 
+def test_who_may_start_nothing_has_nothing_pending(tmp_path: Path) -> None:
+    """`*OPC?` without the token: 1 at once, though a capture waits, and for our driver a reason."""
+    file = tmp_path / "token"
+    with gateway("sim:choi2018", token_file=str(file)) as (number, _):
+        address = f"tcp:127.0.0.1:{number}"
+        with open_bench(f"{address}?token={file}") as bench:
+            bench.tell("TRIG:SOUR BUS;:INIT")
+            guest, begun = Client(number), time.monotonic()
+            assert guest.ask("*OPC?") == "1" and time.monotonic() - begun < 3
+            guest.send("*OPC?;:OUTP ON")
+            assert guest.error() == -203
+            assert bench.ask("FETC:ACC:STAT?").startswith("WAITING")
+            with open_bench(address) as other, pytest.raises(InstrumentError) as refused:
+                other.status()
+            assert refused.value.code == -203 and 'CEN "token" first' in str(refused.value)
+            assert "?token=FILE" in str(refused.value)
+            guest.close()
+            bench.tell("ABOR")
+
+
 def test_a_token_file_of_another_gateway(tmp_path: Path) -> None:
     other = tmp_path / "other"
     token_of(other)
@@ -402,7 +423,14 @@ def test_lines_that_wait_are_limited(port: int) -> None:
     other.close()
 
 
-def test_our_driver_waits_too() -> None:
+def test_our_driver_waits_too(port: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On the board's own line and as a client, longer than for any other response."""
     with open_bench("sim:choi2018?speed=20") as bench:
         bench.tell("TRIG:SOUR IMM;:INIT")
         assert bench.ask("*OPC?;:FETC:ACC:STAT?").startswith("1;DONE")
+    monkeypatch.setattr(link, "PATIENCE", 0.3)
+    with open_bench(f"tcp:127.0.0.1:{port}") as bench:
+        bench.tell("SENS:ACC:POST 1;:TRIG:SOUR IMM;:INIT")
+        begun = time.monotonic()
+        assert bench.ask("*OPC?;:FETC:ACC:STAT?").startswith("1;DONE")
+        assert time.monotonic() - begun > 0.6

@@ -17,10 +17,11 @@ from layerjam.commands.results import Result, fact, result
 from layerjam.device.load import write_whole
 from layerjam.errors import QuantityError
 from layerjam.fluid.file import LineFile
-from layerjam.fluid.line import Sensor
+from layerjam.fluid.line import Line, Sensor
 from layerjam.rig.outcomes import Checked, Zero
+from layerjam.toml_files.changes import values_of
 from layerjam.toml_files.source import Source
-from layerjam.units import show
+from layerjam.units import build, show
 
 MEASURED = MappingProxyType({"rate": "1/s", "top": "Pa", "leak": "1/s", "vent": "1/s", "lag": "s"})
 """Values of a line that `bench check` measures, and their units."""
@@ -33,6 +34,13 @@ REPLACED = (
     "sensor.noise",
 )
 """Numbers of a line's file that they replace."""
+FIRST_RUN = (
+    *("--procedure", "evacuate to 20 kPa and hold 5 s; vent"),
+    *("--brake", "choi2018-kapton", "--out", "first.ljrun"),
+)
+"""Options of a first run that do not depend on the bench."""
+DIGITS = 4
+"""Significant digits of the values that are written; the fits are good to about 1 %."""
 
 
 def _line(value: AnyLine, _given: Mapping[str, Any]) -> LineFile:
@@ -55,7 +63,7 @@ class BenchChecked(Result, Checked):
                 measured = "not measured" if value is None else f"measured {show(value, unit)}"
                 yield f"{name}: {measured}, regulator tuned to {show(self.expected[name], unit)}"
         if self.next_step is not None:
-            yield from ("", f"next: {self.next_step}")
+            yield from ("", "next:", f"  {self.next_step}")
 
 
 VentRest = Annotated[
@@ -143,18 +151,21 @@ def bench_check(
         lag = 0.0 if line.line.sensor is None else line.line.sensor.lag
     with open_bench(limit_speed(address)) as bench:
         found = check_bench(bench, vent_rest=vent_rest, plant=plant, lag=lag, tune=tune is not None)
+        rest = bench.vent_rest
     if line is None or found.wiring or (tune is not None and not found.feasible):
         return BenchChecked.of(found)
-    name = line.path if Path(line.path).is_file() else line.name
+    words = ["--vent-rest", rest or "open", "--line"]
     if tune is None or sensor is None:
-        words = ["check", str(address), "--line", name, "--tune", "measured.toml"]
-        words += ["--vent-rest", vent_rest] if vent_rest else []
+        words.append(line.path if Path(line.path).is_file() else line.name)
         words += [] if line.line.sensor else ["--sensor-range", "103kPa"]
-        return BenchChecked.of(found, next_step=shlex.join(["layerjam", "bench", *words]))
-    tuned = _tune(line, found, sensor, str(address))
-    write_whole(tune, tuned.render(Path(tune).stem), overwrite)
-    words = ["layerjam", "bench", "run", str(address), "--line", str(tune)]
-    return BenchChecked.of(found, tuned=str(tune), next_step=f"{shlex.join(words)} …")
+        words = ["check", str(address), *words, "--tune", "measured.toml"]
+    else:
+        tuned = _tune(line, found, sensor, str(address))
+        write_whole(tune, tuned.render(Path(tune).stem), overwrite)
+        safe_state = "hold" if rest == "closed" else "release"
+        words = ["run", str(address), *words, str(tune), "--safe-state", safe_state, *FIRST_RUN]
+    next_step = shlex.join(["layerjam", "bench", *words])
+    return BenchChecked.of(found, tuned=None if tune is None else str(tune), next_step=next_step)
 
 
 def _tune(line: LineFile, found: Checked, sensor: Sensor, address: str) -> LineFile:
@@ -169,6 +180,8 @@ def _tune(line: LineFile, found: Checked, sensor: Sensor, address: str) -> LineF
     lag, noise = values.pop("lag"), max(sensor.noise, values.pop("noise"))
     made = match_line(line.line, Plant(**values), vacuum=LINEAR_AT)
     made = replace(made, sensor=replace(sensor, lag=lag, noise=noise))
+    known = values_of(made)
+    made = build(Line, known | {name: float(f"{known[name]:.{DIGITS}g}") for name in REPLACED})
     text = f"bench check of {address}, {datetime.now(UTC).date().isoformat()}"
     source = Source(kind="synthetic" if found.simulated else "measured", text=text)
     sources = {**line.sources, **dict.fromkeys(REPLACED, source)}

@@ -376,7 +376,9 @@ class Result:
         if self.grid is not None:
             out += [*([""] if rows else []), *self.grid.lines(self._numbers(), self.units)]
         for line in (*self.lines(), *self.check_lines()):
-            out += wrapped(line, "", width) if line else [""]
+            # a command to type stays on one line, since a line break would end it
+            is_whole = not line or line.startswith("  layerjam ")
+            out += [line] if is_whole else wrapped(line, "", width)
         refused: Mapping[str, str] = getattr(self, "refused", None) or {}
         if refused:
             out += ["", "refused:"]

@@ -14,14 +14,14 @@ from layerjam.rig.token import read_token
 
 PATIENCE = 5.0
 """Wait for a gateway's response [s]."""
+WAITS = re.compile(r"\*(OPC|WAI)", re.IGNORECASE)
+"""Commands that may wait, however long, for the end of a capture."""
 SESSION = 1
 CHECK = "*OPT?;:SYST:ERR?"
 """Query whose response always begins with 0: it ends all earlier responses."""
 CHECKED = re.compile(rb'0;([+-]?\d+),"(.*)"')
 POLL = 0.02
 """Time between two questions whether a line still waits [s]."""
-TIMEOUT = 5000
-"""Wait for a response [ms]."""
 
 
 class Link(Protocol):
@@ -39,7 +39,7 @@ def parse_check(answer: bytes) -> tuple[int, str]:
     match = CHECKED.fullmatch(answer)
     if match is None:
         raise LineError(f"expected an error's number, got {answer[:60]!r}")
-    return int(match.group(1)), match.group(2).decode("ascii", "replace")
+    return int(match.group(1)), match.group(2).decode("ascii", "replace").replace('""', '"')
 
 
 class BoardLink:
@@ -74,6 +74,7 @@ def connect_socket(address: Address) -> socket.socket:
         reason = error.strerror or str(error)
         raise FileError(str(address), f"nobody answers: {reason}") from None
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     return connection
 
 
@@ -96,6 +97,7 @@ class SocketLink:
 
     def exchange(self, text: str) -> tuple[bytes, int, str]:
         """Send the line and CHECK in one packet; a rejected line has no response before it."""
+        self._socket.settimeout(None if WAITS.search(text) else PATIENCE)
         try:
             self._socket.sendall(text.encode("ascii") + b"\n" + CHECK.encode() + b"\n")
         except OSError as error:
@@ -162,11 +164,16 @@ class VisaEnds:
             raise FileError(str(address), f"there is no VISA library: {error}") from None
         try:
             self._resource: Any = self._manager.open_resource(
-                address.where, read_termination="\n", write_termination="\n", timeout=TIMEOUT
+                address.where, read_termination="\n", write_termination="\n"
             )
+            self.settimeout(PATIENCE)
         except (pyvisa.Error, OSError, ValueError, AttributeError) as error:
             self._manager.close()
             raise FileError(str(address), f"nobody answers: {error}") from None
+
+    def settimeout(self, seconds: float | None) -> None:
+        """Limit the wait for a response [s], or not."""
+        self._resource.timeout = None if seconds is None else 1e3 * seconds
 
     def sendall(self, data: bytes) -> None:
         """Send all bytes."""

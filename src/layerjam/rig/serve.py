@@ -1,8 +1,8 @@
 """The gateway: one board's line for many clients, over TCP and as a serial port.
 
 Each client that may command has a session of its own on the board. All others share one, in which
-only `OUTP OFF`, `ABOR`, `*IDN?` and `SYST:ERR?` are heard. Lines are plain SCPI. The gateway keeps
-nothing running for a client: if it is silent, the board's lease ends.
+only `OUTP OFF`, `ABOR`, `*IDN?`, `*OPC?`, `*OPT?` and `SYST:ERR?` are heard. Lines are plain SCPI.
+The gateway keeps nothing running for a client: if it is silent, the board's lease ends.
 """
 
 import asyncio

@@ -10,20 +10,25 @@ from layerjam.errors import FileError
 
 STOP = re.compile(rb":?(OUTP(UT)?(:STAT(E)?)?[ \t]+(OFF|0)|ABOR(T)?)[ \t]*", re.IGNORECASE)
 """Lines that are heard at any time."""
-FREE = re.compile(rb":?(\*IDN\?|SYST(EM)?:ERR(OR)?(:NEXT)?\?)[ \t]*|" + STOP.pattern, re.IGNORECASE)
-"""Lines that are served without a token: identity, errors and off."""
+ERRORS = re.compile(rb"(\*OPT\?;)?:?SYST(EM)?:ERR(OR)?(:NEXT)?\?[ \t]*", re.IGNORECASE)
+FREE = re.compile(rb"\*(IDN|OPT)\?[ \t]*|" + ERRORS.pattern + rb"|" + STOP.pattern, re.IGNORECASE)
+"""Lines that the board serves without a token: identity, options, errors and off."""
+COMPLETE = re.compile(rb"\*OPC\?[ \t]*", re.IGNORECASE)
+"""Query that is 1 at once for a client that can start nothing: it has nothing pending."""
 GIVEN = re.compile(
     rb":?SYST(?:EM)?:PASS(?:WORD)?:CEN(?:ABLE)?[ \t]+(['\"])(.{0,200})\1[ \t]*", re.IGNORECASE
 )
 ASKED = re.compile(rb":?SYST(EM)?:PASS(WORD)?(:CEN(ABLE)?)?:STAT(E)?\?[ \t]*", re.IGNORECASE)
-ERRORS = re.compile(rb":?SYST(EM)?:ERR(OR)?(:NEXT)?\?[ \t]*", re.IGNORECASE)
 TRIES = 5
 """Wrong tokens after which a client is closed."""
 DELAY = 0.2
 """Delay after a client's first wrong token, doubled each time [s]."""
 QUEUE = 16
 """Denials kept for one client."""
-DENIED = b'-203,"Command protected;SYST:PASS:CEN ""token"" comes first"'
+DENIED = (
+    b'-203,"Command protected;send SYST:PASS:CEN ""token"" first, or open the address with '
+    b'?token=FILE"'
+)
 CROWDED = b'-203,"Command protected;all sessions are in use, only OUTP OFF is heard"'
 HTTP = re.compile(
     rb"(GET|HEAD|POST|PUT|DELETE|CONNECT|OPTIONS|TRACE|PATCH|PRI)[ \t].*|.*[ \t]HTTP/\d.*"
@@ -94,10 +99,13 @@ class Door:
             return False, b""
         if ASKED.fullmatch(line):
             return False, b"1" if self.open else b"0"
-        if self._denied and ERRORS.fullmatch(line):
-            return False, self._denied.pop()
+        errors = ERRORS.fullmatch(line)
+        if self._denied and errors is not None:
+            return False, (b"0;" if errors.group(1) else b"") + self._denied.pop()
         if (self.open and has_session) or FREE.fullmatch(line):
             return True, b""
+        if COMPLETE.fullmatch(line):
+            return False, b"1"
         self._deny(CROWDED if self.open else DENIED)
         return False, b""
 
