@@ -372,7 +372,7 @@ FOUND: dict[str, Callable[[str], bool]] = {
     "header_only": lambda why: len(why) > 20,  # which words depends on the layout's reader
     "negative_force": lambda why: "the force is negative where it is largest" in why,
     "saturated": lambda why: "the load cell was saturated" in why,
-    "no_sidecar": lambda why: "nothing says at which vacuum" in why,
+    "no_sidecar": lambda why: "its vacuum is not stated" in why,
 }
 
 

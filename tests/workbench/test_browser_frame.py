@@ -211,7 +211,7 @@ def test_the_tabs_go_by_arrow_keys_and_focus_is_seen(tab):
 def test_a_link_of_rubbish_opens_a_fresh_page_with_a_sentence(chromium, workbench):
     page = chromium.new_page()
     page.goto(f"{workbench}?s=rubbish")
-    page.get_by_text("the page begins anew").wait_for(timeout=LONG)
+    page.get_by_text("the page starts with default values").wait_for(timeout=LONG)
     page.wait_for_selector(TABS["start"], timeout=LONG)
     page.close()
 

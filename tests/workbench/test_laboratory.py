@@ -95,7 +95,7 @@ def test_a_cleaned_name_is_short_printable_and_stays_as_it_is(name):
 def test_bounds_in_size_and_number_are_said(tab, monkeypatch):
     with pytest.raises(UploadError, match=r"huge.csv: 954 MB is too large for the page"):
         tab.room("huge.csv", 10**9)
-    with pytest.raises(UploadError, match="is no sidecar"):
+    with pytest.raises(UploadError, match="is too large for a sidecar"):
         tab.take("a.csv.toml", b"x" * (up.SIDECAR + 1))
     monkeypatch.setattr(up, "MAX_FILES", 2)
     tab.take("a.csv", b"1")

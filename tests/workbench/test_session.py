@@ -47,8 +47,8 @@ def file_of(**changed) -> bytes:
         (b"\xff\xfe", "is not JSON"),
         (b"", "is not JSON"),
         (b"[" * 100_000, "is not JSON"),
-        (b"[1, 2]", "is no session"),
-        (b'{"kind": "a brake"}', "is no session"),
+        (b"[1, 2]", "is not a session"),
+        (b'{"kind": "a brake"}', "is not a session"),
         (file_of(version=2), "another version"),
         (file_of(page=3), "page"),
         (file_of(settings={"pull": {"vacuum": [1]}}), "settings.pull.vacuum"),
@@ -107,7 +107,7 @@ def test_a_dropped_session_is_opened_and_another_json_is_not():
                 await zone.handle_uploads([SmallFileUpload(name, "application/json", data)])
 
             await drop("wrong.json", b"{}")
-            await user.should_see("wrong.json: is no session", retries=100)
+            await user.should_see("wrong.json: is not a session", retries=100)
             assert page.desk.state.pins == ()
             # of a later version with a page that is not here
             await drop("mine.json", file_of(page="nowhere"))

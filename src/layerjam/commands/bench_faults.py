@@ -92,7 +92,7 @@ def _sentence(row: Row) -> str:
         kept = "met" if row["met"] else f"MISSED {row['missed']}"
         promise = f"deadline {show(row['deadline'], 's')}, {kept}"
     left = show(row["vacuum_after"], "Pa")
-    return f"{safe}; {promise}; {left} left; {names}; {row['runs']} runs"
+    return f"{safe}, {promise}, {left} left, {names}, {row['runs']} runs"
 
 
 @result

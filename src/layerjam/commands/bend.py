@@ -32,8 +32,8 @@ FAN_WHEN_BENT = Notice(
     "fan-when-bent",
 )
 LEAST_OVER_JOINT = Notice(
-    "sheets without spacers also press on each other where they leave the overlap; over the joint "
-    "that is left out, so that friction and stress are lower bounds, and the amplification is over "
+    "sheets without spacers also press on each other where they leave the overlap. Over the joint "
+    "this is neglected: friction and stress are lower bounds, and the amplification is relative to "
     "the friction of flat sheets",
     "no-fan-over-joint",
 )

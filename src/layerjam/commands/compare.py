@@ -64,7 +64,7 @@ class Comparison(Result):
         "brakes and devices: mass, greatest force, force density, source", listed=False
     )
     sheet: Mapping[str, Any] = fact(
-        "what one more sheet adds to the first brake, beside the paper's words", listed=False
+        "force that one more sheet adds to the first brake, next to the paper's claim", listed=False
     )
     sheet_lines: "Sequence[SheetLine]" = fact(
         "each brake with more sheets", listed=False, key="lines"
@@ -101,7 +101,7 @@ class Comparison(Result):
             f"    the paper: {sheet['paper_force']} and {sheet['paper_mass']}, "
             f"{sheet['paper_density']}; {self.sheet['why']}"
         )
-        yield from ("", "none found (a device whose mass and force stand in a readable source)")
+        yield from ("", "none found (with mass and force in a source that can be read)")
         for kind, what in self.none_found.items():
             yield f"  {kind}: {what}"
 

@@ -61,7 +61,7 @@ def _meant(falling: bool, hic: Any) -> list[str]:
         why = "the weight is taken off the velocity change: the sensor fell freely before"
         said.append(Notice(why, "falling"))
     if hic is not None:
-        why = "HIC is defined for the resultant of a head; of one axis it only compares"
+        why = "HIC is defined for the resultant of a head; for one axis it is only a comparison"
         said.append(Notice(why, "hic"))
     return said
 

@@ -238,8 +238,8 @@ def _odd_record(trace: Trace) -> Iterator[Notice]:
     if off_zero(found.start, found.features):
         yield Notice(
             f"{name}: the force is {show(found.start.baseline, 'N')} before the load rises, a "
-            "preload or the load cell's zero, and counts as it is; 'layerjam pull --tare' shows "
-            "what it changes, depth curves can fit it (--free force_offset)",
+            "preload or the load cell's zero. Nothing is subtracted; 'layerjam pull --tare' shows "
+            "its effect, depth curves can fit it (--free force_offset)",
             "preload",
         )
     if found.teeth is not None:
@@ -255,9 +255,9 @@ def _vacuum(trace: Trace, given: float | None, brake: Brake) -> float:
         return float(vacuum_within(trace.facts.vacuum, brake, "vacuum in its sidecar"))
     if given is None:
         raise FitError(
-            f"nothing says at which vacuum it was pulled; give --vacuum, or write "
-            f'{Path(trace.path).name}.toml beside it with a line such as vacuum = "94.5 kPa", or '
-            f"one {LIST} for the folder, or say what its name states (--names '*_{{vacuum}}_*')"
+            f"its vacuum is not stated; give --vacuum, or write "
+            f'{Path(trace.path).name}.toml next to it with a line such as vacuum = "94.5 kPa", or '
+            f"one {LIST} for the folder, or a pattern of its name (--names '*_{{vacuum}}_*')"
         )
     return given
 

@@ -64,7 +64,7 @@ class FollowedForce(Result):
     rms_error: float = number("N", "root mean square of the force's error")
     greatest_error: float = number("N", "greatest error of the force")
     possible: float = fact(
-        "share of the time in which brake and line can do what is asked",
+        "share of the time in which brake and line can follow the demand",
         shown=lambda share: f"{share:.1%} of the time",
     )
     reasons: list[str] = fact("why they cannot in the rest", listed=False)

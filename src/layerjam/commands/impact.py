@@ -333,9 +333,8 @@ def _crash(record: DropRecord, g: float) -> tuple[Crash | None, dict[str, Any], 
     felt = force / (record.mass * g) if g else None
     above = "" if felt is None else f" or {show(felt, '1', 3)} g"
     said = (
-        "peak force, deceleration and g leave the crash out: at an end of the travel that does not "
-        f"give, the rope brings the mass up to {show(force, 'N')}{above}; an end that gives, to "
-        "less"
+        "peak force, deceleration and g do not include the crash. If the end of the travel is "
+        f"rigid, the rope pulls the mass with up to {show(force, 'N')}{above}, otherwise with less"
     )
     return found, {"crash_force": force, "crash_g": felt}, [Notice(said, "crash")]
 

@@ -41,7 +41,7 @@ class LeftOut:
         """{file as it was named: why}; QuantityError where one of the two is missing."""
         if isinstance(self.exclude, Mapping):
             if self.because:
-                raise QuantityError.of("because", "the reasons stand with the files already")
+                raise QuantityError.of("because", "the reasons are already stored with the files")
             named, reasons = list(self.exclude), list(self.exclude.values())
         else:
             named, reasons = _texts(self.exclude), _texts(self.because)

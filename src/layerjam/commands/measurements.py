@@ -95,7 +95,7 @@ def _held_back(
         (held if away else kept).append(source)
     for side, word in ((kept, "to calibrate on"), (held, "held back")):
         if not side:
-            said = f"--holdout {', '.join(holdout)}: of {len(pulls)} pulls none is {word}"
+            said = f"--holdout {', '.join(holdout)}: none of {len(pulls)} pulls is {word}"
             at = ", ".join(show(level, "Pa") for level in sorted(levels))
             raise FitError(f"{said}; they state {f'vacuums of {at}' if at else 'no vacuum'}")
     return kept, held

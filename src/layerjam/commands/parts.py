@@ -126,7 +126,7 @@ def _told(part: Part) -> Iterator[str]:
         yield f"  {key.replace('_', ' ')}: {_number(key, value)}"
         yield f"    {part.sources[key].sentence()}"
     if part.missing is not None:
-        yield f"  no {part.missing}: a line's file gives it beside the part"
+        yield f"  no {part.missing}: a line's file states it next to the part"
     if part.note:
         yield f"  {part.note}"
 

@@ -158,7 +158,7 @@ def _writable(folder: Path, out: Path, overwrite: bool) -> None:
             if not overwrite:
                 raise FileError(out, "exists already; --overwrite replaces it")
     if out.resolve().is_relative_to(folder.resolve()):
-        raise FileError(out, f"lies in the campaign's own folder {folder}; name one beside it")
+        raise FileError(out, f"lies in the campaign's own folder {folder}; name one outside it")
 
 
 def _tested(

@@ -219,7 +219,9 @@ def _injected(
 def _of_the_fault(fault: str, injected: FaultInjection, loop: ClosedLoop) -> Check:
     """Return the check that an injected fault is reported, and not before it begins."""
     if loop.fault_time < injected.at:
-        said = f"{loop.outcome} was said at {show(loop.fault_time, 's')}, before the fault began"
+        said = (
+            f"{loop.outcome} was reported at {show(loop.fault_time, 's')}, before the fault began"
+        )
         return check("fault", False, said, level="failed")
     if math.isfinite(loop.fault_time):
         return check("fault", True, f"{loop.outcome} is reported after the fault began")

@@ -145,9 +145,9 @@ def _check_step(plant: Plant) -> None:
     raise QuantityError.of(
         "step",
         f"the line's tube adds a lag of {show(tube.filling(tube.vacuum), 's')} at "
-        f"{show(tube.vacuum, 'Pa')} and {tube.volume:.3g} of the chamber's gas, so that no one "
-        "exponential fits a step and none tells pump from tube; leave --step out, or record the "
-        "step with the pump at the brake and give a line without [tube]",
+        f"{show(tube.vacuum, 'Pa')} and {tube.volume:.3g} of the chamber's gas. A step is then "
+        "not one exponential, and pump and tube cannot be distinguished. Omit --step, or record "
+        "the step with the pump at the brake and give a line without [tube]",
     )
 
 

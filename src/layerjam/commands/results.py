@@ -219,7 +219,7 @@ class Result:
         quiet = {label: other.quiet_curves() for label, other in (beside or {}).items()}
         for label, curves in quiet.items():
             if not curves or not self.takes_beside(type((beside or {})[label])):
-                raise LayerjamError(f"{label}: no curve that can be drawn beside this one")
+                raise LayerjamError(f"{label}: it has no curve to compare with this one")
         with contextlib.nullcontext() if ax is None else drawing_into(ax):
             figure = (
                 self.draw_panes(chart.add_comparisons(self.panes(), quiet))

@@ -247,8 +247,8 @@ def _assumptions(record: StickSlipRecord, assumed: bool) -> list[Notice]:
     if assumed:
         out.append(
             Notice(
-                f"moving mass {show(record.mass, 'kg')}: half of the brake, assumed; what hangs on "
-                "it counts too",
+                f"moving mass {show(record.mass, 'kg')}: half of the brake (assumed). Add the mass "
+                "that hangs on it",
                 "assumed-mass",
             )
         )

@@ -169,8 +169,8 @@ def _why(case: Case, reach: tuple[float, float] | None) -> str:
     if high < low:
         # what full vacuum leaves over the weight cannot even take the drop into the rope
         return (
-            f"no vacuum stops {show(case.mass, 'kg')} after just {there} at any speed: what holds "
-            f"its weight of {weight} there stops it sooner"
+            f"no vacuum stops {show(case.mass, 'kg')} after just {there} at any speed: the "
+            f"vacuum that holds its weight of {weight} there stops it sooner"
         )
     least, most = ("", "") if reach is None else _inside(case, *reach)
     between = f"from {least} to {most} there is one" if reach else "no speed was found that has one"

@@ -103,7 +103,9 @@ def _of_scatter(scatter: Mapping[str, Any]) -> str:
     if scatter["share"] is None:
         return "the model meets every pull exactly"
     if scatter["model_mse"] <= 0:
-        return "the model's own error cannot be told from none: the repeats scatter as much"
+        return (
+            "the model's own error cannot be distinguished from zero: the repeats scatter as much"
+        )
     return (
         f"of the mean squared error {scatter['share']:.0%} is scatter between repeats, which no "
         "model can take away"

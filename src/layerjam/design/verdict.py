@@ -125,7 +125,7 @@ def why_none(search: Search, result: SweepResult, picks: Highlights) -> Exclusio
         c = constraints[i]
         nearest = refusal(search, c, result.numbers[picks.reach[i]])
         reason = f"{c} is not met on this grid while the others hold"
-        reason += f"; of the nearest design {nearest}" if nearest else describe_shortfall(c, value)
+        reason += f"; nearest design: {nearest}" if nearest else describe_shortfall(c, value)
         return Exclusion(str(c), reason, value)
     worst = int(np.argmax(result.failed))
     c = constraints[worst]

@@ -201,9 +201,9 @@ def _notices(plan: Drawing) -> list[Notice]:
     if plan.parallel > 1 and plan.yoke_moment is not None:
         warnings.append(
             Notice(
-                f"each yoke bends with {show(plan.yoke_moment, 'N m', 3)}: its section modulus is "
-                "at least that over the stress it may bear; brakes side by side share their "
-                "elongation only while the yoke does not tilt",
+                f"each yoke bends with {show(plan.yoke_moment, 'N m', 3)}: its section modulus "
+                "must be at least this moment over the allowed stress. Brakes side by side have "
+                "the same elongation only if the yoke does not tilt",
                 "yoke",
             )
         )

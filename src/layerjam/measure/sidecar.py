@@ -142,7 +142,7 @@ def text_of(place: Path) -> str:
 
 def facts_text(facts: Facts) -> str:
     """Return the sidecar's TOML; `read_facts` returns exactly these facts."""
-    lines = ["# What the data file beside this one does not say itself."]
+    lines = ["# Facts that the data file next to this one does not contain."]
     return "\n".join([*lines, *plain(_FIELDS, vars(facts)), ""])
 
 

@@ -85,7 +85,7 @@ def film(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) 
         Step(
             f"Take beads and char off the edges, wipe every part, and touch it with clean gloves. "
             f"Press all {lengths.count} sheets of one brake flat: they must measure "
-            f"{_m(lengths.stack)}; what is more are beads."
+            f"{_m(lengths.stack)}. If they measure more, there are beads left."
         )
     )
     return out
@@ -119,9 +119,9 @@ def caps(drawing: Drawing) -> list[Step]:
         ),
         Step(f"{port} Do it now: later the chips would end in the stack."),
         Step(
-            f"Try everything dry: {screw_name(lengths)} falls through plate and shelf; the "
-            f"{thread.name} nut slides into its pocket from the front and does not turn; the "
-            f"plate drops into the tray; the {_m(mm(build.pin))} dowel slides through the head."
+            f"Try everything dry. {screw_name(lengths)} falls through plate and shelf. The "
+            f"{thread.name} nut slides into its pocket from the front and does not turn. The "
+            f"plate drops into the tray. The {_m(mm(build.pin))} dowel slides through the head."
             f"{_flush(drawing)}"
         ),
         Step(
@@ -170,8 +170,8 @@ def sleeve(drawing: Drawing) -> list[Step]:
     return [
         Step(
             "Print both halves and the core. Uncured resin, sulphur, latex and tin-cured silicone "
-            "stop platinum silicone: seal a printed mould, wear vinyl gloves, and let a dab cure "
-            "on a corner of it before you fill it."
+            "keep platinum silicone from curing. Seal a printed mould and wear vinyl gloves. "
+            "Let a dab cure on a corner of the mould before you fill it."
         ),
         Step(
             f"{_checks(drawing, 'C13')} Lay the core into its seats, set the upper half onto the "

@@ -205,7 +205,7 @@ def _calibration(report: BrakeReport, result: Calibration) -> Part:
         signed.budget_table(*_budgets(report, result)),
     ]
     curves = functools.partial(figures.calibration, report.file, result, report.synthetic)
-    caption = "The pulls and the calibrated law, whole and near the peaks; below, what is left."
+    caption = "The pulls and the calibrated law, whole and near the peaks. Below: residuals."
     pictures = [Picture(name="calibration", figure=curves, caption=caption)]
     tables.append(brake_tables.calibration_pulls(result))
     if result.fits:

@@ -376,15 +376,15 @@ def _note(result: Validation, before: Validation | None) -> str:
     if before is not None:
         text += f" (before calibration {words(before)})"
     text += (
-        ". Before: scale factor 1 and the stiffness of eq. 1. Bias is model less measured. Own and "
-        "scatter: the calibrated model's error against the mean of the repeats, and the repeats' "
-        "SD at one elongation, as root mean squares; share: the scatter's part of the mean squared "
-        "error, which no model can take away."
+        ". Before: scale factor 1 and the stiffness of eq. 1. Bias: model less measured. Own: "
+        "error of the calibrated model against the mean of the repeats. Scatter: the repeats' SD "
+        "at one elongation. Both are root mean squares. Share: the scatter's part of the mean "
+        "squared error, which no model can remove."
     )
     if any(c.scatter is not None and c.scatter.model_mse <= 0 for c in result.conditions):
         text += (
-            f" {UNTOLD}: the model's error cannot be told from none; the estimate of its square is "
-            "below zero and the share above 100 %."
+            f" {UNTOLD}: the model's error cannot be distinguished from zero. The estimate of its "
+            "square is below zero and the share above 100 %."
         )
     return text
 

@@ -67,7 +67,7 @@ def regulators() -> style.Figure:
         run = simulate(regulator("pi", state), [(6.0, HELD)], injected=dead)
         fault.plot(run.time, run.vacuum * KPA, color=color, lw=1.6, label=f"safe state {state}")
     late = run.fault_time - 1.5
-    style.upright(fault, 1.5, f"the pump dies; {run.outcome}\nis said {late:.2f} s later", INK)
+    style.upright(fault, 1.5, f"the pump dies; {run.outcome}\nis reported {late:.2f} s later", INK)
     style.key(fault, loc="right")
     detail = "the pump gives nothing from 1.5 s on"
     style.title(fault, "A fault ends where you declared", detail)

@@ -95,7 +95,7 @@ def _words(axes: style.Axes, zoom: style.Axes, summary: PullSummary) -> None:
         words = f"stick–slip ± {show(summary.teeth.amplitude, 'N', 3)} every {spacing}"
         notes.append((words, ORANGE))
     if summary.unloading is not None and summary.unloading.stiffness is not None:
-        words = f"way back {show(summary.unloading.stiffness, 'N/m', 3)}, kept "
+        words = f"unloading {show(summary.unloading.stiffness, 'N/m', 3)}, lost "
         notes.append((words + show(summary.unloading.loop, "J", 3), PURPLE))
     if notes:
         style.key(axes, *notes, loc="upper right")

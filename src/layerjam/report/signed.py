@@ -223,7 +223,7 @@ def budget_table(budget: Budget, product: Budget | None = None) -> Table:
     )
     if not budget.whole:
         if budget.combined is not None:
-            note += " What is not stated adds nothing: the sum is a lower bound."
+            note += " Missing entries count as zero: the sum is a lower bound."
         note += f" State for a whole budget: {'; '.join(budget.missing)}."
     return Table(
         id="budget",

@@ -387,7 +387,7 @@ class _Log:
         """Search for the connection; return None once it is there again."""
         recorder = self.recorder
         bench, end = recorder.bench, time.monotonic() + self._patience
-        recorder.file.note("link", f"the line is lost: {reason}", recorder.now)
+        recorder.file.note("link", f"connection lost: {reason}", recorder.now)
         self._say(f"{reason}; looking for it for {self._patience:g} s")
         with contextlib.suppress(LayerjamError):
             bench.close()

@@ -143,7 +143,7 @@ def batch(
     if sink is None and total * len(results) * 8 > LARGEST:
         raise QuantityError(
             f"batch: {total} cases of {len(results)} results take "
-            f"{total * len(results) * 8 / 1e9:.3g} GB; give a sink, or fewer results as wanted"
+            f"{total * len(results) * 8 / 1e9:.3g} GB; give a sink, or name fewer results"
         )
     size = total if sink is None else min(CHUNK, total)
     columns = {n: _flat(n, out, size) for n in results}

@@ -20,7 +20,10 @@ if TYPE_CHECKING:
     from layerjam.commands.declare import Parameter
     from layerjam.design.requirements import DesignSpecification
 
-NOTE = "the sidecars NAME.toml lie beside the files: the page's button 'Sidecars' downloads them"
+NOTE = (
+    "save the sidecars NAME.toml in the folder of the files; "
+    "the page's button 'Sidecars' downloads them"
+)
 """Above what is copied, where the page wrote facts or answers of its own."""
 
 

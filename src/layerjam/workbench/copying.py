@@ -33,7 +33,7 @@ async def offer(text: str, language: str, files: Mapping[str, str]) -> None:
     with dialog, ui.card().classes("w-full"):
         ui.label(head).classes("font-medium")
         lines = dress(ui.code(text, language=language), "copied", "w-full")
-        dress(lines.markdown, tabindex="0", role="group", aria_label=f"What was copied as {kind}")
+        dress(lines.markdown, tabindex="0", role="group", aria_label=f"Copied {kind}")
         dress(lines.copy_button, aria_label="Copy")
         if files:
             ui.label("This was edited or written here. Save it beside where you run these lines:")

@@ -117,7 +117,7 @@ class Dropping:
         try:
             text = data.decode("utf-8-sig")
         except UnicodeDecodeError:
-            return f"{name}: is no text in UTF-8, so it is no TOML file"
+            return f"{name}: is not text in UTF-8, so it is not a TOML file"
         kind = toml_kind(text)
         if kind in ("brake", "line"):
             return self._onto_desk(kind, name, text)
@@ -186,7 +186,7 @@ class Dropping:
                 )
             if not targets:
                 self.sorting.tell(
-                    f"{stem}.toml: says what holds of a test, but no file here is called "
+                    f"{stem}.toml: describes a test, but no file here is called "
                     f"{stem}; call it NAME.csv.toml after the file NAME.csv"
                 )
         self._facts.clear()
@@ -273,7 +273,7 @@ def read_list(data: bytes, name: str) -> dict[str, str]:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise FileError(name, "is no text in UTF-8") from None
+        raise FileError(name, "is not text in UTF-8") from None
     entries = parse_list(text, name)
     return {clean(file): facts_text(build(Facts, values)) for file, values in entries.items()}
 

@@ -50,7 +50,7 @@ class Panel:
     def build_pins(self) -> None:
         """The button to pin, and what is pinned."""
         with ui.row().classes("items-center gap-2"):
-            tip = "Keep this curve as a quiet one, to compare with what comes next"
+            tip = "Keep this curve in grey, to compare it with the next one"
             button("Pin", self.pin, f"{self._ident}-pin", "push_pin", tip=tip)
             self._chips = dress(ui.row().classes("items-center gap-2"), f"{self._ident}-pins")
         self._alert = Alert(f"{self._ident}-pin-problem", "text-sm")

@@ -21,7 +21,7 @@ FOLLOWS = Choice(
     {"vacuum": "vacuum", "sheets": "sheets"},
     "vacuum",
     label="sets the",
-    help="What follows when the peak is dragged or typed",
+    help="Quantity that changes when you drag or type the peak",
 )
 MAX_SHEETS = 500
 """Sheets that are tried at most."""

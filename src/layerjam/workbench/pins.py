@@ -42,7 +42,7 @@ def call_of(pin: Pin) -> Call:
     options = {key: v for key, v in pin.options.items() if (pin.command, key) != ("tensile", BAND)}
     strange = sorted(options.keys() - inputs)
     if strange:
-        raise QuantityError(f"pin: '{strange[0][:40]}' is no option that is kept")
+        raise QuantityError(f"pin: '{strange[0][:40]}' is not an option of a pinned curve")
     shelf = "line" if pin.command in LINES else "brake"
     file = read_any(shelf, pin.subject)
     in_catalogue = pin.subject in SHELVES[shelf].names()

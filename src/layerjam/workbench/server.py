@@ -146,7 +146,7 @@ def is_loopback(host: str) -> bool:
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
-        raise QuantityError(f"host: '{host[:60]}' is no address of this machine") from None
+        raise QuantityError(f"host: '{host[:60]}' is not an address of this machine") from None
 
 
 def check_free(host: str, port: int) -> None:
@@ -154,7 +154,7 @@ def check_free(host: str, port: int) -> None:
     try:
         addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
     except OSError:
-        raise QuantityError(f"host: '{host[:60]}' is no address of this machine") from None
+        raise QuantityError(f"host: '{host[:60]}' is not an address of this machine") from None
     for family, kind, protocol, _, place in addresses:
         with socket.socket(family, kind, protocol) as trial:
             trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -169,7 +169,7 @@ def _why_not(number: int | None, host: str, port: int) -> str:
         return f"port: {port} is used by another program; take another one with --port"
     if number == errno.EACCES:
         return f"port: {port} may not be used by this user; take one above 1023 with --port"
-    return f"host: '{host[:60]}' is no address of this machine"
+    return f"host: '{host[:60]}' is not an address of this machine"
 
 
 def serve(

@@ -78,9 +78,9 @@ def from_session(data: bytes, name: str) -> Session:
         text = data.decode("utf-8-sig")
         document = json.loads(text)
     except (ValueError, RecursionError):
-        raise FileError(name, "is not JSON, so it is no session") from None
+        raise FileError(name, "is not JSON, so it is not a session") from None
     if not isinstance(document, dict) or document.get("kind") != KIND:
-        raise FileError(name, f'is no session: its "kind" is not "{KIND}"')
+        raise FileError(name, f'is not a session: its "kind" is not "{KIND}"')
     if document.get("version") != VERSION:
         reason = "a session of another version; open it with the layerjam that wrote it"
         raise FileError(name, f"is {reason}")
@@ -93,7 +93,7 @@ def from_session(data: bytes, name: str) -> Session:
 def _unpack_files(entries: Any) -> list[KeptFile]:
     """The files of a session, together no larger than one that may be dropped; raises Strange."""
     if not isinstance(entries, list) or len(entries) > MAX_FILES:
-        raise Strange(f"files: a list of at most {MAX_FILES} is due")
+        raise Strange(f"files: must be a list of at most {MAX_FILES}")
     files, left = [], LARGEST
     for place, entry in enumerate(entries):
         fields = entry if isinstance(entry, dict) else {}

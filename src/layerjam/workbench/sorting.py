@@ -1,4 +1,4 @@
-"""The dialog "What you dropped": a row a file with what is proposed, accepted by one click."""
+"""The dialog "Dropped files": a row a file with what is proposed, accepted by one click."""
 
 import asyncio
 from collections.abc import Callable, Mapping, Sequence
@@ -62,9 +62,9 @@ ASKED = {
     "vacuum": "Type the vacuum of this pull.",
     "normal_force": "Type the force that pressed the films together.",
 }
-DROPPED, YOURS = "What you dropped", "Your files"
+DROPPED, YOURS = "Dropped files", "Your files"
 EXPORTS = (
-    "What a test machine exports is read as CSV, TSV, TXT, TRA, XLSX or ODS. A brake or a vacuum "
+    "Exports of a test machine are read as CSV, TSV, TXT, TRA, XLSX or ODS. A brake or a vacuum "
     "line is a TOML file."
 )
 

@@ -151,6 +151,8 @@ def from_link(text: str) -> State:
             raise ValueError("too large")
         return read_state(plain)
     except Strange as err:
-        raise QuantityError(f"link: {err}; the page begins anew") from None
+        raise QuantityError(f"link: {err}; the page starts with default values") from None
     except (binascii.Error, zlib.error, ValueError):
-        raise QuantityError("link: it cannot be read; the page begins anew") from None
+        raise QuantityError(
+            "link: it cannot be read; the page starts with default values"
+        ) from None

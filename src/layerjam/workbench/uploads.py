@@ -101,7 +101,7 @@ class Uploads:
         if is_sidecar(name):
             if size > SIDECAR:
                 raise UploadError(
-                    f"{label}: {size // 1024} kB is no sidecar; at most 64 kB are read"
+                    f"{label}: {size // 1024} kB is too large for a sidecar; the limit is 64 kB"
                 )
             if len(self.sidecars) >= 2 * MAX_FILES:
                 raise UploadError(
@@ -130,7 +130,7 @@ class Uploads:
                 try:
                     self.sidecars[label[: -len(".toml")]] = data.decode("utf-8-sig")
                 except UnicodeDecodeError:
-                    raise UploadError(f"{label}: is no text in UTF-8") from None
+                    raise UploadError(f"{label}: is not text in UTF-8") from None
                 return None
             digest = hashlib.sha256(data).hexdigest()
             for file in self.files:

@@ -33,7 +33,7 @@ FLOOR = 2e-4
 RULE = (
     f"each curve is reduced to at most {RISE} means over its rise ({LINEAR[0]:.0%} to "
     f"{LINEAR[1]:.0%} of the greatest force) and {SLIDE} over its sliding part (from {SLIDES:g} "
-    "times the elongation at which the rise would reach the greatest force); the part between, "
+    "times the elongation at which the rise would reach the greatest force). The part between, "
     "where the sheets slip one after another, is excluded. Residuals of neighbouring means are "
     "correlated (first-order autoregressive, one coefficient for all curves); each curve has its "
     f"own SD of them, not less than {FLOOR:.2%} of its greatest force"

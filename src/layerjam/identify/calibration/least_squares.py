@@ -259,9 +259,9 @@ def _check_finite(fit: OwnFit, means: ReducedCurves, names: Sequence[str]) -> No
         raise FitError.of(
             names[failure],
             f"its peak of {show(float(means.height[failure]), 'N')} at "
-            f"{show(float(means.vacuum[failure]), 'Pa')} is so far from the law of this brake that "
-            "no scale factor and stiffness can be found; check the units of force and elongation "
-            "and the vacuum, or leave the file out",
+            f"{show(float(means.vacuum[failure]), 'Pa')} is too far from the law of this brake to "
+            "find a scale factor and a stiffness. Check the units of force and elongation and the "
+            "vacuum, or omit the file",
         )
 
 

@@ -226,9 +226,9 @@ def _nothing(lines: Lines, blocks: list[Block], stated: Mapping[str, ColumnEntry
     if best is None or not (best.header.style or any(map(named_role, best.header.names))):
         return FileError(
             path,
-            "is in no known format; tried layerjam CSV (its first line does not begin with "
-            "'# layerjam'), Instron Bluehill, Zwick testXpert, MTS TestSuite, Shimadzu Trapezium "
-            "and other tables (no row of column names with rows of numbers below it)",
+            "is in no known format; tried layerjam CSV (first line '# layerjam'), Instron Bluehill,"
+            " Zwick testXpert, MTS TestSuite, Shimadzu Trapezium and tables of numbers below "
+            "column names",
         )
     if best.rows == 0:
         return best.header.fail("holds column names and no rows of numbers")

@@ -167,10 +167,10 @@ class Machine(Scenario):
         if series > 1:
             times = difference_growth(law, slip, series, brake)
             words = (
-                f"the {series} equal brakes of a chain share its slip, as friction that grows with "
-                f"speed has it; a difference between two of them grows {times:.3g} times by the "
-                "end, and where that makes it large they slip one after the other, at a force that "
-                "falls in between"
+                f"the {series} equal brakes of a chain are assumed to share its slip equally, as "
+                f"friction grows with speed. A difference between two of them grows {times:.3g} "
+                "times by the end. If it becomes large, they slip one after the other, and the "
+                "force falls in between"
             )
             notices.append(Notice(words, "speed-law-chain"))
         return notices

@@ -88,7 +88,7 @@ class BenchRecord:
 
     def notebook(self) -> str:
         """A Jupyter notebook that holds what was seen and draws it."""
-        return notebook_of("What was seen of the bench", self._lines())
+        return notebook_of("Notes of the run", self._lines())
 
     def _lines(self) -> str:
         lists = (f"{k} = [{', '.join(map(repr, v))}]\n" for k, v in self.columns.items())

@@ -39,7 +39,7 @@ KIND = Kind(
     "brake", "brake", "brake-catalogue", GROUPS, BRAKE_FIELDS, edit, origin=("kind", "source")
 )
 PART = Choice(
-    "part", {"brake": "What it does", "build": "Build"}, "brake", "Shown", "What this page shows"
+    "part", {"brake": "Behaviour", "build": "Build"}, "brake", "Shown", "Content of this page"
 )
 
 
@@ -47,7 +47,7 @@ class Brake(Page):
     """Change a number and see what it does, or whether and how it is built."""
 
     name, title = "brake", "Brake"
-    summary = "What it is made of, what it weighs, holds and bears"
+    summary = "Materials, mass, forces and strength"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)

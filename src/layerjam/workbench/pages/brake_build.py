@@ -59,7 +59,7 @@ DRAWN = Choice(
     {"brake": "parts of the brake", "mould": "mould of the enclosure"},
     "brake",
     "Drawn",
-    "What the picture shows",
+    "Content of the picture",
 )
 REFUSED = ("✗ refused", "no font-medium whitespace-nowrap")
 WORDS: Mapping[bool | None, tuple[str, str]] = {
@@ -126,7 +126,7 @@ class BuildPart(View):
             self.view = PartsView("brake-build-scene")
         self.table = live.Table()
         self.notes = Notes()
-        with fold("What nobody has measured or given", "brake-build-assumed") as self.assumed:
+        with fold("Assumptions", "brake-build-assumed") as self.assumed:
             self.list = Box(_list_assumptions)
 
     def call(self) -> Call:
@@ -177,7 +177,7 @@ class BuildPart(View):
         self.table.set_content(checks_table(result))
         keys = {check["key"] for check in result.checks}
         self.notes.fill([w for w in result.warnings if key_of(w) not in keys])
-        self.assumed.set_text(f"What nobody has measured or given ({len(result.assumptions)})")
+        self.assumed.set_text(f"Assumptions ({len(result.assumptions)})")
         self.list.fill(result.assumptions)
 
     async def download(self) -> None:
@@ -228,7 +228,7 @@ def checks_table(result: Built) -> str:
         refuses = f"{check['code']}: {check['text']}" in (result.reason or "")
         word = REFUSED if refuses else WORDS[check["ok"]]
         rows.append([word, check["code"], *numbers, check["text"]])
-    heads = ["Verdict", "Check", "Number", "Limit", "What was found"]
+    heads = ["Verdict", "Check", "Number", "Limit", "Result"]
     return html(heads, rows, (2, 3), "Checks of the build", "brake-build-checks")
 
 

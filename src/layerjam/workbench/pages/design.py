@@ -126,7 +126,7 @@ class Machines(Part):
         """The scenarios by name."""
         titles = Call("scenario", options={"names": True}).run().titles
         names = {name: f"{name}: {title}" for name, title in titles.items()}
-        return Choice("scenario", names, "seat-belt", help="What the brakes are built into")
+        return Choice("scenario", names, "seat-belt", help="Device that contains the brakes")
 
     def build(self) -> None:
         """Scenario, verdict, limits, pictures, every number."""
@@ -206,7 +206,7 @@ KINDS: dict[str, tuple[str, type[Part]]] = {
     "machines": ("Four machines", Machines),
 }
 WORDS = {key: words for key, (words, _) in KINDS.items()}
-PART = Choice("part", WORDS, "need", help="What this page shows")
+PART = Choice("part", WORDS, "need", help="Content of this page")
 
 
 class Design(Page):

@@ -48,7 +48,7 @@ TABLES = (
     ("Designs side by side", "comparison", True),
     ("Better, but forbidden", "forbidden", True),
     ("Robustness of the chosen design", "chances", False),
-    ("What changes what, at the chosen design", "slopes", False),
+    ("Sensitivity at the chosen design", "slopes", False),
 )
 """Title, its function in `design_front`, and whether it is open at first."""
 KIND = Choice("form", {"hold": "hold a force", "stop": "stop a mass"}, "hold", label="Requirement")
@@ -243,7 +243,7 @@ class NeedPart(Part):
             for name, text in examples().items():
                 button(f"example {name}", partial(self.use_text, text), f"{PAGE}-example-{name}")
         self.form.build()
-        area = ui.textarea("What is wanted (TOML)", value=self.spec_text()[0])
+        area = ui.textarea("Requirement (TOML)", value=self.spec_text()[0])
         label, look = "Specification as TOML", "outlined spellcheck=false wrap=off"
         self.editor = dress(area, f"{PAGE}-spec", "w-full design-spec", look, aria_label=label)
         dress(self.editor, maxlength=LONGEST).on("keydown.ctrl.enter", self.search)

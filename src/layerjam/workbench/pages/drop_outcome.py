@@ -196,7 +196,7 @@ class Advice:
         self._row.clear()
         with self._row:
             if ways:
-                ui.label("What would stop it").classes("text-sm")
+                ui.label("Ways to stop it").classes("text-sm")
             for key, (text, tip, act) in enumerate(ways):
                 button(text, act, f"drop-advice-{key}", tip=tip)
 

@@ -46,7 +46,7 @@ FREE = Choice(
     dict(spoken.FREE),
     "",
     label=spoken.OTHERWISE["free"],
-    help="What each fit of whole curves finds besides friction",
+    help="Quantities that each fit of whole curves finds, in addition to friction",
 )
 BY_FILE = (
     *("negative", "column", "columns", "decimal", "specimen", "sheet", "names", "speed"),

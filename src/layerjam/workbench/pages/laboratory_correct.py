@@ -179,7 +179,7 @@ class Correct:
         self._trouble.say("")
         if free:
             subject = "It stands" if len(free) == 1 else f"{len(free)} files stand"
-            ui.notify(f"{subject} on the page Pull, beside what is computed")
+            ui.notify(f"{subject} on the page Pull, next to the computed curve")
         else:
             subject = "It was" if len(self._keys) == 1 else f"{len(self._keys)} files were"
             ui.notify(f"{subject} taken from the page Pull")
@@ -197,7 +197,7 @@ class Correct:
         if isinstance(table, str):
             ui.label(table).classes("text-sm")
             return
-        note = "" if len(self.rows) == 1 else f" What you say holds for all {len(self.rows)} files."
+        note = "" if len(self.rows) == 1 else f" Your answer applies to all {len(self.rows)} files."
         ui.label(f"Click the head of a column to say what it is.{note}").classes("text-sm")
         negative = negative_of(self._said)
         ColumnTable(table, negative, partial(self._on_click, table), self._on_turn)

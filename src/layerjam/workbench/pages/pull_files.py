@@ -178,7 +178,7 @@ def show_errors(reading: Reading) -> None:
         error, bias = show(row["rmse"], "N", 3), show(row["bias"], "N", 3)
         mape, bias = f"{row['mape']:.2%}", bias.replace("-", "−")
         rows.append([row["path"], vacuum, speed, mape, error, bias])
-    table = html(heads, rows, range(1, 6), "What is left over", "pull-errors")
+    table = html(heads, rows, range(1, 6), "Residuals", "pull-errors")
     live.Table().set_content(table)
     checks(reading.compared)
     Notes().fill(list(dict.fromkeys(reading.compared.warnings)))

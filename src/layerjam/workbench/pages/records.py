@@ -241,7 +241,7 @@ def opener(desk: Desk, kind: str, page: str, problem: Alert) -> None:
             desk.put_file(kind, text if "\n" in text else f"{text}\n")
             problem.say("")
         except UnicodeDecodeError:
-            problem.say(f"the file is not UTF-8 text, so it is no {kind}'s TOML file")
+            problem.say(f"the file is not UTF-8 text, so it is not a {kind}'s TOML file")
         except LayerjamError as err:
             problem.say(one_line(err))
 

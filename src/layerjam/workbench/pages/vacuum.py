@@ -96,7 +96,7 @@ def safe_choice() -> Choice:
 def fault_choice() -> Choice:
     """Choice of the fault to inject."""
     words = {name: f"{name.replace('-', ' ')}: {meaning}" for name, meaning in PROVOKED.items()}
-    return Choice("fault", {"none": "none", **words}, "none", help="What breaks meanwhile")
+    return Choice("fault", {"none": "none", **words}, "none", help="Fault during the run")
 
 
 class Vacuum(Page):
@@ -146,7 +146,7 @@ class Vacuum(Page):
                 self.slider("duration")
                 self.slider("sample_time")
                 with self.show_while(self._no_sensor):
-                    hint("The line has no sensor: one of this range and noise stands in.")
+                    hint("The line has no sensor. A sensor of this range and noise is assumed.")
                     for key in SENSOR:
                         self.slider(key)
             self.more.build()
