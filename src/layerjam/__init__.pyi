@@ -1476,13 +1476,18 @@ def pull(
     files: _Sequence[str | _Path | _Trace | _DataFrame] | str | _Path | _Trace | _DataFrame,
     *,
     tare: bool = ...,
+    start: float | str | _HasUnit | None = ...,
+    end: float | str | _HasUnit | None = ...,
+    accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     options: _FileOptions = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _Pulls:
     """What measured pulls show: slack, preload, onset, stiffness, peak, stick–slip, unloading.
 
     `files` are paths or traces, several or one. Nothing is subtracted from a force unless `tare`
-    asks for the force before the load rises.
+    asks for the force before the load rises. `start` and `end` choose a part of each record by its
+    time. Stick–slip grows with its spacing; teeth of one spacing in several files whose swings
+    differ are a ripple of the machine.
     """
 
 def pump_down(

@@ -248,6 +248,12 @@ def _odd_record(trace: Trace) -> Iterator[Notice]:
             "peak is static friction, and the law of a brake is that of the middle",
             "stick-slip",
         )
+    if found.second_rise is not None:
+        yield Notice(
+            f"{name}: the force rises twice, as if the brake was switched on while it slid; "
+            "'layerjam pull --from --to' shows each rise, and a file with one of them can be used",
+            "two-rises",
+        )
 
 
 def _vacuum(trace: Trace, given: float | None, brake: Brake) -> float:

@@ -291,6 +291,7 @@ def _row(repeat: FrictionRepeat, load: float) -> dict[str, Any]:
         "samples": repeat.samples,
         "speed": repeat.speed,
         "stick_slip": teeth is not None,
+        "ripple": repeat.ripple is not None,
         "upper": teeth and teeth.upper / load,
         "lower": teeth and teeth.lower / load,
         "period": teeth and teeth.period,

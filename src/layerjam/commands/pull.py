@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, Progress, command
 from layerjam.commands.files import CURVE, each, understood
+from layerjam.commands.pressure_log import End, Start, window
+from layerjam.commands.quantities import Accept
 from layerjam.commands.reading import FileOptions, Files
-from layerjam.commands.results import Result, fact, result
-from layerjam.errors import Notice
+from layerjam.commands.results import Judged, Result, fact, result
+from layerjam.errors import FileError, Notice
 from layerjam.units import show
+from layerjam.verdict import Check, check, judge
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,21 +26,21 @@ if TYPE_CHECKING:
 _OF_UNIT = {
     "Pa": "vacuum",
     "m/s": "speed",
-    "s": "stick_slip_period",
+    "s": "stick_slip_period ripple_period second_rise_time",
     "J": "work loop_energy",
     "m": "slack onset onset_se peak_elongation steady_from steady_to stick_slip_spacing "
-    "residual_elongation",
+    "residual_elongation ripple_spacing",
     "N": "preload preload_se peak_force peak_force_se steady_force stick_slip_amplitude "
-    "stick_slip_upper stick_slip_lower residual_force noise tared",
+    "stick_slip_upper stick_slip_lower residual_force noise tared ripple_amplitude",
     "N/m": "stiffness stiffness_se steady_slope steady_slope_se unloading_stiffness "
-    "unloading_stiffness_se",
+    "unloading_stiffness_se stick_slip_stiffness",
 }
 UNITS_OF_A_PULL = {name: unit for unit, names in _OF_UNIT.items() for name in names.split()}
 """Unit of each key of one pull's table."""
 
 
 @result
-class Pulls(Result):
+class Pulls(Judged):
     """What each pull shows; `record` is a list of (trace, PullSummary), the traces thinned."""
 
     record: list[tuple[Trace, PullSummary]]
@@ -83,33 +85,81 @@ def pull(
     files: Files,
     *,
     tare: Annotated[bool, Help("Subtract the force before the load rises.")] = False,
+    start: Start = None,
+    end: End = None,
+    accept: Accept = None,
     options: FileOptions = FileOptions(),
     progress: Progress | None = None,
 ) -> Pulls:
     """What measured pulls show: slack, preload, onset, stiffness, peak, stick–slip, unloading.
 
     `files` are paths or traces, several or one. Nothing is subtracted from a force unless `tare`
-    asks for the force before the load rises.
+    asks for the force before the load rises. `start` and `end` choose a part of each record by its
+    time. Stick–slip grows with its spacing; teeth of one spacing in several files whose swings
+    differ are a ripple of the machine.
     """
     from layerjam.identify.pull.summary import pull_summary
+    from layerjam.identify.stick_slip import share_a_spacing
+
+    span = window(start, end)
 
     def use(trace: Trace) -> tuple[Trace, PullSummary]:
-        found = pull_summary(trace, tare)
-        features = found.features.thinned(CURVE)
-        return trace.thinned(CURVE), replace(found, features=features)
+        part = _cut(trace, span)
+        return part.thinned(CURVE), pull_summary(part, tare).thinned(CURVE)
 
     used, refused = each(files, use, options, progress)
+    ripples = share_a_spacing([found.ripple or found.teeth for _, found in used])
+    used = [
+        (trace, (ripple and found.as_ripple) or found)
+        for (trace, found), ripple in zip(used, ripples, strict=True)
+    ]
     warnings = [w for trace, _ in used for w in trace.warnings]
     warnings += [
         Notice(f"{_called(trace)}: {note}", "pull") for trace, found in used for note in found.notes
     ]
-    return Pulls(
+    return Pulls.of(
+        judge([_rises(used)], accept),
         pulls=[_row(trace, found) for trace, found in used],
         tare=tare,
         understood=understood(t for t, _ in used),
         refused=refused,
         warnings=warnings,
         record=used,
+    )
+
+
+def _cut(trace: Trace, span: tuple[float | None, float | None]) -> Trace:
+    """The part of the trace within a span of its time [s]; the trace itself without one."""
+    if span == (None, None):
+        return trace
+    if trace.time is None:
+        raise FileError(trace.path, "holds no time, by which --from and --to choose; cut the file")
+    return trace.between(*span)
+
+
+def _second_rise_time(trace: Trace, found: PullSummary) -> float | None:
+    """Time [s] at which the second rise begins; None without one, or without time."""
+    second = found.second_rise
+    if second is None or trace.time is None:
+        return None
+    at = int((trace.elongation - found.features.origin >= second.start).argmax())
+    return float(trace.time[at])
+
+
+def _rises(used: list[tuple[Trace, PullSummary]]) -> Check:
+    """Whether each record has one rise: stiffness and onset of two rises describe neither."""
+    places = []
+    for trace, found in used:
+        if found.second_rise is not None:
+            time = _second_rise_time(trace, found)
+            at = f" (second from {show(time, 's', 3)})" if time is not None else ""
+            places.append(f"{_called(trace)}{at}")
+    return check(
+        "rises",
+        not places,
+        f"two rises: {', '.join(places)}" if places else "each record rises once",
+        "; the brake slides, then its force rises again. Choose one with --from, --to and --tare",
+        "failed",
     )
 
 
@@ -120,9 +170,11 @@ def _called(trace: Trace) -> str:
 
 def _row(trace: Trace, found: PullSummary) -> dict[str, Any]:
     """One pull, every key; None where the record does not show it."""
+    from layerjam.identify.stick_slip import CAUSE
+
     features, start, steady = found.features, found.start, found.steady
     straight, peaked = features.straight or None, features.has_peak or None
-    teeth, back = found.teeth, found.unloading
+    teeth, ripple, back = found.teeth, found.ripple, found.unloading
     return {
         "file": trace.path,
         "specimen": trace.specimen or None,
@@ -149,7 +201,14 @@ def _row(trace: Trace, found: PullSummary) -> dict[str, Any]:
         "stick_slip_lower": teeth and teeth.lower,
         "stick_slip_spacing": teeth and teeth.spacing,
         "stick_slip_period": teeth and teeth.period,
+        "stick_slip_stiffness": teeth and teeth.stiffness,
         "teeth": teeth and teeth.teeth,
+        "ripple": ripple is not None,
+        "ripple_amplitude": ripple and ripple.amplitude,
+        "ripple_spacing": ripple and ripple.spacing,
+        "ripple_period": ripple and ripple.period,
+        "ripple_cause": ripple and CAUSE,
+        "second_rise_time": _second_rise_time(trace, found),
         "unloading_stiffness": back and back.stiffness,
         "unloading_stiffness_se": back and back.stiffness_se,
         "residual_force": back and back.residual_force,
@@ -184,6 +243,11 @@ def _paragraph(row: Mapping[str, Any]) -> Iterator[str]:
         yield (
             f"  stick–slip ± {text('stick_slip_amplitude')}, {row['teeth']} teeth, every "
             f"{text('stick_slip_spacing')}, {text('stick_slip_period')}"
+        )
+    if row["ripple"]:
+        yield (
+            f"  ripple ± {text('ripple_amplitude')} every {text('ripple_spacing')}, "
+            f"{text('ripple_period')}: {row['ripple_cause']}"
         )
     if row["unloading_stiffness"] is not None:
         yield (

@@ -4,8 +4,13 @@ While the films stick the force rises at the stiffness of the pulling parts; whe
 at once. Four conditions must therefore be met together: the swing exceeds the noise, the teeth are
 regularly spaced, they rise for longer than they fall, and all rise equally fast. Noise and a rough
 film rise and fall alike; so does a vibration.
+
+A machine may write regular teeth too: motor steps, a screw or an alternating drive. Their spacing
+belongs to the machine, whatever their swing; that of stick-slip grows with it, as swing over
+stiffness.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -34,6 +39,16 @@ STANDS_OUT = 8.0
 SMOOTHINGS = (1, 5, 21, 63, 151)
 """Samples of the running means tried, until teeth are detected."""
 MOST_SAMPLES = 60_000
+STUCK = 0.8
+"""Smallest stiffness of a stuck tooth's rise, relative to the pull's."""
+EQUAL = 0.03
+"""Relative difference of spacings that count as equal."""
+GROWN = 1.5
+"""Ratio of swings at which stick-slip of one stiffness has clearly different spacings."""
+REGULAR = 0.2
+"""Largest irregularity of a machine's ripple."""
+CAUSE = "motor steps, screw or drive of the machine"
+"""Likely cause of a ripple of constant spacing."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,9 +82,36 @@ class SawTeeth:
         return (self.upper - self.lower) / 2
 
     @property
+    def swing(self) -> float:
+        """Mean fall of the force in a slip [N]."""
+        return self.upper - self.lower
+
+    @property
+    def stiffness(self) -> float:
+        """Stiffness of the rises [N/m]: that of the pulling parts if the sheets really stick."""
+        return self.swing / (self.rising_share * self.spacing)
+
+    @property
     def middle(self) -> float:
         """Force halfway between the envelopes [N]: the kinetic force if nothing damps the slip."""
         return (self.upper + self.lower) / 2
+
+
+def share_a_spacing(records: Sequence[SawTeeth | None]) -> list[bool]:
+    """Return for each record of one machine whether its teeth are a ripple of that machine.
+
+    At least four records have regular teeth of one spacing, although their swings differ: no
+    stiffness explains that. Extreme swings do not count. None is a record without teeth.
+    """
+    regular = [t for t in records if t is not None and t.irregularity <= REGULAR]
+
+    def is_ripple(teeth: SawTeeth | None) -> bool:
+        if teeth is None or teeth.irregularity > REGULAR:
+            return False
+        near = sorted(t.swing for t in regular if abs(t.spacing / teeth.spacing - 1) <= EQUAL)
+        return len(near) >= 4 and near[-2] > GROWN * near[1]
+
+    return [is_ripple(teeth) for teeth in records]
 
 
 class Search(NamedTuple):

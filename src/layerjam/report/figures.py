@@ -6,7 +6,8 @@ import numpy as np
 
 from layerjam.device.file import BrakeFile
 from layerjam.errors import count_of
-from layerjam.identify.friction.reduction import FrictionResult, StickSlip
+from layerjam.identify.friction.envelope import StickSlip
+from layerjam.identify.friction.reduction import FrictionResult
 from layerjam.identify.validation.metrics import Validation
 from layerjam.measure.trace import Trace
 from layerjam.mechanics.friction import sheet_friction

@@ -94,6 +94,9 @@ def _words(axes: style.Axes, zoom: style.Axes, summary: PullSummary) -> None:
         spacing = show(summary.teeth.spacing, "m", 3)
         words = f"stick–slip ± {show(summary.teeth.amplitude, 'N', 3)} every {spacing}"
         notes.append((words, ORANGE))
+    if summary.ripple is not None:
+        spacing = show(summary.ripple.spacing, "m", 3)
+        notes.append((f"the machine's ripple, every {spacing}", INK))
     if summary.unloading is not None and summary.unloading.stiffness is not None:
         words = f"unloading {show(summary.unloading.stiffness, 'N/m', 3)}, lost "
         notes.append((words + show(summary.unloading.loop, "J", 3), PURPLE))

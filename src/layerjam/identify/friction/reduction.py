@@ -7,7 +7,7 @@ record with stick–slip has no meaningful mean; its envelope is reported instea
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +19,11 @@ from layerjam.device.mount import Site
 from layerjam.errors import FileError, FitError, count_of
 from layerjam.identify.friction.agreement import friction_checks
 from layerjam.identify.friction.breakaway import Breakaway, Inertia, find_breakaway, inertia_of
+from layerjam.identify.friction.envelope import StickSlip, find_envelope
 from layerjam.identify.friction.standards import PAPER, Standard
 from layerjam.identify.provenance import digests, mark_synthetic, sha256
 from layerjam.identify.repeats import OverRepeats, over_repeats
-from layerjam.identify.stick_slip import SawTeeth, find_saw_teeth
+from layerjam.identify.stick_slip import CAUSE, SawTeeth, find_saw_teeth, share_a_spacing
 from layerjam.measure.trace import Array, Trace
 from layerjam.toml_files.source import Source
 from layerjam.units import show
@@ -41,12 +42,14 @@ class FrictionRepeat:
     """One repeat: coefficients [-], travel at its maximum [m], and its source.
 
     `kinetic` is None if the record sticks and slips, unless the envelope's middle was accepted.
-    `window` is the travel of the mean [m], `teeth` the stick–slip in it (forces in N). `distinct`:
+    `mean` is the mean of the force over the normal force. `window` is the travel of the mean [m],
+    `teeth` the stick–slip in it (forces in N), `ripple` that of the machine. `distinct`:
     a standard's first maximum is clear; `synthetic`: a program wrote the file.
     """
 
     static: float
     kinetic: float | None
+    mean: float
     static_at: float
     samples: int
     path: str
@@ -54,28 +57,10 @@ class FrictionRepeat:
     speed: float | None = None
     distinct: bool = True
     teeth: SawTeeth | None = None
+    ripple: SawTeeth | None = None
     inertia: Inertia | None = None
     warnings: tuple[str, ...] = ()
     synthetic: bool = False
-
-
-@dataclass(frozen=True, kw_only=True)
-class StickSlip:
-    """Envelope over the repeats that stick and slip, as coefficients [-].
-
-    `period` [s] is None if a record has no time; `spacing` is in m of travel.
-    """
-
-    upper: float
-    lower: float
-    amplitude: float
-    middle: float
-    relative_amplitude: float
-    period: float | None
-    spacing: float
-    files: tuple[str, ...]
-    accepted: bool
-    reason: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -199,6 +184,7 @@ def reduce_repeat(
     return FrictionRepeat(
         static=static / normal_force,
         kinetic=kinetic,
+        mean=mean / normal_force,
         static_at=float(travel[top]),
         samples=len(trace),
         path=trace.path,
@@ -318,6 +304,8 @@ def pool(
 
     `span` is the plausible range of the kinetic friction [-], None if the film is unknown.
     """
+    ripples = share_a_spacing([r.teeth for r in repeats])
+    repeats = [_of_ripple(r) if x else r for r, x in zip(repeats, ripples, strict=True)]
     values = {n: [getattr(r, n) for r in repeats] for n in ("static", "kinetic", "speed")}
     peaks = (w for r in repeats for w in _peak_warning(r))
     warnings = [*file_warnings, *_group_warnings(repeats), *peaks]
@@ -330,7 +318,11 @@ def pool(
         kinetic=None if kinetic is None else kinetic.mean,
         kinetic_sd=None if kinetic is None else kinetic.sd,
         over=means,
-        stick_slip=_stick_slip(repeats, normal_force, accept_stick_slip),
+        stick_slip=find_envelope(
+            [(r.path, r.teeth) for r in repeats if r.teeth is not None],
+            normal_force,
+            accept_stick_slip,
+        ),
         repeats=tuple(repeats),
         normal_force=normal_force,
         window=window or _mean_span(repeats),
@@ -340,32 +332,15 @@ def pool(
     )
 
 
-def _stick_slip(
-    repeats: Sequence[FrictionRepeat], normal_force: float, accepted: bool
-) -> StickSlip | None:
-    files = tuple(r.path for r in repeats if r.teeth is not None)
-    teeth = [r.teeth for r in repeats if r.teeth is not None]
-    if not teeth:
-        return None
-
-    def mean(name: str) -> float:
-        return sum(getattr(t, name) for t in teeth) / len(teeth)
-
-    upper, lower = (mean(name) / normal_force for name in ("upper", "lower"))
-    kinetic = ": kinetic is the middle of its envelope"
-    if not accepted:
-        kinetic = ", so that kinetic is not reported"
-    return StickSlip(
-        upper=upper,
-        lower=lower,
-        amplitude=(upper - lower) / 2,
-        middle=(upper + lower) / 2,
-        relative_amplitude=(upper - lower) / (upper + lower),
-        period=None if None in (t.period for t in teeth) else mean("period"),
-        spacing=mean("spacing"),
-        files=files,
-        accepted=accepted,
-        reason=f"stick–slip has no plain mean{kinetic}",
+def _of_ripple(repeat: FrictionRepeat) -> FrictionRepeat:
+    """Return the repeat without stick-slip: other repeats show that its teeth are the machine's."""
+    note = f"teeth of one spacing whatever their swing are not stick–slip; likely cause: {CAUSE}"
+    return replace(
+        repeat,
+        kinetic=repeat.mean,
+        teeth=None,
+        ripple=repeat.teeth,
+        warnings=(*repeat.warnings, note),
     )
 
 

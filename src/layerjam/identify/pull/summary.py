@@ -6,8 +6,17 @@ import numpy as np
 
 from layerjam.errors import FileError
 from layerjam.identify.pull.features import LINEAR, PullFeatures, loading_branch, pull_features
-from layerjam.identify.stick_slip import SawTeeth, find_saw_teeth, noise_of, running_mean
-from layerjam.identify.straight import StraightLine, straight_line
+from layerjam.identify.pull.rises import SecondRise, find_raised_lead, find_second_rise
+from layerjam.identify.pull.unloading import Unloading, find_unloading
+from layerjam.identify.stick_slip import (
+    CAUSE,
+    STUCK,
+    SawTeeth,
+    find_saw_teeth,
+    noise_of,
+    running_mean,
+)
+from layerjam.identify.straight import straight_line
 from layerjam.measure.trace import Array, Trace
 from layerjam.units import show
 
@@ -23,99 +32,6 @@ BLOCKS = 24
 """Number of means over the plateau; their scatter gives the slope's error, including stick-slip."""
 TELLS = 0.002
 """Smallest preload reported, relative to the peak."""
-PART = (0.9, 0.2)
-"""Range of the stiffness fit, relative to the force at the reversal."""
-LEAST_WAY_BACK = 0.02
-"""Shortest return, relative to the pull."""
-FEWEST_BACK = 8
-"""Fewest samples of a return."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Unloading:
-    """Unloading branch of a pull, SI units.
-
-    `stiffness` is the slope just after the reversal [N/m], or None if fewer than 4 samples lie on
-    it. `residual_force` is the mean force over the last hundredth of the return [N].
-    `residual_elongation` is the distance from the onset to the point where that slope meets the
-    baseline again [m]. `work` is done on the way out [J] and `returned` on the return. `loop` is
-    their difference, which is dissipated if the return leads to the onset (`closed`).
-    """
-
-    stiffness: float | None
-    stiffness_se: float | None
-    force_at_reversal: float
-    elongation_at_reversal: float
-    residual_force: float
-    residual_elongation: float | None
-    work: float
-    returned: float
-    loop: float
-    loop_se: float
-    closed: bool
-
-
-def find_unloading(
-    elongation: Array, force: Array, onset: float, baseline: float, noise: float
-) -> Unloading | None:
-    """Return the unloading of a whole record, arrays of shape (N,); None if it has none.
-
-    `onset` is the elongation where the pull began [m], `baseline` the force there [N], `noise` one
-    sample's standard deviation [N].
-    """
-    longest, shortest = float(elongation.max()), float(elongation.min())
-    turn = len(elongation) - 1 - int(np.argmax(elongation[::-1]))
-    # the crosshead may pause at the reversal
-    first = int(np.argmax(elongation))
-    return_path, fall = elongation[turn:], force[turn:]
-    if len(return_path) < FEWEST_BACK or longest - float(return_path.min()) < LEAST_WAY_BACK * (
-        longest - shortest
-    ):
-        return None
-    last = int(np.argmin(return_path)) + 1
-    return_path, fall = return_path[:last], fall[:last]
-    few = max(1, min(len(fall) // 50, 5))
-    top = float(np.median(force[max(first - few, 0) : turn + 1]))
-    steep = _steep(return_path, fall, top, baseline)
-    out, pull_force = elongation[: first + 1], force[: first + 1]
-    work, work_back = _area(out, pull_force), -_area(return_path, fall)
-    end = max(1, len(fall) // 100)
-    return Unloading(
-        stiffness=steep and steep.slope,
-        stiffness_se=steep and steep.slope_se,
-        force_at_reversal=top,
-        elongation_at_reversal=longest - onset,
-        residual_force=float(fall[-end:].mean()),
-        residual_elongation=None if steep is None else steep.meets(baseline) - onset,
-        work=work,
-        returned=work_back,
-        loop=work - work_back,
-        loop_se=noise * float(np.hypot(_weight(out), _weight(return_path))),
-        closed=float(return_path[-1]) - onset <= 0.01 * (longest - shortest),
-    )
-
-
-def _steep(return_path: Array, fall: Array, top: float, baseline: float) -> StraightLine | None:
-    """Return the line through the beginning of the return; None if it has too few samples."""
-    high, low = (baseline + part * (top - baseline) for part in PART)
-    below_high, below_low = np.flatnonzero(fall <= high), np.flatnonzero(fall <= low)
-    if top <= baseline or not len(below_low):
-        return None
-    part = slice(below_high[0], below_low[0])
-    line = (
-        straight_line(return_path[part], fall[part]) if below_low[0] - below_high[0] >= 4 else None
-    )
-    return line if line is not None and line.slope > 0 else None
-
-
-def _area(x: Array, y: Array) -> float:
-    return float(np.sum(np.diff(x) * (y[1:] + y[:-1])) / 2)
-
-
-def _weight(x: Array) -> float:
-    """Return the norm of the weights that a trapezoidal sum gives its samples."""
-    step = np.diff(x)
-    return float(np.sqrt(np.sum((np.r_[step, 0.0] + np.r_[0.0, step]) ** 2))) / 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,21 +69,37 @@ class Steady:
 
 @dataclass(frozen=True, kw_only=True)
 class PullSummary:
-    """Features of one pull; `tared` is the force [N] subtracted on request."""
+    """Features of one pull; `tared` is the force [N] subtracted on request.
+
+    `teeth` are those of stick-slip, `ripple` those of the machine. `second_rise` is None if the
+    force rises once. `as_ripple` is the summary if other records show that its teeth are a ripple.
+    """
 
     features: PullFeatures
     start: Start
     steady: Steady | None
     teeth: SawTeeth | None
+    ripple: SawTeeth | None
+    second_rise: SecondRise | None
     unloading: Unloading | None
     noise: float
     tared: float | None
     notes: tuple[str, ...]
+    as_ripple: "PullSummary | None" = None
 
     @property
     def preload(self) -> float:
         """Force before the load rises [N]; a zero error of the load cell looks the same."""
         return self.start.baseline
+
+    def thinned(self, limit: int) -> "PullSummary":
+        """Return the summary with a curve of at most `limit` samples, means over neighbours."""
+        size = -(-len(self.features.force) // limit)
+        marks = self.teeth and replace(
+            self.teeth, peaks=self.teeth.peaks // size, troughs=self.teeth.troughs // size
+        )
+        other = self.as_ripple and self.as_ripple.thinned(limit)
+        return replace(self, features=self.features.thinned(limit), teeth=marks, as_ripple=other)
 
 
 def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
@@ -178,32 +110,46 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
     """
     tare_force = None
     if tare:
-        begin = _start(trace, pull_features(trace))
-        if not begin.seen:
-            raise FileError(
-                trace.path,
-                "begins on its rise: it shows no force before the load to subtract (tare)",
-            )
-        tare_force = begin.baseline
+        tare_force = find_raised_lead(*loading_branch(trace))
+        if tare_force is None:
+            begin = _start(trace, pull_features(trace))
+            if not begin.seen:
+                raise FileError(
+                    trace.path,
+                    "begins on its rise: it shows no force before the load to subtract (tare)",
+                )
+            tare_force = begin.baseline
         trace = replace(trace, force=trace.force - tare_force)
     features = pull_features(trace)
     start = _start(trace, features)
     noise = noise_of(features.force)
-    teeth = _teeth(trace, features)
-    if teeth is not None:
-        features = _first_slip(features, teeth, noise)
-    steady = _steady(features)
     unloading = find_unloading(trace.elongation, trace.force, start.onset, start.baseline, noise)
-    return PullSummary(
-        features=features,
-        start=start,
-        steady=steady,
-        teeth=teeth,
-        unloading=unloading,
-        noise=noise,
-        tared=tare_force,
-        notes=(*_notes(features, start, teeth, tare_force), *_not_used(trace, unloading)),
-    )
+    second_rise = find_second_rise(features.elongation, features.force)
+
+    def summarise(teeth: SawTeeth | None, ripple: SawTeeth | None) -> PullSummary:
+        own = features if teeth is None else _first_slip(features, teeth, noise)
+        return PullSummary(
+            features=own,
+            start=start,
+            steady=_steady(own),
+            teeth=teeth,
+            ripple=ripple,
+            second_rise=second_rise,
+            unloading=unloading,
+            noise=noise,
+            tared=tare_force,
+            notes=(*_notes(own, start, teeth, ripple, tare_force), *_not_used(trace, unloading)),
+        )
+
+    teeth = _teeth(trace, features)
+    if teeth is None:
+        return summarise(None, None)
+    as_ripple = summarise(None, teeth)
+    # a stuck tooth rises at the stiffness of the pull, which a bent rise or two rises do not show
+    certain = features.straight and second_rise is None
+    if certain and teeth.stiffness < STUCK * features.stiffness:
+        return as_ripple
+    return replace(summarise(teeth, None), as_ripple=as_ripple)
 
 
 def _start(trace: Trace, features: PullFeatures) -> Start:
@@ -366,7 +312,11 @@ def off_zero(start: Start, features: PullFeatures) -> bool:
 
 
 def _notes(
-    features: PullFeatures, start: Start, teeth: SawTeeth | None, tare_force: float | None
+    features: PullFeatures,
+    start: Start,
+    teeth: SawTeeth | None,
+    ripple: SawTeeth | None,
+    tare_force: float | None,
 ) -> list[str]:
     """Return the notes that a reader needs before using the numbers."""
     out = []
@@ -389,6 +339,12 @@ def _notes(
         out.append(
             f"sticks and slips, {show(teeth.amplitude, 'N')} about its middle every "
             f"{show(teeth.spacing, 'm', 3)}; its peak is static friction at the first slip"
+        )
+    if ripple is not None:
+        out.append(
+            f"a ripple of {show(ripple.amplitude, 'N')} about its middle every "
+            f"{show(ripple.spacing, 'm', 3)} is not stick–slip, whose spacing would be its swing "
+            f"over the stiffness; likely cause: {CAUSE}"
         )
     return out
 

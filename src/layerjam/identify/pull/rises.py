@@ -1,0 +1,113 @@
+"""Records with two rises: the brake slides freely, is switched on, and the force rises again."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from layerjam.identify.stick_slip import Indices, noise_of
+from layerjam.measure.trace import Array
+
+BLOCKS = 100
+"""Number of equal parts of the travel to the peak, each with its mean force."""
+FEWEST = 3
+"""Fewest samples of a part."""
+FLAT = 0.15
+"""Slope between the rises, relative to that of the steepest part after and before it."""
+LONG = 15
+"""Fewest parts between the rises."""
+RAISED = 0.2
+"""Smallest force before the only rise, relative to the peak, that hides the foot of the rise."""
+FIRST, SECOND = 0.05, 0.2
+"""Smallest share of each rise in the force."""
+CLEAR = 6.0
+"""Smallest rise, in standard deviations of the mean over the first samples."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SecondRise:
+    """Second rise of a record: its begin [m], and the forces [N] at its begin and at its top.
+
+    `index` is the sample at its begin, in the loading branch.
+    """
+
+    start: float
+    index: int
+    force_before: float
+    force_after: float
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """Mean forces [N] of equal parts of the travel to the peak; the first sample's comes first.
+
+    `part` is the part of each sample up to the peak, `few` the number of first samples.
+    """
+
+    mean: Array
+    part: Indices
+    few: int
+
+    @classmethod
+    def divide(cls, elongation: Array, force: Array) -> "_Parts | None":
+        top = int(np.argmax(force))
+        travel = float(elongation[top] - elongation[0])
+        count = min(BLOCKS, (top + 1) // FEWEST)
+        if not travel > 0 or count < 2 * LONG:
+            return None
+        share = (elongation[: top + 1] - elongation[0]) / travel
+        part = np.clip((share * count).astype(np.intp), 0, count - 1)
+        samples = np.bincount(part, minlength=count)
+        if samples.min() < 1:
+            return None
+        # a stiff first rise ends within the first part
+        few = max(FEWEST, int(np.median(samples)) // 20)
+        mean = np.bincount(part, force[: top + 1], minlength=count) / samples
+        return cls(np.r_[float(force[:few].mean()), mean], part, few)
+
+
+def find_raised_lead(elongation: Array, force: Array) -> float | None:
+    """Return the force [N] of a flat part before the only rise if it is above a fifth of the peak.
+
+    The stiffness of a pull is read from that level on, so that such a lead counts as its foot.
+    """
+    parts = _Parts.divide(elongation, force)
+    if parts is None:
+        return None
+    slope = np.diff(parts.mean)
+    steep = np.flatnonzero(slope >= FLAT * slope.max())
+    lead = int(steep[0]) if len(steep) else 0
+    mean = float(parts.mean[:lead].mean()) if lead else 0.0
+    return mean if mean > RAISED * parts.mean[-1] else None
+
+
+def find_second_rise(elongation: Array, force: Array) -> SecondRise | None:
+    """Return the second rise of a loading branch, arrays of shape (N,); None if it has only one.
+
+    A friction force bends off once: a rise, then sliding. Two rises have a flat part between them,
+    much flatter than the steepest part before it and the steepest part after it.
+    """
+    parts = _Parts.divide(elongation, force)
+    if parts is None:
+        return None
+    mean, least = parts.mean, CLEAR * noise_of(force) / parts.few**0.5
+    slope = np.diff(mean)
+    before = np.maximum.accumulate(slope)
+    after = np.maximum.accumulate(slope[::-1])[::-1]
+    height = float(mean[-1] - mean[0])
+    flat = slope < FLAT * np.minimum(before, after)
+    edges = np.flatnonzero(np.diff(np.r_[False, flat, False].astype(int)))
+    for begin, end in edges.reshape(-1, 2).tolist():
+        first, second = float(mean[begin] - mean[0]), float(mean[-1] - mean[end])
+        if (
+            end - begin >= LONG
+            and first > max(FIRST * height, least)
+            and second > max(SECOND * height, least)
+        ):
+            index = int(np.argmax(parts.part >= end - 1))
+            return SecondRise(
+                start=float(elongation[index]),
+                index=index,
+                force_before=float(mean[end]),
+                force_after=float(mean[-1]),
+            )
+    return None
