@@ -290,7 +290,7 @@ def _with_brake(
         "record": record,
     }
     if timed.outcome is Outcome.SNAPS:
-        # no numbers for what does not happen
+        # a stop that snaps has no numbers
         return Stop(
             feasible=False,
             reason=timed.reason,

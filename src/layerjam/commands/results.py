@@ -385,7 +385,7 @@ class Result:
             for path, why in refused.items():
                 out += wrapped(f"  {path}: {why}", "", width)
         for failed in self.failed_checks:
-            # the reason stands among the checks already
+            # the reason is already among the checks
             reason = "" if isinstance(self, Judged) else f": {failed['reason']}"
             out += wrapped(f"{failed['name']}{reason}", "FAILED: ", width)
         if self.failed_checks:

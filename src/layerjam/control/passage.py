@@ -128,7 +128,7 @@ def owing(passage: Passage, rate: float, top: float, switched: bool = False) -> 
     commands = _commands(switched)
     ratio = passage.rise(vacuum, commands * rate, top) / fit.at(vacuum, commands)
     low, high = float(ratio.min()), float(ratio.max())
-    if not switched:  # the gentlest pump's rise is the straight line's
+    if not switched:  # the gentlest pump rises as the straight line does
         high = max(high, 1.0)
     return Owed(
         rate=low * unheld,

@@ -146,7 +146,7 @@ class Regulator:
         """Excess over the target at which the vent opens [Pa]."""
         least = 2 * self.half_band + 12 * self.sensor.noise + 2 * self.sensor.resolution
         plant, tube = self.plant, self.plant.passage
-        if tube is not None:  # what the emptied tube still draws is no excess to let out
+        if tube is not None:  # gas that the emptied tube still draws need not be let out
             least += max(tube.still(tube.vacuum, plant.rate, plant.top), 0.0)
         return max(0.01 * self.plant.top, least) if self.vent_band is None else self.vent_band
 
@@ -237,7 +237,7 @@ class Regulator:
         tube, wide = self.plant.passage, max(0.5 * self.decision, least)
         if tube is None:
             return wide
-        # what comes late through the tube, while the pump is slowed down, is no excess
+        # gas that comes late through the tube, with the pump slowed down, is not in excess
         return max(wide, 2 * tube.missing(self.plant.rate, self.owed, self.kind == "bang-bang"))
 
     @property

@@ -87,7 +87,7 @@ def _by_sockets(command: Sequence[str], words: Sequence[str], closing: Callable[
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            # an interrupt typed here is not the board's
+            # an interrupt typed here must not reach the board
             creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
         )
         try:

@@ -90,7 +90,7 @@ def _work(
 ) -> None:
     """The other process; an interrupt typed at the terminal is the server's."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    tempfile.tempdir = room  # goes with it, also where it is ended amid its work
+    tempfile.tempdir = room  # removed with the process, even if it is ended during its work
     try:
         if settings:
             import jax

@@ -122,7 +122,7 @@ class Session:
                 try:
                     answer.set_result(act(self.bench))
                 except Exception as error:
-                    # whoever asked is told, and the bench is not left alone
+                    # the caller gets the error, and the bench remains supervised
                     answer.set_exception(error)
         except LayerjamError as error:
             self.lost = str(error)

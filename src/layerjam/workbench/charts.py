@@ -154,7 +154,7 @@ def _axis(name: str, limits: Ends, gap: int, dark: bool) -> dict[str, Any]:
         **dict(type="value", name=name, nameLocation="middle", nameGap=gap),
         **dict(min=limits[0], max=limits[1]),
         "nameTextStyle": dict(color=ink, fontSize=13),
-        # an end that is no round number is where a curve ends, not what is read there
+        # an end that is not a round number marks the end of a curve and needs no label
         "axisLabel": dict(color=ink, hideOverlap=True, **{end: _round(v) for end, v in ends}),
         "axisLine": {"show": True, "lineStyle": {"color": GREY}},
         "splitLine": {"lineStyle": {"color": "#3a444d" if dark else "#e3e8ec"}},
@@ -170,7 +170,7 @@ def _readout(panes: Sequence[Pane], firsts: Sequence[int]) -> str:
     """Return the text of the cursor for all named curves, and for unnamed ones in `firsts`."""
     axes = [_name_and_unit(pane.y) for pane in panes]
     name, unit = _name_and_unit(panes[-1].x)
-    # the text is ours; a curve's name, which may be a file's, loses what HTML would read
+    # only the name of a curve, which may come from a file, can contain HTML
     return (
         f"p => {{ const axes = {json.dumps(axes)}, firsts = {json.dumps(firsts)}, seen = new Set();"
         " const rows = p.flatMap(s => { const [y, unit] = axes[s.axisIndex], name = s.seriesName ||"
@@ -238,7 +238,7 @@ def _series(curve: Curve, ink: str) -> dict[str, Any]:
         **({"symbol": "none", "symbolSize": 5} if curve.measured else {}),
         **dict(showSymbol=curve.measured, lineStyle=dict(width=curve.width, type=curve.dash)),
         "emphasis": {"disabled": True},
-        # names at the ends of curves that end alike stand below each other
+        # names of curves with the same end are placed below each other
         "labelLayout": {"moveOverlap": "shiftY"},
     }
 

@@ -193,7 +193,7 @@ class Slider:
         except QuantityError as err:
             self.field.error = str(err)
             return
-        # leaving a field that was not touched is no step of undo
+        # leaving a field without a change is not a step of undo
         if value != number(self.desk, self.page, self.control):
             self.desk.put(self.page, self.control.key, value)
         self._fill()

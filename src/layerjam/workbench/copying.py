@@ -36,7 +36,9 @@ async def offer(text: str, language: str, files: Mapping[str, str]) -> None:
         dress(lines.markdown, tabindex="0", role="group", aria_label=f"Copied {kind}")
         dress(lines.copy_button, aria_label="Copy")
         if files:
-            ui.label("This was edited or written here. Save it beside where you run these lines:")
+            ui.label(
+                "This was edited or written here. Save it in the folder where you run these lines:"
+            )
             for name, content in files.items():
                 save = partial(ui.download.content, content.encode(), name, "application/toml")
                 dress(ui.button(name, icon="download", on_click=save), "copied-save", look=PLAIN)

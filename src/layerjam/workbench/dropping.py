@@ -239,7 +239,7 @@ class FilesHere:
             ui.label("Drop files anywhere in this window").classes("font-medium")
             hint(
                 "CSV, TSV, TXT, TRA, XLSX, ODS, and sidecars NAME.csv.toml, many at once. Up to "
-                f"{MAX_FILES} files of {LARGEST // 2**20} MB; they stay on this computer, are "
+                f"{MAX_FILES} files of {LARGEST // 2**20} MB. They stay on this computer, are "
                 "known on every page and after a reload, are deleted when the browser's tab is "
                 "closed, and are not in the link."
             )

@@ -37,7 +37,7 @@ class Panel:
         self.shown: Answer | None = None
         self.problem = ""
 
-    # ---- what stands on the page
+    # ---- layout
 
     def build(self, ident: str, label: str, look: str = "", act: Any = None) -> None:
         """Build the chart; `label` describes it for screen readers."""

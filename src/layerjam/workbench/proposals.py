@@ -122,7 +122,7 @@ def _quantities(stem: str, friction: bool) -> Iterator[tuple[str, str, str]]:
     pressures = {(_plain(m[1]), _UNITS[m[2].lower()]): m for m in _PRESSURE.finditer(stem)}
     if len(pressures) == 1 and not friction:
         (((number, unit), match),) = pressures.items()
-        if not match[3]:  # an absolute pressure is no vacuum
+        if not match[3]:  # an absolute pressure is not a vacuum
             yield "vacuum", f"{number} {unit}", match[0]
     forces = list(_FORCE.finditer(stem))
     weights = list(_WEIGHT.finditer(stem))

@@ -19,7 +19,7 @@ from layerjam.errors import QuantityError
 
 LOCAL = ("localhost", "127.0.0.1", "[::1]")
 HEADERS = {
-    # Vue compiles templates that stand in the page, so inline scripts and eval stay allowed
+    # Vue compiles templates in the page, so inline scripts and eval stay allowed
     "content-security-policy": (
         "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:; "
         "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self' data:; "

@@ -72,7 +72,7 @@ def to_session(state: State, files: Sequence[KeptFile] = ()) -> str:
 
 def from_session(data: bytes, name: str) -> Session:
     """Return the session in a file of this `name`; FileError if it is not a session."""
-    if len(data) > LARGEST:  # what the page writes is smaller: of each brake in it 1 MB are read
+    if len(data) > LARGEST:  # the page writes smaller sessions: 1 MB is read of each brake
         raise FileError(name, f"is larger than {LARGEST // 2**20} MB, too large for a session")
     try:
         text = data.decode("utf-8-sig")

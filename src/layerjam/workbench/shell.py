@@ -197,7 +197,7 @@ def _session(desk: Desk) -> None:
     look = "flat round color=white"
     menu_button = button("", None, "session", "folder", look=look)
     with dress(menu_button, aria_label="Session"):
-        # beside the button: below it the menu opens
+        # to the left of the button, because the menu opens below it
         aside = 'anchor="center left" self="center right"'
         ui.tooltip("All that is set, as one file").props(aside)
         # a menu opens at the end of the document, outside of every landmark

@@ -113,7 +113,7 @@ class Sorting:
         if self.proposals or self.told or empty:
             self.dialog.open()
         else:
-            self.dialog.close()  # what came was neither to be asked about nor refused
+            self.dialog.close()  # no file needs an answer, and none was refused
 
     def _propose(self) -> list[Proposal]:
         """Return a proposal for each waiting file; runs in a thread."""
@@ -132,7 +132,7 @@ class Sorting:
             result.append(item)
         return result
 
-    # what is shown
+    # layout
 
     def _fill(self) -> None:
         self.box.clear()

@@ -171,7 +171,7 @@ class Bench:
         fresh.operation.condition = self.operation
         fresh.questionable.condition = self.questionable
         self.sessions[number] = fresh
-        # what the start found is said to everybody until settings are stored or outputs are on
+        # all sessions get the errors of the start until settings are stored or outputs are on
         for code in (self.trouble, 124 if self.cause == "WATCHDOG" and not self.ran else 0):
             if code:
                 fresh.push(code)

@@ -29,7 +29,7 @@ class Port:
         self.root = tree(bench)
         self.inbox = bytearray()
         self.outbox = b""
-        # so many bytes of it are sent; cutting them off each time would copy the rest each time
+        # number of bytes already sent; cutting them off after each write would copy the others
         self.taken = 0
         self.skipping = False
         self.done: dict[int, tuple[int, bytes, bytes]] = {}

@@ -394,7 +394,7 @@ class Bench(Page):
                 self.number.set_text("")
             return
         if session.lost:
-            self.words.set_text(f"The line is gone: {session.lost}")
+            self.words.set_text(f"Connection lost: {session.lost}")
             self._disconnect()
             return
         looks = list(session.looks)

@@ -43,7 +43,7 @@ from layerjam.workbench.widgets import (
 LONGEST = 20_000
 """Characters of a specification on the page; the link has to hold it."""
 FIRST = "wrist"
-STOPPED = "Stopped. Search begins it anew."
+STOPPED = "Stopped. Press Search to start again."
 TABLES = (
     ("Designs side by side", "comparison", True),
     ("Better, but forbidden", "forbidden", True),
@@ -171,7 +171,7 @@ class NeedPart(Part):
         self._drawn: tuple[object, ...] = ()
         self.panel = Panel(self.desk, PAGE)
 
-    # ---- what is asked
+    # ---- requirement
 
     def spec_text(self) -> tuple[str, str]:
         """(text, its name where it is an example's) that was last searched."""
@@ -221,7 +221,7 @@ class NeedPart(Part):
         except Stopped:
             return SearchResult(None, STOPPED)
 
-    # ---- what stands on the page
+    # ---- layout
 
     def build(self) -> None:
         """Specification, then front and tables."""
@@ -368,7 +368,7 @@ class NeedPart(Part):
         note = f"; the design is {count} of them" if count > 1 else ""
         ui.notify(f"{file.name} is on the desk, used at {show(design['vacuum'], 'Pa')}{note}")
 
-    # ---- what is shown
+    # ---- results
 
     def draw(self, outcome: SearchResult) -> None:
         """The outcome; what has not changed stays as it is, what was overtaken is not shown."""

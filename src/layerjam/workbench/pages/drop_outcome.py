@@ -93,7 +93,7 @@ class Animation:
         stage = ui.html(sanitize=False).classes("w-full")
         self._client, self._root = stage.client, f"drop-animation-{stage.id}"
         page = read_asset("pages/drop_animation.html").replace("ROOT", self._root)
-        if chart is None:  # a second stage beside that of the page Drop
+        if chart is None:  # a second stage in addition to that of the page Drop
             page = page.replace('testid="drop-', 'testid="start-drop-')
         stage.set_content(page)
         self._loaded = False

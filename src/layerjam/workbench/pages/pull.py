@@ -141,8 +141,8 @@ MODEL = Choice(
     "model",
     {"lumped": "lumped", "stack": "sheet by sheet", STICK_SLIP: "stick–slip"},
     "lumped",
-    help="One friction for all sheets; every sheet a spring and every interface a friction; or a "
-    "mass on a spring that sticks and slips, over time",
+    help="One friction for all sheets, a spring for each sheet and a friction for each interface, "
+    "or a mass on a spring that sticks and slips over time",
 )
 PULLED = ("force_at_end", "work")
 PIN_BAND = "Pin with its band"

@@ -168,8 +168,8 @@ def show_errors(reading: Reading) -> None:
     if reading.compared is None:
         return
     hint(
-        "Each file against the model at the vacuum of that file (dashed); below the curve what is "
-        "left over, measured less model, over the part that is compared."
+        "Each file against the model at the vacuum of that file (dashed); below the curve the "
+        "residual, measured less model, over the part that is compared."
     )
     heads = ["File", "Vacuum", "Speed", "MAPE", "RMSE", "Model − measured"]
     rows = []

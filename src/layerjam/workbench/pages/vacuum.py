@@ -61,8 +61,8 @@ CONTROLS = ("target", "fluid", "safe_state", "kind", "fault", "fault_at", "durat
 """Inputs of `regulate` that have a control on the page, besides those of the sensor."""
 SENSOR = ("sensor_range", "noise")
 NOT_CHOSEN = (
-    "Nothing is regulated until a safe state is chosen: whether a fault should let the brake go "
-    "(release) or keep it jammed (hold) depends on what hangs on it."
+    "Nothing is regulated until you choose a safe state. After a fault, 'release' lets the brake "
+    "go and 'hold' keeps it jammed; choose by the load on the brake."
 )
 KEY = (
     "Yellow ground: broken but not detected yet; red ground: detected, in the safe state. Below "
