@@ -2,7 +2,8 @@
 
 Sheets that slide freely bend one by one, n E I; glued together by friction they bend as one beam,
 n^2 times as stiff (Narang, Vlassak and Howe 2018, Adv. Funct. Mater. 28, 1707136). Between the two
-the interfaces slip, each against the shear flow q = a mu_k W P [N/m], and stay pressed together.
+the interfaces slip, each against the shear flow q = a mu_k W P [N/m], and stay pressed together, at
+the transition loads of Caruso et al. 2023 (10.1016/j.ijmecsci.2023.108325, eqs. 8 to 11).
 
 Two loads: a transverse force at the end of sheets that are all held at the other end (exact within
 beam theory), and equal and opposite moments that turn the caps, while the brake may shorten freely.
