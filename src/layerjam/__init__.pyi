@@ -826,7 +826,7 @@ def bench_serve(
     """Let many clients talk to one bench, over TCP and as a serial port.
 
     The first line that is printed is JSON: `listening`, `pid`, `address`. It stays until SIGTERM or
-    Ctrl-C, then switches the outputs off. Raises FileError where the port cannot be had.
+    Ctrl-C, then switches the outputs off. Raises FileError if the port cannot be opened.
     """
 
 def bench_status(
@@ -925,8 +925,9 @@ def bench_export(
     """Write a run for other programs: CSV with its sidecar, Parquet, or NetCDF.
 
     Friction, calibrate, leak, pump-down and regulate read the CSV as it is. Each drop in the run is
-    a file of its own beside it, FILE-shot1.csv, which crash reads; NetCDF holds it inside. A run
-    that nobody closed is `interrupted`; its file is read in place, with the `-wal` file beside it.
+    a file of its own in the same folder, FILE-shot1.csv, which crash reads; NetCDF contains it. A
+    run that nobody closed is `interrupted`; its file is read in place, together with its `-wal`
+    file.
     """
 
 def bench_log(
@@ -964,7 +965,7 @@ def bench_run(
     board. With `shot` the accelerometer of a falling mass waits from the first hold on, and every
     drop is kept in the file. Whatever happens, the last act is safe outputs and a closed file;
     Ctrl-C ends it with OPERATOR_STOPPED. Raises QuantityError for what the bench cannot do,
-    InstrumentError where it refuses, FileError for the file. Nothing moves if a check of the
+    InstrumentError if it refuses, FileError for the file. Nothing moves if a check of the
     regulator fails; the file stores the failed checks that `accept` accepts.
     """
 
@@ -975,8 +976,8 @@ def bench_wiring(
 ) -> _BoardWiringResult:
     """List a board's wires and parts, calculate their worst case, and draw the circuit.
 
-    Raises FileError for a file that is no board's, or that is there already; UnknownNameError for
-    a board that nobody knows.
+    Raises FileError for a file that does not describe a board, or that exists; UnknownNameError for
+    an unknown board.
     """
 
 def bend(
@@ -1164,7 +1165,7 @@ def export_fmu(
     are elongation, velocity and vacuum, outputs force, slip and energies; parameters carry the
     brake file's own names, units and bounds. Raises FileError if the file exists unless
     `overwrite`, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure, or
-    a platform that is not known; CompilerError where no compiler is found.
+    an unknown platform; CompilerError if no compiler is found.
     """
 
 def export_mujoco(
@@ -1222,7 +1223,7 @@ def friction(
     `files` are paths or traces, several or one. `normal_force` may come from the files' sidecars,
     or from the 200 g of the two standards; `start` and `end` bound the displacement of the kinetic
     mean, counted from the record's first sample; `area` is that under the sled, for the pressure of
-    the test. Where a record sticks and slips, kinetic is None; `accept_stick_slip` takes the middle
+    the test. If a record sticks and slips, kinetic is None; `accept_stick_slip` takes the middle
     of the stick–slip. With `brake` and `out` the result is written into a copy of the brake's file.
     If a check fails, nothing is written; `accept` accepts failed checks by name, {check: reason}.
     """
@@ -1275,10 +1276,10 @@ def lab(
 ) -> _PracticeFilesResult:
     """Practice files of a virtual laboratory: the truth is known, the machine has its faults.
 
-    The files of a campaign and the truth beside them are written into the folder `out`. `spec` is
+    The files of a campaign and the truth are written into the folder `out`. `spec` is
     the path of a TOML file, a Spec, or "practice", which is built in; `seed` counts instead of its
     own. Every file says that it is synthetic. Stopped by the keyboard, the files written are whole
-    and the result says so. Raises FileError where `out` is not empty and `overwrite` is not set.
+    and the result says so. Raises FileError if `out` is not empty and `overwrite` is not set.
     """
 
 def write_campaign(
@@ -1292,10 +1293,10 @@ def write_campaign(
 ) -> _PracticeFilesResult:
     """Practice files of a virtual laboratory: the truth is known, the machine has its faults.
 
-    The files of a campaign and the truth beside them are written into the folder `out`. `spec` is
+    The files of a campaign and the truth are written into the folder `out`. `spec` is
     the path of a TOML file, a Spec, or "practice", which is built in; `seed` counts instead of its
     own. Every file says that it is synthetic. Stopped by the keyboard, the files written are whole
-    and the result says so. Raises FileError where `out` is not empty and `overwrite` is not set.
+    and the result says so. Raises FileError if `out` is not empty and `overwrite` is not set.
     """
 
 def leak(
@@ -1388,7 +1389,7 @@ def new(
 ) -> _NewBrake:
     """Write a commented brake file to edit, starting from another brake.
 
-    Raises FileError where `out` exists and `overwrite` is not set, or the name will not do.
+    Raises FileError if `out` exists and `overwrite` is not set, or the name will not do.
     """
 
 def show(
@@ -1396,7 +1397,7 @@ def show(
     *,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _BrakeSummaryResult:
-    """What a brake weighs, holds, stores and bears, and where each of its numbers comes from."""
+    """Mass, forces, energy and strength of a brake, and the source of each of its numbers."""
 
 @overload
 def vacuum(  # type: ignore[overload-overlap]
@@ -1446,15 +1447,15 @@ def publish(
 ) -> _PublishedResult:
     """Write one campaign as a dataset that stands alone, so that others can recompute its numbers.
 
-    The raw files are copied untouched, with their sidecars and all else that lies in the folder
-    `campaign`. Beside them stand brake and line, report, results, recipe, checksums, and a
+    The raw files are copied unchanged, with their sidecars and all other files in the folder
+    `campaign`. The dataset adds brake and line, report, results, recipe, checksums, and a
     description that repositories read (RO-Crate 1.1). A measurement that states a normal force is a
     friction test, any other a pull; a calibrated brake in the folder says which pulls it was
     calibrated on, and `measurements` say it otherwise, as in `report`. If a check fails, nothing is
     written; `accept` accepts failed checks by name, {check: reason}, and the dataset states them.
-    Raises FileError where the
-    folder does not say which brake was tested and `brake` does not either, or where `out` exists
-    and is not a dataset to be replaced with `overwrite`.
+    Raises FileError if neither
+    the folder nor `brake` states which brake was tested, or if `out` exists and is not a dataset
+    to be replaced with `overwrite`.
     """
 
 def recompute(
@@ -1482,7 +1483,7 @@ def pull(
     options: _FileOptions = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _Pulls:
-    """What measured pulls show: slack, preload, onset, stiffness, peak, stick–slip, unloading.
+    """Features of measured pulls: slack, preload, onset, stiffness, peak, stick–slip, unloading.
 
     `files` are paths or traces, several or one. Nothing is subtracted from a force unless `tare`
     asks for the force before the load rises. `start` and `end` choose a part of each record by its
@@ -1538,9 +1539,9 @@ def records_show(
     *,
     db: str | None = ...,
 ) -> _RecordShown:
-    """One record, what it comes from and what comes from it.
+    """One record, its sources and the records derived from it.
 
-    Raises RecordsError where there is none, or several have that name.
+    Raises RecordsError if none or several have that name.
     """
 
 def records_verify(
@@ -1562,7 +1563,7 @@ def records_withdraw(
 ) -> _RecordWithdrawn:
     """Mark a record as one that counts no more; it stays, with the reason.
 
-    A file that was withdrawn cannot be added again. Raises RecordsError where there is no such
+    A file that was withdrawn cannot be added again. Raises RecordsError if there is no such
     record, or it was withdrawn before.
     """
 
@@ -1592,8 +1593,9 @@ def regulate(
 
     With a recorded `step` gains, detectors and the line simulated are those that the log shows
     (`identified`), and its scatter is the noise unless that is given. `detection` is the longest
-    time [s] until each fault is said at this vacuum (None: never). `fault` breaks the line or the
-    sensor from `fault_at` on; `said_after` is None where it said nothing, or spoke before.
+    time [s] until each fault is reported at this vacuum (None: never). `fault` breaks the line or
+    the sensor from `fault_at` on; `said_after` is None if it reported nothing, or reported before
+    that time.
     """
 
 def write_report(
@@ -1618,17 +1620,17 @@ def write_report(
     """Measurements of one brake as a page: friction, calibration, validation, HTML and PDF.
 
     Writes report.html, report.pdf, figures, numbers.csv and results.json into the folder `out`.
-    `friction` tests give the friction, `pulls` the calibration, `validate` is what the calibrated
-    brake is compared with; each may be left out. Of `pulls` alone some can be kept for validation:
+    `friction` tests give the friction, `pulls` the calibration, `validate` are the pulls to compare
+    the calibrated brake with; each may be omitted. Without `validate` some pulls can be held back:
     `calibrate_on` names those to calibrate on, or `holdout` holds back a vacuum ("46.1 kPa"), a
     speed ("19 mm/s") or a repeat ("repeat 3"). Without any of these the brake is compared with the
     pulls it was calibrated on, and the page says so. `vacuum` serves files without a sidecar; the
     options of friction tests, `depth` and `exclude` are as in `friction` and `calibrate`. `command`
-    is what the page says it was made with, `date` (ISO) is today unless given; `names` {file name:
-    what the report calls it} serves files that lie under other names than their own.
+    is shown as the command that made the page, `date` (ISO) is today unless given; `names` {file
+    name: name in the report} serves files that are stored under other names than their own.
     `report_number` and `customer` appear on the pages; sidecars may state them instead. If a check
     fails, nothing is written; `accept` accepts failed checks by name, {check: reason}. Raises
-    FileError where a report exists and `overwrite` is not set.
+    FileError if a report exists and `overwrite` is not set.
     """
 
 def schema(
@@ -1636,12 +1638,12 @@ def schema(
 ) -> _Schemas:
     """JSON Schema of what a command prints with --json.
 
-    Draft 2020-12; beside type and meaning each key has its SI `unit`. What is printed is itself a
+    Draft 2020-12; each key has type, meaning and SI `unit`. The output is itself a
     schema: `anyOf` refers to the definitions of `$defs`, one for each command.
     """
 
 class Sensing(_Sensing):
-    """What measures the stop: an accelerometer, its low-pass and rate, and a filter after it."""
+    """Measuring chain of a stop: accelerometer, low-pass, rate, and a filter after it."""
 
     def __init__(
         self,
@@ -1653,7 +1655,7 @@ class Sensing(_Sensing):
     ) -> None: ...
 
 class Warmth(_Warmth):
-    """What the temperature rise of the sheets is judged by."""
+    """Limits for the temperature rise of the sheets."""
 
     def __init__(
         self,
@@ -1730,9 +1732,9 @@ def tensile(
     `interfaces` that differ, a `housing` that rubs, and `scatter`, the relative SD of the
     interfaces' friction: then `samples` (1000) stacks, drawn from `seed` (1), give mean and SD of
     peak, stiffness and onset; interrupted from the keyboard, of those that are done. `vacuum_share`
-    of what the gauge reads presses the sheets. With `leak_time` the line is shut off after every
+    of the gauge's reading presses the sheets. With `leak_time` the line is shut off after every
     evacuation and the vacuum leaks away from then on; not in the stack, which keeps the vacuum it
-    starts with. Raises ProcedureError or QuantityError for what contradicts itself.
+    starts with. Raises ProcedureError or QuantityError for contradictions.
     """
 
 def tune(
@@ -1761,14 +1763,14 @@ def rise(
     atmosphere: float | str | _HasUnit | None = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _VacuumRiseResult:
-    """How fast a line brings a vacuum, and how fast it lets go of it.
+    """Time in which a line reaches a vacuum, and time in which it releases it.
 
-    The pump runs full on until the target is reached. `rise_time` is None, `feasible` False and
-    `reason` says what can be had where the target is never reached. In air the line is integrated;
-    `closed_form` beside it holds where the volume is rigid and no tube or orifice counts.
+    The pump runs full on until the target is reached. If it is never reached, `rise_time`
+    is None, `feasible` False and `reason` states the vacuum that can be reached. In air the line is
+    integrated; `closed_form` holds for a rigid volume without an effect of tube or orifice.
     `fall_time` is by the vent valve from when it is open, or the pumps run backwards (`fall_by`),
-    with `closed_form_fall` likewise; None where the line has neither. `tube_delay` and `tube_lag`
-    are None without a tube, and in water. A tube in many cells takes a while.
+    with `closed_form_fall` likewise; None if the line has neither. `tube_delay` and `tube_lag`
+    are None in water and for a line that has no tube. A tube in many cells takes a while.
     """
 
 def validate(

@@ -30,7 +30,7 @@ class BenchState(Result, BenchStatus):
 
 @result
 class BenchServed(Result):
-    """Where the gateway was."""
+    """Address of a closed gateway."""
 
     listening: str = fact("host and port that it listened on", listed=False)
     pid: int = fact("process that listened", listed=False)
@@ -112,7 +112,7 @@ def bench_serve(
     """Let many clients talk to one bench, over TCP and as a serial port.
 
     The first line that is printed is JSON: `listening`, `pid`, `address`. It stays until SIGTERM or
-    Ctrl-C, then switches the outputs off. Raises FileError where the port cannot be had.
+    Ctrl-C, then switches the outputs off. Raises FileError if the port cannot be opened.
     """
     from layerjam.rig.serve import serve
 

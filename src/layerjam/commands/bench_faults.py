@@ -38,7 +38,7 @@ class FaultCampaign(Result):
     A row has the run that came nearest to its deadline: `onset` is the time from the pump's start
     to the fault, `safe_after` the time from the fault to safe outputs in the plant's log,
     `vacuum_after` the true vacuum when a sound vent would have released it. `named` counts the
-    names that the board gave. `deadline` is null where nothing is promised.
+    names that the board gave. `deadline` is null if no time is promised.
     """
 
     record: "tuple[Trial, ...]"

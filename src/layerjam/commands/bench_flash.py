@@ -10,7 +10,7 @@ from layerjam.rig.outcomes import Flashed
 
 @result
 class BoardFlashed(Result, Flashed):
-    """What a board was given and what it says then."""
+    """Image written to a board, and the identity that the board then reports."""
 
     @property
     def exit_code(self) -> int:

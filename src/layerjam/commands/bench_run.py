@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 @options
 class DropRigOptions:
-    """What falls on the brake during a run, and whether its accelerometer is recorded."""
+    """Mass dropped on the brake during a run, and whether its accelerometer is recorded."""
 
     shot: Annotated[
         bool, Help("Record the accelerometer of a mass that falls on the brake in a hold.")
@@ -50,7 +50,7 @@ class DropRigOptions:
     ] = None
 
     def rig(self, brake: BrakeFile) -> "DropRig | None":
-        """The drop rig, None where no shot is asked for; QuantityError for what needs one."""
+        """The drop rig, None if no shot is asked for; QuantityError for what needs one."""
         from layerjam.rig.shots import DropRig
 
         if not self.shot:
@@ -103,7 +103,7 @@ class RunRecorded(Judged):
 
     @classmethod
     def table_units(cls) -> Mapping[str, str]:
-        """Of the steps and the shots."""
+        """Return the units of the columns of steps and shots."""
         return {"started": "s", "ended": "s", "time": "s", "rate": "Hz"}
 
     def lines(self) -> Iterator[str]:
@@ -122,7 +122,7 @@ class RunRecorded(Judged):
 
 @result
 class RunLogged(Result, Logged):
-    """What a log recorded."""
+    """Result of a log."""
 
     record: Logged
 
@@ -134,7 +134,7 @@ class RunLogged(Result, Logged):
 
 @result
 class RunExported(Result):
-    """What was written of a run."""
+    """Files written from a run."""
 
     samples: int = number("1", "samples written")
     gaps: int = number("1", "samples that are missing in between")
@@ -188,7 +188,7 @@ def bench_run(
     board. With `shot` the accelerometer of a falling mass waits from the first hold on, and every
     drop is kept in the file. Whatever happens, the last act is safe outputs and a closed file;
     Ctrl-C ends it with OPERATOR_STOPPED. Raises QuantityError for what the bench cannot do,
-    InstrumentError where it refuses, FileError for the file. Nothing moves if a check of the
+    InstrumentError if it refuses, FileError for the file. Nothing moves if a check of the
     regulator fails; the file stores the failed checks that `accept` accepts.
     """
     from layerjam.rig.execute import open_procedure_bench
@@ -315,7 +315,7 @@ def companion_notice(file: Path) -> list[str]:
 
 
 def simulated_notice(simulated: bool) -> list[str]:
-    """What stands beside every number of a virtual bench."""
+    """Return the notice that the numbers come from a virtual bench."""
     text = "simulated: a virtual bench computed it, nothing was measured"
     return [Notice(text, "simulated")] if simulated else []
 
@@ -378,8 +378,9 @@ def bench_export(
     """Write a run for other programs: CSV with its sidecar, Parquet, or NetCDF.
 
     Friction, calibrate, leak, pump-down and regulate read the CSV as it is. Each drop in the run is
-    a file of its own beside it, FILE-shot1.csv, which crash reads; NetCDF holds it inside. A run
-    that nobody closed is `interrupted`; its file is read in place, with the `-wal` file beside it.
+    a file of its own in the same folder, FILE-shot1.csv, which crash reads; NetCDF contains it. A
+    run that nobody closed is `interrupted`; its file is read in place, together with its `-wal`
+    file.
     """
     from layerjam.rig.export import export
 

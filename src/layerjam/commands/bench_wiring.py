@@ -45,8 +45,8 @@ def bench_wiring(
 ) -> BoardWiring:
     """List a board's wires and parts, calculate their worst case, and draw the circuit.
 
-    Raises FileError for a file that is no board's, or that is there already; UnknownNameError for
-    a board that nobody knows.
+    Raises FileError for a file that does not describe a board, or that exists; UnknownNameError for
+    an unknown board.
     """
     from layerjam.rig.circuit import load_circuit
     from layerjam.rig.electronics import find_conflicts, margins

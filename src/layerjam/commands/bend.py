@@ -43,7 +43,7 @@ LEAST_OVER_JOINT = Notice(
 class Bend(Result):
     """A brake bent between its caps; `record` is (BrakeFile, vacuum, angle, slip, radius).
 
-    What a joint adds is None without a radius.
+    The numbers of a joint are None if no radius is given.
     """
 
     record: "tuple[BrakeFile, float, float, float, float | None]"
@@ -185,7 +185,7 @@ def _buckling_notices(moment: float, buckling: float) -> list[Notice]:
 def _over_joint(
     device: Brake, vacuum: float, angle: float, slip: float, radius: float
 ) -> dict[str, float]:
-    """What pulling over the joint does to friction and stress, with vacuum and without."""
+    """Return friction and stress of a pull over the joint, with and without vacuum."""
     from layerjam.mechanics.enclosure import enclosure_force
     from layerjam.mechanics.fan import flat
     from layerjam.mechanics.friction import sheet_friction
@@ -210,7 +210,7 @@ def _over_joint(
 def _joint_notices(
     device: Brake, angle: float, slip: float, radius: float, over: dict[str, float]
 ) -> list[Notice]:
-    """Where the joint's numbers end."""
+    """Yield notices about the limits of the joint's numbers."""
     out, overlap = [], device.sheets.overlap - slip
     if device.mount.spacers is False:
         out.append(LEAST_OVER_JOINT)

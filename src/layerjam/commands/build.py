@@ -30,7 +30,7 @@ MARKS = {"passed": "ok  ", "warning": "LOOK", "failed": "FAIL"}
 
 
 def _size(sides: int, name: str) -> Callable[[Any, Mapping[str, Any]], Size]:
-    """What reads lengths such as "600x400mm", or takes SI numbers."""
+    """Return a reader of lengths such as "600x400mm", or of SI numbers."""
     spec = SizeSpec("", sides)
 
     def convert(value: str | Collection[float], given: Mapping[str, Any]) -> Size:
@@ -49,7 +49,7 @@ def _amounts(found: Mapping[str, float] | None) -> str:
 
 @result
 class Built(Result):
-    """What was written, or why the brake cannot be built; `record` is the drawing behind it.
+    """Files written, or the reason why the brake cannot be built; `record` is the drawing.
 
     `checks` are rows of code, ok (null: not checked, or it does not apply), level, value, limit,
     unit, text and key.
@@ -174,9 +174,9 @@ CHOICES = ("workshop", "cutter", "kerf", "stock", "laser_bed", "print_bed")
 
 
 def verdict(brake: Any, **options: Any) -> Built:
-    """What `build` says of a brake before it makes a file: its numbers and checks.
+    """Return the numbers and checks of `build`, which writes no file.
 
-    `options` are those of `build`, of which the files' do not matter. Raises what `build` does.
+    `options` are those of `build`; those of files have no effect. Raises the errors of `build`.
     """
     from layerjam.fabricate.folder import require
 

@@ -50,7 +50,7 @@ Within = Annotated[
 def more_pulls(found: Calibration, within: float | None) -> dict[str, Any] | None:
     """{value: its half width now and after one more pull of each condition, and pulls needed}.
 
-    None where nothing was asked; a value is None where the pulls at hand give no interval. Widths
+    None if nothing was asked; a value is None if the pulls at hand give no interval. Widths
     are over the value.
     """
     if within is None:
@@ -110,7 +110,7 @@ Depth = Annotated[
 
 @options
 class Sampling:
-    """How the posterior is sampled."""
+    """Settings of the sampling of the posterior."""
 
     draws: Annotated[int, DRAWS, Help("Draws of a chain (depth bayesian).")] = 1000
     chains: Annotated[int, CHAINS, Help("Chains (depth bayesian).")] = 2
@@ -119,9 +119,10 @@ class Sampling:
 
 @result
 class BrakeCalibration(FromFiles, Judged):
-    """What pulls tell of a brake; `record` is (BrakeFile, the fit).
+    """A brake calibrated on pulls; `record` is (BrakeFile, the fit).
 
-    What a depth does not tell is None. `traces` are the pulls that were used, thinned.
+    Numbers that a depth does not determine are None. `traces` are the pulls that were used,
+    thinned.
     """
 
     record: tuple[BrakeFile, Calibration]
@@ -179,7 +180,7 @@ class BrakeCalibration(FromFiles, Judged):
         return value if error is None else f"{value} ± {show(error, unit, 2)} standard error"
 
     def lines(self) -> Iterator[str]:
-        """What the errors rest on, the file that moves the scale factor most, and the checks."""
+        """Return the basis of the errors, the most influential file, and the checks."""
         yield from ("", f"standard errors rest on {self.standard_errors['rests_on']}")
         found = (self.leave_one_out or {}).get("scale_factor") or {}
         most = found.get("most_influential")

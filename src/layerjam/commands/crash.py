@@ -46,7 +46,7 @@ def _range(value: float | str, _given: Mapping[str, Any]) -> float:
 def _read(
     file: str | Path, shot: Any, sampling: Any, options: TableOptions
 ) -> tuple[Log, float | None, list[str]]:
-    """The log, the range that its file states [m/s^2], and what is to be said of it."""
+    """Return the log, the range that its file states [m/s^2], and the notices."""
     if Path(file).suffix == ENDING:
         taken = _shot(file, shot, sampling, options)
         return _log(taken, file), taken.range, _cut(taken)

@@ -104,7 +104,7 @@ def _apart(
 
 
 def options_of(how: HowTested) -> dict[str, Any]:
-    """{name in Python: value} of what is not usual."""
+    """Return {name in Python: value} of the options that differ from their defaults."""
     made = {
         f.name: getattr(record, f.name)
         for record in (how.test, how.options)

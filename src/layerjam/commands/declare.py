@@ -43,7 +43,7 @@ GROUPS = {
     "bench": "Run the bench",
     "share": "Report and share",
 }
-"""What one wants, in the order of `layerjam --help`."""
+"""Tasks, in the order of `layerjam --help`."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ class Parameter:
 
     @property
     def option(self) -> str:
-        """Its name on the command line."""
+        """Name of the parameter on the command line."""
         return self.help.option or "--" + self.name.replace("_", "-")
 
     @property
@@ -137,7 +137,7 @@ class Parameter:
 
     @property
     def label(self) -> str:
-        """What an error calls it."""
+        """Name of the parameter in errors."""
         return self.option.lstrip("-").replace("-", " ")
 
     @property
@@ -159,7 +159,7 @@ class Parameter:
 
     @property
     def metavar(self) -> str:
-        """What stands for its value in the help."""
+        """Placeholder for its value in the help."""
         if self.help.metavar:
             return self.help.metavar
         if self.words:
@@ -299,16 +299,16 @@ class Command:
 
     @property
     def summary(self) -> str:
-        """Its first sentence."""
+        """First paragraph of the docstring."""
         return self.doc.split("\n\n")[0].replace("\n", " ")
 
     @functools.cached_property
     def signature(self) -> inspect.Signature:
-        """That of the function."""
+        """Signature of the function."""
         return inspect.signature(self.function)
 
     def _annotation(self, text: Any) -> Any:
-        """What an annotation's text means; what is known to type checkers only is Any."""
+        """Return the type that an annotation's text names; Any for names of type checkers only."""
         if not isinstance(text, str):
             return text
         try:
@@ -419,7 +419,7 @@ def command(
 
     `old` are former names; a command that does not compute (`computes=False`) loads no JAX;
     `record` are the endings of the file that `--out` writes the result's record to. A command of
-    two words stands `under` the first: the function export_c under "export" is "export c".
+    two words is declared `under` the first: the function export_c under "export" is "export c".
     """
     if group not in GROUPS:
         raise UnknownNameError("group of commands", group, GROUPS)

@@ -196,8 +196,8 @@ def brake_of(made: DesignResult, number: int | None = None) -> BrakeFile:
     """One brake of a result's design as a file: by the design's number, or the refined one.
 
     Of brakes in series and in parallel it is one. Numbers that were fitted or measured on the brake
-    the design began from are said to be that one's. Raises QuantityError for a number of no design,
-    and for a brake whose checks fail unless `design` accepted them.
+    the design began from are labelled as belonging to that one. Raises QuantityError if no design
+    has the number, and for a brake whose checks fail unless `design` accepted them.
     """
     from layerjam.design.checks import design_checks
     from layerjam.design.design_file import design_file, plain_name
@@ -301,7 +301,7 @@ def best(
 
 
 def _of_the_chosen(spec: DesignSpecification, file: BrakeFile) -> Iterator[Notice]:
-    """What spacers would change in the brake that was chosen, and whether its film is sold."""
+    """Return notices about spacers for the chosen brake, and whether its film is sold."""
     from layerjam.device.gauge import notices_of_gauge
 
     known = {notice.key for notice in spec.brake.fanning()}

@@ -105,7 +105,7 @@ def _set(
 
 
 def _was(file: RecordFile[Any], path: str, spec: QuantitySpec) -> str:
-    """What stood there before any edit, with its source."""
+    """Return the value before any edit, with its source."""
     value, old = get(file.record, path), file.sources.get(path)
     if old is not None and old.was:
         return old.was
@@ -116,7 +116,7 @@ def _was(file: RecordFile[Any], path: str, spec: QuantitySpec) -> str:
 
 
 def stale(file: BrakeFile) -> list[Notice]:
-    """What was measured or fitted on another brake than this one, since numbers were changed."""
+    """Return the numbers measured or fitted before other numbers of the brake were changed."""
     by_hand = [path for path, source in file.sources.items() if source.was]
     moved = [path for path in by_hand if path.split(".")[0] in GEOMETRY]
     kept = [path for path in OF_THE_BRAKE if path in file.sources and path not in by_hand]

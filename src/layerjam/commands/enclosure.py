@@ -51,7 +51,7 @@ def _parameters(values: Mapping[str, float]) -> str:
 class SiliconeFit(FromFiles, Judged):
     """Means over the specimens of one silicone, and the model fitted to all their curves.
 
-    What files of several materials have no mean of is None; each stands in `files`. `record` is
+    Numbers without a mean, for files of several materials, are None; `files` has each. `record` is
     {path: (Specimen, Moduli, {model: Fit}, model)}.
     """
 
@@ -269,7 +269,7 @@ def _with_model(
 def _with_modulus(
     values: Mapping[str, Any], done: Mapping[str, Any]
 ) -> dict[str, tuple[float, Source]]:
-    """The mean 100 % modulus as a brake's file takes it; FitError where there is none."""
+    """The mean 100 % modulus as a brake's file takes it; FitError if there is none."""
     from layerjam.identify.provenance import sha256
 
     if values.get("modulus_100") is None:

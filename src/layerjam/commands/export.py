@@ -26,7 +26,7 @@ def in_words(parameters: Mapping[str, float]) -> str:
 
 @outputs
 class Export:
-    """What an export says of itself, whatever it is for."""
+    """Base of the results of all exports."""
 
     kind: str = fact("what it was written for")
     feasible: bool = fact("whether it was written; false with --strict where the brake could snap")
@@ -53,7 +53,7 @@ class ExportedNumbers(Result, Export):
 
 @result
 class Exported(ExportedNumbers):
-    """What was written; `record` holds the eight numbers."""
+    """Files written; `record` holds the eight numbers."""
 
     record: Parameters
     parameters: Mapping[str, float]
@@ -154,7 +154,7 @@ def export_fmu(
     are elongation, velocity and vacuum, outputs force, slip and energies; parameters carry the
     brake file's own names, units and bounds. Raises FileError if the file exists unless
     `overwrite`, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure, or
-    a platform that is not known; CompilerError where no compiler is found.
+    an unknown platform; CompilerError if no compiler is found.
     """
     from layerjam.device.load import write_whole
     from layerjam.interop import fmi as units
@@ -228,7 +228,7 @@ LAG = QuantitySpec("s", "time constant of the vacuum line", lo=1e-4, hi=1e4, exa
 
 @result
 class ExportedMujoco(ExportedNumbers):
-    """What was written; `record` holds the eight numbers."""
+    """Files written; `record` holds the eight numbers."""
 
     record: Parameters
     plugin: str = fact("name of the plugin in a model")

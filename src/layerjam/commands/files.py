@@ -1,4 +1,4 @@
-"""What every command on measured files does: read each, name the refused, write a brake whole."""
+"""Common steps of commands on measured files: read, name refused files, write a brake whole."""
 
 from __future__ import annotations
 
@@ -96,11 +96,11 @@ def _used(use: Callable[[Trace], T], one: UnreadSpecimen, options: ReadingOption
 def taken(
     sources: Sequence[S], opened: Callable[[S], Opened[T]], progress: Progress | None = None
 ) -> tuple[list[T], dict[str, str]]:
-    """What each specimen of each source gives, and {source: why} of those that give nothing.
+    """Return the results of each specimen of each source, and {source: reason} of those refused.
 
-    `opened` names the specimens of a source and says how each is taken, None for one that is left
-    out. Where none can be used, the first one's reason is an error. Ctrl-C goes on with what was
-    taken so far; the rest counts as refused.
+    `opened` yields the specimens of a source with a function that reads each, None for one left
+    out. If none can be used, the reason of the first is raised. Ctrl-C continues with the results
+    so far; the other sources count as refused.
     """
     done: list[T] = []
     refused: dict[str, str] = {}
@@ -203,7 +203,7 @@ def _measurements(files: Sequence[Measured]) -> list[Measured]:
 def odd_facts(
     trace: Trace, file: BrakeFile, vacuum: float | None, pressure: float
 ) -> Iterator[Notice]:
-    """What the sidecar says against the command."""
+    """Return notices about facts of the sidecar that contradict the command."""
     name = Path(trace.path).name
     if vacuum is not None and abs(vacuum - pressure) > 1e-6 * pressure:
         yield Notice(
@@ -231,7 +231,7 @@ def _other_sheets(stated: Sheets, here: Sheets) -> str:
 
 
 def _odd_record(trace: Trace) -> Iterator[Notice]:
-    """What a pull shows that no law of a brake describes."""
+    """Yield notices about features of a pull that no law of a brake describes."""
     from layerjam.identify.pull.summary import off_zero, pull_summary
 
     name, found = Path(trace.path).name, pull_summary(trace)

@@ -58,7 +58,7 @@ class Swing:
 
 @result
 class FollowedForce(Result):
-    """How well the force follows; `record` is (Following, Bode)."""
+    """Accuracy of the followed force; `record` is (Following, Bode)."""
 
     record: "tuple[Following, Bode | None]"
     rms_error: float = number("N", "root mean square of the force's error")
@@ -78,7 +78,7 @@ class FollowedForce(Result):
     sample_time: float = number("s", "time between two samples")
 
     def lines(self) -> Iterator[str]:
-        """What cannot be followed."""
+        """Yield the parts of the profile that cannot be followed."""
         if self.reasons:
             yield from ("", *(f"cannot: {reason}" for reason in self.reasons))
 

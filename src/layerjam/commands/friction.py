@@ -59,7 +59,7 @@ class FrictionTest:
     ] = False
 
     def window(self, rule: Standard) -> tuple[float, float] | None:
-        """The window asked for [m]; an open end is the standard's; None where none is asked for."""
+        """Window of the kinetic mean [m]; the standard fills an open end; None if not given."""
         if self.start is None and self.end is None:
             return None
         low, high = (
@@ -139,7 +139,7 @@ def friction(
     `files` are paths or traces, several or one. `normal_force` may come from the files' sidecars,
     or from the 200 g of the two standards; `start` and `end` bound the displacement of the kinetic
     mean, counted from the record's first sample; `area` is that under the sled, for the pressure of
-    the test. Where a record sticks and slips, kinetic is None; `accept_stick_slip` takes the middle
+    the test. If a record sticks and slips, kinetic is None; `accept_stick_slip` takes the middle
     of the stick–slip. With `brake` and `out` the result is written into a copy of the brake's file.
     If a check fails, nothing is written; `accept` accepts failed checks by name, {check: reason}.
     """

@@ -58,7 +58,7 @@ ASSUMED = ("least_stiffness", "allowed_rise", "film_coefficient", "saturated")
 
 @result
 class Stop(Reading, Heating):
-    """What happens to the mass until its first standstill or the end of travel.
+    """Stop of the mass, to its first standstill or the end of the travel.
 
     `record` is the DropRecord, or a BareDrop without a brake.
     """
@@ -90,7 +90,7 @@ class Stop(Reading, Heating):
     slip_at_end: float | None = number("m", "slip when `duration` is over", default=None)
     outcome_at_end: str | None = fact("how the time after it ended", default=None)
     crash: Crash | None = None
-    """How it goes on after the end of the travel, where that is known."""
+    """Crash after the end of the travel, or None if it is unknown."""
 
     def rows(self) -> list[tuple[str, str]]:
         """Without what was only assumed, and without a sensor that shows the stop as it is."""
@@ -319,7 +319,7 @@ def _with_brake(
 
 
 def _crash(record: DropRecord, g: float) -> tuple[Crash | None, dict[str, Any], list[Notice]]:
-    """What comes after the end of the travel, its numbers, and what is not known of it."""
+    """Return the crash after the end of the travel, its numbers, and notices about it."""
     if record.outcome is not Outcome.BOTTOMED_OUT:
         return None, {}, []
     found = crash(record)

@@ -27,7 +27,7 @@ HEAD = re.compile(
 
 @dataclass(frozen=True)
 class Entry:
-    """What the list of commands says of one."""
+    """Entry of a command in the list of commands."""
 
     name: str
     python_name: str
@@ -107,7 +107,7 @@ def family(word: str) -> tuple[str, ...]:
 
 
 def load(name: str) -> Command:
-    """The declaration of the command that `find` finds; raises UnknownNameError where none is."""
+    """The declaration of the command that `find` finds; raises UnknownNameError if none is."""
     entry = find(name)
     if entry is None:
         raise UnknownNameError("command", name, commands())

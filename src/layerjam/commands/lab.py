@@ -48,7 +48,7 @@ class PracticeFiles(Result):
         return 130 if self.stopped else super().exit_code
 
     def lines(self) -> Iterator[str]:
-        """What to try with the files."""
+        """Yield commands to try with the files."""
         yield from ("", "try:", *(f"  {line}" for line in self.next or ()))
 
     def table(self, width: int = 80) -> str:
@@ -66,7 +66,7 @@ class PracticeFiles(Result):
 def lab_example(out: str | Path | None = None, *, overwrite: bool = False) -> str:
     """The built-in campaign as commented TOML to edit; written to the file `out` if it is given.
 
-    Raises FileError where that exists and `overwrite` is not set.
+    Raises FileError if that exists and `overwrite` is not set.
     """
     from layerjam.campaigns.text import example, spec_text
 
@@ -102,10 +102,10 @@ def lab(
 ) -> PracticeFiles:
     """Practice files of a virtual laboratory: the truth is known, the machine has its faults.
 
-    The files of a campaign and the truth beside them are written into the folder `out`. `spec` is
+    The files of a campaign and the truth are written into the folder `out`. `spec` is
     the path of a TOML file, a Spec, or "practice", which is built in; `seed` counts instead of its
     own. Every file says that it is synthetic. Stopped by the keyboard, the files written are whole
-    and the result says so. Raises FileError where `out` is not empty and `overwrite` is not set.
+    and the result says so. Raises FileError if `out` is not empty and `overwrite` is not set.
     """
     from layerjam.campaigns.campaign import campaign
     from layerjam.campaigns.campaign_files import commands, write_campaign

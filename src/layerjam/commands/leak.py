@@ -144,12 +144,12 @@ def leak(
 
 
 def _period(rate: float) -> float | None:
-    """The time constant of a rate; None where there is no leak."""
+    """The time constant of a rate; None if there is no leak."""
     return 1 / rate if rate > 0 else None
 
 
 def _unsure(found: Leak, no_volume: bool, logged: bool, given: bool) -> Iterator[Notice]:
-    """What is not known, and what would tell it."""
+    """Yield the unknown numbers, each with the measurement that would determine it."""
     if logged and given:
         why = "the log has a column of temperature, which counts, not --temperature"
         yield Notice(why, "temperature-logged")

@@ -38,7 +38,7 @@ class LeftOut:
     ] = ()
 
     def reasons(self) -> dict[str, str]:
-        """{file as it was named: why}; QuantityError where one of the two is missing."""
+        """{file as it was named: why}; QuantityError if one of the two is missing."""
         if isinstance(self.exclude, Mapping):
             if self.because:
                 raise QuantityError.of("because", "the reasons are already stored with the files")
@@ -59,12 +59,12 @@ class LeftOut:
     def apart(
         self, files: Sequence[Measured] | Measured, options: ReadingOptions
     ) -> tuple[list[Measured], Specimens, list[dict[str, Any]]]:
-        """The other files, specimens left out of these, and all that is left out.
+        """Return the other files, specimens left out of these, and a list of everything left out.
 
-        Of each that is left out `file` (with its specimen), `because` and `sha256`. A file is named
+        The list gives `file` (with its specimen), `because` and `sha256`. A file is named
         by its path, or by its name alone where only one has it. Raises QuantityError for a name
         that is none of the files', a specimen that the file does not hold, and where nothing is
-        left; FileError where a specimen is named of a file that cannot be read.
+        left; FileError if a specimen is named of a file that cannot be read.
         """
         given, meant = several(files), self._meant(several(files))
         known = {_called(f): f for f in given}
@@ -104,7 +104,7 @@ def left_out_row(source: Measured, reason: str) -> dict[str, Any]:
 
 
 def excluded_lines(excluded: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """What was left out, and why, as lines for people."""
+    """Return the files left out, with reasons, as lines of text."""
     if excluded:
         yield from ("", "left out")
     for one in excluded:
@@ -116,7 +116,7 @@ def _texts(given: Sequence[str]) -> list[str]:
 
 
 def _once(pairs: Iterable[tuple[Name, str]]) -> dict[Name, str]:
-    """A dictionary; QuantityError where two are of one name."""
+    """A dictionary; QuantityError if two are of one name."""
     made: dict[Name, str] = {}
     for name, why in pairs:
         if name in made:
@@ -147,7 +147,7 @@ def _meant(name: str, files: Sequence[Measured]) -> tuple[str, str]:
 
 
 def _path(name: str, files: Sequence[Measured]) -> str | None:
-    """The one file of that path, or of that name; None where there is none."""
+    """The one file of that path, or of that name; None if there is none."""
     same = [f for f in files if _called(f) == name]
     same = same or [f for f in files if Path(_called(f)).name == name]
     if len(same) > 1:
@@ -157,7 +157,7 @@ def _path(name: str, files: Sequence[Measured]) -> str | None:
 
 
 def _specimens(source: Measured, named: Collection[str], options: ReadingOptions) -> set[str]:
-    """The specimens that a file holds; QuantityError where it does not hold all those named."""
+    """The specimens that a file holds; QuantityError if it does not hold all those named."""
     from layerjam.measure.readers.read import open_traces
 
     path, labels = _called(source), []

@@ -107,7 +107,7 @@ def _is(value: float | None, wanted: float, what: str) -> bool:
 
 
 def _condition(text: str) -> tuple[str, float]:
-    """("vacuum", Pa), ("speed", m/s) or ("repeat", number) of what is to be held back."""
+    """Return ("vacuum", Pa), ("speed", m/s) or ("repeat", number) of the pulls to hold back."""
     match = re.fullmatch(r"\s*repeat\s*(\d{1,6})\s*", text)
     if match:
         return "repeat", float(match.group(1))

@@ -23,7 +23,7 @@ class PartList(Result):
 
     Each is a mapping: `name` (what a line's file calls it), `title`, `kind`, `numbers` (fields of
     the line, assumed ones among them), `printed` (what else the sources print), `sources` (a
-    sentence for each), `missing` (the number without which it cannot stand in a line, or None) and
+    sentence for each), `missing` (the number that a line needs in addition, or None) and
     `note`.
     """
 

@@ -54,13 +54,13 @@ SPEED_SD = QuantitySpec(
 
 @result
 class CollisionPlan(Judged):
-    """The stop that the vacuum in time gives, and what would be enough; `record` is the Plan.
+    """Stop with the vacuum that comes in time, and a sufficient vacuum; `record` is the Plan.
 
-    No prefix: all the vacuum that comes in time. `tuned_`: what just stops the estimate within the
-    travel, capped by it. `full_` and `tuned_` chances are over log-normal mass and speed: `_beyond`
-    needs more slip than the travel, `_out` more than the brake has; `expected_g` is of those that
-    stop. `_needed` are sizes that would do, each alone; None where it would not or need not, with
-    the reason beside it.
+    No prefix: all the vacuum that comes in time. `tuned_`: the vacuum that just stops the estimate
+    within the travel, capped by it. `full_` and `tuned_` chances are over log-normal mass and
+    speed: `_beyond` needs more slip than the travel, `_out` more than the brake has; `expected_g`
+    is of those that stop. `_needed` are sizes that would do, each alone; None if it would not or
+    need not, with the reason beside it.
     """
 
     record: Plan
@@ -337,7 +337,7 @@ def _reason(made: Plan) -> str:
 
 
 def _build(made: Plan) -> Build | None:
-    """What to build where too little vacuum comes in time and more would do."""
+    """Return changes to build if too little vacuum comes in time and more would do."""
     from layerjam.control.plan_build import what_to_build
 
     if made.full.within(made.case.travel) or made.needed is None or made.needed <= made.reached:
@@ -369,7 +369,7 @@ def _chances(full: Spread, tuned: Spread) -> dict[str, float]:
 
 
 def _sizes(made: Plan, build: Build | None) -> dict[str, Any]:
-    """What would do, each with its reason where there is none; one for all without a build."""
+    """Return sizes that would do, or a reason for each; one reason for all without a build."""
     from layerjam.control.plan_build import Size, valve_cv
     from layerjam.mechanics.pull import brake_force
 

@@ -56,7 +56,7 @@ class NewBrake(Result):
     file: str = fact("path of its file")
 
     def lines(self) -> Iterator[str]:
-        """What to do next."""
+        """Yield the next steps."""
         yield from ("", f"Edit it, then: layerjam show {self.file}")
 
 
@@ -75,7 +75,7 @@ def new(
 ) -> NewBrake:
     """Write a commented brake file to edit, starting from another brake.
 
-    Raises FileError where `out` exists and `overwrite` is not set, or the name will not do.
+    Raises FileError if `out` exists and `overwrite` is not set, or the name will not do.
     """
     # the title names the brake it was; the new one is its owner's to name
     file = replace(load(start), title="")
@@ -87,7 +87,7 @@ def new(
 
 @result
 class BrakeSummary(Result):
-    """What a brake weighs, holds, stores and bears; `record` is its BrakeFile."""
+    """Mass, forces, energy and strength of a brake; `record` is its BrakeFile."""
 
     record: BrakeFile
     name: str = fact("name of the brake")
@@ -138,7 +138,7 @@ class BrakeSummary(Result):
 
 @command("predict", place=40, examples=("layerjam show choi2018-kapton",))
 def show(brake: BrakeInput, *, atmosphere: Atmosphere = None) -> BrakeSummary:
-    """What a brake weighs, holds, stores and bears, and where each of its numbers comes from."""
+    """Mass, forces, energy and strength of a brake, and the source of each of its numbers."""
     from layerjam.device.brake import mass
     from layerjam.device.gauge import notices_of_gauge
     from layerjam.fabricate.drawn_mass import drawn_mass

@@ -71,7 +71,7 @@ class PressureLog:
 
     @property
     def understood(self) -> list[str]:
-        """What was made of the file."""
+        """Return how the file was interpreted."""
         return list(self.log.understood)
 
 
@@ -84,7 +84,7 @@ def read_pressure(
 ) -> PressureLog:
     """The pressure of a log, counted from nothing; with `warm` its temperature too, if it has one.
 
-    Raises FileError where nothing says what the pressure counts from, or it would be below zero.
+    Raises FileError if nothing says what the pressure counts from, or it would be below zero.
     """
     around = Site().atmosphere if atmosphere is None else atmosphere
     log = read_log(file, [TIME, PRESSURE, *[TEMPERATURE] * warm], options)
@@ -104,7 +104,7 @@ def read_pressure(
 
 
 def window(start: float | None, end: float | None) -> tuple[float | None, float | None]:
-    """Begin and end [s] of what counts; QuantityError where they are the wrong way round."""
+    """Return begin and end [s] of the window; QuantityError if they are in the wrong order."""
     if start is not None and end is not None and start >= end:
         raise QuantityError(f"from: {show(start, 's')} is not below to, {show(end, 's')}")
     return start, end

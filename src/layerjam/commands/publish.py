@@ -97,15 +97,15 @@ def publish(
 ) -> Published:
     """Write one campaign as a dataset that stands alone, so that others can recompute its numbers.
 
-    The raw files are copied untouched, with their sidecars and all else that lies in the folder
-    `campaign`. Beside them stand brake and line, report, results, recipe, checksums, and a
+    The raw files are copied unchanged, with their sidecars and all other files in the folder
+    `campaign`. The dataset adds brake and line, report, results, recipe, checksums, and a
     description that repositories read (RO-Crate 1.1). A measurement that states a normal force is a
     friction test, any other a pull; a calibrated brake in the folder says which pulls it was
     calibrated on, and `measurements` say it otherwise, as in `report`. If a check fails, nothing is
     written; `accept` accepts failed checks by name, {check: reason}, and the dataset states them.
-    Raises FileError where the
-    folder does not say which brake was tested and `brake` does not either, or where `out` exists
-    and is not a dataset to be replaced with `overwrite`.
+    Raises FileError if neither
+    the folder nor `brake` states which brake was tested, or if `out` exists and is not a dataset
+    to be replaced with `overwrite`.
     """
     from layerjam.commands.publishing import write
     from layerjam.dataset.people import Stated, author_of

@@ -148,7 +148,7 @@ def _inside(found: campaigns.Campaign, name: str) -> str:
 
 
 def _writable(folder: Path, out: Path, overwrite: bool) -> None:
-    """Raise FileError where the dataset could not stand at `out`."""
+    """Raise FileError if the dataset cannot be written to `out`."""
     if os.path.lexists(out):
         if not out.is_dir():
             raise FileError(out, "is a file, not a folder")

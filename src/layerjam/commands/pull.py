@@ -41,7 +41,7 @@ UNITS_OF_A_PULL = {name: unit for unit, names in _OF_UNIT.items() for name in na
 
 @result
 class Pulls(Judged):
-    """What each pull shows; `record` is a list of (trace, PullSummary), the traces thinned."""
+    """Summaries of pulls; `record` is a list of (trace, PullSummary), the traces thinned."""
 
     record: list[tuple[Trace, PullSummary]]
     pulls: Sequence[Mapping[str, Any]] = fact("each pull", listed=False)
@@ -91,7 +91,7 @@ def pull(
     options: FileOptions = FileOptions(),
     progress: Progress | None = None,
 ) -> Pulls:
-    """What measured pulls show: slack, preload, onset, stiffness, peak, stick–slip, unloading.
+    """Features of measured pulls: slack, preload, onset, stiffness, peak, stick–slip, unloading.
 
     `files` are paths or traces, several or one. Nothing is subtracted from a force unless `tare`
     asks for the force before the load rises. `start` and `end` choose a part of each record by its
@@ -169,7 +169,7 @@ def _called(trace: Trace) -> str:
 
 
 def _row(trace: Trace, found: PullSummary) -> dict[str, Any]:
-    """One pull, every key; None where the record does not show it."""
+    """One pull, every key; None if the record does not show it."""
     from layerjam.identify.stick_slip import CAUSE
 
     features, start, steady = found.features, found.start, found.steady

@@ -206,7 +206,7 @@ def _of_pump(
     flow: float | None,
     added: float | None,
 ) -> dict[str, Any]:
-    """What the fits tell of pump and volume."""
+    """Return the numbers of pump and volume that the fits determine."""
     from layerjam.identify.logs.pump_down import flow_of, from_two, volume_of
 
     found: dict[str, DerivedValue] = {}

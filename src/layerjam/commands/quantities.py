@@ -197,7 +197,7 @@ def vacuum_within(value: Any, device: "Brake | Line", name: str = "vacuum") -> A
 
 
 def slip_within(value: Any, brake: Brake) -> list[Notice]:
-    """What to say of a slip [m], number or array, beyond the usable travel.
+    """Return notices about a slip [m], number or array, beyond the usable travel.
 
     Raises QuantityError for one beyond the overlap.
     """

@@ -22,7 +22,7 @@ SHORT = 8
 
 @result
 class RecordsAdded(Result):
-    """What went into the records."""
+    """Records added."""
 
     ids: Mapping[str, str] = fact("id of each file that was added", listed=False)
     also_added: Mapping[str, str] = fact("ids of records that were inside them", listed=False)
@@ -65,7 +65,7 @@ class RecordShown(Result):
     )
 
     def rows(self) -> list[tuple[str, str]]:
-        """What is known and short."""
+        """Yield the known short fields."""
         texts = {key: _text(value) for key, value in self.record_.items()}
         return [
             (key.replace("_", " "), text)
@@ -74,7 +74,7 @@ class RecordShown(Result):
         ]
 
     def lines(self) -> Iterator[str]:
-        """What it comes from, and what comes from it."""
+        """Yield its sources, and the records derived from it."""
         parts = (("derived from", self.derived_from), ("used by", self.used_by))
         for title, found in parts:
             if found:
@@ -227,9 +227,9 @@ def _none_yet(database: Any, found: Sequence[Any]) -> list[Notice]:
     computes=False,
 )
 def records_show(ident: RecordId, *, db: RecordsDatabase = None) -> RecordShown:
-    """One record, what it comes from and what comes from it.
+    """One record, its sources and the records derived from it.
 
-    Raises RecordsError where there is none, or several have that name.
+    Raises RecordsError if none or several have that name.
     """
     database = _database(db)
     from layerjam.records.view import show
@@ -279,7 +279,7 @@ def records_withdraw(
 ) -> RecordWithdrawn:
     """Mark a record as one that counts no more; it stays, with the reason.
 
-    A file that was withdrawn cannot be added again. Raises RecordsError where there is no such
+    A file that was withdrawn cannot be added again. Raises RecordsError if there is no such
     record, or it was withdrawn before.
     """
     database = _database(db)

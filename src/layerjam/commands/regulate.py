@@ -83,7 +83,7 @@ class Regulation(Judged):
     )
 
     def lines(self) -> Iterator[str]:
-        """What the step shows, and how long each fault may go unsaid."""
+        """Yield the results of the step, and the longest time to the report of each fault."""
         if self.identified:
             low, high = self.identified["pole"]
             yield ""
@@ -133,8 +133,9 @@ def regulate(
 
     With a recorded `step` gains, detectors and the line simulated are those that the log shows
     (`identified`), and its scatter is the noise unless that is given. `detection` is the longest
-    time [s] until each fault is said at this vacuum (None: never). `fault` breaks the line or the
-    sensor from `fault_at` on; `said_after` is None where it said nothing, or spoke before.
+    time [s] until each fault is reported at this vacuum (None: never). `fault` breaks the line or
+    the sensor from `fault_at` on; `said_after` is None if it reported nothing, or reported before
+    that time.
     """
     from layerjam.control.checks import regulation_checks
     from layerjam.control.closed_loop import simulate
@@ -200,7 +201,7 @@ def _injected(
     length: float,
     file: LineFile,
 ) -> tuple[FaultInjection, str | None]:
-    """What breaks, and in words; nothing without a fault."""
+    """Return the injected fault and its description; None and "" if there is none."""
     from layerjam.control.faults import FaultInjection, injection_of
 
     if fault is None or at is None:

@@ -32,7 +32,7 @@ FEWEST = 20
 
 @options
 class RegulatorSettings:
-    """What regulates the vacuum, and what the sensor shows of it."""
+    """Settings of the regulator and of the sensor."""
 
     safe_state: Annotated[
         Literal["release", "hold"] | None,
@@ -110,7 +110,7 @@ def sensor_of(file: LineFile, span: float | None, noise: float | None = None) ->
 
 
 def _left_out(file: LineFile, plant: Plant) -> list[Notice]:
-    """What the loop leaves out of a line's tube and reservoir."""
+    """Yield notices about the parts of tube and reservoir that the loop neglects."""
     line, said = file.line, []
     if plant.water and line.tube is not None:
         said.append(ONLY_COMPLIANCE)
@@ -138,7 +138,7 @@ def _given(**values: Any) -> dict[str, Any]:
 
 
 def _check_step(plant: Plant) -> None:
-    """Raise QuantityError where a tube keeps a step from being one exponential."""
+    """Raise QuantityError if a tube keeps a step from being one exponential."""
     tube = plant.passage
     if tube is None or plant.time_constant(tube.vacuum) < FELT / (plant.rate + plant.leak):
         return
@@ -161,7 +161,7 @@ def tuned_by(
     """The regulator with the plant that a step shows; leak and vent stay the line's.
 
     The scatter of the readings about the fit becomes the sensor's noise unless `keep_noise`. Raises
-    FileError for a log that cannot be read, FitError where it holds no step.
+    FileError for a log that cannot be read, FitError if it holds no step.
     """
     _check_step(regulator.plant)
     from layerjam.commands.pressure_log import read_pressure, window

@@ -70,13 +70,13 @@ class Report(Result):
     refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
 
     def lines(self) -> Iterator[str]:
-        """What was left out by hand."""
+        """Yield the files left out by the user."""
         yield from excluded_lines(self.excluded)
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Work:
-    """What the stages take, and the report that they fill."""
+    """Inputs of the stages, and the report that they fill."""
 
     report: BrakeReport
     how: HowTested
@@ -152,17 +152,17 @@ def report(
     """Measurements of one brake as a page: friction, calibration, validation, HTML and PDF.
 
     Writes report.html, report.pdf, figures, numbers.csv and results.json into the folder `out`.
-    `friction` tests give the friction, `pulls` the calibration, `validate` is what the calibrated
-    brake is compared with; each may be left out. Of `pulls` alone some can be kept for validation:
+    `friction` tests give the friction, `pulls` the calibration, `validate` are the pulls to compare
+    the calibrated brake with; each may be omitted. Without `validate` some pulls can be held back:
     `calibrate_on` names those to calibrate on, or `holdout` holds back a vacuum ("46.1 kPa"), a
     speed ("19 mm/s") or a repeat ("repeat 3"). Without any of these the brake is compared with the
     pulls it was calibrated on, and the page says so. `vacuum` serves files without a sidecar; the
     options of friction tests, `depth` and `exclude` are as in `friction` and `calibrate`. `command`
-    is what the page says it was made with, `date` (ISO) is today unless given; `names` {file name:
-    what the report calls it} serves files that lie under other names than their own.
+    is shown as the command that made the page, `date` (ISO) is today unless given; `names` {file
+    name: name in the report} serves files that are stored under other names than their own.
     `report_number` and `customer` appear on the pages; sidecars may state them instead. If a check
     fails, nothing is written; `accept` accepts failed checks by name, {check: reason}. Raises
-    FileError where a report exists and `overwrite` is not set.
+    FileError if a report exists and `overwrite` is not set.
     """
     from layerjam.report.brake_files import check_folder, write
     from layerjam.report.page import check_extras
@@ -218,7 +218,7 @@ def stages(
 ) -> BrakeReport:
     """The stages of a report, computed and not written; `publish` and `recompute` take them too.
 
-    `command`, `date` and `names` as in `report`. Raises FitError where no file is given, and
+    `command`, `date` and `names` as in `report`. Raises FitError if no file is given, and
     QuantityError or UnknownNameError for an accepted check that did not fail.
     """
     from layerjam.report.brake_report import BrakeReport
@@ -248,7 +248,7 @@ def stages(
 
 
 def _result(content: BrakeReport, written: Written | None) -> Report:
-    """Where the files are, and each stage's keys (None where there is no stage)."""
+    """Paths of the files, and the keys of each stage (None for a stage that was omitted)."""
     warnings: list[str] = [w for some in content.warnings.values() for w in some]
     if content.synthetic:
         said = "synthetic: written by a program, not measured"

@@ -1,4 +1,4 @@
-"""What a command returns: a frozen record whose fields are the keys of its contract."""
+"""Results of commands: frozen records whose fields are the keys of the contract."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def result(cls: type[T]) -> type[T]:
 
 @result
 class Result:
-    """What every result can do.
+    """Base of all results.
 
     `warnings` are sentences with a key each (`Notice`); `record` holds the arrays or the fit behind
     the numbers, where there are any. `verdict` is `passed`, `failed`, `accepted`, or None if no
@@ -153,7 +153,7 @@ class Result:
         return tuple(found[name] for name in dict.fromkeys(order) if name in found)
 
     def lines(self) -> Iterable[str]:
-        """What stands under the table, for people."""
+        """Yield the lines of text under the table."""
         return ()
 
     def check_lines(self) -> Iterable[str]:
@@ -347,7 +347,7 @@ class Result:
         return replace(noted, verdict=verdict, accepted=accepted)
 
     def rows(self) -> list[tuple[str, str]]:
-        """(name, text) of what is worth a line: what is not known has none."""
+        """Yield (name, text) of the rows; unknown numbers have none."""
         made = []
         for f in self.keys():
             value, shown = getattr(self, f.name), f.metadata["shown"]
@@ -367,7 +367,7 @@ class Result:
         return made
 
     def table(self, width: int = 80) -> str:
-        """What the command line prints: a table, further lines, refused files, notes."""
+        """Return the text of the command line: table, further lines, refused files, notes."""
         rows = self.rows()
         wide = max((len(name) for name, _ in rows), default=0)
         out: list[str] = []

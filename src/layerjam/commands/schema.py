@@ -24,7 +24,7 @@ PLAIN = {
 
 
 class _Names(dict[str, Any]):
-    """What the names of an annotation mean; one that only type checkers know may be anything."""
+    """Types by the names in annotations; a name that only type checkers know is Any."""
 
     def __missing__(self, name: str) -> Any:
         return getattr(builtins, name, Any)
@@ -146,7 +146,7 @@ class Schemas(Result):
 
 
 def _in_words(schema: Mapping[str, Any]) -> str:
-    """What type a value has."""
+    """Return the type of a value in words."""
     if "anyOf" in schema:
         return " or ".join(_in_words(one) for one in schema["anyOf"])
     if "enum" in schema:
@@ -168,7 +168,7 @@ def schema(
 ) -> Schemas:
     """JSON Schema of what a command prints with --json.
 
-    Draft 2020-12; beside type and meaning each key has its SI `unit`. What is printed is itself a
+    Draft 2020-12; each key has type, meaning and SI `unit`. The output is itself a
     schema: `anyOf` refers to the definitions of `$defs`, one for each command.
     """
     names = list(commands()) if name is None else [load(name).name]

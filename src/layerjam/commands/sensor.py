@@ -1,4 +1,4 @@
-"""What goes with a drop: what an accelerometer shows of it, and how warm the sheets get."""
+"""Additions to a drop: the reading of an accelerometer, and the temperature of the sheets."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -63,7 +63,7 @@ def _rise(value: float | str, given: Mapping[str, Any]) -> float:
 
 @options
 class Sensing:
-    """What measures the stop: an accelerometer, its low-pass and rate, and a filter after it."""
+    """Measuring chain of a stop: accelerometer, low-pass, rate, and a filter after it."""
 
     accelerometer: Annotated[
         str | Accelerometer, Help("Accelerometer of the stop: ideal or adxl193.", metavar="NAME")
@@ -82,7 +82,7 @@ class Sensing:
 
 @options
 class Warmth:
-    """What the temperature rise of the sheets is judged by."""
+    """Limits for the temperature rise of the sheets."""
 
     allowed_rise: Annotated[
         float | None,
@@ -95,7 +95,7 @@ class Warmth:
 
 @result
 class Reading(Judged):
-    """What an accelerometer shows of a stop; `record` holds the signal after sensor and filter."""
+    """Reading of an accelerometer; `record` holds the signal after sensor and filter."""
 
     record: "Seen | DropRecord | BareDrop | None" = None
     measured_peak: float | None = number("m/s^2", "peak that the sensor shows", default=None)
@@ -162,13 +162,13 @@ def reading(
     accept: Mapping[str, str] | None = None,
     **asked: Any,
 ) -> Reading:
-    """What an accelerometer shows of a stop: ideal, adxl193 or a sensor of your own.
+    """Reading of an accelerometer during a stop: ideal, adxl193 or a sensor of your own.
 
     `signal` is the record of a drop or (time [s], specific force [m/s^2]); `sensing` or its fields
-    by name say what measures. `gravity` [m/s^2] is what `measured_peak_g` counts in, by default
-    the site's (9.80665 without a record), as `peak_g` of `drop`. A peak beyond the
-    sensor's range is a failed check; `accept` is {check: reason}. Raises QuantityError and
-    UnknownNameError for what is not known, out of bounds or sampled too slowly for the class.
+    by name describe the sensor. `gravity` [m/s^2] is the unit of `measured_peak_g`, by default the
+    site's (9.80665 without a record), as `peak_g` of `drop`. A peak beyond the sensor's range is a
+    failed check; `accept` is {check: reason}. Raises QuantityError and UnknownNameError for names
+    that are unknown, and numbers that are out of bounds or sampled too slowly.
     """
     asked = {"filter_class" if k == "filter" else k: v for k, v in asked.items()}
     how = parse_options(Sensing, asked) if sensing is None else sensing
@@ -219,12 +219,12 @@ def _checks(made: Seen, signal: Signal, sensor: Accelerometer) -> Iterator[Check
 def heating(
     heat: float | str, file: BrakeFile, warmth: Warmth | None = None, **asked: Any
 ) -> Heating:
-    """How warm a stop's heat makes the sheets, and how many such stops a minute they bear.
+    """Temperature rise of the sheets by a stop, and the number of such stops a minute.
 
     `temperature_rise` is the mean over the rubbing part, `temperature_rise_of_sheets` over the
     whole sheets. Defaults, both assumed and to be replaced by your own: a rise of 20 K, and
-    10 W/(m^2 K) from the enclosure to still air. Wear is not modelled. None where the film's
-    specific heat is not known or there was no heat.
+    10 W/(m^2 K) from the enclosure to still air. Wear is not modelled. None if the film's
+    specific heat is unknown or there was no heat.
     """
     from layerjam.mechanics.heat import (
         stops_per_minute,

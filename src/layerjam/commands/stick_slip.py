@@ -177,7 +177,7 @@ def _curve(brake: Brake, speed: float, static: float | None) -> Stribeck:
 
 
 def _check_room(slip: float, travel: float | None, brake: Brake) -> None:
-    """Raise QuantityError where the overlap leaves nothing to pull on, or the travel is too far."""
+    """Raise QuantityError if the overlap leaves nothing to pull on, or the travel is too far."""
     room = brake.sheets.overlap - slip
     if room <= 0:
         raise QuantityError(f"slip: {show(slip, 'm')} leaves no overlap to pull on")
@@ -214,7 +214,7 @@ def _swing(record: StickSlipRecord) -> dict[str, float]:
 
 
 def _limits(at: Slide, bounds: Bounds, ratio: float) -> dict[str, float]:
-    """What would stop it: speed and stiffness; infinite for never."""
+    """Return the speed and the stiffness that end stick–slip; infinite if none does."""
     from layerjam.mechanics.stick_slip.laws import stable_speed, stiffness_without_stick_slip
     from layerjam.simulate.stick_slip import critical_speed_of
 
@@ -231,7 +231,7 @@ def _limits(at: Slide, bounds: Bounds, ratio: float) -> dict[str, float]:
 
 
 def _assumptions(record: StickSlipRecord, assumed: bool) -> list[Notice]:
-    """What the numbers rest on; `assumed` is the mass where none was given."""
+    """Return notices about the assumptions; `assumed` is the mass if none was given."""
     from layerjam.simulate.speed import slide_notices
 
     out, count = [], len(record.events)

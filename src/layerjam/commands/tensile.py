@@ -43,10 +43,10 @@ STACK = "belongs to the model 'stack'; the lumped brake has one friction"
 
 @result
 class Tensile(Result):
-    """What the pull shows; `record` is the TensileRecord.
+    """Simulated pull; `record` is the TensileRecord.
 
-    `motion` says of the model "stack" which sheets move and which interfaces slide, at a few
-    hundred elongations of the pull; of the lumped brake, which has one friction, it is None.
+    `motion` states for the model "stack" which sheets move and which interfaces slide, at a few
+    hundred elongations. It is None for the lumped brake, which has one friction.
     """
 
     record: TensileRecord
@@ -133,9 +133,9 @@ def tensile(
     `interfaces` that differ, a `housing` that rubs, and `scatter`, the relative SD of the
     interfaces' friction: then `samples` (1000) stacks, drawn from `seed` (1), give mean and SD of
     peak, stiffness and onset; interrupted from the keyboard, of those that are done. `vacuum_share`
-    of what the gauge reads presses the sheets. With `leak_time` the line is shut off after every
+    of the gauge's reading presses the sheets. With `leak_time` the line is shut off after every
     evacuation and the vacuum leaks away from then on; not in the stack, which keeps the vacuum it
-    starts with. Raises ProcedureError or QuantityError for what contradicts itself.
+    starts with. Raises ProcedureError or QuantityError for contradictions.
     """
     brake = with_share(brake, vacuum_share)
     steps = _steps(brake, vacuum, speed, travel, procedure)

@@ -189,7 +189,7 @@ def _why(case: Case, reach: tuple[float, float] | None) -> str:
 
 
 def _slow(case: Case) -> str:
-    """What stops a slow mass sooner."""
+    """Return the reason why a slow mass stops sooner."""
     from layerjam.mechanics.pull import brake_force
 
     if float(brake_force(case.travel, 0.0, case.brake)) >= case.mass * case.gravity:

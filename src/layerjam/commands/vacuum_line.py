@@ -76,14 +76,14 @@ def rise(
     atmosphere: Atmosphere = None,
     progress: Progress | None = None,
 ) -> VacuumRise:
-    """How fast a line brings a vacuum, and how fast it lets go of it.
+    """Time in which a line reaches a vacuum, and time in which it releases it.
 
-    The pump runs full on until the target is reached. `rise_time` is None, `feasible` False and
-    `reason` says what can be had where the target is never reached. In air the line is integrated;
-    `closed_form` beside it holds where the volume is rigid and no tube or orifice counts.
+    The pump runs full on until the target is reached. If it is never reached, `rise_time`
+    is None, `feasible` False and `reason` states the vacuum that can be reached. In air the line is
+    integrated; `closed_form` holds for a rigid volume without an effect of tube or orifice.
     `fall_time` is by the vent valve from when it is open, or the pumps run backwards (`fall_by`),
-    with `closed_form_fall` likewise; None where the line has neither. `tube_delay` and `tube_lag`
-    are None without a tube, and in water. A tube in many cells takes a while.
+    with `closed_form_fall` likewise; None if the line has neither. `tube_delay` and `tube_lag`
+    are None in water and for a line that has no tube. A tube in many cells takes a while.
     """
     from layerjam.fluid import closed_forms as forms
     from layerjam.fluid.energy import jam_work
@@ -165,7 +165,7 @@ def _closed_fall(target: float, line: Line, by: str | None, water: bool) -> floa
 
 
 def _of_the_tube(line: Line, tube: Tube, rise: float, delay: float, lag: float) -> list[Notice]:
-    """What to say of a tube that delays much, or whose flow is not laminar."""
+    """Return notices about a tube with a long delay or a flow that is not laminar."""
     from layerjam.fluid.pump import intake
     from layerjam.fluid.tube import LAMINAR_UP_TO, reynolds
 

@@ -28,9 +28,9 @@ def _percent(part: float) -> str:
 
 @result
 class ModelErrors(Judged):
-    """How far the model lies from the pulls; `record` is (BrakeFile, Validation).
+    """Errors of the model against the pulls; `record` is (BrakeFile, Validation).
 
-    `before` is the Validation of the brake before calibration, None where there is nothing to
+    `before` is the Validation of the brake before calibration, None if there is nothing to
     compare; `traces` are the pulls that were used, thinned.
     """
 

@@ -1,4 +1,4 @@
-"""Following a force: from target force and measured slip to a vacuum, and the resulting force.
+"""Control of force: from target force and measured slip to a vacuum, and the resulting force.
 
 The brake slides on along a given slip (a joint that turns, a rope that runs out), so that its force
 is the law's at the vacuum of the moment, and with a speed law at the speed of that slip. Wanted

@@ -247,7 +247,7 @@ def given(
     less: float,
     bend: float,
 ) -> float:
-    """What a healthy pump raises the vacuum by in a sample: at most what a tube lets through."""
+    """Rise of the vacuum by a healthy pump in a sample, limited by the flow through a tube."""
     gives = rise * pump * (top - fall * vacuum)
     through = most - (less - bend * vacuum) * vacuum
     return gives if gives < through else through
@@ -256,7 +256,7 @@ def given(
 def excess(ahead: float, rate: float, loss: float, fast: float, sound: float) -> float:
     """Greatest rise since any earlier sample beyond what a sound line gives, 0 at least.
 
-    What came before a block does not hide it so. A sound line may have no leak at all.
+    The history before a block therefore does not hide it. A sound line may have no leak at all.
     """
     allowed = fast * (rate - loss)
     if allowed < sound * rate:
@@ -270,7 +270,7 @@ def pump_fault(
 ) -> tuple[float, float, float, float]:
     """(fault code, owed, risen, `quiet`: how much of it saw no change); 0 where enough has come.
 
-    What came before a pump failed does not hide it: a rise that keeps up begins a new count.
+    The history before a pump failed does not hide it: a rise that keeps up begins a new count.
     """
     if risen >= weak * owed:
         return 0.0, 0.0, 0.0, 0.0

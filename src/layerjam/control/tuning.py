@@ -78,7 +78,7 @@ def identify_air(
     """The plant from time [s] and vacuum [Pa], shape (N,), while the pump runs full from rest.
 
     One step shows the pole k + leak and the vacuum where it ends; `leak` [1/s] (from a hold log)
-    separates pump and leak, `vent` [1/s] is taken as given. Raises FitError where there is no
+    separates pump and leak, `vent` [1/s] is taken as given. Raises FitError if there is no
     pump-down or the leak exceeds the pole.
     """
     from layerjam.identify.logs.checks import pump_down_checks

@@ -35,7 +35,7 @@ def length_of(head: bytes) -> int:
 
 
 def unpack(frame: bytes) -> "tuple[int, int, bytes] | None":
-    """(session, number, payload) of one whole frame with its LF, None where it is not intact."""
+    """(session, number, payload) of one whole frame with its LF, None if it is not intact."""
     size = length_of(frame[:HEAD])
     if size < 0 or len(frame) != HEAD + size + 1 or frame[-1] != 10:
         return None
@@ -47,9 +47,9 @@ def unpack(frame: bytes) -> "tuple[int, int, bytes] | None":
 
 
 def first(buffer: bytes) -> "tuple[tuple[int, int, bytes] | None, int]":
-    """(first intact frame or None, bytes of the buffer that are done with).
+    """Return (first intact frame or None, number of bytes consumed).
 
-    What is no frame is passed over; of a frame not yet whole nothing is done with.
+    Bytes outside frames are skipped; an incomplete frame is not consumed.
     """
     at = 0
     while True:

@@ -94,7 +94,7 @@ def headers() -> list[Header]:
 
 
 def bounds(param: Mapping[str, Any]) -> str:
-    """What a parameter may be, as a phrase: `0 to reach Pa`, `RELease or HOLD`."""
+    """Return the allowed values as a phrase: `0 to reach Pa`, `RELease or HOLD`."""
     if "words" in param:
         return " or ".join(f"`{word}`" for word in param["words"])
     if "most" in param:

@@ -48,7 +48,7 @@ HEALTHY = FaultInjection()
 SCALE = struct.Struct("<4d")
 """Counts at 0, m/s^2 a count, range [m/s^2], rate [Hz]."""
 SENSITIVITY = 8e-3
-"""Of an ADXL193 of 250 g on 5 V [V/g], half the supply at 0 g; remembered, no sheet was opened."""
+"""Sensitivity of a 250 g ADXL193 on 5 V [V/g]; from memory, not read in a data sheet."""
 DIVIDER, REFERENCE, CODES = 2 / 3, 3.3, 4096
 ZERO = 2.5 * DIVIDER / REFERENCE * CODES
 """Counts at 0."""

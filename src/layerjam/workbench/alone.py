@@ -28,10 +28,10 @@ ENGINE = (
 
 
 def run_in_subprocess(work: Callable[..., T], *args: Any, tell: Tell) -> T:
-    """`work(*given, tell)`, which is sent to the other process, as is what comes back.
+    """Return `work(*given, tell)`, computed in another process.
 
-    `tell(what, share)` is called here, again and again; what it raises ends the process. Raises
-    what the work raises, and LayerjamError where the process ends without a result.
+    `tell(what, share)` is called here repeatedly; an error that it raises ends the process. Raises
+    the errors of the work, and LayerjamError if the process ends without a result.
     """
     # not forked: a fork of a process with threads can stand still
     context = multiprocessing.get_context("spawn")

@@ -134,8 +134,8 @@ def notebook(
 ) -> str:
     """The notebook's JSON; it needs layerjam, and Jupyter to be opened.
 
-    Brakes and lines that are in no catalogue are in the notebook, and written beside it where it is
-    run; of measured files it says that they belong there.
+    Brakes and lines that are in no catalogue are in the notebook, which writes them to its folder
+    when it is run. It states which measured files belong into that folder.
     """
     export = disambiguate(calls, pinned)
     head, *blocks = python_parts(export.calls, export.pinned, display=True)

@@ -44,7 +44,7 @@ def thin(x: Any, y: Any, points: int = POINTS) -> list[list[float | None]]:
 
 
 def _short(values: Any) -> list[float | None]:
-    """Six digits: fewer bytes on the way to the browser; None for what is no number."""
+    """Round to six digits, to send fewer bytes to the browser; None for NaN and infinity."""
     fine = np.isfinite(values) & (values != 0)
     size = np.floor(np.log10(np.abs(np.where(fine, values, 1.0))))
     digits = np.clip(5 - size, 0, 300)
@@ -162,7 +162,7 @@ def _axis(name: str, limits: Ends, gap: int, dark: bool) -> dict[str, Any]:
 
 
 def _round(value: float | None) -> bool | None:
-    """Whether a number is short enough to stand at the end of an axis; None where there is none."""
+    """Return whether a number is short enough for the end of an axis; None without a number."""
     return None if value is None else float(f"{value:.2g}") == value
 
 

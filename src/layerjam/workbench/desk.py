@@ -31,7 +31,7 @@ class Desk:
     """State with undo; `watch` functions are called after every change with what changed."""
 
     def __init__(self, state: State | None = None) -> None:
-        """Raises LayerjamError where the state's brake or line cannot be read."""
+        """Raises LayerjamError if the state's brake or line cannot be read."""
         self.state = state or State()
         self.files = Uploads()
         """Files dropped in this tab of the browser, for every page; not in the state."""
@@ -137,9 +137,9 @@ class Desk:
         self._become(replace(self.state, pins=pins), "pins")
 
     def put_file(self, kind: str, text: str) -> None:
-        """Another "brake", "line" or brake "beside" it: a catalogue name or TOML text.
+        """Set the "brake", the "line" or the brake to compare ("beside"): catalogue name or TOML.
 
-        An empty text takes the one beside away. Raises LayerjamError.
+        An empty text removes the brake to compare. Raises LayerjamError.
         """
         file = read_any("line" if kind == "line" else "brake", text) if text else None
         setattr(self, kind, file)

@@ -51,7 +51,7 @@ def sweep() -> list[Path]:
 
 
 def _is_left(path: Path) -> bool:
-    """Whether a folder is this user's and nobody holds its lock; OSError where it has none."""
+    """Return whether this user owns a folder and nobody holds its lock; OSError without a lock."""
     if path.is_symlink() or (hasattr(os, "getuid") and path.lstat().st_uid != os.getuid()):
         return False
     lock = os.open(path / LOCK, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))

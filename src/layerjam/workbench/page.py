@@ -145,7 +145,7 @@ class Page(View):
                 hint(self.summary)
 
     def refresh(self) -> None:
-        """Compute anew, with the latest inputs."""
+        """Compute again, with the latest inputs."""
         if self.built and self.desk.state.page == self.name:
             background_tasks.create(self.runner.ask(), name=f"layerjam {self.name}")
 

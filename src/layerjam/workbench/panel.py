@@ -65,7 +65,7 @@ class Panel:
             self._fill(self._chips, () if answer is None else answer.pins)
 
     def show(self, answer: Answer, dark: bool) -> None:
-        """Show the figure of an answer's result, with what is pinned beside it."""
+        """Show the figure of an answer's result, together with the pinned ones."""
         quiet = {label: pin.result.quiet_curves() for label, pin in answer.beside.items()}
         self.draw(answer, options(add_comparisons(answer.result.panes(), quiet), dark))
 
@@ -115,7 +115,7 @@ class Panel:
         return Answer(call, result), self.besides(pin, result)
 
     def pin(self, **more: str) -> None:
-        """Keep what is shown, and what is said `more` of it."""
+        """Keep the answer that is shown, and `more` text about it."""
         self._try(partial(self._pin_shown, more))
 
     def _pin_shown(self, extra: Mapping[str, str]) -> None:

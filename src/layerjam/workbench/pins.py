@@ -88,7 +88,7 @@ def put_pin(desk: Desk, pin: Pin) -> None:
 
 
 def turn_file(desk: Desk, key: str) -> None:
-    """Pin a dropped file to the pull, or take that back; QuantityError where there are enough."""
+    """Pin a dropped file to the pull, or take that back; QuantityError if there are enough."""
     file_pin = Pin("pull", MEASURED, key)
     if file_pin in desk.state.pins:
         desk.put_pins(tuple(pin for pin in desk.state.pins if pin != file_pin))

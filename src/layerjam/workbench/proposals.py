@@ -62,7 +62,7 @@ _UNITS = {u.lower(): u for u in ("kPa", "hPa", "Pa", "mbar", "bar", "psi", "torr
 
 @dataclass(frozen=True)
 class SourcedValue:
-    """A value as text, empty where nothing is known, and where it is taken from."""
+    """A value as text, empty if nothing is known, and where it is taken from."""
 
     text: str = ""
     source: str = ""
@@ -91,7 +91,7 @@ class Proposal:
         return self.kind == "measurement" and not self.asks
 
     def lacks(self, role: str, facts: Mapping[str, str]) -> str:
-        """The fact that is needed for a use and is not among those given; empty where none is."""
+        """The fact that is needed for a use and is not among those given; empty if none is."""
         due = NEEDED.get(role, "")
         return due if due and not facts.get(due) else ""
 
@@ -277,7 +277,7 @@ def _of_content(path: Path, traces: Sequence[Trace]) -> Iterator[tuple[str, Sour
 def vacuum_of_column(path: Path, index: int, unit: str, names: Sequence[str]) -> SourcedValue:
     """The vacuum that a column shows: the middle of its values, rounded to their scatter.
 
-    Raises LayerjamError where its values are none, or are no vacuum.
+    Raises LayerjamError if it has no values, or values that are not a vacuum.
     """
     values = column_of(path, index, unit, "Pa")
     middle = float(np.median(values))

@@ -58,7 +58,7 @@ def edits_of(desk: Desk) -> Edits:
 
 
 def put_edits(desk: Desk, changes: Mapping[str, Mapping[str, str]]) -> None:
-    """Change what is said of files by their keys, as one step of undo; an empty text takes back."""
+    """Change the facts of files by their keys, as one step of undo; an empty text removes one."""
     edits = edits_of(desk)
     for key, change in changes.items():
         edit = {**edits.get(key, {}), **change}

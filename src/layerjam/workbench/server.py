@@ -150,7 +150,7 @@ def is_loopback(host: str) -> bool:
 
 
 def check_free(host: str, port: int) -> None:
-    """QuantityError where nothing can listen at this address."""
+    """QuantityError if nothing can listen at this address."""
     try:
         addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
     except OSError:
@@ -177,7 +177,7 @@ def serve(
 ) -> None:
     """Serve until interrupted; `engine` makes JAX ready, in a thread.
 
-    Raises ImportError without NiceGUI, and QuantityError where it cannot listen.
+    Raises ImportError if NiceGUI is missing, and QuantityError if it cannot listen.
     """
     from nicegui import app, run, ui
 

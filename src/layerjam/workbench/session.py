@@ -49,7 +49,7 @@ def kept_files(state: State, uploads: Uploads) -> tuple[KeptFile, ...]:
 
 
 def to_session(state: State, files: Sequence[KeptFile] = ()) -> str:
-    """The file's text; QuantityError where pinned files make it larger than what is opened."""
+    """The file's text; QuantityError if pinned files make it larger than what is opened."""
     document: dict[str, Any] = {"kind": KIND, "version": VERSION, **asdict(state)}
     if files:
         document["files"] = [

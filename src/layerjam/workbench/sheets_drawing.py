@@ -14,7 +14,7 @@ from layerjam.units import show
 WIDE, CAP, EDGE = 860.0, 16.0, 8.0
 """Pixels of the drawing: its width, a cap's, and what is free around it."""
 TALL, GAP = (9.0, 24.0), 7.0
-"""A sheet's least and greatest height, and what stands between two of them [pixels]."""
+"""Least and greatest height of a sheet, and the gap between two sheets [pixels]."""
 MAX_SHEETS = 40
 """Sheets drawn at most."""
 ROOM = 0.3

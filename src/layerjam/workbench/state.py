@@ -120,7 +120,7 @@ READER = TypeAdapter(State)
 
 
 class Strange(ValueError):
-    """JSON that is no state: where in it, and why."""
+    """JSON that is not a state: place and reason."""
 
 
 def read_state(text: str | bytes) -> State:

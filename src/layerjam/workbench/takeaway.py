@@ -27,7 +27,7 @@ class Takeable(Protocol):
 
     @property
     def files(self) -> Mapping[str, str]:
-        """{name: content} of what the lines need beside them."""
+        """Return {name: content} of the files that the lines need."""
 
     def figure(self, ending: str) -> bytes:
         """The bytes of the figure."""

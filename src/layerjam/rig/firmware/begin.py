@@ -7,7 +7,7 @@ in for one that is frozen into the image.
 import sys
 
 ASKED = 0x4C4A4D54
-"""What a scratch register of the watchdog holds when a start is to end at the prompt."""
+"""Value of a scratch register of the watchdog if a start is to end at the prompt."""
 SCRATCH = 0x4005800C
 
 

@@ -35,9 +35,9 @@ DAY = 8640000
 """Samples after which a zero is old."""
 NEVER = 1 << 40
 VENTS, VENT_WINDOW = 3, 6000
-"""So many openings of the vent within so many samples at one target make the sensor doubtful."""
+"""Number of openings of the vent, and of samples, after which the sensor is doubtful."""
 HALVINGS = 36
-"""Of the range in which the reach is looked for; the samples wait for it."""
+"""Number of bisections in the search for the reach; the samples wait for it."""
 STEPS = 100
 """Samples a second."""
 SELF_TEST = (
@@ -207,7 +207,7 @@ class Bench:
         return "the emergency stop is open" if stopped else ""
 
     def why_not(self) -> str:
-        """What keeps the outputs from being switched on, "" where nothing does."""
+        """Return the reason why the outputs cannot be switched on, or ""."""
         made = self.settings
         if self.state == FAULT:
             return "a fault is latched" + CLEAR
@@ -304,7 +304,7 @@ class Bench:
         self.slowest = max(self.slowest, ticks.diff(self.hal.ticks_us(), begun))
 
     def regulate(self, late: int, stopped: bool, diagnostic: int) -> None:
-        """What RUN does with a sample: faults first, then the law."""
+        """Handle a sample in RUN: faults first, then the law."""
         if stopped:
             self.trip(123)
         elif self.low_supply >= SUPPLY_SAMPLES:

@@ -18,7 +18,7 @@ SWITCH = "OFF|ON"
 
 
 def bytes_of(text: str) -> "bytes | None":
-    """What hexadecimal digits stand for, None where they are none."""
+    """Return the bytes of hexadecimal digits, None if they are not hexadecimal."""
     try:
         return binascii.unhexlify(text)
     except ValueError:

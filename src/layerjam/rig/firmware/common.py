@@ -32,7 +32,7 @@ def block(data: bytes) -> bytes:
 
 
 def call(path: str):
-    """What a header does that is named in full: a value of `bench` or `session`, or its method."""
+    """Return the value or the method of `bench` or `session` that a full header names."""
     root, *names = path.split(".")
 
     def do(bench, session, *values):

@@ -13,9 +13,9 @@ from capture import NOTHING, ROOM
 
 CONTROL, QUEUE, TAKEN, DIVIDER = 0x4004C000, 0x4004C008, 0x4004C00C, 0x4004C010
 ENABLED, MANY, READY, INPUT, TURNS = 1, 8, 1 << 8, 12, 16
-"""Of the register CONTROL; the two last are the places of numbers."""
+"""Bits of the register CONTROL; the last two are positions of numbers."""
 QUEUED, ASKS, EMPTY, SPILT, ONE = 1, 1 << 3, 1 << 8, 1 << 11, 1 << 24
-"""Of the register QUEUE: what is queued, asks for DMA, is empty, has lost some; and from one on."""
+"""Bits of the register QUEUE: queue on, DMA request, empty, overflow; and a threshold of one."""
 CLOCK = 48000000
 PACE = 36
 """The converter's number among what DMA may wait for."""

@@ -32,7 +32,7 @@ class Hal(hal_pipe.Hal):
         return bool(select.select([0], [1] if sending else [], [], us * 1e-6)[0])
 
     def read_line(self) -> bytes:
-        """What the line has."""
+        """Return the bytes that have arrived."""
         return os.read(0, 1024)
 
     def send(self, data: bytes) -> int:
@@ -86,7 +86,7 @@ class SocketHal(Hal):
         return bool(select.select(line, line if sending else [], [], us * 1e-6)[0])
 
     def read_line(self):
-        """What the line has, None where that is nothing; a host that is gone ends it."""
+        """Return the bytes that have arrived, None if none have; a lost host ends the board."""
         try:
             return self.line.recv(1024)
         except BlockingIOError:

@@ -26,7 +26,7 @@ PATIENCE = 1000000
 """Host's microseconds that speed 0 waits for who fetches samples, before it takes him for dead."""
 PIECE = 4096
 TOLD, ASKED, SAMPLED, STARTED = 0, 1, 2, 3
-"""What a message to the plant wants: nothing, a reading, samples, a scale and samples from now."""
+"""Kinds of messages to the plant: none, a reading, samples, a scale with samples from now on."""
 OUT = "<dIBBH"
 IN = "<dHhBBHd"
 SIZE = 24
@@ -91,7 +91,7 @@ class Hal:
         return False
 
     def read_line(self) -> bytes:
-        """What the line has; the host made it non-blocking."""
+        """Return the bytes that have arrived; the host made the pipe non-blocking."""
         return self.line_in.read(1024)
 
     def send(self, data: bytes) -> int:
@@ -156,7 +156,7 @@ class Hal:
         return PATIENCE - (now - self.pressed)
 
     def received(self) -> bytes:
-        """What can be read; an end of the line ends the board."""
+        """Return the bytes that have arrived; the end of the pipe ends the board."""
         data = self.read_line()
         if data == b"":
             raise EOFError
@@ -188,7 +188,7 @@ class Hal:
         return vacuum, raw, warmth, flags & DIAGNOSTIC
 
     def sensor2(self):
-        """What a second sensor showed at the last sample [Pa], None where none is fitted."""
+        """Return the second sensor's reading at the last sample [Pa], None if none is fitted."""
         return self.second
 
     def output(self, pump: float, power: int) -> None:
@@ -215,7 +215,7 @@ class Hal:
         """No watchdog."""
 
     def load(self, slot: int):
-        """The settings in a slot, None where there are none; without a file the process's own."""
+        """The settings in a slot, None if there are none; without a file the process's own."""
         if not self.store:
             return self.slots[slot]
         try:

@@ -144,7 +144,7 @@ class Hal:
         return self.part.read()
 
     def sensor2(self):
-        """What a second sensor shows [Pa], None where none is fitted."""
+        """Return the second sensor's reading [Pa], None if none is fitted."""
         return None if self.other is None else self.other.read()[0]
 
     def output(self, pump: float, power: int) -> None:
@@ -183,7 +183,7 @@ class Hal:
             self.dog.feed()
 
     def load(self, slot: int):
-        """The settings in a slot, None where there are none, nothing where they cannot be read."""
+        """The settings in a slot, None if there are none, nothing if they cannot be read."""
         try:
             with open(FILE % slot, "rb") as file:
                 return file.read()
@@ -229,7 +229,7 @@ class Hal:
         machine.reset()
 
     def crash(self, error) -> None:
-        """What the firmware cannot go on from: outputs off, then the watchdog.
+        """Handle an error that the firmware cannot survive: outputs off, then the watchdog.
 
         The first one is kept in a file; a board that crashes again and again wears no flash.
         """

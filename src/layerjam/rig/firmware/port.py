@@ -18,7 +18,7 @@ LATER = 16
 STOPS = (b"OUTP OFF", b"OUTP 0", b"OUTPUT OFF", b"ABOR", b"ABORT")
 """Lines that are heard even then."""
 CORRUPT, CORRUPT_WINDOW = 10, 1000
-"""So many bad frames within so many samples are an error."""
+"""Number of bad frames, and of samples, that make an error."""
 
 
 class Port:
@@ -43,7 +43,7 @@ class Port:
         return len(self.outbox) - self.taken >= FULL
 
     def waiting(self) -> memoryview:
-        """What is still to be sent."""
+        """Return the bytes still to be sent."""
         return memoryview(self.outbox)[self.taken :]
 
     def took(self, count: int) -> None:

@@ -1,6 +1,6 @@
 """SCPI: a tree of headers, what their parameters may be, and the reading of one line.
 
-Names stand in the tree's nodes; what is done stands beside them, outside the name space of the
+The nodes of the tree hold the names; the actions are kept outside the name space of the
 mnemonics. Errors carry the standard's numbers. After an error the rest of a line is dropped.
 """
 
@@ -65,7 +65,7 @@ class Node:
 
 
 class Rule:
-    """What a header does: `do(bench, session, *values)`, its parameters, where it is allowed."""
+    """Action of a header: `do(bench, session, *values)`, its parameters, and allowed states."""
 
     def __init__(self, do, params: tuple = (), least: int = -1, flags: str = "") -> None:
         self.do = do
@@ -193,7 +193,7 @@ class Text:
         self.name, self.most = name, most
 
     def read(self, text: str, bench) -> object:
-        """What stands between the quotes, a doubled quote once."""
+        """Return the text between the quotes, with doubled quotes made single."""
         if text[:1] not in ("'", '"'):
             raise ScpiError(-104, self.name + " is a quoted string")
         if len(text) < 2 or text[-1] != text[0]:
@@ -225,7 +225,7 @@ def grow(root: Node, header: str, command, query) -> None:
 
 
 def end_of(line: str, at: int, mark: str) -> int:
-    """Where a mark first stands outside of quotes, from `at` on; else the line's end.
+    """Return the first place of a mark outside quotes, from `at` on, or the line's end.
 
     In leaps, not letter by letter: the law's 528 digits must not keep a sample waiting.
     """
@@ -244,7 +244,7 @@ def end_of(line: str, at: int, mark: str) -> int:
 
 
 def arguments(text: str) -> list:
-    """What stands between the commas outside of quotes."""
+    """Return the texts between the commas outside quotes."""
     if not text:
         return []
     out, begin = [], 0

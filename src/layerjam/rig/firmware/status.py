@@ -46,7 +46,7 @@ class Register:
 
 
 class Session:
-    """What one client sees of the instrument's state."""
+    """State of the instrument for one client."""
 
     def __init__(self, number: int) -> None:
         self.number = number

@@ -23,7 +23,7 @@ WHOLE = (0, 5, 14)
 
 
 class Settings:
-    """What is declared about a board; nothing has a default that could be wrong."""
+    """Declared settings of a board; no default can be wrong."""
 
     def __init__(self) -> None:
         self.safe = 0
@@ -66,7 +66,7 @@ def law_of(raw: bytes) -> tuple:
 
 
 def unpacked(raw: bytes) -> "Settings | None":
-    """The settings of one file, None where it is not whole."""
+    """The settings of one file, None if it is not whole."""
     size = struct.calcsize(FIXED)
     if raw is None or len(raw) < size + 4 or raw[:4] != MAGIC:
         return None
@@ -85,7 +85,7 @@ def unpacked(raw: bytes) -> "Settings | None":
 
 
 def load(hal) -> tuple:
-    """(settings, error or 0): the newer of two slots; -314 where none of what is there is whole."""
+    """Return (settings, error or 0) of the newer of two slots; -314 if no slot is intact."""
     raw = [hal.load(0), hal.load(1)]
     good = [made for made in [unpacked(one) for one in raw if one is not None] if made]
     if not good:

@@ -82,7 +82,7 @@ class BuildResult:
 
 @dataclass(frozen=True)
 class Folder:
-    """A folder as one file, under the name it is downloaded by; empty where nothing was made."""
+    """A folder as one file, under the name it is downloaded by; empty if nothing was made."""
 
     name: str
     result: Built

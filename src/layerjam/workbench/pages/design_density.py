@@ -133,7 +133,7 @@ def _more_sheets(line: Any, ink: str) -> dict[str, Any]:
 def _points(
     rows: Sequence[dict[str, Any]], color: str, symbol: str, ink: str, kind: str = ""
 ) -> dict[str, Any]:
-    """A kind of device; of others the strongest bears the kind's name, of ours each its own.
+    """Return the points of a kind of device; only jamming brakes are all named.
 
     Of ours only the first says its brake and vacuum in full, the others where they differ.
     """

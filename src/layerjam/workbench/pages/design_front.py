@@ -36,7 +36,7 @@ def front_numbers(result: Any) -> list[int]:
 
 
 def pick_design(result: Any, selection: int) -> tuple[int, Row]:
-    """The design that is looked at; the chosen one where what is wanted is not in the result."""
+    """Return the selected design, or the chosen one if the result does not contain it."""
     rows = designs(result)
     number = selection if selection in rows else result.chosen["number"]
     return number, rows[number]

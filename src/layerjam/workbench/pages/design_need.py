@@ -302,7 +302,7 @@ class NeedPart(Part):
         self.search()
 
     def search(self, _: object = None) -> None:
-        """Search for what stands in the editor; what was found before is forgotten."""
+        """Search for the requirement in the editor; earlier results are discarded."""
         text = str(self.editor.value or "")
         same = next((n for n, example in examples().items() if example == text), text)
         file = self.desk.brake

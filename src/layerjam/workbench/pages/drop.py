@@ -151,7 +151,7 @@ class Drop(Page):
         return "speed" if self._flat() else self.word(ARRIVES)
 
     def columns(self) -> dict[str, Call]:
-        """The drops of the table, by what stands above them."""
+        """Drops of the table, by the heads of their columns."""
         full = self.controls()["vacuum"]
         extra = self.more.options()
         history = {key: extra.pop(key) for key in HISTORY if key in extra}

@@ -22,7 +22,7 @@ from layerjam.workbench.widgets import one_line
 CURVE = 400
 """Samples of a file's curve that are kept to be drawn."""
 TONES = MappingProxyType({"understood": "#00684c", "refused": "#a63d00", "left out": "#5b6672"})
-"""Colours under white letters, dark enough to read them; of what asks for something another one."""
+"""Dark colours under white letters; files that need an answer have another one."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,7 +28,7 @@ CARDS = {
         "Friction, calibration and validation on a few pages, with every file's digest.",
     ),
 }
-"""{step: (its title, what stands there while there is nothing to show)}."""
+"""{step: (title, text while there is no result)}."""
 COLUMNS = (
     ("name", "File"),
     ("role", "Used as"),

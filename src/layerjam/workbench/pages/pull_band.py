@@ -54,7 +54,7 @@ def law_error(desk: Desk, call: Call) -> "LawError | None":
 
 
 def band(error: "LawError", record: TensileRecord, call: Call) -> Band | None:
-    """The band of a recorded pull, that of a call; None where the law has none at its vacuum."""
+    """The band of a recorded pull, that of a call; None if the law has none at its vacuum."""
     u = np.asarray(record.elongation, float)
     top = float(u[int(np.argmax(record.force))])
     # the peak itself, where the force bends, and more of them around it than beyond
@@ -66,7 +66,7 @@ def band(error: "LawError", record: TensileRecord, call: Call) -> Band | None:
 
 
 def of_pin(pin: Pin, result: Any) -> Band | None:
-    """The band that a pin keeps beside its result; None where it keeps none.
+    """Return the band that a pin keeps with its result, or None.
 
     Raises LayerjamError for what a link made up.
     """

@@ -102,7 +102,7 @@ class Reading:
 
     @property
     def curves(self) -> Sequence[CurveError]:
-        """The pulls compared; empty where there are none."""
+        """The pulls compared; empty if there are none."""
         return () if self.compared is None else self.compared.record[1].curves
 
 
@@ -145,7 +145,7 @@ class MeasuredFiles:
         self.desk.files_changed()
 
     def fill(self, reading: Reading) -> None:
-        """Show what was made of the files."""
+        """Show the results of the files."""
         if self.list.fill(reading):
             self._trouble.say("".join(answer.refusal for answer in reading.answers))
 

@@ -26,7 +26,7 @@ CUSTOM, NONE = "own", "none"
 class Kind:
     """Kind of record that is edited: a brake or a line.
 
-    `groups` maps a table of its file to what stands above its fields, `fields` a dotted path to
+    `groups` maps a table of its file to the heading of its fields, `fields` a dotted path to
     (specification, required). `origin` are the desk's keys of kind and source of new numbers;
     `optional` tables may be absent.
     """
@@ -48,7 +48,7 @@ class Kind:
 
 
 class Editor:
-    """Changes what lies on the desk; refusals are said beside it."""
+    """Editor of the desk's record; it shows refusals next to the field."""
 
     def __init__(self, desk: Desk, kind: Kind) -> None:
         self.desk, self.kind = desk, kind
@@ -74,7 +74,7 @@ class Editor:
         return SHELVES[self.kind.what].names()
 
     def value(self, path: str) -> Any:
-        """A number or a table of the record; None where it has none."""
+        """A number or a table of the record; None if it has none."""
         return get(getattr(self.file, self.kind.what), path)
 
     # ---- which file
@@ -278,7 +278,7 @@ class FieldRow:
         self.fill()
 
     def value_text(self) -> str:
-        """The value as it stands in the field; empty for what is not known."""
+        """Return the value as the field shows it; empty if it is unknown."""
         value = self.editor.value(self.path)
         if value is None:
             return ""

@@ -216,7 +216,7 @@ class Vacuum(Page):
         return [replace(try_call(call), pins=panel.pinned_answers(call)) for panel, call in panels]
 
     def draw(self, result: Sequence[Answer]) -> None:
-        """Both charts and what is said of them."""
+        """Draw both charts and their texts."""
         rise, *loops = result
         self._draw_rise(rise)
         runs = [loop for loop in loops if loop.result is not None]

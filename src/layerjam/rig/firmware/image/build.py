@@ -79,7 +79,7 @@ def recipe_hash() -> str:
 
 
 def sources() -> dict[str, str]:
-    """What an image is made of; it is current where its own facts say the same."""
+    """Return the sources of an image; an image with the same facts is current."""
     return {
         "law_sha256": law_hash(),
         "firmware_sha256": re.findall("FIRMWARE = '(.*)'", parts("pico")["built.py"])[0],
@@ -98,11 +98,11 @@ def current(out: Path) -> bool:
 
 
 class BuildError(Exception):
-    """What keeps the image from being built, in one sentence."""
+    """The image cannot be built; the message is one sentence."""
 
 
 def run(command: Sequence[str], folder: Path, log: Path, **more: str) -> str:
-    """What a command printed; BuildError with its last lines where it fails."""
+    """Return the output of a command; BuildError with its last lines if it fails."""
     done = subprocess.run(
         command, cwd=folder, capture_output=True, text=True, check=False, env={**os.environ, **more}
     )
