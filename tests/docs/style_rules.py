@@ -109,8 +109,8 @@ def docstring_first_line(text: str) -> bool:
 
 IMPERATIVE = set(
     "accept adapt add adjust align allow animate apply archive ask assert attach avoid back batch benchmark bind "
-    "block break build bump cache calculate calibrate call cap carry catch change check clamp clarify clean clear "
-    "close collect combine compare compile complete compute configure connect convert copy correct count cover "
+    "block break build bump cache calculate calibrate call cap carry catch change check choose cite clamp clarify clean "
+    "clear close collect combine compare compile complete compute configure connect convert copy correct count cover "
     "create cut date declare decode default define delete derive describe detect disable display document download "
     "drain draw drive drop emit enable encode end ensure equalise escape estimate evaluate exclude exit expand expect "
     "explain export expose extend extract fail fetch fill find fit fix flush fold follow forbid force format free freeze "
@@ -123,7 +123,7 @@ IMPERATIVE = set(
     "refactor refuse reject release reload remember remove rename render reopen reorder reorganise repair replace "
     "report require reset resize resolve respect rest restore restrict retry return reuse revert review revise "
     "reword rework rewrite round route run sample save say scale search seed select send sense separate serve set "
-    "share shorten show simplify simulate skip solve sort specify speed split start state stop store stream strip "
+    "share ship shorten show simplify simulate skip solve sort specify speed split start state stop store stream strip "
     "summarise support suppress swap switch sync take tell test tie tighten time trace track train translate treat "
     "trim try tune turn type unify update upgrade use "
     "bound validate vectorise verify wait warn widen wire work wrap write".split()
