@@ -84,7 +84,7 @@ interop: $(SIMULATORS)/.installed
 	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends $(CROSS); } || \
 	  echo "not installed: $(CROSS); what needs them is skipped"
 	$(SIMULATORS)/bin/python -m pytest -q -rs tests/interop tests/kernel
-	PYTHONPATH=$(CURDIR)/examples $(SIMULATORS)/bin/python tests/docs/examples.py docs/interop.md docs/simulators.md docs/elbow.md
+	PYTHONPATH=$(CURDIR)/examples $(SIMULATORS)/bin/python tests/docs/examples.py docs/interop.md docs/simulators.md docs/elbow.md docs/questions.md
 	$(BIN)/python -m benchmarks.kernel
 
 # The bench's circuit in ngspice, installed from Debian's packages where that is possible.
