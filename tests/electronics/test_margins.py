@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from pathlib import Path
 
 import pytest
@@ -111,3 +112,20 @@ def test_every_component_is_in_the_list_of_parts() -> None:
             listed |= {first, *(f"{first[0]}{n}" for n in numbers)}
         assert len(part.alternatives) == 2 and part.number and part.sheet and part.ours
     assert set(circuit.components) <= listed
+
+
+def test_the_resistors_order_numbers_are_their_values() -> None:
+    """Three digits and a power of ten, as the sheet of the MRS25 has them."""
+    circuit = load_circuit("pico")
+    ordered = {
+        ref: float(f"{number[1]}e{number[2]}")
+        for part in circuit.parts
+        if (number := re.fullmatch(r"Vishay MRS25000C(\d{3})(\d)FCT00", part.number))
+        for ref in part.refs.split(", ")
+    }
+    coarse = {
+        ref: one.numbers["value"]
+        for ref, one in circuit.components.items()
+        if one.kind == "resistor" and one.numbers["tolerance"] == 0.01
+    }
+    assert ordered == coarse and len(coarse) == 10

@@ -136,7 +136,7 @@ def test_a_bench_is_tuned_then_runs(
     for _ in range(2):
         typed = capsys.readouterr().out.partition("next:\n  layerjam ")[2].splitlines()[0]
         assert main(shlex.split(typed)) == 0, typed
-    assert "FINISHED" in capsys.readouterr().out and Path("first.ljrun").is_file()
+    assert "FINISHED" in capsys.readouterr().out and Path("first-run.ljrun").is_file()
     # without a vacuum nothing is written
     assert main([*check, "--tune", file, "--vent-rest", "closed"]) == 1
     assert not Path(file).exists()

@@ -28,7 +28,7 @@ from layerjam.measure.runs import read_run
 from layerjam.measure.sidecar import read_facts
 from layerjam.rig.address import address_of
 from layerjam.rig.driver import Bench
-from layerjam.rig.execute import Execution, ProcedureBench
+from layerjam.rig.execute import STATES, Execution, ProcedureBench
 from layerjam.rig.plant import behind
 from layerjam.rig.recorder import Recorder, describe_bench, log
 from layerjam.rig.run_file import RunFile
@@ -340,13 +340,13 @@ def test_a_line_that_is_lost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 def test_a_board_that_is_reset_ends_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its number is another then, and its outputs are at rest anyway."""
-    stream, count = Bench.stream, 0
+    stream, ran = Bench.stream, False
 
     def anew(self: Bench, records: int = 200) -> tuple[np.ndarray, int]:
-        nonlocal count
-        count += 1
+        nonlocal ran
         rows, boot = stream(self, records)
-        return rows, boot + (count > 20)
+        ran = ran or bool((rows["state"] == STATES["RUN"]).any())
+        return rows, boot + ran
 
     monkeypatch.setattr(Bench, "stream", anew)
     with ready() as bench:

@@ -1,16 +1,16 @@
 """`bench check` and `bench zero`: wiring, tightness and the sensor's zero, before the first run."""
 
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from layerjam.commands.bench import BenchAddress
 from layerjam.commands.declare import Help, Input, OutFile, command
-from layerjam.commands.lines import AnyLine, line_file
+from layerjam.commands.lines import convert_line
 from layerjam.commands.quantities import Overwrite
 from layerjam.commands.regulator import SENSOR_RANGE, sensor_of
 from layerjam.commands.results import Result, fact, result
@@ -36,15 +36,11 @@ REPLACED = (
 """Numbers of a line's file that they replace."""
 FIRST_RUN = (
     *("--procedure", "evacuate to 20 kPa and hold 5 s; vent"),
-    *("--brake", "choi2018-kapton", "--out", "first.ljrun"),
+    *("--brake", "choi2018-kapton", "--out", "first-run.ljrun"),
 )
 """Options of a first run that do not depend on the bench."""
 DIGITS = 4
 """Significant digits of the values that are written; the fits are good to about 1 %."""
-
-
-def _line(value: AnyLine, _given: Mapping[str, Any]) -> LineFile:
-    return line_file(value)
 
 
 @result
@@ -114,7 +110,7 @@ def bench_check(
     *,
     line: Annotated[
         LineFile | None,
-        Input("Expected vacuum line: name or TOML file.", metavar="LINE", convert=_line),
+        Input("Expected vacuum line: name or TOML file.", metavar="LINE", convert=convert_line),
     ] = None,
     vent_rest: VentRest = None,
     tune: Annotated[

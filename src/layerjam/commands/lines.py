@@ -26,11 +26,12 @@ def line_file(line: AnyLine, atmosphere: float | str | None = None) -> LineFile:
     return record_file(line, LineFile, load_line, atmosphere)
 
 
-def _line(value: AnyLine, given: Mapping[str, Any]) -> LineFile:
+def convert_line(value: AnyLine, given: Mapping[str, Any]) -> LineFile:
+    """Return the line of an argument, at the atmosphere that another argument gives."""
     return line_file(value, given.get("atmosphere"))
 
 
 LineInput = Annotated[
     LineFile,
-    Input("Catalogue name or path of a line's TOML file.", metavar="LINE", convert=_line),
+    Input("Catalogue name or path of a line's TOML file.", metavar="LINE", convert=convert_line),
 ]
