@@ -147,10 +147,10 @@ def bench_check(
         lag = 0.0 if line.line.sensor is None else line.line.sensor.lag
     with open_bench(limit_speed(address)) as bench:
         found = check_bench(bench, vent_rest=vent_rest, plant=plant, lag=lag, tune=tune is not None)
-        rest = bench.vent_rest
+        vent_position = bench.vent_rest
     if line is None or found.wiring or (tune is not None and not found.feasible):
         return BenchChecked.of(found)
-    words = ["--vent-rest", rest or "open", "--line"]
+    words = ["--vent-rest", vent_position or "open", "--line"]
     if tune is None or sensor is None:
         words.append(line.path if Path(line.path).is_file() else line.name)
         words += [] if line.line.sensor else ["--sensor-range", "103kPa"]
@@ -158,7 +158,7 @@ def bench_check(
     else:
         tuned = _tune(line, found, sensor, str(address))
         write_whole(tune, tuned.render(Path(tune).stem), overwrite)
-        safe_state = "hold" if rest == "closed" else "release"
+        safe_state = "hold" if vent_position == "closed" else "release"
         words = ["run", str(address), *words, str(tune), "--safe-state", safe_state, *FIRST_RUN]
     next_step = shlex.join(["layerjam", "bench", *words])
     return BenchChecked.of(found, tuned=None if tune is None else str(tune), next_step=next_step)
@@ -174,11 +174,13 @@ def _tune(line: LineFile, found: Checked, sensor: Sensor, address: str) -> LineF
     if missing:
         raise QuantityError.of(missing, "not measured, so that --tune writes nothing")
     lag, noise = values.pop("lag"), max(sensor.noise, values.pop("noise"))
-    made = match_line(line.line, Plant(**values), vacuum=LINEAR_AT)
-    made = replace(made, sensor=replace(sensor, lag=lag, noise=noise))
-    known = values_of(made)
-    made = build(Line, known | {name: float(f"{known[name]:.{DIGITS}g}") for name in REPLACED})
+    new_line = match_line(line.line, Plant(**values), vacuum=LINEAR_AT)
+    new_line = replace(new_line, sensor=replace(sensor, lag=lag, noise=noise))
+    numbers = values_of(new_line)
+    new_line = build(
+        Line, numbers | {name: float(f"{numbers[name]:.{DIGITS}g}") for name in REPLACED}
+    )
     text = f"bench check of {address}, {datetime.now(UTC).date().isoformat()}"
     source = Source(kind="synthetic" if found.simulated else "measured", text=text)
     sources = {**line.sources, **dict.fromkeys(REPLACED, source)}
-    return replace(line, line=made, sources=sources, text="", parts={})
+    return replace(line, line=new_line, sources=sources, text="", parts={})
