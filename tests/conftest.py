@@ -48,6 +48,6 @@ def _memory() -> Iterator[None]:
 def resident() -> int:
     """Bytes of memory that this process holds; zero where the system does not say."""
     statm = Path("/proc/self/statm")
-    if not statm.exists():
+    if not (statm.exists() and hasattr(os, "sysconf")):  # Wine shows /proc to Windows' Python
         return 0
     return int(statm.read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,10 +18,7 @@ CALLS = {
     "signal.alarm", "signal.pause",
 }  # fmt: skip
 ALLOWED = {
-    ("design/blocks.py", "fcntl"): "left out where it is missing: nobody is kept out of a folder",
-    ("rig/run_file.py", "fcntl"): "left out where it is missing: SQLite's own locks stay",
-    ("toml_files/folders.py", "fcntl"): "left out where it is missing: nothing is removed",
-    ("workbench/folders.py", "fcntl"): "left out where it is missing: nothing is swept",
+    ("toml_files/windows.py", "fcntl"): "Windows has msvcrt",
     ("workbench/folders.py", "os.getuid"): "asked for by name first",
     ("rig/serve.py", "tty"): "for --pty alone, which says that there are none",
     ("rig/serve.py", "os.openpty"): "for --pty alone",
@@ -40,6 +38,30 @@ def uses(path: Path) -> Iterator[str]:
             yield node.module
         elif isinstance(node, ast.Attribute) and ast.unparse(node) in CALLS:
             yield ast.unparse(node)
+
+
+ASKED = {"os.name", "platform.machine", "platform.system", "sys.platform"}
+"""What a file asks to know the system, besides `is_windows` of toml_files/windows.py."""
+
+
+def asks(path: Path) -> bool:
+    """Whether a file does something else on another system."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Attribute) and ast.unparse(node) in ASKED:
+            return True
+        if isinstance(node, ast.Name) and node.id in ("is_windows", "WINDOWS"):
+            return True
+        if isinstance(node, ast.Constant) and str(node.value).startswith("/proc/"):
+            return True
+    return False
+
+
+def test_the_page_lists_what_depends_on_the_system() -> None:
+    page = (ROOT / "docs" / "quality.md").read_text(encoding="utf-8")
+    part = page.split("## What depends on the system")[1].split("\n## ")[0]
+    listed = re.findall(r"^\| `([\w/]+\.py)` \|", part, re.M)
+    found = {p.relative_to(SOURCE).as_posix() for p in FILES if asks(p)}
+    assert sorted(listed) == sorted(found | {name for name, _ in ALLOWED})
 
 
 def test_what_only_posix_has_is_asked_for_first() -> None:

@@ -154,7 +154,7 @@ def test_lines_are_found():
 
 
 def test_files_that_cannot_be_read(tmp_path):
-    for content, says in ((b"\xff\xfe", "not UTF-8"), (b"a" * 1_000_001, "larger than")):
+    for content, says in ((b"\xff", "not UTF-8"), (b"a" * 1_000_001, "larger than")):
         place = tmp_path / "b.toml"
         place.write_bytes(content)
         with pytest.raises(FileError, match=says):

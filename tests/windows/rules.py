@@ -9,10 +9,14 @@ what POSIX alone has.
 from __future__ import annotations
 
 import builtins
+import fcntl
 import io
+import ntpath
 import os
 import signal
+import struct
 import sys
+import types
 from collections.abc import Callable
 from pathlib import Path, PureWindowsPath
 from typing import Any
@@ -27,6 +31,13 @@ SIGNALS = ("SIGKILL", "SIGALRM", "SIGHUP")
 MODULES = ("fcntl", "grp", "pty", "pwd", "resource", "termios", "tty")
 
 
+def is_reserved(name: str) -> bool:
+    """Whether Windows keeps a name for a device, as Python itself has it."""
+    if sys.version_info >= (3, 13):
+        return ntpath.isreserved(name)
+    return PureWindowsPath(name).is_reserved()
+
+
 def taken(path: Any) -> None:
     """Raise what Windows answers to a name that it does not take."""
     if not isinstance(path, str | os.PathLike):
@@ -37,8 +48,7 @@ def taken(path: Any) -> None:
     if len(os.path.abspath(text)) >= 260:
         raise FileNotFoundError(2, "The system cannot find the path specified", text)
     for name in Path(text).parts[1:]:
-        # reserved: as Python itself has it for Windows
-        reserved = PureWindowsPath(name).is_reserved() or name != name.rstrip(". ")
+        reserved = is_reserved(name) or name != name.rstrip(". ")
         if name != ".." and (reserved or set(name) & set('<>:"|?*')):
             raise OSError(22, "Invalid argument", text)
 
@@ -74,6 +84,17 @@ def opening(real: Callable[..., Any]) -> Callable[..., Any]:
         return real(file, mode, buffering, encoding, errors, newline, **rest)
 
     return made
+
+
+def locking(file: int, mode: int, length: int) -> None:
+    """`msvcrt.locking`: of the bytes from a file's position on, and refused to other openings."""
+    begin = os.lseek(file, 0, os.SEEK_CUR)
+    assert begin < 2**31, "its position is a C long"
+    span = struct.pack("hhqqi", fcntl.F_WRLCK, os.SEEK_SET, begin, length, 0)
+    fcntl.fcntl(file, fcntl.F_OFD_SETLKW if mode == LK_LOCK else fcntl.F_OFD_SETLK, span)
+
+
+LK_LOCK, LK_NBLCK = 1, 2
 
 
 def impose(patch: pytest.MonkeyPatch) -> None:
@@ -115,6 +136,8 @@ def impose(patch: pytest.MonkeyPatch) -> None:
         patch.delattr(signal, name, raising=False)
     for name in MODULES:
         patch.setitem(sys.modules, name, None)
+    system = types.SimpleNamespace(locking=locking, LK_LOCK=LK_LOCK, LK_NBLCK=LK_NBLCK)
+    patch.setitem(sys.modules, "msvcrt", system)
     patch.setattr(windows, "WINDOWS", True)
     patch.setattr(child, "PIPES", False)
 

@@ -43,7 +43,7 @@ def test_a_brake_is_edited_compared_undone_saved_and_opened(tab, tmp_path):
     rubbish = tmp_path / "rubbish.toml"
     rubbish.write_bytes(b"\xff\xfe\x00")
     chosen.set_input_files(rubbish)
-    tab.wait_for_selector("text=the file is not UTF-8 text")
+    tab.wait_for_selector("text=is not UTF-8 text")
     assert not [e for e in tab.errors if "WebGL" not in e]
 
 

@@ -1,6 +1,5 @@
 """A campaign's folder: the files of the machine, the truth, and a README with the next steps."""
 
-import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,6 +19,12 @@ from layerjam.device.load import write_whole
 from layerjam.errors import FileError, count_of
 from layerjam.measure.sidecar import sidecar_path
 from layerjam.measure.trace import Trace
+from layerjam.toml_files.windows import (
+    check_name,
+    quote_pattern,
+    quote_word,
+    report_failure,
+)
 from layerjam.toml_files.writer import literal
 from layerjam.units import exact_text
 
@@ -95,15 +100,13 @@ def write_campaign(
 
 
 def _prepare(folder: Path, overwrite: bool) -> None:
-    try:
+    check_name(folder)
+    with report_failure(folder, "cannot be written"):
         if folder.exists() and not folder.is_dir():
             raise FileError(folder, "is a file, not a folder")
         folder.mkdir(parents=True, exist_ok=True)
         if any(folder.iterdir()) and not overwrite:
             raise FileError(folder, "is not empty; --overwrite writes into it all the same")
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FileError(str(folder)[:200], f"cannot be written: {reason}") from None
 
 
 def _write(campaign: Campaign, test: Trial, trace: Trace, folder: Path, overwrite: bool) -> Path:
@@ -212,15 +215,15 @@ def commands(campaign: Campaign, folder: Path) -> list[str]:
     """Return commands to try on the files, brake by brake."""
     out = []
     for subject in campaign.subjects:
-        brake = shlex.quote(str(folder / brake_of(subject)) if subject.copied else subject.name)
-        mine = shlex.quote(str(folder / f"{subject.label}-tested.toml"))
-        calibrated_file = shlex.quote(str(folder / f"{subject.label}-calibrated.toml"))
+        brake = quote_word(str(folder / brake_of(subject)) if subject.copied else subject.name)
+        mine = quote_word(str(folder / f"{subject.label}-tested.toml"))
+        calibrated_file = quote_word(str(folder / f"{subject.label}-calibrated.toml"))
         tests = [t for t in campaign.tests if t.subject is subject]
         sleds = [t for t in tests if t.kind == "friction"]
         if sleds:
             patterns = _patterns(campaign, folder, sleds)
             if spec_holds := campaign.spec.friction.holds:
-                aged_file = shlex.quote(str(folder / f"{subject.label}-aged.toml"))
+                aged_file = quote_word(str(folder / f"{subject.label}-aged.toml"))
                 hold = f"--hold {max(spec_holds):g}s"
                 out.append(f"layerjam ageing {patterns} {hold} --brake {brake} --out {aged_file}")
             out.append(f"layerjam friction {patterns} --brake {brake} --out {mine}")
@@ -245,7 +248,7 @@ def _patterns(campaign: Campaign, folder: Path, tests: Sequence[Trial]) -> str:
         # all repeats, and of pulls all speeds
         parts = test.name.split("_")[: 3 if test.kind == "pull" else 2]
         names["_".join([*parts, "*"]) + form_of(campaign, test).details.ending] = test
-    return " ".join(f"{shlex.quote(str(folder))}/{name}" for name in names)
+    return " ".join(quote_pattern(folder, name) for name in names)
 
 
 def readme(campaign: Campaign, folder: Path) -> str:

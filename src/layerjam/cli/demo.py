@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import importlib
-import shlex
 import shutil
 import sys
 import time
@@ -23,6 +22,7 @@ from layerjam.cli.main import main as layerjam
 from layerjam.commands.declare import Help, PythonOnly, command
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
+from layerjam.toml_files.windows import check_name, quote_word, report_failure, typed_line
 from layerjam.units import show
 
 if TYPE_CHECKING:
@@ -56,6 +56,7 @@ def _clear(out: Path) -> None:
     Removes the files of an earlier demo. Raises FileError, and changes nothing, if another folder
     or file is there.
     """
+    check_name(out)
     if out.is_symlink() or (out.exists() and not out.is_dir()):
         raise FileError(out, "is not a folder; choose a path that does not exist")
     if out.is_dir() and any(out.iterdir()):
@@ -66,11 +67,9 @@ def _clear(out: Path) -> None:
                 "or remove this one",
             )
         shutil.rmtree(out)
-    try:
+    with report_failure(out, "cannot be made"):
         out.mkdir(parents=True, exist_ok=True)
         (out / MARKER).write_text("`make demo` empties this folder.\n", encoding="utf-8")
-    except OSError as err:
-        raise FileError(out, f"cannot be made: {err.strerror}") from None
 
 
 class _Steps:
@@ -108,7 +107,7 @@ class _Steps:
 
     def run(self, content: str, *words: str) -> None:
         """Run a command as one step. Raises LayerjamError if its exit code is not 0."""
-        line = f"layerjam {shlex.join(words)}"
+        line = typed_line(("layerjam", *words))
         with self.step(content):
             print(f"\n$ {line}", flush=True)
             if code := layerjam(words):
@@ -183,7 +182,7 @@ def _demo(out: Path) -> DemoResult:
     for content, words in _commands(out, mine, calibrated_path, files).items():
         steps.run(content, *map(str, words))
     with steps.step("reproduce: the paper's claims and figures on one page") as tell:
-        print(f"\n$ layerjam reproduce --out {out}", flush=True)
+        print(f"\n$ layerjam reproduce --out {quote_word(str(out))}", flush=True)
         run, numbers = _main_job(load(mine), load(calibrated_path), files)
         extra = [_glance(load(calibrated_path)), run]
         claims = write_report(out, progress=tell, extra=extra, numbers=numbers)

@@ -2,7 +2,6 @@
 
 import inspect
 import os
-import shlex
 import sys
 import tempfile
 import time
@@ -27,7 +26,7 @@ from layerjam.commands.declare import (
 )
 from layerjam.commands.quantities import Overwrite
 from layerjam.errors import FileError, QuantityError
-from layerjam.toml_files.windows import refusal
+from layerjam.toml_files.windows import check_name, report_failure, typed_line
 
 TYPED: ContextVar[tuple[str, ...]] = ContextVar("TYPED", default=())
 """Set by `main`, also if a program calls it and `sys.argv` differs."""
@@ -85,7 +84,8 @@ def check_target(path: Path | None, overwrite: bool, endings: tuple[str, ...]) -
     if path.suffix.lower() not in endings:
         choices = f"{', '.join(endings[:-1])} or {endings[-1]}" if len(endings) > 1 else endings[0]
         raise FileError(path, f"the ending '{path.suffix}' is not known; use {choices}")
-    try:
+    check_name(path)
+    with report_failure(path, "cannot be written"):
         exists = os.path.lexists(path)
         if exists and not path.is_file():
             raise FileError(path, "is a folder or not a regular file")
@@ -95,15 +95,10 @@ def check_target(path: Path | None, overwrite: bool, endings: tuple[str, ...]) -
             raise FileError(path, f"cannot be written: there is no folder {path.parent}")
         if not os.access(path.parent, os.W_OK):
             raise FileError(path, f"cannot be written: the folder {path.parent} is read-only")
-        if problem := refusal(path):
-            raise FileError(path, f"cannot be written: {problem}")
         if len(os.fsencode(path.name)) > 200:
             raise FileError(f"{path.name[:60]}...", "cannot be written: the name is too long")
         with tempfile.TemporaryFile(dir=path.parent):
             pass
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError(str(path)[:200], f"cannot be written: {reason}") from None
 
 
 FIGURE, RECORD, JSON = "figure_", "record_", "json_"
@@ -257,7 +252,7 @@ def _run(entry: Command, options: list[Parameter], values: dict[str, Any]) -> in
         if p.type is Progress:
             arguments[p.name] = ticker
         elif isinstance(p.help, PythonOnly) and p.help.typed:
-            arguments[p.name] = shlex.join(["layerjam", *TYPED.get()])
+            arguments[p.name] = typed_line(["layerjam", *TYPED.get()])
     result = entry(**arguments)
     if result.record is not None and not result.failed_checks:
         if record is not None:

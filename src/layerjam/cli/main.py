@@ -18,7 +18,7 @@ from layerjam.commands.declare import GROUPS, Command, Parameter
 from layerjam.commands.index import Entry, commands, family, find, load
 from layerjam.conversion import FACTORS
 from layerjam.errors import LayerjamError, UnknownNameError
-from layerjam.toml_files.windows import is_windows
+from layerjam.toml_files.windows import is_windows, typed_line
 
 MOST_USED = (
     *("new", "show", "force", "vacuum", "tensile", "drop", "tune"),
@@ -240,7 +240,7 @@ def _describe_missing(error: Any) -> str:
         words = [
             w for p in missing if p.option not in options for w in (p.option, _sample(entry, p))
         ]
-        lines = (shlex.join(["layerjam", *TYPED.get(), *words]),)
+        lines = (typed_line(["layerjam", *TYPED.get(), *words]),)
     return f"{option} is missing ({error.param.help.rstrip('.')}); type, for example: {lines[0]}"
 
 

@@ -1,6 +1,5 @@
 """`bench check` and `bench zero`: wiring, tightness and the sensor's zero, before the first run."""
 
-import shlex
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -21,6 +20,7 @@ from layerjam.fluid.line import Line, Sensor
 from layerjam.rig.outcomes import Checked, Zero
 from layerjam.toml_files.changes import values_of
 from layerjam.toml_files.source import Source
+from layerjam.toml_files.windows import typed_line
 from layerjam.units import build, show
 
 MEASURED = MappingProxyType({"rate": "1/s", "top": "Pa", "leak": "1/s", "vent": "1/s", "lag": "s"})
@@ -160,7 +160,7 @@ def bench_check(
         write_whole(tune, tuned.render(Path(tune).stem), overwrite)
         safe_state = "hold" if vent_position == "closed" else "release"
         words = ["run", str(address), *words, str(tune), "--safe-state", safe_state, *FIRST_RUN]
-    next_step = shlex.join(["layerjam", "bench", *words])
+    next_step = typed_line(["layerjam", "bench", *words])
     return BenchChecked.of(found, tuned=None if tune is None else str(tune), next_step=next_step)
 
 

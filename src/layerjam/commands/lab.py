@@ -12,6 +12,7 @@ from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.load import takes_force, write_whole
 from layerjam.errors import Notice, QuantityError
 from layerjam.simulate.quantities import SEED
+from layerjam.toml_files.windows import quote_word
 
 if TYPE_CHECKING:
     from layerjam.campaigns.campaign import Campaign
@@ -70,7 +71,8 @@ def lab_example(out: str | Path | None = None, *, overwrite: bool = False) -> st
     """
     from layerjam.campaigns.text import example, spec_text
 
-    text = spec_text(example())
+    # plain ASCII: `>` of Windows' shells changes other letters
+    text = spec_text(example()).replace("µ", "u")
     if out is not None:
         if Path(out).suffix != ".toml":
             raise QuantityError(f"out: '{out}' does not end in .toml")
@@ -115,7 +117,9 @@ def lab(
         if spec is not None or seed is not None:
             raise QuantityError("--example: takes --out and --overwrite only")
         text = lab_example(out, overwrite=overwrite)
-        return PracticeFiles(text=f"Edit it, then: layerjam lab {out} --out DIR" if out else text)
+        if out is not None:
+            text = f"Edit it, then: layerjam lab {quote_word(str(out))} --out DIR"
+        return PracticeFiles(text=text)
     if spec is None or out is None:
         raise QuantityError(
             "lab: SPEC and --out are needed; layerjam lab --example --out SPEC.toml makes one to "

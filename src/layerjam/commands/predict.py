@@ -23,6 +23,7 @@ from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load, write_whole
 from layerjam.errors import Notice, QuantityError
+from layerjam.toml_files.windows import quote_word
 from layerjam.units import QuantitySpec
 from layerjam.units import show as in_words
 
@@ -57,7 +58,7 @@ class NewBrake(Result):
 
     def lines(self) -> Iterator[str]:
         """Yield the next steps."""
-        yield from ("", f"Edit it, then: layerjam show {self.file}")
+        yield from ("", f"Edit it, then: layerjam show {quote_word(self.file)}")
 
 
 @command(

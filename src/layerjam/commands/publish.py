@@ -14,6 +14,7 @@ from layerjam.commands.reading import FileOptions, FileVacuum
 from layerjam.commands.report import HowTested
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import MissingExtraError, Notice
+from layerjam.toml_files.windows import typed_line
 from layerjam.units import show
 from layerjam.verdict import Verdict
 
@@ -55,7 +56,8 @@ class Published(Result):
     def lines(self) -> Iterator[str]:
         """How others check it."""
         if self.folder is not None:
-            yield from ("", "anyone can check it:", f"  layerjam recompute {self.folder}")
+            line = typed_line(("layerjam", "recompute", self.folder))
+            yield from ("", "anyone can check it:", f"  {line}")
 
 
 @command(

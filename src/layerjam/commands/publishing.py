@@ -23,6 +23,7 @@ from layerjam.errors import FileError, Notice
 from layerjam.fluid.file import load_line
 from layerjam.identify.provenance import sha256
 from layerjam.toml_files.folders import hidden_folder, replace_folder, write_files
+from layerjam.toml_files.windows import check_name, report_failure
 
 if TYPE_CHECKING:
     from layerjam.report.brake_report import BrakeReport
@@ -52,21 +53,21 @@ def write(
     found = campaigns.campaign(folder, how.options)
     file, given = _tested(brake, found, how.atmosphere), _given(found, measurements)
     other = None if line is None else load_line(line).text
-    try:
-        with hidden_folder(out.absolute().parent) as hidden:
-            staging = hidden / "dataset"
-            _copy(found, staging)
-            texts = {BRAKE: file.text or file.render(file.name), LINE: other}
-            write_files(staging, {name: text for name, text in texts.items() if text is not None})
-            try:
-                recipe, content = _derive(staging, found, given, how, stated, tell)
-            except FileError as err:
-                raise _where_it_lies(err, staging, folder) from None
-            stops = bool(content.verdict.failed)
-            if not stops:
-                replace_folder(staging, out)
-    except OSError as err:
-        raise FileError(out, f"cannot be written: {err.strerror or err}") from None
+    with (
+        report_failure(out, "cannot be written"),
+        hidden_folder(out.absolute().parent) as hidden,
+    ):
+        staging = hidden / "dataset"
+        _copy(found, staging)
+        texts = {BRAKE: file.text or file.render(file.name), LINE: other}
+        write_files(staging, {name: text for name, text in texts.items() if text is not None})
+        try:
+            recipe, content = _derive(staging, found, given, how, stated, tell)
+        except FileError as err:
+            raise _where_it_lies(err, staging, folder) from None
+        stops = bool(content.verdict.failed)
+        if not stops:
+            replace_folder(staging, out)
     return file, dict(
         folder=None if stops else str(out),
         files=[] if stops else checksums.inside(out),
@@ -149,6 +150,7 @@ def _inside(found: campaigns.Campaign, name: str) -> str:
 
 def _writable(folder: Path, out: Path, overwrite: bool) -> None:
     """Raise FileError if the dataset cannot be written to `out`."""
+    check_name(out)
     if os.path.lexists(out):
         if not out.is_dir():
             raise FileError(out, "is a file, not a folder")

@@ -23,6 +23,7 @@ from layerjam.design.requirements import DesignSpecification
 from layerjam.design.search import CHUNK, Search, SweepResult
 from layerjam.device.load import write_whole
 from layerjam.errors import FileError, MissingExtraError
+from layerjam.toml_files.windows import check_name, lock_file, report_failure
 from layerjam.units import QuantitySpec
 
 MANIFEST, FRONT, NOTE = "manifest.json", "front.parquet", "sweep.json"
@@ -117,14 +118,14 @@ class Store:
 
     def __enter__(self) -> "Store":
         parquet()
+        check_name(self.folder)
         self._reject_foreign()
-        try:
+        with report_failure(self.folder, "cannot be written"):
             (self.folder / FOLDER).mkdir(parents=True, exist_ok=True)
             self.handle = handle = os.open(self.folder / LOCK, os.O_RDWR | os.O_CREAT)
-        except OSError as err:
-            raise FileError(self.folder, f"cannot be written: {err.strerror or err}") from None
         try:
-            self._lock(handle)
+            if not lock_file(handle):
+                raise FileError(self.folder, "another sweep is running in this folder")
             self._claim()
         except BaseException:
             self.__exit__()
@@ -136,26 +137,13 @@ class Store:
             os.close(self.handle)
             self.handle = None
 
-    def _lock(self, handle: int) -> None:
-        """Lock the folder; the lock ends with the process, however that ends."""
-        try:
-            import fcntl
-        except ImportError:  # pragma: no cover  (only POSIX locks the folder)
-            return
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise FileError(self.folder, "another sweep is running in this folder") from None
-
     def _reject_foreign(self) -> None:
         """Refuse a folder whose files would be replaced, before anything is written there."""
         if (self.folder / NOTE).exists():
             return
-        try:
+        with report_failure(self.folder, "cannot be read"):
             has_files = any((self.folder / name).exists() for name in (MANIFEST, FRONT))
             has_files = has_files or any((self.folder / FOLDER).glob("*"))
-        except OSError as err:
-            raise FileError(self.folder, f"cannot be read: {err.strerror or err}") from None
         if has_files:
             raise FileError(self.folder, "holds files of something else; give an empty folder")
 

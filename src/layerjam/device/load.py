@@ -1,5 +1,6 @@
 """Brakes by catalogue name or path, and files that are written completely or not at all."""
 
+import contextlib
 import functools
 import os
 import secrets
@@ -12,7 +13,7 @@ from layerjam.device.brake import Brake, validate
 from layerjam.device.file import BrakeFile, materials
 from layerjam.errors import FileError
 from layerjam.toml_files.shipped import shipped, text_of
-from layerjam.toml_files.windows import reason, refusal
+from layerjam.toml_files.windows import check_name, report_failure
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -85,30 +86,21 @@ def write_whole(
     exists and `overwrite` is not set.
     """
     path = Path(path)
-    try:
+    check_name(path)
+    with report_failure(path, "cannot be written"):
         exists = os.path.lexists(path)
-    except (OSError, ValueError) as err:
-        raise FileError(str(path)[:200], f"cannot be written: {err}") from None
     if exists and not overwrite:
         raise FileError(path, "exists already; --overwrite replaces it")
     if path.is_dir():
         raise FileError(path, "is a folder, not a file")
-    if problem := refusal(path):
-        raise FileError(path, f"cannot be written: {problem}")
-    temporary = None
-    try:
+    with report_failure(path, "cannot be written"), contextlib.ExitStack() as leftovers:
         temporary = _make_temporary(path)
+        leftovers.callback(temporary.unlink, missing_ok=True)
         if isinstance(content, str | bytes):
             temporary.write_bytes(content if isinstance(content, bytes) else content.encode())
         else:
             content(temporary)
         os.replace(temporary, path)
-        temporary = None
-    except OSError as err:
-        raise FileError(path, f"cannot be written: {reason(err, path)}") from None
-    finally:
-        if temporary is not None:
-            temporary.unlink(missing_ok=True)
     return path
 
 

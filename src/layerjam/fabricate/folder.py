@@ -17,6 +17,7 @@ from layerjam.fabricate.mesh import mesh
 from layerjam.fabricate.package import stl, three_mf
 from layerjam.fabricate.step import step
 from layerjam.toml_files.folders import hidden_folder, replace_folder, write_files
+from layerjam.toml_files.windows import check_name, report_failure
 
 LIST = "build.json"
 """File that lists all other files of the folder."""
@@ -28,11 +29,9 @@ def check_folder(out: str | Path, overwrite: bool) -> Path:
     `overwrite` replaces an existing folder that contains only files of an earlier build.
     """
     path = Path(out)
-    try:
+    check_name(path)
+    with report_failure(out, "cannot be made"):
         return _validate(path, overwrite)
-    except (OSError, ValueError) as err:
-        reason = getattr(err, "strerror", None) or str(err)
-        raise FileError(str(out)[:200], f"cannot be made: {reason}") from None
 
 
 def _validate(path: Path, overwrite: bool) -> Path:
@@ -76,12 +75,9 @@ def _read_list(path: Path) -> set[str]:
 def write_folder(out: Path, content: Mapping[str, str | bytes], overwrite: bool = False) -> None:
     """Write {path inside `out`: content} completely or not at all; raises FileError."""
     path = check_folder(out, overwrite)
-    try:
-        with hidden_folder(path.parent) as hidden:
-            write_files(hidden / "build", content)
-            replace_folder(hidden / "build", path)
-    except OSError as err:
-        raise FileError(out, f"cannot be written: {err.strerror or err}") from None
+    with report_failure(out, "cannot be written"), hidden_folder(path.parent) as hidden:
+        write_files(hidden / "build", content)
+        replace_folder(hidden / "build", path)
 
 
 def require() -> None:

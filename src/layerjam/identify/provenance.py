@@ -60,7 +60,7 @@ def rename_files(value: Any, names: Mapping[str, str]) -> Any:
     if isinstance(value, str):
         for name, new in names.items():
             if name in value:
-                pattern = rf"(?:[^\s'\"(),;]*/)?{re.escape(name)}"
+                pattern = rf"(?:[^\s'\"(),;]*[/\\])?{re.escape(name)}"
                 value = re.sub(pattern, new.replace("\\", r"\\"), value)
         return value
     if isinstance(value, Mapping):

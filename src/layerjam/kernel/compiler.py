@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -19,6 +20,8 @@ from layerjam.mechanics.compilation import user_cache
 SOURCES = Path(__file__).parent / "c"
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno")
 """No contraction: a fused multiply-add gives different last bits on other processors."""
+LONGEST = 400
+"""Length of a compiler's message in an error, in characters."""
 KNOWN = ("cc", "gcc", "clang")
 ENDINGS = {"darwin": ".dylib", "win32": ".dll"}
 KERNEL = (SOURCES / "layerjam.c", SOURCES / "history.c")
@@ -200,6 +203,8 @@ def build(
         except (OSError, subprocess.TimeoutExpired) as error:
             raise CompilerError(f"{command[0]} cannot build {target.stem}: {error}") from None
         if run.returncode or not output.exists():
-            message = "\n".join((run.stderr or run.stdout).strip().split("\n")[:12])
+            lines = (run.stderr or run.stdout).strip().split("\n")
+            errors = [line for line in lines if "error" in line] or lines
+            message = textwrap.shorten(" ".join(errors), LONGEST, placeholder=" ...")
             raise CompilerError(f"{command[0]} cannot build {target.stem}: {message}")
         os.replace(output, target)

@@ -156,22 +156,32 @@ def open_run(path: str | Path, is_complete: bool = False) -> sqlite3.Connection:
         # only SQLite opens it: another close would release the locks of a recorder at work
         uri = f"file:{quote(str(Path(path).absolute()))}?mode=ro{'&immutable=1' * is_complete}"
         base = sqlite3.connect(uri, uri=True)
+    except (OSError, ValueError, sqlite3.Error) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise FileError(name[:200], f"cannot be read: {reason}") from None
+    try:
+        _check_kind(base, name)
+    except FileError:
+        base.close()  # Windows renames no open file
+        raise
+    return base
+
+
+def _check_kind(base: sqlite3.Connection, name: str) -> None:
+    """Raise FileError if a database is not a run of a bench that this version reads."""
+    try:
         kind = base.execute("PRAGMA application_id").fetchone()[0]
         version = base.execute("PRAGMA user_version").fetchone()[0]
     except sqlite3.DatabaseError as error:
         if error.sqlite_errorcode == sqlite3.SQLITE_NOTADB:
             raise FileError(name, f"is not a run of a bench ({ENDING})") from None
         raise FileError(name, _wrong(error)) from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FileError(name[:200], f"cannot be read: {reason}") from None
     if kind != APPLICATION_ID:
         raise FileError(name, "is a database, but not a run of a bench")
     if version > FORMAT:
         raise FileError(
             name, f"has format {version}; this version reads up to {FORMAT}, so update layerjam"
         )
-    return base
 
 
 def _wrong(error: sqlite3.Error) -> str:

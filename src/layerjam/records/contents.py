@@ -29,6 +29,7 @@ from layerjam.records.pieces import (
 )
 from layerjam.toml_files.table_text import plain_comment
 from layerjam.toml_files.toml import parse_toml, read_text
+from layerjam.toml_files.windows import report_failure, typed_line
 
 STATED = (
     "run_id",
@@ -50,10 +51,11 @@ def check_whole(path: str) -> None:
     """Raise FileError for a run of which a part is in another file."""
     log = Path(f"{path}-wal")
     if log.exists() and log.stat().st_size:
+        close = ("sqlite3", Path(path).name, "PRAGMA journal_mode = DELETE")
         raise FileError(
             path,
             f"is not closed: {log.name} next to it contains a part of the run. If the recording "
-            f"has ended, close it with: sqlite3 {Path(path).name} 'PRAGMA journal_mode = DELETE'",
+            f"has ended, close it with: {typed_line(close)}",
         )
 
 
@@ -143,7 +145,7 @@ LARGEST_JSON = 50_000_000
 def read(path: str | Path) -> Content:
     """Return the content of a file; FileError if it is unreadable or of an unknown kind."""
     place, name = Path(path), str(path)
-    try:
+    with report_failure(name, "cannot be read"):
         if place.is_dir():
             raise FileError(name, "is a folder, not a file")
         if not place.is_file():
@@ -156,9 +158,6 @@ def read(path: str | Path) -> Content:
         with place.open("rb") as handle:
             head = handle.read(HEAD)
         digest = sha256(name)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FileError(name[:200], f"cannot be read: {reason}") from None
     full = place.absolute()
     if storable(str(full)) != str(full):
         raise FileError(name, "has a name that is not UTF-8 text; rename it")

@@ -10,14 +10,15 @@ from typing import Any
 
 from layerjam.errors import FileError
 from layerjam.toml_files.folders import hidden_folder, write_files
-from layerjam.toml_files.windows import reason as system_reason
+from layerjam.toml_files.windows import check_name, report_failure
 
 NAMES = ("report.html", "results.json")
 
 
 def check_folder(out: Path, overwrite: bool, names: Sequence[str] = NAMES) -> None:
     """Raise FileError if a report cannot be written into `out`, before any work is done."""
-    try:
+    check_name(out)
+    with report_failure(out, "cannot be made"):
         if os.path.lexists(out) and not out.is_dir():
             raise FileError(out, "is a file, not a folder")
         for name in names:
@@ -28,9 +29,6 @@ def check_folder(out: Path, overwrite: bool, names: Sequence[str] = NAMES) -> No
             raise FileError(out, f"cannot be made: the folder {parent} is read-only")
         with hidden_folder(parent):
             pass  # an administrator may write anywhere, and yet not everywhere
-    except (OSError, ValueError) as err:
-        reason = getattr(err, "strerror", None) or str(err)
-        raise FileError(str(out)[:200], f"cannot be made: {reason}") from None
 
 
 def _nearest(out: Path) -> Path:
@@ -48,7 +46,7 @@ def write_folder(out: Path, content: Mapping[str, str | bytes], old: Sequence[st
 
     Everything is written to a folder next to it first. Other files in `out` stay. Raises FileError.
     """
-    try:
+    with report_failure(out, "cannot be written"):
         with hidden_folder(_nearest(out.parent)) as hidden:
             report = hidden / "report"
             write_files(report, content)
@@ -61,9 +59,6 @@ def write_folder(out: Path, content: Mapping[str, str | bytes], old: Sequence[st
                 os.replace(report / name, out / name)
         for name in set(old) - set(content):
             (out / name).unlink(missing_ok=True)
-    except OSError as err:
-        path = Path(err.filename2 or out)
-        raise FileError(out, f"cannot be written: {system_reason(err, path)}") from None
 
 
 def figures_of(drawings: Mapping[str, str]) -> dict[str, str | bytes]:

@@ -21,6 +21,7 @@ from layerjam.rig.board import parts
 from layerjam.rig.line import Ends, Line, LineError, Serial
 from layerjam.rig.outcomes import Flashed
 from layerjam.rig.wiring import load_wiring
+from layerjam.toml_files.windows import report_failure
 
 RAW, RUN, STOP, LEAVE = b"\x01", b"\x04", b"\x03", b"\x02"
 READY = b"raw REPL; CTRL-B to exit\r\n>"
@@ -104,10 +105,8 @@ def firmware_hash(board: str) -> str:
 
 def image_of(path: Path, board: str) -> bytes:
     """Return an image that fits the board; FileError or ImageError for any other file."""
-    try:
+    with report_failure(path, "cannot be read"):
         image = path.read_bytes()
-    except OSError as error:
-        raise FileError(path, f"cannot be read: {error.strerror}") from None
     program = uf2.decode_uf2(image, uf2.RP2040, str(path))
     if b"layerjam" not in program:
         raise uf2.ImageError(f"{path} holds no firmware of layerjam; `make firmware` builds one")
@@ -257,10 +256,10 @@ def load(image: bytes, place: Path) -> None:
         raise FileError(place, f"is not a boot loader's drive: {MARK} is missing") from None
     if CHIP not in text:
         raise FileError(place, f"is the boot loader of another chip than {CHIP}")
-    try:
-        with (place / "layerjam.uf2").open("wb") as file:
-            file.write(image)
-            file.flush()
-            os.fsync(file.fileno())
-    except OSError as error:
-        raise FileError(place, f"does not take the image: {error.strerror}") from None
+    with (
+        report_failure(place, "does not take the image"),
+        (place / "layerjam.uf2").open("wb") as file,
+    ):
+        file.write(image)
+        file.flush()
+        os.fsync(file.fileno())

@@ -14,6 +14,7 @@ from typing import Any
 
 from layerjam.errors import FileError, LayerjamError
 from layerjam.measure.runs import APPLICATION_ID, COLUMNS, ENDING, FORMAT, SCHEMA, open_run
+from layerjam.toml_files.windows import check_name, lock_file, report_failure
 
 ROOM = 10e6
 """Free space that a run needs at its start [bytes]: twice ten minutes of samples, and the log of 4
@@ -50,6 +51,7 @@ def check_place(path: Path) -> None:
     """Raise FileError if a run cannot be written safely: no folder, no space, a network disk."""
     if path.suffix != ENDING:
         raise FileError(path, f"the ending '{path.suffix}' is not known; use {ENDING}")
+    check_name(path)
     folder = path.parent
     if not folder.is_dir():
         raise FileError(path, f"cannot be written: there is no folder {folder}")
@@ -93,12 +95,11 @@ class RunFile:
         if overwrite:
             _remove(path)
         flags = os.O_RDWR | os.O_CREAT | os.O_EXCL
-        try:
-            lock = os.open(path, flags, 0o644)
-        except FileExistsError:
-            raise FileError(path, "exists already; --overwrite replaces it") from None
-        except OSError as error:
-            raise FileError(path, f"cannot be written: {error.strerror}") from None
+        with report_failure(path, "cannot be written"):
+            try:
+                lock = os.open(path, flags, 0o644)
+            except FileExistsError:
+                raise FileError(path, "exists already; --overwrite replaces it") from None
         try:
             run = cls._open_database(path, lock)
             base = run._base
@@ -120,11 +121,9 @@ class RunFile:
         path = Path(path)
         check_place(path)
         open_run(path).close()
-        try:
+        with report_failure(path, "cannot be written"):
             path.chmod(path.stat().st_mode | 0o200)
             lock = os.open(path, os.O_RDWR)
-        except OSError as error:
-            raise FileError(path, f"cannot be written: {error.strerror}") from None
         try:
             run = cls._open_database(path, lock)
             run.state({"outcome": "", "ended_utc": ""})
@@ -138,13 +137,8 @@ class RunFile:
     @classmethod
     def _open_database(cls, path: Path, lock: int) -> "RunFile":
         """Return the database of a locked file; the lock is kept until it is closed."""
-        with contextlib.suppress(ImportError):  # no such locks elsewhere than on POSIX
-            import fcntl
-
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                raise FileError(path, "is being written by another recorder") from None
+        if not lock_file(lock):
+            raise FileError(path, "is being written by another recorder")
         base = sqlite3.connect(path, isolation_level=None, timeout=2.0, check_same_thread=False)
         base.execute("PRAGMA journal_mode = WAL")
         base.execute("PRAGMA synchronous = FULL")

@@ -10,6 +10,8 @@ import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from layerjam.toml_files.windows import lock_file
+
 HIDDEN = re.compile(r"\.layerjam-(?:[0-9a-f]{16}|(?:report|dataset)-[0-9a-f]{32})")
 """Names of hidden folders; those that contain a word are from earlier versions."""
 TARGET, OLD = "target", "old"
@@ -97,17 +99,13 @@ def _lock(folder: Path, wait: bool = False) -> int | None:
     Also None on systems that cannot lock folders.
     """
     try:
-        import fcntl
-    except ImportError:  # pragma: no cover  (Windows)
-        return None
-    handle = None
-    try:
         handle = os.open(folder, os.O_RDONLY)
-        fcntl.flock(handle, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
-        _unlock(handle)
         return None
-    return handle
+    if lock_file(handle, wait):
+        return handle
+    os.close(handle)
+    return None
 
 
 def _unlock(handle: int | None) -> None:

@@ -1,5 +1,6 @@
 """TOML text: parsing, line numbers of keys, and quoting."""
 
+import codecs
 import difflib
 import re
 import tomllib
@@ -49,7 +50,7 @@ def parse_toml(text: str, path: object) -> dict[str, Any]:
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a small UTF-8 file; raises FileError if it cannot be read."""
+    """Return the text of a small TOML file; raises FileError if it cannot be read."""
     try:
         if path.is_dir():
             raise FileError(path, "is a folder, not a file")
@@ -63,11 +64,20 @@ def read_text(path: Path) -> str:
         raise FileError(path, problem, how=nearby(path)) from None
     if len(raw) > MAX_BYTES:
         raise FileError(path, f"is larger than {MAX_BYTES // 1000} kB, too large for such a file")
+    return decode_toml(raw, path)
+
+
+def decode_toml(raw: bytes, path: object) -> str:
+    """Return the text of a TOML file in UTF-8, or in UTF-16 as PowerShell's `>` writes it.
+
+    Raises FileError if the bytes are neither.
+    """
+    is_wide = raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
-        return raw.decode("utf-8-sig")
+        return raw.decode("utf-16" if is_wide else "utf-8-sig")
     except UnicodeDecodeError as err:
         line = raw[: err.start].count(b"\n") + 1
-        raise FileError(path, "is not UTF-8 text", line) from None
+        raise FileError(path, "is not UTF-8 text; save it as UTF-8", line) from None
 
 
 def line_of(text: str, path: str) -> int | None:

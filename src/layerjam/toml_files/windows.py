@@ -1,7 +1,15 @@
-"""Rules of Windows for file names, and its advice for files that another program has open."""
+"""Rules of Windows for file names, locks and typed commands, and its advice for locked files."""
 
+import contextlib
+import importlib
 import os
-from pathlib import PurePath
+import re
+import shlex
+from collections.abc import Iterable, Iterator
+from pathlib import Path, PurePath
+from typing import Any
+
+from layerjam.errors import FileError
 
 WINDOWS = os.name == "nt"
 DEVICES = {"CON", "PRN", "AUX", "NUL", "CONIN$", "CONOUT$"} | {
@@ -9,6 +17,11 @@ DEVICES = {"CON", "PRN", "AUX", "NUL", "CONIN$", "CONOUT$"} | {
 }
 LONGEST = 260
 """Longest path that Windows accepts by default, with its end, in characters."""
+LOCKED = 0x4000_0400
+"""Position of the byte to lock. Windows lets no other program read a locked byte; SQLite neither
+locks this one nor stores data in its page."""
+_PLAIN = re.compile(r"[\w.:/\\*?=+~-]+")
+"""Words that need no quotes in cmd.exe and PowerShell."""
 
 
 def is_windows() -> bool:
@@ -16,15 +29,21 @@ def is_windows() -> bool:
     return WINDOWS
 
 
-def refusal(path: PurePath) -> str | None:
-    """Return the reason why Windows rejects a file name; None if it accepts it, or elsewhere.
+def check_name(path: PurePath) -> None:
+    """Raise FileError for the name of a file or folder that Windows rejects.
+
+    Check it first: to Windows, a device's name exists already.
+    """
+    if WINDOWS and (problem := _refusal(path.name)):
+        raise FileError(path, f"cannot be written: {problem}")
+
+
+def _refusal(name: str) -> str | None:
+    """Return the reason why Windows rejects a name, or None.
 
     A device's name counts with any ending: text written to `con.toml` goes to the console.
     """
-    if not WINDOWS:
-        return None
-    name = path.name
-    if name.split(".")[0].rstrip(" ").upper() in DEVICES:
+    if name.split(".", maxsplit=1)[0].rstrip(" ").upper() in DEVICES:
         return f"'{name}' is a device's name on Windows; use another one"
     if name != name.rstrip(". "):
         return f"'{name}' ends with a dot or a blank, which Windows drops; use another name"
@@ -33,9 +52,22 @@ def refusal(path: PurePath) -> str | None:
     return None
 
 
-def reason(error: OSError, path: PurePath) -> str:
+@contextlib.contextmanager
+def report_failure(path: str | PurePath, problem: str) -> Iterator[None]:
+    """Turn an error of the system inside into a FileError: `path`: `problem`, and the reason."""
+    try:
+        yield
+    except (OSError, ValueError) as error:
+        is_name = isinstance(error, UnicodeEncodeError) or "embedded null" in str(error)
+        if not (isinstance(error, OSError) or is_name):
+            raise
+        place = PurePath(getattr(error, "filename2", None) or path)
+        raise FileError(str(path)[:200], f"{problem}: {_reason(error, place)}") from None
+
+
+def _reason(error: Exception, path: PurePath) -> str:
     """Return the system's message, with advice on Windows."""
-    message = error.strerror or str(error)
+    message = getattr(error, "strerror", None) or str(error)
     if not WINDOWS:
         return message
     if isinstance(error, PermissionError) and os.path.isfile(path):
@@ -43,3 +75,49 @@ def reason(error: OSError, path: PurePath) -> str:
     if len(os.path.abspath(path)) >= LONGEST:
         return f"{message}; the path is longer than the {LONGEST - 1} characters that Windows takes"
     return message
+
+
+def lock_file(file: int, wait: bool = False) -> bool:
+    """Lock an open file until it is closed, or the process ends.
+
+    False if another program has locked it, or the system cannot.
+    """
+    try:
+        if WINDOWS:
+            system: Any = importlib.import_module("msvcrt")
+            os.lseek(file, LOCKED, os.SEEK_SET)
+            system.locking(file, system.LK_LOCK if wait else system.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+def typed_line(words: Iterable[str]) -> str:
+    """Return a command as it is typed, its words quoted for the system's command line."""
+    return " ".join(map(quote_word, words))
+
+
+def quote_word(word: str) -> str:
+    """Return a word of a command, quoted if necessary.
+
+    Windows needs double quotes: cmd.exe hands single ones to the program. Backslashes in front of a
+    quote are doubled (Microsoft C, "Parsing C command-line arguments").
+    """
+    if not WINDOWS:
+        return shlex.quote(word)
+    if _PLAIN.fullmatch(word):
+        return word
+    doubled = re.sub(r'(\\*)("|$)', lambda m: m[1] * 2 + ('\\"' if m[2] else ""), word)
+    return f'"{doubled}"'
+
+
+def quote_pattern(folder: Path, name: str) -> str:
+    """Return a path whose name has wildcards, quoted so that these still count.
+
+    On Windows layerjam expands them, elsewhere the shell.
+    """
+    return quote_word(str(folder / name)) if WINDOWS else f"{shlex.quote(str(folder))}/{name}"

@@ -140,7 +140,15 @@ def update_text(
         for decision in decisions:
             rows.append(tomlkit.item(decision.to_toml()))
         document["accepted"] = rows
-    return tomlkit.dumps(document)
+    return dump_toml(document, text)
+
+
+def dump_toml(document: Any, text: str) -> str:
+    """Return an edited document of tomlkit with the line ends of its former text."""
+    import tomlkit
+
+    new_text = tomlkit.dumps(document).replace("\r\n", "\n")
+    return new_text.replace("\n", "\r\n") if "\r\n" in text else new_text
 
 
 def _take_out(document: Any, path: str) -> None:

@@ -1,7 +1,6 @@
 """One question as a page asks it, and as Python and the command line would."""
 
 import json
-import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -15,6 +14,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError, Notice
 from layerjam.fluid.file import LineFile
 from layerjam.identify.provenance import rename_files
+from layerjam.toml_files.windows import typed_line
 
 if TYPE_CHECKING:
     from layerjam.commands.declare import Parameter
@@ -154,7 +154,7 @@ class Call:
             elif value is not False:
                 words += [w for text in _words(_plain_value(value)) for w in (spec.option, text)]
         words += ["--out", self.out, "--overwrite"] if self.out else []
-        return _head([self]) + " ".join(shlex.quote(word) for word in words)
+        return _head([self]) + typed_line(words)
 
 
 def as_python(calls: Sequence[Call], pinned: Mapping[str, Call] = MappingProxyType({})) -> str:

@@ -12,7 +12,8 @@ from nicegui.elements.upload_files import FileUpload
 from layerjam.errors import FileError, LayerjamError
 from layerjam.measure.conditions import LIST, parse_list
 from layerjam.measure.sidecar import FOLDER, Facts, facts_text, values_of
-from layerjam.toml_files.toml import MAX_BYTES
+from layerjam.toml_files.toml import MAX_BYTES, decode_toml
+from layerjam.toml_files.writer import dump_toml
 from layerjam.units import QuantitySpec, build, show, spec_of
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.kinds import toml_kind
@@ -115,9 +116,9 @@ class Dropping:
             return f"{name}: {file.size() / 1e6:.1f} MB is too large for a TOML file; 1 MB is read"
         data = await file.read()
         try:
-            text = data.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            return f"{name}: is not text in UTF-8, so it is not a TOML file"
+            text = decode_toml(data, name)
+        except FileError as err:
+            return str(err)
         kind = toml_kind(text)
         if kind in ("brake", "line"):
             return self._onto_desk(kind, name, text)
@@ -270,11 +271,7 @@ def read_list(data: bytes, name: str) -> dict[str, str]:
     """
     if len(data) > MAX_BYTES:
         raise FileError(name, f"is larger than {MAX_BYTES // 1000} kB, too large for such a list")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise FileError(name, "is not text in UTF-8") from None
-    entries = parse_list(text, name)
+    entries = parse_list(decode_toml(data, name), name)
     return {clean(file): facts_text(build(Facts, values)) for file, values in entries.items()}
 
 
@@ -315,7 +312,7 @@ def merge_sidecars(text: str, of_all: str) -> str:
     for key, value in other.items():
         if key not in document:
             document[key] = value
-    return tomlkit.dumps(document)
+    return dump_toml(document, text)
 
 
 def _sidecar_values(text: str) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """Temporary folders that do not outlive their program by more than a start of the next one.
 
 A folder holds a file that its program keeps locked. A program that was killed holds no lock, and
-the next workbench deletes what it left. Where there are no such locks (Windows), nothing is swept.
+the next workbench deletes what it left. On Windows nothing is swept: an open file keeps its name.
 """
 
 import contextlib
@@ -10,6 +10,8 @@ import shutil
 import tempfile
 import weakref
 from pathlib import Path
+
+from layerjam.toml_files.windows import lock_file
 
 PREFIX = "layerjam-workbench-"
 LOCK = ".in-use"
@@ -24,8 +26,9 @@ class Folder:
         self.path.mkdir()
         making = root / f"{LOCK}-"
         lock = os.open(making, os.O_CREAT | os.O_RDWR, 0o600)
-        if _locked(lock):
-            making.replace(root / LOCK)  # under this name it is never seen unlocked
+        if lock_file(lock):
+            with contextlib.suppress(PermissionError):  # Windows renames no open file
+                making.replace(root / LOCK)  # under this name it is never seen unlocked
         self._end = weakref.finalize(self, _remove, root, lock)
 
     def remove(self) -> None:
@@ -56,19 +59,6 @@ def _is_left(path: Path) -> bool:
         return False
     lock = os.open(path / LOCK, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
     try:
-        return _locked(lock)
+        return lock_file(lock)
     finally:
         os.close(lock)
-
-
-def _locked(file: int) -> bool:
-    """Lock a file until it is closed; False where another program has, or none can be had."""
-    try:
-        import fcntl
-    except ImportError:
-        return False
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True

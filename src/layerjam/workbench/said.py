@@ -15,6 +15,7 @@ from layerjam.measure.options import KEYS, ReadingOptions
 from layerjam.measure.preview import Preview
 from layerjam.measure.readers.unit_words import ROLES as ROLES_OF_PULLS
 from layerjam.measure.sidecar import READ, Facts
+from layerjam.toml_files.writer import dump_toml
 from layerjam.units import spec_of
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.proposals import (
@@ -111,7 +112,7 @@ def sidecar_text(text: str, edit: Mapping[str, str]) -> str:
         if "columns" in answers:
             document[READ].pop("column", None)  # type: ignore[union-attr]
         document[READ].update(answers)  # type: ignore[union-attr]
-    return tomlkit.dumps(document)
+    return dump_toml(document, text)
 
 
 def column_said(path: Path, table: Preview, index: int, role: str, unit: str) -> dict[str, str]:

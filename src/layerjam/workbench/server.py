@@ -16,6 +16,7 @@ from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.websockets import WebSocketClose
 
 from layerjam.errors import QuantityError
+from layerjam.toml_files.windows import is_windows
 
 LOCAL = ("localhost", "127.0.0.1", "[::1]")
 HEADERS = {
@@ -157,7 +158,8 @@ def check_free(host: str, port: int) -> None:
         raise QuantityError(f"host: '{host[:60]}' is not an address of this machine") from None
     for family, kind, protocol, _, place in addresses:
         with socket.socket(family, kind, protocol) as trial:
-            trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            if not is_windows():  # there it would share the port
+                trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
                 trial.bind(place)
             except OSError as error:
@@ -165,7 +167,8 @@ def check_free(host: str, port: int) -> None:
 
 
 def _why_not(number: int | None, host: str, port: int) -> str:
-    if number == errno.EADDRINUSE:
+    # Windows may deny a busy port
+    if number == errno.EADDRINUSE or (number == errno.EACCES and port > 1023):
         return f"port: {port} is used by another program; take another one with --port"
     if number == errno.EACCES:
         return f"port: {port} may not be used by this user; take one above 1023 with --port"

@@ -18,10 +18,11 @@ from pathlib import Path
 from nicegui import run
 from nicegui.elements.upload_files import FileUpload
 
-from layerjam.errors import QuantityError
+from layerjam.errors import FileError, QuantityError
 from layerjam.identify.provenance import rename_files
 from layerjam.measure.runs import ENDING
 from layerjam.measure.sidecar import sidecar_path as sidecar_of
+from layerjam.toml_files.toml import decode_toml
 from layerjam.workbench.call import DataFile
 from layerjam.workbench.folders import Folder
 
@@ -128,9 +129,9 @@ class Uploads:
             label = clean(name)
             if is_sidecar(name):
                 try:
-                    self.sidecars[label[: -len(".toml")]] = data.decode("utf-8-sig")
-                except UnicodeDecodeError:
-                    raise UploadError(f"{label}: is not text in UTF-8") from None
+                    self.sidecars[label[: -len(".toml")]] = decode_toml(data, label)
+                except FileError as err:
+                    raise UploadError(str(err)) from None
                 return None
             digest = hashlib.sha256(data).hexdigest()
             for file in self.files:

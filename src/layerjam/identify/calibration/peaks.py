@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import permutations
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -223,14 +224,14 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
         if noise > 1e-9 and error > 1e-9 * first.pull.stiffness:
             fields["standard_errors"] = {"scale_factor": first.scale_factor_se, "stiffness": error}
             basis = "the noise within one pull; repeatability is unknown"
-    files = ", ".join(f.pull.path.rsplit("/", 1)[-1] for f in fits)
+    files = ", ".join(Path(f.pull.path).name for f in fits)
     values, errors = fields["values"], fields["standard_errors"]
     scatter = fields.pop("scatter")[a]
     repeats = scatter_line(scatter, values[a], scatter_words(mounting.groups, count))
     peak = f"peak of {files}, with kinetic friction {brake.film.kinetic:.4g}"
     if follows_speed(brake) and brake.speed_law is not None:
         peak += f", at {show(brake.speed_law.test_speed, 'm/s')} by the file's [speed_law]"
-    rises = ", ".join(f.pull.path.rsplit("/", 1)[-1] for f in fits if f.stiffness is not None)
+    rises = ", ".join(Path(f.pull.path).name for f in fits if f.stiffness is not None)
     slope = f"slope before onset of {rises}"
     pulls = pull_table(curves, fits, brake)
     return Calibration(

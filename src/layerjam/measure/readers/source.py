@@ -10,6 +10,7 @@ from layerjam.measure.readers.workbook import sheets
 from layerjam.measure.run_text import csv_text
 from layerjam.measure.runs import ENDING, read_run
 from layerjam.toml_files.toml import nearby
+from layerjam.toml_files.windows import report_failure
 
 MAX_BYTES = 1_000_000_000
 _HEAD = 65_536
@@ -62,7 +63,7 @@ def load_sources(path: str | Path, sheet: str | None = None) -> list[Source]:
 
 
 def _read(name: str, path: str | Path) -> bytes:
-    try:
+    with report_failure(path, "cannot be read"):
         place = Path(path)
         if place.is_dir():
             raise FileError(name, "is a folder, not a file")
@@ -74,9 +75,6 @@ def _read(name: str, path: str | Path) -> bytes:
         if size > MAX_BYTES:
             raise FileError(name, f"is {size / 1e9:.1f} GB large, more than 1 GB is not read")
         return place.read_bytes()
-    except (OSError, ValueError) as err:
-        reason = getattr(err, "strerror", None) or err
-        raise FileError(name[:200], f"cannot be read: {reason}") from None
 
 
 def _cells_in_one_line(data: bytes) -> bytes:

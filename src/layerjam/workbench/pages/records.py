@@ -10,7 +10,7 @@ from nicegui import events, ui
 from layerjam.errors import FileError, LayerjamError
 from layerjam.fluid.parts import FAMILIES
 from layerjam.toml_files.source import KINDS
-from layerjam.toml_files.toml import MAX_BYTES
+from layerjam.toml_files.toml import MAX_BYTES, decode_toml
 from layerjam.units import QuantitySpec, exact_text, get, show, usual_unit
 from layerjam.workbench.controls import Choice, menu, number_field, on_typed, with_unit, word
 from layerjam.workbench.desk import SHELVES, Desk
@@ -237,11 +237,9 @@ def opener(desk: Desk, kind: str, page: str, problem: Alert) -> None:
     async def on_upload(event: events.UploadEventArguments) -> None:
         upload.reset()
         try:
-            text = (await event.file.read()).decode("utf-8-sig")
+            text = decode_toml(await event.file.read(), event.file.name)
             desk.put_file(kind, text if "\n" in text else f"{text}\n")
             problem.say("")
-        except UnicodeDecodeError:
-            problem.say(f"the file is not UTF-8 text, so it is not a {kind}'s TOML file")
         except LayerjamError as err:
             problem.say(one_line(err))
 
