@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import jax
 import numba
+import numpy as np
 import pytest
 
 from layerjam.mechanics import compilation, compiled
@@ -154,3 +157,28 @@ def test_a_loop_that_is_kept_is_announced(
     cached = SimpleNamespace(_cache=SimpleNamespace(cache_path="folder"))
     with numba.core.event.trigger_event("numba:compile", data={"dispatcher": cached}):
         assert capsys.readouterr().err == LINE
+
+
+def _add_up(values: Any) -> float:
+    total = 0.0
+    for value in values:
+        total += value
+    return total
+
+
+def test_a_loop_is_compiled_although_no_folder_can_be_written(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A read-only checkout and a home that does not exist: numba has nowhere to keep it."""
+    from numba.core import caching
+
+    monkeypatch.setattr(caching.CacheImpl, "_locator_classes", [])
+    loop = compilation.compile_loop(nogil=True)(_add_up)
+    assert loop(np.arange(5.0)) == 10.0
+
+
+def test_no_other_loop_asks_numba_to_keep_it() -> None:
+    source = Path(compilation.__file__).parents[1]
+    texts = {path: path.read_text(encoding="utf-8") for path in source.rglob("*.py")}
+    found = [path.name for path, text in texts.items() if re.search(r"njit\(.*cache=True", text)]
+    assert found == ["compilation.py"]

@@ -16,6 +16,7 @@ import numpy as np
 from layerjam.control import exact, law
 from layerjam.control.noise import key_of, normal
 from layerjam.control.through_tube import advance
+from layerjam.mechanics.compilation import compile_loop
 from layerjam.mechanics.compiled import stamp_of
 from layerjam.mechanics.threads import cache_threadsafe
 
@@ -102,7 +103,7 @@ def loop() -> Any:
     names = ("law.py", "noise.py", "exact.py", "closed_loop_run.py", "through_tube.py")
     stamp = stamp_of(folder / name for name in names)
 
-    @numba.njit(cache=True, nogil=True, error_model="numpy")
+    @compile_loop(nogil=True, error_model="numpy")
     def run(  # type: ignore[no-untyped-def]
         key, settings, fresh, plants, chains, course, out, history
     ):  # pragma: no cover

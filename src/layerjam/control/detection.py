@@ -11,7 +11,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 
 from layerjam.control import law
@@ -19,6 +18,7 @@ from layerjam.control.closed_loop_run import compiled_detect, factors
 from layerjam.control.faults import FaultInjection
 from layerjam.control.settings import Packed, Regulator
 from layerjam.control.through_tube import advance
+from layerjam.mechanics.compilation import compile_loop
 from layerjam.mechanics.compiled import stamp_of
 from layerjam.mechanics.threads import cache_threadsafe
 
@@ -148,7 +148,7 @@ def _trial() -> Any:
     names = ("law.py", "detection.py", "exact.py", "closed_loop_run.py", "through_tube.py")
     stamp = stamp_of(folder / name for name in names)
 
-    @numba.njit(cache=True, error_model="numpy")
+    @compile_loop(error_model="numpy")
     def run(plant, watch, memory, drive, begin, course):  # type: ignore[no-untyped-def]  # pragma: no cover
         len(stamp)
         vacuum, side, gauge = begin

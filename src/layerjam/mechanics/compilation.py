@@ -4,6 +4,7 @@ import functools
 import os
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,20 @@ def keep_compiled_code() -> bool:
             jax.config.update(name, ours)
     jax.monitoring.register_event_duration_secs_listener(_Stopwatch().count)
     return True
+
+
+def compile_loop(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Return a decorator that compiles a loop with numba, kept on disk if a folder is writable."""
+
+    def compile_function(function: Callable[..., Any]) -> Any:
+        import numba
+
+        try:
+            return numba.njit(cache=True, **options)(function)
+        except RuntimeError:  # neither the source's folder nor the user's cache can be written
+            return numba.njit(**options)(function)
+
+    return compile_function
 
 
 def user_cache(name: str) -> Path | None:

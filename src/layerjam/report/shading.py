@@ -10,9 +10,10 @@ import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from layerjam.mechanics.compilation import compile_loop
 
 FINER = 2
 """Samples along each side of a pixel."""
@@ -154,7 +155,7 @@ def _shades(
     return np.concatenate(colors)
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compile_loop(nogil=True)
 def _fill(points, triangles, first, depth, face):  # type: ignore[no-untyped-def]  # pragma: no cover
     """Every triangle into the depth buffer; a row of the picture counts from the top."""
     rows, columns = depth.shape
@@ -193,7 +194,7 @@ def _fill(points, triangles, first, depth, face):  # type: ignore[no-untyped-def
                     face[row, u] = first + i
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compile_loop(nogil=True)
 def _edge(depth, face, normals, owner, v, u, w, t, fine):  # type: ignore[no-untyped-def]  # pragma: no cover
     """Whether an edge runs between two neighbouring samples."""
     first, second = face[v, u], face[w, t]
@@ -209,7 +210,7 @@ def _edge(depth, face, normals, owner, v, u, w, t, fine):  # type: ignore[no-unt
     return abs(depth[w, t] - depth[v, u] - slope) > STEP + abs(slope)
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compile_loop(nogil=True)
 def _develop(depth, face, normals, owner, shades, fine, pixels):  # type: ignore[no-untyped-def]  # pragma: no cover
     """Shade and edges of every sample, averaged over each pixel."""
     rows, columns = depth.shape

@@ -6,9 +6,9 @@ Each stack is independent of the others, so neither their number nor the threads
 from dataclasses import dataclass, field
 from typing import Any
 
-import numba
 import numpy as np
 
+from layerjam.mechanics.compilation import compile_loop
 from layerjam.mechanics.stack.enclosure import CHATTER, DONE, SNAPPED
 from layerjam.mechanics.stack.lasso import kernel
 from layerjam.mechanics.stack.pull import advance, at_rest, check_stack, kernel_stamp, room_for
@@ -157,7 +157,7 @@ def _pull_to_peak(
 def _loop() -> Any:
     stamp = kernel_stamp()
 
-    @numba.njit(cache=True, nogil=True, error_model="numpy")
+    @compile_loop(nogil=True, error_model="numpy")
     def pull_all(
         probe: float, end: float, friction: Array, length: Array, stack: Stack, out: Array
     ) -> None:  # pragma: no cover

@@ -13,11 +13,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numba.extending import register_jitable
 
 from layerjam.errors import LayerjamError, ProcedureError, QuantityError
+from layerjam.mechanics.compilation import compile_loop
 from layerjam.mechanics.compiled import stamp_of
 from layerjam.mechanics.stack.enclosure import (
     CHATTER,
@@ -309,7 +309,7 @@ def kernel_stamp() -> str:
 def _follow() -> Any:
     stamp = kernel_stamp()
 
-    @numba.njit(cache=True, error_model="numpy")
+    @compile_loop(error_model="numpy")
     def follow(
         path: Array, stack: Stack, state: State, room: tuple[Trial, Flags], tracks: StackPull
     ) -> tuple[int, int]:  # pragma: no cover

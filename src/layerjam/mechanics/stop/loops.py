@@ -13,6 +13,7 @@ import numba
 import numpy as np
 
 from layerjam.mechanics import compiled
+from layerjam.mechanics.compilation import compile_loop
 from layerjam.mechanics.compiled import scalar, stamp_of
 from layerjam.mechanics.enclosure import EnclosureLaw
 from layerjam.mechanics.stop import algebra, exact
@@ -186,7 +187,7 @@ def kernel() -> Any:
     parts = (algebra.__file__, compiled.__file__, exact.__file__, __file__)
     stamp = stamp_of(map(Path, parts))
 
-    @numba.njit(nogil=True, cache=True)  # type: ignore[untyped-decorator]
+    @compile_loop(nogil=True)
     def run(first, count, axes, constants, out, misses):  # type: ignore[no-untyped-def]
         len(stamp)
         rows, spare, all_lost, outputs = np.empty(ROWS), np.empty((6, ROW)), 0, 0
