@@ -11,7 +11,7 @@ INSTRUMENTS := $(VENV)/instruments
 PACKAGERS := $(VENV)/packagers
 
 .PHONY: demo test slow bench bench-checks interop electronics firmware firmware-checks docs lint mutants coverage \
-  alarms fuzz campaigns versions dist lock clean
+  alarms fuzz campaigns versions windows dist lock clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -67,6 +67,11 @@ fuzz: $(STAMP)
 versions: $(PACKAGERS)/.installed
 	$(PACKAGERS)/bin/python tests/install/versions.py lowest $(VENV)/lowest
 	$(PACKAGERS)/bin/python tests/install/versions.py newest $(VENV)/newest
+
+# The demo and quick tests with CPython for Windows under Wine, in a folder of 3 GB that is filled
+# once: root only; what is missing is said, and nothing is tried.
+windows: $(PACKAGERS)/.installed
+	XLA_FLAGS="$(COMPILES) $(XLA_FLAGS)" $(PACKAGERS)/bin/python tests/windows/wine.py $(VENV)/windows $(TESTS)
 
 # Wheel and source archive into out/dist, built twice with the same bytes.
 dist: $(PACKAGERS)/.installed
