@@ -108,7 +108,7 @@ def docstring_first_line(text: str) -> bool:
 
 
 IMPERATIVE = set(
-    "accept adapt add adjust align allow animate apply archive ask assert attach avoid back batch benchmark bind "
+    "accept adapt add adjust align allow animate answer apply archive ask assert attach avoid back batch benchmark bind "
     "block break build bump cache calculate calibrate call cap carry catch change check choose cite clamp clarify clean "
     "clear close collect combine compare compile complete compute configure connect convert copy correct count cover "
     "create cut date declare decode default define delete derive describe detect disable display document download "

@@ -68,7 +68,7 @@ class Pulls(Judged):
 
         from layerjam.report.chart import Curve
 
-        parts = [found.features for _, found in self.record]
+        parts = [summary.features for _, summary in self.record]
         gap = np.array([np.nan])
         x = [column for one in parts for column in (one.elongation * 1e3, gap)]
         y = [column for one in parts for column in (one.force, gap)]
@@ -108,18 +108,20 @@ def pull(
         return part.thinned(CURVE), pull_summary(part, tare).thinned(CURVE)
 
     used, refused = each(files, use, options, progress)
-    ripples = share_a_spacing([found.ripple or found.teeth for _, found in used])
+    ripples = share_a_spacing([summary.ripple or summary.teeth for _, summary in used])
     used = [
-        (trace, (ripple and found.as_ripple) or found)
-        for (trace, found), ripple in zip(used, ripples, strict=True)
+        (trace, (ripple and summary.as_ripple) or summary)
+        for (trace, summary), ripple in zip(used, ripples, strict=True)
     ]
     warnings = [w for trace, _ in used for w in trace.warnings]
     warnings += [
-        Notice(f"{_called(trace)}: {note}", "pull") for trace, found in used for note in found.notes
+        Notice(f"{_called(trace)}: {note}", "pull")
+        for trace, summary in used
+        for note in summary.notes
     ]
     return Pulls.of(
         judge([_rises(used)], accept),
-        pulls=[_row(trace, found) for trace, found in used],
+        pulls=[_row(trace, summary) for trace, summary in used],
         tare=tare,
         understood=understood(t for t, _ in used),
         refused=refused,
@@ -137,23 +139,23 @@ def _cut(trace: Trace, span: tuple[float | None, float | None]) -> Trace:
     return trace.between(*span)
 
 
-def _second_rise_time(trace: Trace, found: PullSummary) -> float | None:
+def _second_rise_time(trace: Trace, summary: PullSummary) -> float | None:
     """Time [s] at which the second rise begins; None without one, or without time."""
-    second = found.second_rise
+    second = summary.second_rise
     if second is None or trace.time is None:
         return None
-    at = int((trace.elongation - found.features.origin >= second.start).argmax())
-    return float(trace.time[at])
+    index = int((trace.elongation - summary.features.origin >= second.start).argmax())
+    return float(trace.time[index])
 
 
 def _rises(used: list[tuple[Trace, PullSummary]]) -> Check:
     """Whether each record has one rise: stiffness and onset of two rises describe neither."""
     places = []
-    for trace, found in used:
-        if found.second_rise is not None:
-            time = _second_rise_time(trace, found)
-            at = f" (second from {show(time, 's', 3)})" if time is not None else ""
-            places.append(f"{_called(trace)}{at}")
+    for trace, summary in used:
+        if summary.second_rise is not None:
+            time = _second_rise_time(trace, summary)
+            begin = f" (second from {show(time, 's', 3)})" if time is not None else ""
+            places.append(f"{_called(trace)}{begin}")
     return check(
         "rises",
         not places,
@@ -168,13 +170,13 @@ def _called(trace: Trace) -> str:
     return f"{trace.path}, specimen {trace.specimen}" if trace.specimen else trace.path
 
 
-def _row(trace: Trace, found: PullSummary) -> dict[str, Any]:
+def _row(trace: Trace, summary: PullSummary) -> dict[str, Any]:
     """One pull, every key; None if the record does not show it."""
     from layerjam.identify.stick_slip import CAUSE
 
-    features, start, steady = found.features, found.start, found.steady
+    features, start, steady = summary.features, summary.start, summary.steady
     straight, peaked = features.straight or None, features.has_peak or None
-    teeth, ripple, back = found.teeth, found.ripple, found.unloading
+    teeth, ripple, back = summary.teeth, summary.ripple, summary.unloading
     return {
         "file": trace.path,
         "specimen": trace.specimen or None,
@@ -208,7 +210,7 @@ def _row(trace: Trace, found: PullSummary) -> dict[str, Any]:
         "ripple_spacing": ripple and ripple.spacing,
         "ripple_period": ripple and ripple.period,
         "ripple_cause": ripple and CAUSE,
-        "second_rise_time": _second_rise_time(trace, found),
+        "second_rise_time": _second_rise_time(trace, summary),
         "unloading_stiffness": back and back.stiffness,
         "unloading_stiffness_se": back and back.stiffness_se,
         "residual_force": back and back.residual_force,
@@ -216,8 +218,8 @@ def _row(trace: Trace, found: PullSummary) -> dict[str, Any]:
         "work": back and back.work,
         "loop_energy": back and back.loop,
         "loop_closed": back and back.closed,
-        "noise": found.noise,
-        "tared": found.tared,
+        "noise": summary.noise,
+        "tared": summary.tared,
     }
 
 

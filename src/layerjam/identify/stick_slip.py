@@ -108,8 +108,8 @@ def share_a_spacing(records: Sequence[SawTeeth | None]) -> list[bool]:
     def is_ripple(teeth: SawTeeth | None) -> bool:
         if teeth is None or teeth.irregularity > REGULAR:
             return False
-        near = sorted(t.swing for t in regular if abs(t.spacing / teeth.spacing - 1) <= EQUAL)
-        return len(near) >= 4 and near[-2] > GROWN * near[1]
+        swings = sorted(t.swing for t in regular if abs(t.spacing / teeth.spacing - 1) <= EQUAL)
+        return len(swings) >= 4 and swings[-2] > GROWN * swings[1]
 
     return [is_ripple(teeth) for teeth in records]
 

@@ -111,8 +111,8 @@ def quote_word(word: str) -> str:
         return shlex.quote(word)
     if _PLAIN.fullmatch(word):
         return word
-    doubled = re.sub(r'(\\*)("|$)', lambda m: m[1] * 2 + ('\\"' if m[2] else ""), word)
-    return f'"{doubled}"'
+    text = re.sub(r'(\\*)("|$)', lambda m: m[1] * 2 + ('\\"' if m[2] else ""), word)
+    return f'"{text}"'
 
 
 def quote_pattern(folder: Path, name: str) -> str:

@@ -98,8 +98,8 @@ class PullSummary:
         marks = self.teeth and replace(
             self.teeth, peaks=self.teeth.peaks // size, troughs=self.teeth.troughs // size
         )
-        other = self.as_ripple and self.as_ripple.thinned(limit)
-        return replace(self, features=self.features.thinned(limit), teeth=marks, as_ripple=other)
+        ripple = self.as_ripple and self.as_ripple.thinned(limit)
+        return replace(self, features=self.features.thinned(limit), teeth=marks, as_ripple=ripple)
 
 
 def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
@@ -127,18 +127,18 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
     second_rise = find_second_rise(features.elongation, features.force)
 
     def summarise(teeth: SawTeeth | None, ripple: SawTeeth | None) -> PullSummary:
-        own = features if teeth is None else _first_slip(features, teeth, noise)
+        part = features if teeth is None else _first_slip(features, teeth, noise)
         return PullSummary(
-            features=own,
+            features=part,
             start=start,
-            steady=_steady(own),
+            steady=_steady(part),
             teeth=teeth,
             ripple=ripple,
             second_rise=second_rise,
             unloading=unloading,
             noise=noise,
             tared=tare_force,
-            notes=(*_notes(own, start, teeth, ripple, tare_force), *_not_used(trace, unloading)),
+            notes=(*_notes(part, start, teeth, ripple, tare_force), *_not_used(trace, unloading)),
         )
 
     teeth = _teeth(trace, features)
