@@ -21,6 +21,9 @@ import numpy as np
 
 jax.config.update("jax_enable_x64", True)
 
+from campaigns.bench import Machine  # noqa: E402
+from campaigns.bench import pull as virtual_pull  # noqa: E402
+from layerjam.commands.pull import pull  # noqa: E402
 from layerjam.control.checks import regulation_checks, step_check  # noqa: E402
 from layerjam.control.closed_loop import simulate  # noqa: E402
 from layerjam.control.plan import Arrival, plan, stop_at  # noqa: E402
@@ -137,6 +140,30 @@ def pulses(random: Random, fault: str) -> Iterator[Check]:
     if fault == "cut":
         signal, time = signal[time < 0.05 + 0.6 * length], time[time < 0.05 + 0.6 * length]
     yield from crash_checks(reduce_crash(time, signal, cfc=180))
+
+
+def single_pulls(random: Random, fault: str) -> Iterator[Check]:
+    """A pull of the virtual laboratory at 20 to 95 kPa; after a free slide with the fault."""
+    machine = Machine(
+        load_cell_noise=10 ** random.uniform(-2, 0),
+        sampling_rate=float(random.choice([100, 500])),
+        seed=int(random.integers(1, 10**6)),
+    )
+    brake = load(str(random.choice(["choi2018-kapton", "choi2018-ptfe"]))).brake
+    trace = virtual_pull(
+        brake, random.uniform(20e3, 95e3), random.uniform(2e-3, 15e-3), 0.03, machine
+    )
+    if fault == "slide":  # the rest of the pull starts from the force of the slide
+        free = random.uniform(0.1, 0.6) * float(trace.force.max())
+        length = random.uniform(0.3, 1.5) * float(trace.travel[np.argmax(trace.force)])
+        start = int(np.argmax(trace.force > free))
+        count = max(start, int(length * len(trace) / 0.03), 40)
+        slide = free + machine.load_cell_noise * random.normal(size=count)
+        force = np.concatenate([trace.force[:start], slide, trace.force[start:]])
+        step = float(np.median(np.diff(trace.elongation)))
+        trace = replace(trace, force=force, elongation=step * np.arange(len(force)), time=None)
+    for row in pull(trace).checks:
+        yield Check(name=row["name"], level=row["level"], sentence=row["sentence"])
 
 
 def campaigns(random: Random, fault: str) -> Iterator[Check]:
@@ -282,6 +309,7 @@ STUDIES = (
         pulses,
         {"clipped": "the sensor saturates", "cut": "the log ends in the pulse"},
     ),
+    Study("pull", single_pulls, {"slide": "a free slide before the pull"}),
     Study("calibrate, validate", campaigns, {"unit": "one pull in another unit of force"}),
     Study(
         "regulate, bench run",

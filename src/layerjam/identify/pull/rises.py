@@ -9,12 +9,14 @@ from layerjam.measure.trace import Array
 
 BLOCKS = 100
 """Number of equal parts of the travel to the peak, each with its mean force."""
+LEAST_PARTS = 20
+"""Fewest parts, of two samples each, that show two rises."""
 FEWEST = 3
-"""Fewest samples of a part."""
+"""Fewest first samples whose mean is the force at the begin."""
 FLAT = 0.15
 """Slope between the rises, relative to that of the steepest part after and before it."""
-LONG = 15
-"""Fewest parts between the rises."""
+LONG = 0.15
+"""Smallest share of the travel between the rises."""
 RAISED = 0.2
 """Smallest force before the only rise, relative to the peak, that hides the foot of the rise."""
 FIRST, SECOND = 0.05, 0.2
@@ -51,8 +53,8 @@ class _Parts:
     def divide(cls, elongation: Array, force: Array) -> "_Parts | None":
         top = int(np.argmax(force))
         travel = float(elongation[top] - elongation[0])
-        count = min(BLOCKS, (top + 1) // FEWEST)
-        if not travel > 0 or count < 2 * LONG:
+        count = min(BLOCKS, (top + 1) // 2)
+        if not travel > 0 or count < LEAST_PARTS:
             return None
         share = (elongation[: top + 1] - elongation[0]) / travel
         part = np.clip((share * count).astype(np.intp), 0, count - 1)
@@ -99,7 +101,7 @@ def find_second_rise(elongation: Array, force: Array) -> SecondRise | None:
     for begin, end in edges.reshape(-1, 2).tolist():
         first, second = float(mean[begin] - mean[0]), float(mean[-1] - mean[end])
         if (
-            end - begin >= LONG
+            end - begin >= LONG * len(slope)
             and first > max(FIRST * height, least)
             and second > max(SECOND * height, least)
         ):
