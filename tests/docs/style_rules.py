@@ -114,7 +114,7 @@ IMPERATIVE = set(
     "create cut date declare decode default define delete derive describe detect disable display document download "
     "drain draw drive drop emit enable encode end ensure equalise escape estimate evaluate exclude exit expand expect "
     "explain export expose extend extract fail fetch fill find fit fix flush fold follow forbid force format free freeze "
-    "generate give group guard handle hide highlight hold identify ignore implement import improve include increase "
+    "generate give greet group guard handle hide highlight hold identify ignore implement import improve include increase "
     "index infer inject inline insert install integrate introduce isolate join judge keep label launch lay lead "
     "leave let lift limit link list listen load lock log lower make map mark match measure mention merge migrate "
     "model mount move name narrow normalise note notice number offer omit open optimise order override pack pad "
