@@ -98,11 +98,13 @@ def test_a_bench_outside_the_tolerances_is_named_and_tuned(
     words += ["--vent-rest", "open", "--line", "choi2018", "--sensor-range", "103kPa"]
     assert main([*words, "--json"]) == 1, "infeasible"
     said = json.loads(capsys.readouterr().out)
-    assert not said["feasible"] and "vent's rate is 2.5" in said["reason"]
+    assert not said["feasible"] and "vent's rate is 2." in said["reason"]
+    assert said["vent"] == pytest.approx(2.5, rel=0.05), "by fits of a noisy reading"
     assert said["expected"]["vent"] == pytest.approx(0.7495, rel=1e-3)
     assert said["next_step"].startswith("layerjam bench check ") and "--tune" in said["next_step"]
     assert main([*words, "--tune", str(file)]) == 0
-    assert "vent: measured 2.5" in capsys.readouterr().out
+    shown = re.findall(r"vent: measured ([\d.]+) 1/s", capsys.readouterr().out)
+    assert [float(rate) for rate in shown] == pytest.approx([2.5], rel=0.05)
     tuned = lj.load_line(str(file))
     made = linear_plant(tuned.line, vacuum=60e3)
     assert made.rate == pytest.approx(3.33e-6 / 7.503e-6, rel=0.02), "pump's flow over the volume"
