@@ -189,7 +189,7 @@ def _demo(out: Path) -> DemoResult:
     print("\nThe five numbers that matter (from synthetic files):")
     for value, meaning in numbers:
         print(f"  {value:>12}  {meaning}")
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in claims.items())
+    counts = ", ".join(f"{verdict} {count}" for verdict, count in claims.items())
     print(f"\nThe paper's claims: {counts}")
     print(f"Open {out / 'report.html'} in a browser.\n", flush=True)
     return DemoResult(
