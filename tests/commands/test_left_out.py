@@ -77,7 +77,7 @@ def test_a_file_that_cannot_be_read_may_be_left_out(files: list[Path], tmp_path:
         ({"exclude": "pull-9.csv", "because": "wet"}, "pull-9.csv is none of the files given"),
         ({"exclude": ["pull-1.csv"] * 2, "because": ["a", "b"]}, "named twice"),
         ({"exclude": {f"pull-{n}.csv": "wet" for n in range(8)}}, "none is left"),
-        ({"exclude": {"pull-1.csv": "a"}, "because": "b"}, "stand with the files already"),
+        ({"exclude": {"pull-1.csv": "a"}, "because": "b"}, "are already stored with the files"),
     ],
 )
 def test_what_cannot_be_left_out(files: list[Path], given: dict[str, object], words: str) -> None:

@@ -271,8 +271,8 @@ def refused(*options):
 def test_a_used_port_and_a_strange_host_are_refused_in_a_sentence(workbench):
     port = str(urlsplit(workbench).port)
     assert f"port: {port} is used by another program" in refused("--port", port)
-    assert "no address of this machine" in refused("--host", "rubbish")
-    assert "no address of this machine" in refused("--host", "192.0.2.7")
+    assert "not an address of this machine" in refused("--host", "rubbish")
+    assert "not an address of this machine" in refused("--host", "192.0.2.7")
 
 
 def asked(port, path, **headers):

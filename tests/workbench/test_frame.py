@@ -152,7 +152,7 @@ def test_where_nothing_can_listen_is_told_before_the_server_starts():
         with pytest.raises(QuantityError, match=f"port: {port} is used"):
             check_free("127.0.0.1", port)
     check_free("127.0.0.1", port)
-    with pytest.raises(QuantityError, match="no address of this machine"):
+    with pytest.raises(QuantityError, match="not an address of this machine"):
         check_free("192.0.2.7", port)
 
 
