@@ -157,6 +157,7 @@ def test_the_line_along_a_given_slip_is_boyles_law():
     assert made.imbalance < 1e-12
 
 
+@pytest.mark.slow
 def test_what_does_not_settle_is_said():
     with pytest.raises(QuantityError, match=r"volume_per_slip: .* 1 rounds still change by"):
         coupled_drop(KAPTON, stretching(4e-5), **CASE, start=40e3, rounds=1)

@@ -210,6 +210,7 @@ def test_a_snap_in_a_rising_history_says_what_it_takes_there():
     assert timed.reason in record.warnings
 
 
+@pytest.mark.slow
 def test_a_history_that_begins_late_says_so():
     late = History([0.01, 0.05], [94.5e3, 40e3])
     _, record = drop_in_time(FILE, vacuum=late, **CASE)

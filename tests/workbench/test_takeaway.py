@@ -47,7 +47,7 @@ def test_the_copied_python_draws_the_figure_that_the_button_gives(tmp_path, monk
 
 def test_only_results_of_one_command_are_drawn_over_one_another():
     made = pull("60 kPa").run()
-    with pytest.raises(LayerjamError, match="beside"):
+    with pytest.raises(LayerjamError, match="no curve to compare"):
         made.plot(beside={"a rise": rise("choi2018", target="60 kPa")})
 
 

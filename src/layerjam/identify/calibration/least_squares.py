@@ -261,7 +261,7 @@ def _check_finite(fit: OwnFit, means: ReducedCurves, names: Sequence[str]) -> No
             f"its peak of {show(float(means.height[failure]), 'N')} at "
             f"{show(float(means.vacuum[failure]), 'Pa')} is too far from the law of this brake to "
             "find a scale factor and a stiffness. Check the units of force and elongation and the "
-            "vacuum, or omit the file",
+            "vacuum, or leave the file out",
         )
 
 
