@@ -91,29 +91,29 @@ def ageing(
         pressed = test.normal_force or trace.facts.normal_force or by_rule
         if pressed is None:
             raise FitError("nothing says how hard the films were pressed; give --normal-force")
-        rested = trace.facts.hold
-        if rested is None:
+        hold_time = trace.facts.hold
+        if hold_time is None:
             raise FitError('its sidecar states no hold before the pull, such as hold = "10 s"')
-        found = reduce_repeat(trace, pressed, span, rule, test.accept_stick_slip)
-        return trace.thinned(2), rested, found.static
+        repeat = reduce_repeat(trace, pressed, span, rule, test.accept_stick_slip)
+        return trace.thinned(2), hold_time, repeat.static
 
-    used, refused = each(files, use, options, progress)
-    found = fit_ageing([h for _, h, _ in used], [s for _, _, s in used], hold)
-    written, why = write_brake(
-        out, lambda name: _written(brake, found, used, name), overwrite, bool(refused), partial
+    used, refusals = each(files, use, options, progress)
+    fit = fit_ageing([h for _, h, _ in used], [s for _, _, s in used], hold)
+    path, notices = write_brake(
+        out, lambda name: _written(brake, fit, used, name), overwrite, bool(refusals), partial
     )
     table = [{"file": t.path, "hold": h, "static": s} for t, h, s in used]
     return Ageing.of(
-        found,
-        **bounds(static=found.static_interval, ageing=found.ageing_interval),
-        scatter=found.sd,
+        fit,
+        **bounds(static=fit.static_interval, ageing=fit.ageing_interval),
+        scatter=fit.sd,
         pulls=len(used),
         pulls_table=table,
         understood=understood(t for t, _, _ in used),
-        refused=refused,
-        file=written,
-        warnings=[*[SYNTHETIC] * _synthetic(used), *found.warnings, *why],
-        record=found,
+        refused=refusals,
+        file=path,
+        warnings=[*[SYNTHETIC] * _synthetic(used), *fit.warnings, *notices],
+        record=fit,
     )
 
 

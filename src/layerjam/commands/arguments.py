@@ -144,5 +144,5 @@ def union(kind: Any) -> Iterator[Any]:
 
 def typed(python_name: str, under: str = "") -> str:
     """Return the name on the command line of a function, after the word `under`: "export c"."""
-    rest = python_name.removeprefix(f"{under.replace('-', '_')}_") if under else python_name
-    return f"{under} {rest.replace('_', '-')}".lstrip()
+    words = python_name.removeprefix(f"{under.replace('-', '_')}_") if under else python_name
+    return f"{under} {words.replace('_', '-')}".lstrip()

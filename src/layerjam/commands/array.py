@@ -88,28 +88,28 @@ def array(
     device = brake.brake
     pressure = device.site.atmosphere if vacuum is None else vacuum_within(vacuum, device)
     member = arrays.Member(brake=device, vacuum=pressure, name=brake.name)
-    made = arrays.grid(member, series=row, parallel=rows)
-    whole, pulled = arrays.totals(made), arrays.pull(made, until)
-    top = int(np.argmax(pulled.force))
-    notices = [*brake.warnings(), *pulled.warnings]
-    if whole.brakes > 1:
+    grid = arrays.grid(member, series=row, parallel=rows)
+    totals, pull_record = arrays.totals(grid), arrays.pull(grid, until)
+    top = int(np.argmax(pull_record.force))
+    notices = [*brake.warnings(), *pull_record.warnings]
+    if totals.brakes > 1:
         notices.append(
             Notice("equal brakes share the load evenly; real ones do not quite", "even-share")
         )
     return ArrayPull.of(
-        whole,
+        totals,
         brake=brake.name,
         parallel=rows,
         series=row,
         vacuum=pressure,
         until=until,
-        peak_force=float(pulled.force[top]),
-        peak_elongation=float(pulled.elongation[top]),
-        force_at_end=float(pulled.force[-1]),
-        end=float(pulled.elongation[-1]),
-        work=float(pulled.work[-1]),
-        outcome=pulled.outcome.name,
-        force_density=float(pulled.force[top]) / whole.mass,
+        peak_force=float(pull_record.force[top]),
+        peak_elongation=float(pull_record.elongation[top]),
+        force_at_end=float(pull_record.force[-1]),
+        end=float(pull_record.elongation[-1]),
+        work=float(pull_record.work[-1]),
+        outcome=pull_record.outcome.name,
+        force_density=float(pull_record.force[top]) / totals.mass,
         warnings=notices,
-        record=pulled,
+        record=pull_record,
     )

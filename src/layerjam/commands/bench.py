@@ -116,14 +116,14 @@ def bench_serve(
     """
     from layerjam.rig.serve import serve
 
-    said: list[BenchServed] = []
+    results: list[BenchServed] = []
 
     def announce(at: "Listening") -> None:
-        made = BenchServed(listening=f"{at.host}:{at.port}", pid=at.pid, address=at.address)
-        said.append(made)
-        keys = {"listening": made.listening, "pid": made.pid, "address": made.address}
+        result = BenchServed(listening=f"{at.host}:{at.port}", pid=at.pid, address=at.address)
+        results.append(result)
+        keys = {"listening": result.listening, "pid": result.pid, "address": result.address}
         print(json.dumps(keys), flush=True)
         print(f"PyVISA: {at.visa}", file=sys.stderr, flush=True)
 
     serve(address, announce, port=int(port), host=host, token_file=token_file, pty=pty)
-    return said[0]
+    return results[0]

@@ -56,8 +56,8 @@ class BenchChecked(Result, Checked):
             yield ""
             for name, unit in MEASURED.items():
                 value = getattr(self, name)
-                measured = "not measured" if value is None else f"measured {show(value, unit)}"
-                yield f"{name}: {measured}, regulator tuned to {show(self.expected[name], unit)}"
+                value_text = "not measured" if value is None else f"measured {show(value, unit)}"
+                yield f"{name}: {value_text}, regulator tuned to {show(self.expected[name], unit)}"
         if self.next_step is not None:
             yield from ("", "next:", f"  {self.next_step}")
 
@@ -146,22 +146,22 @@ def bench_check(
         plant = plant_of(line.line, vacuum=LINEAR_AT)
         lag = 0.0 if line.line.sensor is None else line.line.sensor.lag
     with open_bench(limit_speed(address)) as bench:
-        found = check_bench(bench, vent_rest=vent_rest, plant=plant, lag=lag, tune=tune is not None)
+        data = check_bench(bench, vent_rest=vent_rest, plant=plant, lag=lag, tune=tune is not None)
         vent_position = bench.vent_rest
-    if line is None or found.wiring or (tune is not None and not found.feasible):
-        return BenchChecked.of(found)
+    if line is None or data.wiring or (tune is not None and not data.feasible):
+        return BenchChecked.of(data)
     words = ["--vent-rest", vent_position or "open", "--line"]
     if tune is None or sensor is None:
         words.append(line.path if Path(line.path).is_file() else line.name)
         words += [] if line.line.sensor else ["--sensor-range", "103kPa"]
         words = ["check", str(address), *words, "--tune", "measured.toml"]
     else:
-        tuned = _tune(line, found, sensor, str(address))
-        write_whole(tune, tuned.render(Path(tune).stem), overwrite)
+        measured_line = _tune(line, data, sensor, str(address))
+        write_whole(tune, measured_line.render(Path(tune).stem), overwrite)
         safe_state = "hold" if vent_position == "closed" else "release"
         words = ["run", str(address), *words, str(tune), "--safe-state", safe_state, *FIRST_RUN]
     next_step = typed_line(["layerjam", "bench", *words])
-    return BenchChecked.of(found, tuned=None if tune is None else str(tune), next_step=next_step)
+    return BenchChecked.of(data, tuned=None if tune is None else str(tune), next_step=next_step)
 
 
 def _tune(line: LineFile, found: Checked, sensor: Sensor, address: str) -> LineFile:

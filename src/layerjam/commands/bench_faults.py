@@ -77,8 +77,8 @@ class FaultCampaign(Result):
             yield f"{row['fault']:<{wide}}  {_sentence(row)}"
         if self.healthy:
             yield f"nothing breaks: {self.false_faults} false faults in {self.healthy} runs"
-        for name, why in self.left_out.items():
-            yield f"{name}: not tried; {why}"
+        for name, reason in self.left_out.items():
+            yield f"{name}: not tried; {reason}"
 
 
 def _sentence(row: Row) -> str:
@@ -89,8 +89,8 @@ def _sentence(row: Row) -> str:
     if row["deadline"] is None:
         promise = "nothing is promised"
     else:
-        kept = "met" if row["met"] else f"MISSED {row['missed']}"
-        promise = f"deadline {show(row['deadline'], 's')}, {kept}"
+        verdict = "met" if row["met"] else f"MISSED {row['missed']}"
+        promise = f"deadline {show(row['deadline'], 's')}, {verdict}"
     left = show(row["vacuum_after"], "Pa")
     return f"{safe}, {promise}, {left} left, {names}, {row['runs']} runs"
 
@@ -144,7 +144,7 @@ def bench_faults(
     from layerjam.rig.kinds import KINDS, NOT_HERE, NOTHING
 
     names = [only] if isinstance(only, str) else list(only)
-    done = campaign(
+    record = campaign(
         address,
         only=names,
         runs=int(runs),
@@ -152,37 +152,37 @@ def bench_faults(
         mismatch=mismatch,
         progress=progress,
     )
-    healthy = [trial for trial in done.trials if trial.plan.name == NOTHING]
+    healthy = [trial for trial in record.trials if trial.plan.name == NOTHING]
     rows = [
         row_of(name, mine)
         for name in KINDS
-        if (mine := [trial for trial in done.trials if trial.plan.name == name])
+        if (mine := [trial for trial in record.trials if trial.plan.name == name])
     ]
     notices = [
-        Notice(f"{t.plan.name}: {t.trouble}", "run-broken") for t in done.trials if t.trouble
+        Notice(f"{t.plan.name}: {t.trouble}", "run-broken") for t in record.trials if t.trouble
     ]
-    if done.stopped:
-        said = f"stopped after {len(done.trials)} runs; the rows hold those alone"
-        notices.append(Notice(said, "stopped"))
+    if record.stopped:
+        sentence = f"stopped after {len(record.trials)} runs; the rows hold those alone"
+        notices.append(Notice(sentence, "stopped"))
     return FaultCampaign(
         address=address,
-        board=done.board,
+        board=record.board,
         faults=rows,
-        runs=len(done.trials),
+        runs=len(record.trials),
         healthy=len(healthy),
         false_faults=sum(trial.named is not None for trial in healthy),
         missed=sum(row["missed"] for row in rows),
-        left_out={name: why for name, why in NOT_HERE.items() if name in names or not names},
-        complete=not done.stopped,
+        left_out={name: reason for name, reason in NOT_HERE.items() if name in names or not names},
+        complete=not record.stopped,
         warnings=notices,
-        record=done.trials,
+        record=record.trials,
     )
 
 
 def row_of(name: str, trials: "Sequence[Trial]") -> Row:
     """One fault's runs as a row, the worst of them in full."""
     worst = max(trials, key=lambda trial: trial.share)
-    missed = sum(not trial.met for trial in trials)
+    misses = sum(not trial.met for trial in trials)
     return {
         "fault": name,
         "text": worst.plan.kind.text,
@@ -191,11 +191,11 @@ def row_of(name: str, trials: "Sequence[Trial]") -> Row:
         "safe_after": worst.safe_after,
         "named_after": _finite(worst.named_after),
         "deadline": worst.deadline,
-        "met": not missed,
+        "met": not misses,
         "vacuum_after": worst.vacuum_after,
         "doubted_after": worst.doubted_after if worst.deadline is None else None,
         "runs": len(trials),
-        "missed": missed,
+        "missed": misses,
         "worst_run": worst.plan.number,
     }
 
@@ -232,12 +232,12 @@ def bench_soak(
     from layerjam.rig.soak import soak
 
     address = line if ":" in line else f"sim:{line}"
-    done = soak(address, kind=kind, hours=float(hours), seed=int(seed), progress=progress)
+    record = soak(address, kind=kind, hours=float(hours), seed=int(seed), progress=progress)
     notices = []
-    if done.heap_growth is None:
+    if record.heap_growth is None:
         notices.append(
-            Notice(f"{done.board} does not count its memory: no heap growth", "memory-unknown")
+            Notice(f"{record.board} does not count its memory: no heap growth", "memory-unknown")
         )
-    if not done.complete:
-        notices.append(Notice(f"stopped after {done.hours:.3g} hours", "stopped"))
-    return Soak.of(done, warnings=notices)
+    if not record.complete:
+        notices.append(Notice(f"stopped after {record.hours:.3g} hours", "stopped"))
+    return Soak.of(record, warnings=notices)

@@ -44,10 +44,10 @@ def bench_flash(
     """
     from layerjam.rig.flash import flash
 
-    done = flash(
+    record = flash(
         port,
         board=board,
         image=None if image is None else Path(image),
         settings=None if settings is None else Path(settings),
     )
-    return BoardFlashed.of(done)
+    return BoardFlashed.of(record)

@@ -54,8 +54,8 @@ class DropRigOptions:
         from layerjam.rig.shots import DropRig
 
         if not self.shot:
-            stated = (f.name for f in fields(self) if getattr(self, f.name) not in (None, False))
-            if (name := next(stated, None)) is not None:
+            names = (f.name for f in fields(self) if getattr(self, f.name) not in (None, False))
+            if (name := next(names, None)) is not None:
                 raise QuantityError.of(name.replace("_", " "), "it belongs to a drop; add --shot")
             return None
         capture: dict[str, Any] = {}
@@ -113,11 +113,11 @@ class RunRecorded(Judged):
             if step["started"] is None:
                 yield f"{step['text']}: not begun"
                 continue
-            ended = f"{step['started']:.2f} s to {step['ended']:.2f} s"
-            yield f"{step['text']}: {ended}{'' if step['reached'] else ', not reached'}"
-        for one in self.shots or ():
-            cut = "" if one["whole"] else ", cut off"
-            yield f"shot {one['shot']}: {one['time']:.3f} s, {one['samples']} samples{cut}"
+            times = f"{step['started']:.2f} s to {step['ended']:.2f} s"
+            yield f"{step['text']}: {times}{'' if step['reached'] else ', not reached'}"
+        for shot in self.shots or ():
+            cut = "" if shot["whole"] else ", cut off"
+            yield f"shot {shot['shot']}: {shot['time']:.3f} s, {shot['samples']} samples{cut}"
 
 
 @result
@@ -205,24 +205,24 @@ def bench_run(
     with open_procedure_bench(_at(str(address), steps)) as bench:
         bench.safe_state, bench.vent_rest = regulator.safe_state, vent_rest
         bench.regulator = regulator
-        moved = _crosshead(crosshead, bench, brake, line, steps)
+        drive = _crosshead(crosshead, bench, brake, line, steps)
         meta = {"brake": brake.name, "brake_toml": brake.render(brake.name)}
         meta["line_toml"] = line.render(line.name)
-        meta["accepted"] = json.dumps([one.to_toml() for one in verdict.decisions])
-        made = bench.run(
-            steps, out=out, crosshead=moved, meta=meta, overwrite=overwrite, rig=rig, say=_report
+        meta["accepted"] = json.dumps([decision.to_toml() for decision in verdict.decisions])
+        record = bench.run(
+            steps, out=out, crosshead=drive, meta=meta, overwrite=overwrite, rig=rig, say=_report
         )
-    notices += simulated_notice(made.simulated) + companion_notice(made.file)
-    if made.shots is not None and not made.shots:
+    notices += simulated_notice(record.simulated) + companion_notice(record.file)
+    if record.shots is not None and not record.shots:
         notices.append(Notice("nothing fell: the accelerometer was not triggered", "no-shot"))
     return RunRecorded.of(
-        made,
+        record,
         verdict,
-        steps=[vars(step) for step in made.steps],
-        shots=None if made.shots is None else [vars(shot) for shot in made.shots],
-        file=str(made.file),
+        steps=[vars(step) for step in record.steps],
+        shots=None if record.shots is None else [vars(shot) for shot in record.shots],
+        file=str(record.file),
         warnings=notices,
-        record=made,
+        record=record,
     )
 
 
@@ -263,10 +263,10 @@ def _regulator(
             f"{show(settings.sample_time, 's')} is not allowed; a board samples every 10 ms",
         )
     highest = steps.highest_vacuum()
-    made, notices = regulator_of(line, highest or 0.5 * line.line.site.atmosphere, settings)
+    regulator, notices = regulator_of(line, highest or 0.5 * line.line.site.atmosphere, settings)
     if highest:
-        validate(made, highest)
-    return made, notices
+        validate(regulator, highest)
+    return regulator, notices
 
 
 def _crosshead(
@@ -289,11 +289,11 @@ def _crosshead(
 
 def _at(address: str, steps: Procedure) -> Address:
     """The address; a virtual line is made linear where the regulator is, unless it says where."""
-    found = address_of(address)
+    target = address_of(address)
     highest = steps.highest_vacuum()
-    if not found.simulated or "at" in found.options or not highest:
-        return found
-    return replace(found, options={**found.options, "at": exact_text(highest, "Pa")})
+    if not target.simulated or "at" in target.options or not highest:
+        return target
+    return replace(target, options={**target.options, "at": exact_text(highest, "Pa")})
 
 
 def _report(sentence: str) -> None:
@@ -345,7 +345,7 @@ def bench_log(
     """
     from layerjam.rig.recorder import log
 
-    made = log(
+    record = log(
         str(address),
         out,
         duration=duration,
@@ -353,8 +353,8 @@ def bench_log(
         overwrite=overwrite,
         say=_report,
     )
-    notices = simulated_notice(made.simulated) + companion_notice(Path(made.file))
-    return RunLogged.of(made, warnings=notices, record=made)
+    notices = simulated_notice(record.simulated) + companion_notice(Path(record.file))
+    return RunLogged.of(record, warnings=notices, record=record)
 
 
 @command(
@@ -385,12 +385,12 @@ def bench_export(
     from layerjam.rig.export import export
 
     first, last = window(start, end)
-    made = export(run, out, start=first, end=last, overwrite=overwrite)
+    exports = export(run, out, start=first, end=last, overwrite=overwrite)
     return RunExported.of(
-        Verdict(decisions=made.run.decisions),
-        made.run,
-        file=str(made.file),
-        sidecar=None if made.sidecar is None else str(made.sidecar),
-        shots=[str(file) for file in made.shots],
-        warnings=simulated_notice(made.run.simulated),
+        Verdict(decisions=exports.run.decisions),
+        exports.run,
+        file=str(exports.file),
+        sidecar=None if exports.sidecar is None else str(exports.sidecar),
+        shots=[str(file) for file in exports.shots],
+        warnings=simulated_notice(exports.run.simulated),
     )

@@ -51,11 +51,11 @@ def bench_wiring(
     from layerjam.rig.circuit import load_circuit
     from layerjam.rig.electronics import find_conflicts, margins
 
-    made = load_circuit(board)
+    circuit = load_circuit(board)
     if out is not None:
         from layerjam.report.wiring import drawing
 
-        path, svg = Path(out), drawing(made)
+        path, svg = Path(out), drawing(circuit)
         try:
             with path.open("x", encoding="utf-8") as file:
                 file.write(svg)
@@ -64,10 +64,10 @@ def bench_wiring(
         except OSError as error:
             raise FileError(path, error.strerror or "cannot be written") from None
     return BoardWiring(
-        board=made.board,
-        pins=[asdict(wire) for wire in made.wires],
-        margins=[row.fields() for row in margins(made)],
-        parts=[asdict(part) for part in made.parts],
-        conflicts=find_conflicts(made),
+        board=circuit.board,
+        pins=[asdict(wire) for wire in circuit.wires],
+        margins=[row.fields() for row in margins(circuit)],
+        parts=[asdict(part) for part in circuit.parts],
+        conflicts=find_conflicts(circuit),
         out=None if out is None else str(out),
     )

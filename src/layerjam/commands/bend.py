@@ -124,21 +124,21 @@ def bend(
         raise QuantityError("limb friction: it acts on a joint; give --radius too")
     if device.mount.spacers is False:
         notices.append(FAN_WHEN_BENT)
-    turned = _turned(device, vacuum, angle, slip)
-    notices += _buckling_notices(turned["moment"], turned["buckling_moment"])
-    over = {}
+    numbers = _turned(device, vacuum, angle, slip)
+    notices += _buckling_notices(numbers["moment"], numbers["buckling_moment"])
+    joint_numbers = {}
     if radius is not None:
-        over = _over_joint(device, vacuum, angle, slip, radius)
-        notices += _joint_notices(device, angle, slip, radius, over)
+        joint_numbers = _over_joint(device, vacuum, angle, slip, radius)
+        notices += _joint_notices(device, angle, slip, radius, joint_numbers)
     if limb_friction is not None:
-        over["end_force_ratio"] = float(capstan_ratio(angle, limb_friction))
+        joint_numbers["end_force_ratio"] = float(capstan_ratio(angle, limb_friction))
     film = device.film
     curl = None
     if film.strength is not None:
         curl = film.modulus * device.sheets.thickness / (2 * film.strength)
     return Bend.of(
-        turned,
-        over,
+        numbers,
+        joint_numbers,
         least_radius=curl,
         warnings=notices,
         record=(brake, vacuum, angle, slip, radius),
@@ -150,20 +150,20 @@ def _turned(device: Brake, vacuum: float, angle: float, slip: float) -> dict[str
     from layerjam.mechanics.friction import sheet_friction
 
     free = float(bending.bending_stiffness_free(device))
-    jammed = float(bending.bending_stiffness_jammed(device))
+    jammed_stiffness = float(bending.bending_stiffness_jammed(device))
     soft = float(bending.turning_stiffness_free(slip, device))
     stiff = float(bending.turning_stiffness_jammed(slip, device))
-    most = float(bending.slip_moment(slip, vacuum, device))
+    greatest_moment = float(bending.slip_moment(slip, vacuum, device))
     return {
         "bending_stiffness_free": free,
-        "bending_stiffness_jammed": jammed,
-        "stiffness_ratio": jammed / free,
+        "bending_stiffness_jammed": jammed_stiffness,
+        "stiffness_ratio": jammed_stiffness / free,
         "turning_stiffness_free": soft,
         "turning_stiffness_jammed": stiff,
         "moment_free": soft * angle,
         "moment": float(bending.turning_moment(angle, slip, vacuum, device)),
-        "slip_moment": most,
-        "slip_angle": most / (stiff - soft),
+        "slip_moment": greatest_moment,
+        "slip_angle": greatest_moment / (stiff - soft),
         "buckling_moment": float(bending.buckling_moment(slip, device)),
         "shear_at_first_slip": float(bending.shear_at_first_slip(vacuum, device)),
         "shear_at_full_slip": float(bending.shear_at_full_slip(vacuum, device)),
@@ -195,16 +195,16 @@ def _over_joint(
     def outer(pressure: float) -> float:
         return float(enclosure_force(slip, pressure, device)) / 2
 
-    at = (slip, vacuum, angle, radius, outer(vacuum), device)
-    force = float(joint_friction(*at))
+    case = (slip, vacuum, angle, radius, outer(vacuum), device)
+    force = float(joint_friction(*case))
     # over the joint nothing is known of a fan: both without it
     straight = float(sheet_friction(slip, vacuum, flat(device)))
-    made = {
+    numbers = {
         "joint_friction": force,
         "joint_friction_off": float(joint_friction(slip, 0.0, angle, radius, outer(0.0), device)),
-        "sheet_stress": float(joint_sheet_force(*at)) / sheet_section(device),
+        "sheet_stress": float(joint_sheet_force(*case)) / sheet_section(device),
     }
-    return made | ({"amplification": force / straight} if straight else {})
+    return numbers | ({"amplification": force / straight} if straight else {})
 
 
 def _joint_notices(

@@ -148,25 +148,25 @@ def build(
     from layerjam.fabricate.folder import LIST, check_folder, require, write_folder
 
     rows, row = _counts(parallel, series)
-    chosen = _chosen(brake, workshop, cutter, kerf, stock, laser_bed, print_bed)
+    workshop_choice = _chosen(brake, workshop, cutter, kerf, stock, laser_bed, print_bed)
     check_folder(out, overwrite)
     require()
     with_step = not no_step and _can_write_step()
     progress("drawing", 0.1)
-    found = _verdict(brake, chosen, rows, row, accept)
-    if found.record is None or not found.feasible:
-        return found
-    made, notices = found.record, list(found.warnings)
+    verdict_result = _verdict(brake, workshop_choice, rows, row, accept)
+    if verdict_result.record is None or not verdict_result.feasible:
+        return verdict_result
+    drawing, notices = verdict_result.record, list(verdict_result.warnings)
     if not (with_step or no_step):
         notices.append(
             Notice('no STEP files: pip install "layerjam[step]" brings what they need', "no-step")
         )
-    content = _content(made, with_step, coupons, notices, progress)
+    content = _content(drawing, with_step, coupons, notices, progress)
     names = sorted([*content, LIST])
-    done = replace(found, files=names, warnings=notices)
-    content[LIST] = _listed(done, brake)
+    complete = replace(verdict_result, files=names, warnings=notices)
+    content[LIST] = _listed(complete, brake)
     write_folder(Path(out), content, overwrite)
-    return done
+    return complete
 
 
 CHOICES = ("workshop", "cutter", "kerf", "stock", "laser_bed", "print_bed")
@@ -183,10 +183,10 @@ def verdict(brake: Any, **options: Any) -> Built:
     require()
     notices: list[Notice] = []
     with precision():
-        made = REGISTRY["build"].arguments((brake,), {**options, "out": ""}, notices)
-        chosen = _chosen(made["brake"], *(made.get(name) for name in CHOICES))
-        counts = _counts(made["parallel"], made["series"])
-        return _verdict(made["brake"], chosen, *counts, made.get("accept"))
+        bindings = REGISTRY["build"].arguments((brake,), {**options, "out": ""}, notices)
+        choice = _chosen(bindings["brake"], *(bindings.get(name) for name in CHOICES))
+        counts = _counts(bindings["parallel"], bindings["series"])
+        return _verdict(bindings["brake"], choice, *counts, bindings.get("accept"))
 
 
 def _chosen(
@@ -201,11 +201,11 @@ def _chosen(
     """The choices of brake, workshop and command together."""
     from layerjam.fabricate.choices import choices
 
-    given: dict[str, Any] = {"cutter": cutter, "kerf": kerf}
-    given |= {"laser_bed": laser_bed, "print_bed": print_bed}
+    settings: dict[str, Any] = {"cutter": cutter, "kerf": kerf}
+    settings |= {"laser_bed": laser_bed, "print_bed": print_bed}
     if stock is not None:
-        given |= dict(zip(("stock_length", "stock_width"), stock, strict=True))
-    return choices(brake, workshop, given)
+        settings |= dict(zip(("stock_length", "stock_width"), stock, strict=True))
+    return choices(brake, workshop, settings)
 
 
 def _verdict(
@@ -224,29 +224,29 @@ def _verdict(
     from layerjam.fabricate.verdicts import reason, refusals
 
     try:
-        made = _drawn(file, chosen, parallel, series)
+        drawing = _drawn(file, chosen, parallel, series)
     except CannotBuildError as error:
         return _cannot(error, file, parallel * series)
     verdict = None
-    if stops := refusals(made.checks):
+    if stops := refusals(drawing.checks):
         for check in stops:
             if key_of(check.code) in map(key_of, accept or ()):
                 raise QuantityError.of(
                     "accept", f"{check.code}: the brake cannot be drawn, {check.text}"
                 )
     else:
-        verdict = judge((check.to_judged_check() for check in made.checks), accept, file=LIST)
-        made = made.stating((*file.accepted, *verdict.decisions))
-        failed = {check.name for check in verdict.failed}
-        stops = [c for c in made.checks if c.level == "failed" and c.code in failed]
+        verdict = judge((check.to_judged_check() for check in drawing.checks), accept, file=LIST)
+        drawing = drawing.stating((*file.accepted, *verdict.decisions))
+        failed_names = {check.name for check in verdict.failed}
+        stops = [c for c in drawing.checks if c.level == "failed" and c.code in failed_names]
     return Built.of(
-        _facts(made),
+        _facts(drawing),
         verdict,
         feasible=not stops,
         reason=reason(stops),
         files=[],
-        warnings=[*file.warnings(), *made.notices()],
-        record=made,
+        warnings=[*file.warnings(), *drawing.notices()],
+        record=drawing,
     )
 
 
@@ -321,35 +321,35 @@ def _facts(made: Drawing) -> dict[str, Any]:
     from layerjam.fabricate.masses import UNWEIGHED, screw_name
     from layerjam.fabricate.silicone import cavity
 
-    many, found, film = made.brakes, made.lengths, made.film
+    count, lengths, film = made.brakes, made.lengths, made.film
     halves = made.silicone_parts
     return {
-        "brakes": many,
-        "mass": many * sum(row.mass for row in made.masses),
-        "fittings_mass": many * sum(row.mass for row in made.masses if row.fitting),
+        "brakes": count,
+        "mass": count * sum(row.mass for row in made.masses),
+        "fittings_mass": count * sum(row.mass for row in made.masses if row.fitting),
         "mass_parts": [
-            {"name": r.name, "count": many * r.count, "each": r.unit_mass, "basis": r.basis}
+            {"name": r.name, "count": count * r.count, "each": r.unit_mass, "basis": r.basis}
             for r in made.masses
         ],
         "mass_missing": list(UNWEIGHED),
-        "pin_to_pin": found.pin_to_pin * 1e-3,
-        "overall_length": found.overall * 1e-3,
-        "sleeve_length": found.sleeve * 1e-3,
-        "strap_length": found.strap * 1e-3,
+        "pin_to_pin": lengths.pin_to_pin * 1e-3,
+        "overall_length": lengths.overall * 1e-3,
+        "sleeve_length": lengths.sleeve * 1e-3,
+        "strap_length": lengths.strap * 1e-3,
         "film_pieces": len(film.pieces),
         "film_area": film.area,
         "film_used": film.used,
         "cut_length": film.cut_length,
-        "silicone_volume": many * cavity(found),
+        "silicone_volume": count * cavity(lengths),
         "silicone_mass": made.silicone_mass,
         "silicone_parts": None if halves is None else dict(zip("AB", halves, strict=True)),
         "printed_volume": sum(
-            part.solid.volume * part.count * (many if part.stays else 1)
+            part.solid.volume * part.count * (count if part.stays else 1)
             for part in made.parts
             if part.printed
         )
         * 1e-9,
-        "screw": screw_name(found),
+        "screw": screw_name(lengths),
         "preload": made.preload,
         "torque": made.torque,
         "yoke_moment": made.yoke_moment,
@@ -360,10 +360,10 @@ def _facts(made: Drawing) -> dict[str, Any]:
 
 def _listed(done: Built, file: BrakeFile) -> str:
     """The result as a file of the folder, with what it was made from."""
-    about = {
+    facts = {
         "layerjam": __version__,
         "brake": file.name,
         "brake_sha256": file.sha256,
     }
-    whole = json.loads(done.judged_by([file]).json())
-    return json.dumps(about | whole, indent=2) + "\n"
+    document = json.loads(done.judged_by([file]).json())
+    return json.dumps(facts | document, indent=2) + "\n"

@@ -55,15 +55,15 @@ def more_pulls(found: Calibration, within: float | None) -> dict[str, Any] | Non
     """
     if within is None:
         return None
-    made: dict[str, Any] = {}
-    for name, one in (found.further or {}).items():
-        made[name] = one and {
+    rows: dict[str, Any] = {}
+    for name, plan in (found.further or {}).items():
+        rows[name] = plan and {
             "within": within,
-            "half_width": float(one.half_width()),
-            "after_one": one.after_one(),
-            **asdict(one.needed(within)),
+            "half_width": float(plan.half_width()),
+            "after_one": plan.after_one(),
+            **asdict(plan.needed(within)),
         }
-    return made
+    return rows
 
 
 def more_lines(asked: Mapping[str, Any]) -> Iterator[str]:
@@ -79,17 +79,17 @@ def more_lines(asked: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _needed(row: Mapping[str, Any]) -> str:
-    wanted, where, widths = f"± {row['within']:.2%}", row["condition"], row["after_one"]
+    width, condition, widths = f"± {row['within']:.2%}", row["condition"], row["after_one"]
     if row["likely"] == 0:
-        return f"within {wanted} already"
+        return f"within {width} already"
     if row["likely"] is None:
-        return f"no 1000 further pulls bring it to {wanted}"
-    alike = max(widths.values()) <= ALIKE * widths[where]
-    place = "any of these vacuums" if alike and len(widths) > 1 else where
-    after = f"one more pull at {place}: ± {widths[where]:.2%}"
+        return f"no 1000 further pulls bring it to {width}"
+    alike = max(widths.values()) <= ALIKE * widths[condition]
+    place = "any of these vacuums" if alike and len(widths) > 1 else condition
+    after = f"one more pull at {place}: ± {widths[condition]:.2%}"
     sure = "more than 1000" if row["sure"] is None else f"{row['sure']}"
     return (
-        f"{after}; for {wanted} {row['likely']} more at that scatter, {sure} to be sure of it in "
+        f"{after}; for {width} {row['likely']} more at that scatter, {sure} to be sure of it in "
         "four of five cases"
     )
 
@@ -162,12 +162,12 @@ class BrakeCalibration(FromFiles, Judged):
 
     def rows(self) -> list[tuple[str, str]]:
         """The fitted numbers with their intervals."""
-        fitted = {name.replace("_", " "): self._fitted(name) for name in self.intervals}
-        return [(name, fitted.get(name, text)) for name, text in super().rows()]
+        values = {name.replace("_", " "): self._fitted(name) for name in self.intervals}
+        return [(name, values.get(name, text)) for name, text in super().rows()]
 
     def _fitted(self, name: str) -> str:
         """A number with its interval, or with the standard error where there is no more."""
-        unit, over, error = self.units[name], self.intervals[name], self.standard_errors[name]
+        unit, interval, error = self.units[name], self.intervals[name], self.standard_errors[name]
 
         own = getattr(self, name)
 
@@ -175,18 +175,18 @@ class BrakeCalibration(FromFiles, Judged):
             return f"{value:.4f}" if unit == "1" else show(value, unit, like=own)
 
         value = text(own)
-        if over is not None:
-            return f"{value} (95 %: {text(over['low'])} to {text(over['high'])})"
+        if interval is not None:
+            return f"{value} (95 %: {text(interval['low'])} to {text(interval['high'])})"
         return value if error is None else f"{value} ± {show(error, unit, 2)} standard error"
 
     def lines(self) -> Iterator[str]:
         """Return the basis of the errors, the most influential file, and the checks."""
         yield from ("", f"standard errors rest on {self.standard_errors['rests_on']}")
         found = (self.leave_one_out or {}).get("scale_factor") or {}
-        most = found.get("most_influential")
-        if most:
-            by = found["files"][most]
-            yield f"without {most} the scale factor would move by {by:+.2g}, the most"
+        file_name = found.get("most_influential")
+        if file_name:
+            change = found["files"][file_name]
+            yield f"without {file_name} the scale factor would move by {change:+.2g}, the most"
         yield from pull_lines(self.pulls)
         yield from more_lines(self.more_pulls or {})
         yield from excluded_lines(self.excluded)
@@ -195,8 +195,8 @@ class BrakeCalibration(FromFiles, Judged):
         """The pulls, the fitted law and what is left between them."""
         from layerjam.report import figures
 
-        file, found = self.record
-        return figures.calibration(file, found, any(t.synthetic for t in self.traces))
+        file, fit = self.record
+        return figures.calibration(file, fit, any(t.synthetic for t in self.traces))
 
 
 @command(
@@ -247,33 +247,33 @@ def calibrate(
     free = _free_parameters(free, depth)
     exact = depth == "exact"
     test = fit_pull if exact else lambda pull, pressure, _brake: require_usable(pull, pressure)
-    files, without, excluded = left_out.apart(files, options)
-    used, refused, odd = pulls(files, brake, vacuum, options, test, progress, without)
+    files, specimens_out, exclusions = left_out.apart(files, options)
+    used, refusals, odd = pulls(files, brake, vacuum, options, test, progress, specimens_out)
     used, outliers = _leave_out_outliers(used, brake.brake)
-    excluded += outliers
-    found = _fit(depth, used, brake.brake, free, sampling, progress or (lambda _what, _share: None))
+    exclusions += outliers
+    fit = _fit(depth, used, brake.brake, free, sampling, progress or (lambda _what, _share: None))
     traces = [t for t, _, _ in used]
     source = made_from(brake, traces)
-    verdict = judge(found.checks, accept, list(found.sources), out)
-    kept = {"excluded": excluded, "files": source["files"], "accepted": verdict.decisions}
-    text = bound(calibrated_text, brake, found, depth, **kept)
-    written, said = write_brake(out, text, overwrite, bool(refused), partial, verdict)
+    verdict = judge(fit.checks, accept, list(fit.sources), out)
+    record = {"excluded": exclusions, "files": source["files"], "accepted": verdict.decisions}
+    text = bound(calibrated_text, brake, fit, depth, **record)
+    path, notices = write_brake(out, text, overwrite, bool(refusals), partial, verdict)
     return BrakeCalibration.of(
-        found.values,
-        found,
+        fit.values,
+        fit,
         verdict,
-        **{name: plain(getattr(found, name)) for name in TABLES},
+        **{name: plain(getattr(fit, name)) for name in TABLES},
         depth=depth,
-        standard_errors={**found.standard_errors, "rests_on": found.errors_rest_on},
-        pulls=as_rows(found.pulls),
-        more_pulls=more_pulls(found, within),
+        standard_errors={**fit.standard_errors, "rests_on": fit.errors_rest_on},
+        pulls=as_rows(fit.pulls),
+        more_pulls=more_pulls(fit, within),
         understood=understood(traces),
         made_from=source,
-        excluded=excluded,
-        refused=refused,
-        file=written,
-        warnings=[*_notices(brake, found, exact), *odd, *said],
-        record=(brake, found),
+        excluded=exclusions,
+        refused=refusals,
+        file=path,
+        warnings=[*_notices(brake, fit, exact), *odd, *notices],
+        record=(brake, fit),
         traces=traces,
     )
 
@@ -288,8 +288,8 @@ def _leave_out_outliers(
     from layerjam.identify.calibration.gross import gross_pulls
 
     reasons = gross_pulls([(features, vacuum) for _, features, vacuum in used], brake)
-    kept = [one for index, one in enumerate(used) if index not in reasons]
-    return kept, [left_out_row(used[index][0], why) for index, why in reasons.items()]
+    inliers = [pull for index, pull in enumerate(used) if index not in reasons]
+    return inliers, [left_out_row(used[index][0], reason) for index, reason in reasons.items()]
 
 
 def _free_parameters(free: Sequence[str] | str, depth: str) -> list[str]:
@@ -312,11 +312,11 @@ def _without_slope(found: Calibration) -> Iterator[Notice]:
     from layerjam.identify.calibration.speed_law import on_speed
 
     yield from on_speed(found)
-    for one in found.fits if found.fit is None else ():
-        if one.stiffness is None:
-            samples = count_of(one.pull.rise_samples, "sample")
+    for entry in found.fits if found.fit is None else ():
+        if entry.stiffness is None:
+            samples = count_of(entry.pull.rise_samples, "sample")
             yield Notice(
-                f"{Path(one.pull.path).name}: {samples} on its rise, too few for a stiffness; it "
+                f"{Path(entry.pull.path).name}: {samples} on its rise, too few for a stiffness; it "
                 "counts for the scale factor only (pull more slowly, or sample "
                 "faster)",
                 "no-slope",
@@ -348,5 +348,5 @@ def _fit(
             "speed_law: depth 'bayesian' knows no friction that depends on speed; take 'curves', "
             "or the brake without that table"
         )
-    how = (sampling.draws, sampling.chains, sampling.seed)
-    return calibrate_bayesian(curves, brake, how, tell)
+    settings = (sampling.draws, sampling.chains, sampling.seed)
+    return calibrate_bayesian(curves, brake, settings, tell)

@@ -102,8 +102,8 @@ class Comparison(Result):
             f"{sheet['paper_density']}; {self.sheet['why']}"
         )
         yield from ("", "none found (with mass and force in a source that can be read)")
-        for kind, what in self.none_found.items():
-            yield f"  {kind}: {what}"
+        for kind, missing in self.none_found.items():
+            yield f"  {kind}: {missing}"
 
     def _shown(self, name: str) -> str:
         return show(self.sheet[name], TABLE_UNITS[name]) if name in TABLE_UNITS else ""
@@ -154,8 +154,8 @@ def compare(
     files: list[Any] = list(brakes)
     for file in files:
         vacuum_within(vacuum or 0.0, file.brake)
-    at = [f.brake.site.atmosphere if vacuum is None else vacuum for f in files]
-    rows, sheet, lines, others = comparison(files, at)
+    vacuums = [f.brake.site.atmosphere if vacuum is None else vacuum for f in files]
+    rows, sheet, lines, others = comparison(files, vacuums)
     return Comparison(
         devices=rows,
         sheet=sheet,

@@ -48,46 +48,50 @@ def _read(
 ) -> tuple[Log, float | None, list[str]]:
     """Return the log, the range that its file states [m/s^2], and the notices."""
     if Path(file).suffix == ENDING:
-        taken = _shot(file, shot, sampling, options)
-        return _log(taken, file), taken.range, _cut(taken)
+        shot_log = _shot(file, shot, sampling, options)
+        return _log(shot_log, file), shot_log.range, _cut(shot_log)
     if shot is not None:
         raise QuantityError.of("shot", f"{file} is one log; only a run ({ENDING}) holds shots")
     return read_log(file, [ACCELERATION] if sampling else [TIME, ACCELERATION], options), None, []
 
 
 def _meant(falling: bool, hic: Any) -> list[str]:
-    said: list[str] = []
+    sentences: list[str] = []
     if falling:
-        why = "the weight is taken off the velocity change: the sensor fell freely before"
-        said.append(Notice(why, "falling"))
+        sentence = "the weight is taken off the velocity change: the sensor fell freely before"
+        sentences.append(Notice(sentence, "falling"))
     if hic is not None:
-        why = "HIC is defined for the resultant of a head; for one axis it is only a comparison"
-        said.append(Notice(why, "hic"))
-    return said
+        sentence = (
+            "HIC is defined for the resultant of a head; for one axis it is only a comparison"
+        )
+        sentences.append(Notice(sentence, "hic"))
+    return sentences
 
 
 def _shot(file: str | Path, number: Any, sampling: Any, options: TableOptions) -> Shot:
     """The record in a run; QuantityError for an option that says what the run says itself."""
-    for name, given in {"sampling": sampling, **vars(options)}.items():
-        if given not in (None, ()):
+    for name, value in {"sampling": sampling, **vars(options)}.items():
+        if value not in (None, ()):
             raise QuantityError.of(name, f"{file} is a run, which states it itself; leave it out")
-    found = find_shot(read_run(file).shots, None if number is None else int(number), str(file))
-    if len(found.counts) < LEAST:
-        raise FileError(file, f"only {len(found.counts)} samples of shot {found.number} were kept")
-    return found
+    record = find_shot(read_run(file).shots, None if number is None else int(number), str(file))
+    if len(record.counts) < LEAST:
+        raise FileError(
+            file, f"only {len(record.counts)} samples of shot {record.number} were kept"
+        )
+    return record
 
 
 def _log(shot: Shot, file: str | Path) -> Log:
     columns = {"time": shot.time, "acceleration": shot.acceleration}
-    said = f"shot {shot.number} of the run: {shot.size} samples, time from the trigger on"
-    return Log(str(file), columns, {}, {}, (said,), synthetic=shot.synthetic)
+    sentence = f"shot {shot.number} of the run: {shot.size} samples, time from the trigger on"
+    return Log(str(file), columns, {}, {}, (sentence,), synthetic=shot.synthetic)
 
 
 def _cut(shot: Shot) -> list[str]:
     """That a part of a record is missing."""
-    there = len(shot.counts)
-    text = f"only {there} of the record's {shot.size} samples were kept: the run was interrupted"
-    return [] if there == shot.size else [Notice(text, "cut-shot")]
+    size = len(shot.counts)
+    text = f"only {size} of the record's {shot.size} samples were kept: the run was interrupted"
+    return [] if size == shot.size else [Notice(text, "cut-shot")]
 
 
 @result
@@ -156,7 +160,7 @@ def crash(
     signal = log["acceleration"]
     clock = np.arange(len(signal)) / sampling if sampling else log["time"]
     try:
-        found = crash_log.reduce_crash(
+        reduction = crash_log.reduce_crash(
             clock,
             signal,
             cfc=cfc,
@@ -169,9 +173,9 @@ def crash(
     except FitError as error:
         raise FileError(log.path, str(error)) from None
     return CrashFound.of(
-        found,
+        reduction,
         log,
-        judge(crash_checks(found), accept),
-        warnings=[*warnings, *log.said, *found.warnings, *_meant(falling, hic)],
-        record=found,
+        judge(crash_checks(reduction), accept),
+        warnings=[*warnings, *log.said, *reduction.warnings, *_meant(falling, hic)],
+        record=reduction,
     )

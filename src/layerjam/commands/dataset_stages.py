@@ -39,35 +39,35 @@ def derive(root: Path, recipe: Recipe, out: Path, tell: Progress) -> "tuple[Reci
     """
     from layerjam.report import brake_files
 
-    how, stated = how_of(recipe, root), recipe.stated
-    refused = [(name, one.get("use")) for name, one in recipe.unused.items()]
+    settings, facts = how_of(recipe, root), recipe.stated
+    refusals = [(name, entry.get("use")) for name, entry in recipe.unused.items()]
     files = {
-        use: [*getattr(recipe, use), *(name for name, stage in refused if stage == use)]
+        use: [*getattr(recipe, use), *(name for name, stage in refusals if stage == use)]
         for use in USES
     }
-    there = {use: [str(root / name) for name in names] for use, names in files.items()}
+    paths = {use: [str(root / name) for name in names] for use, names in files.items()}
     content = stages(
-        brake_file(load(root / recipe.brake), how.atmosphere),
+        brake_file(load(root / recipe.brake), settings.atmosphere),
         Measurements(
-            friction=there["friction"], pulls=there["calibrate"], validate=there["validate"]
+            friction=paths["friction"], pulls=paths["calibrate"], validate=paths["validate"]
         ),
-        how,
+        settings,
         tell,
         command="layerjam publish; `layerjam recompute` computes it again",
-        date=stated.date if stated else None,
+        date=facts.date if facts else None,
         names={str(root / name): name for names in files.values() for name in names},
     )
     brake_files.write(content, out / crate.REPORT, say=lambda what: tell(what, 0.8))
-    (friction, fitted, tested), unused = _apart(root, files, content)
-    given = {name for names in files.values() for name in names}
-    for name in campaign(root / crate.RAW, how.options).measurements:
-        if f"{crate.RAW}/{name}" not in given:
+    (friction, pulls, tests), unused = _apart(root, files, content)
+    used_names = {name for names in files.values() for name in names}
+    for name in campaign(root / crate.RAW, settings.options).measurements:
+        if f"{crate.RAW}/{name}" not in used_names:
             unused[f"{crate.RAW}/{name}"] = {"use": "", "why": "no stage was given this file"}
-    recipe = replace(recipe, friction=friction, calibrate=fitted, validate=tested, unused=unused)
+    recipe = replace(recipe, friction=friction, calibrate=pulls, validate=tests, unused=unused)
     texts = {RECIPE: recipe.text()}
-    if stated is not None:
+    if facts is not None:
         texts[crate.README] = crate.readme(
-            recipe, stated, content.file.name, content.synthetic, content.accepted
+            recipe, facts, content.file.name, content.synthetic, content.accepted
         )
     if content.calibration is not None or content.friction is not None:
         texts[crate.FITTED] = content.file.text
@@ -87,25 +87,25 @@ def _apart(
     root: Path, files: Mapping[str, Sequence[str]], content: "BrakeReport"
 ) -> tuple[list[tuple[str, ...]], dict[str, dict[str, str]]]:
     """The files that served each of USES, and {path: use and reason} of those refused."""
-    kept: dict[str, tuple[str, ...]] = {}
+    groups: dict[str, tuple[str, ...]] = {}
     unused: dict[str, dict[str, str]] = {}
     for use, stage in zip(USES, STAGES, strict=True):
-        served = {file.sha256 for file in content.files if file.role == stage}
-        reasons = {name: reason for name, at, reason in content.refused if at == stage}
+        hashes = {file.sha256 for file in content.files if file.role == stage}
+        reasons = {name: reason for name, place, reason in content.refused if place == stage}
         for file in files[use]:
             path, name = root / file, Path(file).name
             digest = sha256(path) if path.is_file() else ""
-            if digest in served or name not in reasons:
-                kept[use] = (*kept.get(use, ()), file)
-                served.discard(digest)  # a second file of the same content was refused
+            if digest in hashes or name not in reasons:
+                groups[use] = (*groups.get(use, ()), file)
+                hashes.discard(digest)  # a second file of the same content was refused
             else:
                 unused[file] = {"use": use, "why": reasons[name]}
-    return [kept.get(use, ()) for use in USES], unused
+    return [groups.get(use, ()) for use in USES], unused
 
 
 def options_of(how: HowTested) -> dict[str, Any]:
     """Return {name in Python: value} of the options that differ from their defaults."""
-    made = {
+    options = {
         f.name: getattr(record, f.name)
         for record in (how.test, how.options)
         for f in fields(record)
@@ -113,38 +113,38 @@ def options_of(how: HowTested) -> dict[str, Any]:
     }
     for name in ("depth", "vacuum", "atmosphere"):
         if getattr(how, name) != getattr(HowTested(), name):
-            made[name] = getattr(how, name)
+            options[name] = getattr(how, name)
     reasons = how.left_out.reasons()
     if reasons:
-        made["exclude"] = reasons
+        options["exclude"] = reasons
     if how.accept:
-        made["accept"] = how.accept
-    return dict(plain(made))
+        options["accept"] = how.accept
+    return dict(plain(options))
 
 
 def how_of(recipe: Recipe, root: Path) -> HowTested:
     """How the files of a dataset were read and fitted; raises FileError for what cannot be."""
-    said = dict(recipe.options)
-    own = {f.name for f in fields(HowTested)} | {"exclude"}
+    options = dict(recipe.options)
+    own_names = {f.name for f in fields(HowTested)} | {"exclude"}
     try:
-        test = {f.name: said.pop(f.name) for f in fields(FrictionTest) if f.name in said}
-        reading = {f.name: said.pop(f.name) for f in fields(FileOptions) if f.name in said}
-        unknown = [name for name in said if name not in own]
+        test = {f.name: options.pop(f.name) for f in fields(FrictionTest) if f.name in options}
+        reading = {f.name: options.pop(f.name) for f in fields(FileOptions) if f.name in options}
+        unknown = [name for name in options if name not in own_names]
         if unknown:
             raise FileError(root / RECIPE, f"option {unknown[0][:60]!r} is not known here")
         raw = f"{crate.RAW}/"
         exclude = {
             str(root / name) if name.startswith(raw) else name: reason
-            for name, reason in dict(said.get("exclude", {})).items()
+            for name, reason in dict(options.get("exclude", {})).items()
         }
         return HowTested(
             test=parse_options(FrictionTest, test),
             options=parse_options(FileOptions, reading),
-            depth=said.get("depth", "exact"),
-            vacuum=said.get("vacuum"),
-            atmosphere=said.get("atmosphere"),
+            depth=options.get("depth", "exact"),
+            vacuum=options.get("vacuum"),
+            atmosphere=options.get("atmosphere"),
             left_out=LeftOut(exclude=exclude),
-            accept=read_acceptances(said.get("accept", {})),
+            accept=read_acceptances(options.get("accept", {})),
         )
     except (LayerjamError, TypeError, ValueError) as err:
         raise FileError(root / RECIPE, f"options: {err}") from None

@@ -210,7 +210,7 @@ class Parameter:
 def parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
     """The declaration behind one annotation."""
     spec: QuantitySpec | None = None
-    about, optional, array = Help(), False, False
+    help_note, optional, array = Help(), False, False
     words: list[str] = []
     plain: Any = None
     for member in union(kind):
@@ -224,7 +224,7 @@ def parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
                 if isinstance(note, QuantitySpec):
                     spec = note
                 elif isinstance(note, Help):
-                    about = note
+                    help_note = note
                 elif note is ARRAY:
                     array = True
             for base in union(inner):
@@ -237,17 +237,17 @@ def parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
             plain = plain or inner
         else:
             plain = plain or member
-    if isinstance(about, PythonOnly):
+    if isinstance(help_note, PythonOnly):
         plain = PYTHON_ONLY
-    elif isinstance(about, Input) and about.convert is not None:
-        plain = accepted(about.convert)
+    elif isinstance(help_note, Input) and help_note.convert is not None:
+        plain = accepted(help_note.convert)
     required = default is inspect.Parameter.empty
     return Parameter(
         name=name,
         default=None if required else default,
         required=required,
         spec=spec,
-        help=about,
+        help=help_note,
         words=tuple(words),
         type=plain,
         optional=optional,
@@ -319,26 +319,28 @@ class Command:
     @functools.cached_property
     def result(self) -> type[Result]:
         """The class of its result."""
-        found = self._annotation(self.signature.return_annotation)
-        if not (isinstance(found, type) and issubclass(found, Result)):
+        return_type = self._annotation(self.signature.return_annotation)
+        if not (isinstance(return_type, type) and issubclass(return_type, Result)):
             raise TypeError(f"{self.python_name} does not say which Result it returns")
-        return found
+        return return_type
 
     @functools.cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """All of them, those of flattened records among them."""
-        made: list[Parameter] = []
-        for name, at in self.signature.parameters.items():
-            kind = self._annotation(at.annotation)
+        parameters: list[Parameter] = []
+        for name, place in self.signature.parameters.items():
+            kind = self._annotation(place.annotation)
             group = next((k for k in union(kind) if hasattr(k, FLATTENED)), None)
             if group is None:
-                positional = at.kind is not inspect.Parameter.KEYWORD_ONLY
-                several = at.kind is inspect.Parameter.VAR_POSITIONAL
-                default = () if several else at.default
-                made.append(parameter(name, kind, default, positional=positional, several=several))
+                positional = place.kind is not inspect.Parameter.KEYWORD_ONLY
+                several = place.kind is inspect.Parameter.VAR_POSITIONAL
+                default = () if several else place.default
+                parameters.append(
+                    parameter(name, kind, default, positional=positional, several=several)
+                )
                 continue
-            made += declared(group, name)
-        return tuple(made)
+            parameters += declared(group, name)
+        return tuple(parameters)
 
     @functools.cached_property
     def records(self) -> dict[str, type]:
@@ -355,12 +357,14 @@ class Command:
         own_names = {o.lstrip("-").replace("-", "_"): name for o, name in options}
         named = {own_names.get(name, name): value for name, value in named.items()}
         loose = {k: v for k, v in named.items() if k in flat and k not in self.signature.parameters}
-        rest = {k: v for k, v in named.items() if k not in loose}
+        command_arguments = {k: v for k, v in named.items() if k not in loose}
         for p in self.parameters:
             if p.several:
-                args = (*args, *rest.pop(p.name, ()))
-        needed = {p.name: p.sentence for p in self.parameters if p.required}
-        given = bind(self.python_name, self.signature, flat, needed, args, rest)
+                args = (*args, *command_arguments.pop(p.name, ()))
+        required_sentences = {p.name: p.sentence for p in self.parameters if p.required}
+        given = bind(
+            self.python_name, self.signature, flat, required_sentences, args, command_arguments
+        )
         for name, cls in self.records.items():
             mine = {k: v for k, v in loose.items() if flat[k] == name}
             inner = [p for p in self.parameters if p.record == name]
@@ -368,11 +372,11 @@ class Command:
             given[name] = cls(
                 **{p.name: p.read(settings.get(p.name, p.default), given, notices) for p in inner}
             )
-        made = dict(given)
+        bindings = dict(given)
         for p in self.parameters:
             if not p.record and (p.name in given or p.default is not None):
-                made[p.name] = p.read(given.get(p.name, p.default), given, notices)
-        return made
+                bindings[p.name] = p.read(given.get(p.name, p.default), given, notices)
+        return bindings
 
     def _grid(self, values: dict[str, Any]) -> "Grid | None":
         """Return the grid of the array arguments, None if all are single numbers."""
@@ -387,9 +391,9 @@ class Command:
         """Check, compute in double precision, and add what there is to say of the input."""
         notices: list[Notice] = []
         with precision() if self.computes else contextlib.nullcontext():
-            made = self.arguments(args, named, notices)
-            grid = self._grid(made)
-            bound = inspect.BoundArguments(self.signature, made)  # type: ignore[arg-type]
+            values = self.arguments(args, named, notices)
+            grid = self._grid(values)
+            bound = inspect.BoundArguments(self.signature, values)  # type: ignore[arg-type]
             result = self.function(*bound.args, **bound.kwargs).noting(*notices).over(grid)
         return result.judged_by(record_files(bound.arguments.values()))
 
@@ -425,14 +429,14 @@ def command(
         raise UnknownNameError("group of commands", group, GROUPS)
 
     def declare(function: Callable[P, R]) -> Callable[P, R]:
-        declared = Command(function, group, place, examples, old, computes, record, under)
+        instance = Command(function, group, place, examples, old, computes, record, under)
 
         @functools.wraps(function)
         def call(*args: P.args, **named: P.kwargs) -> R:
-            return declared(*args, **named)  # type: ignore[return-value]
+            return instance(*args, **named)  # type: ignore[return-value]
 
-        call.declaration = declared  # type: ignore[attr-defined]
-        REGISTRY[declared.name] = declared
+        call.declaration = instance  # type: ignore[attr-defined]
+        REGISTRY[instance.name] = instance
         return call
 
     return declare

@@ -105,26 +105,26 @@ class DesignResult(Judged):
         yield from self._choice()
         if self.binding:
             yield from ("", "held by: " + ", ".join(self.binding))
-        near = sorted(self.forbidden or (), key=lambda f: f["short"])
-        yield from (f"forbidden: {f['reason']}" for f in near[:NEAR_MISSES])
+        by_shortfall = sorted(self.forbidden or (), key=lambda f: f["short"])
+        yield from (f"forbidden: {f['reason']}" for f in by_shortfall[:NEAR_MISSES])
         yield from self._margins()
 
     def _choice(self) -> Iterator[str]:
         from layerjam.design.verdict import describe_design
 
         spec, units = self.record.spec, self.units
-        told = [o.name for o in spec.objectives]
-        told += [c.name for c in spec.constraints if c.name not in told]
-        chosen, refined = self.chosen or {}, self.refined or {}
-        yield from ("", f"chosen: {describe_design(chosen)}")
-        for name in told:
-            text = show(chosen[name], units[name])
-            if name in refined:
-                text += f"   between the steps {show(refined[name], units[name])}"
+        names = [o.name for o in spec.objectives]
+        names += [c.name for c in spec.constraints if c.name not in names]
+        choice, refinement = self.chosen or {}, self.refined or {}
+        yield from ("", f"chosen: {describe_design(choice)}")
+        for name in names:
+            text = show(choice[name], units[name])
+            if name in refinement:
+                text += f"   between the steps {show(refinement[name], units[name])}"
             yield f"  {name}: {text}"
-        if refined:
-            moved = ", ".join(f"{n} {show(refined[n], units[n])}" for n in spec.grid.ranges)
-            yield f"between the steps: {describe_design(refined)} ({moved})"
+        if refinement:
+            values = ", ".join(f"{n} {show(refinement[n], units[n])}" for n in spec.grid.ranges)
+            yield f"between the steps: {describe_design(refinement)} ({values})"
         if self.runner_up:
             second = describe_design(self.runner_up)
             yield from ("", f"runner-up: {second}", f"  {self.runner_up_lost}")
@@ -186,9 +186,9 @@ def design(
             "`layerjam sweep`"
         )
     search = Search(spec)
-    killed = impossible(search, progress)
-    if killed is not None:
-        return infeasible(DesignResult.of, search, killed)
+    conflict = impossible(search, progress)
+    if conflict is not None:
+        return infeasible(DesignResult.of, search, conflict)
     return best(DesignResult.of, search, search.all(progress), accept)
 
 
@@ -203,27 +203,29 @@ def brake_of(made: DesignResult, number: int | None = None) -> BrakeFile:
     from layerjam.design.design_file import design_file, plain_name
     from layerjam.design.refine import replace_values
 
-    found: Designed = made.record
-    spec, grid, refined = found.spec, found.spec.grid, found.refined
+    designed: Designed = made.record
+    spec, grid, refinement = designed.spec, designed.spec.grid, designed.refined
     if number is None:
-        if refined is None:
+        if refinement is None:
             raise QuantityError("design: none was found between the steps; give a number")
-        number, more, row = refined.number, refined.values, refined.design
+        number, values, row = refinement.number, refinement.values, refinement.design
     else:
         WHICH.check(number, "number")
         if number >= grid.size:
             raise QuantityError(f"number: {number} is none of the {grid.size} designs, from 0 on")
-        refined, more, row = None, {}, found.search.design(int(number))
-    point = replace_values(grid.point(int(number)), more)
-    name = f"{plain_name(spec.name)}-{number}{'-refined' if refined is not None else ''}"
-    accepted = [Acceptance.of_row(one) for one in made.accepted]
+        refinement, values, row = None, {}, designed.search.design(int(number))
+    point = replace_values(grid.point(int(number)), values)
+    name = f"{plain_name(spec.name)}-{number}{'-refined' if refinement is not None else ''}"
+    acceptances = [Acceptance.of_row(acceptance) for acceptance in made.accepted]
     with precision():
-        file = design_file(spec, point, grid.values(int(number)), name, accepted)
+        file = design_file(spec, point, grid.values(int(number)), name, acceptances)
         verdict = judge(design_checks(file, row["vacuum"], {}))
-    known = {one.check for one in accepted}
-    for failed in verdict.failed_checks:
-        if failed["name"] not in known:
-            raise QuantityError(f"{name}: check '{failed['name']}' failed: {failed['reason']}")
+    accepted_names = {acceptance.check for acceptance in acceptances}
+    for failed_row in verdict.failed_checks:
+        if failed_row["name"] not in accepted_names:
+            raise QuantityError(
+                f"{name}: check '{failed_row['name']}' failed: {failed_row['reason']}"
+            )
     return file
 
 
@@ -257,23 +259,23 @@ def best(
     from layerjam.design.robust import robustness
     from layerjam.design.verdict import binding, forbidden, why_lost, why_none
 
-    told = search.find_highlights(found)
-    if not told.best:
-        return infeasible(make, search, why_none(search, found, told), found)
+    highlights = search.find_highlights(found)
+    if not highlights.best:
+        return infeasible(make, search, why_none(search, found, highlights), found)
     spec = search.spec
-    numbers, front = found.numbers[told.best], found.numbers[told.front]
-    chosen, *others = (search.design(number) for number in numbers[:2])
+    numbers, front = found.numbers[highlights.best], found.numbers[highlights.front]
+    best_design, *others = (search.design(number) for number in numbers[:2])
     runner = others[0] if others else None
-    tried = [r for number in numbers if (r := refine(spec, int(number))) is not None]
-    refined = min(tried, key=lambda r: r.score, default=None)
-    if refined is not None and refined.score > told.scores[told.best[0]]:
-        refined = None
+    refinements = [r for number in numbers if (r := refine(spec, int(number))) is not None]
+    refinement = min(refinements, key=lambda r: r.score, default=None)
+    if refinement is not None and refinement.score > highlights.scores[highlights.best[0]]:
+        refinement = None
     point = spec.grid.point(numbers[0])
     chances = robustness(spec, point)
     number = int(numbers[0])
     with precision():
         file = design_file(spec, point, spec.grid.values(number), "the design")
-        checks = [*design_checks(file, chosen["vacuum"], chances)]
+        checks = [*design_checks(file, best_design["vacuum"], chances)]
     return make(
         judge(checks, accept),
         name=spec.name,
@@ -281,12 +283,12 @@ def best(
         designs=spec.grid.size,
         examined=found.examined,
         feasible_designs=found.feasible,
-        chosen=chosen,
-        refined=None if refined is None else refined.design,
+        chosen=best_design,
+        refined=None if refinement is None else refinement.design,
         runner_up=runner,
-        runner_up_lost=None if runner is None else why_lost(chosen, runner, spec.objectives),
-        binding=binding(chosen, spec),
-        forbidden=forbidden(search, found, told),
+        runner_up_lost=None if runner is None else why_lost(best_design, runner, spec.objectives),
+        binding=binding(best_design, spec),
+        forbidden=forbidden(search, found, highlights),
         front_size=len(front),
         front=search.designs(front[:MOST_SHOWN]),
         sensitivities=sensitivities(spec, point, tuple(sorted({*search.wanted} & {*MERITS}))),
@@ -296,7 +298,7 @@ def best(
             *_of_the_chosen(spec, file),
             *_about(spec, len(front), runner is None, bool(chances)),
         ],
-        record=Designed(spec, search, refined),
+        record=Designed(spec, search, refinement),
     )
 
 
@@ -304,8 +306,8 @@ def _of_the_chosen(spec: DesignSpecification, file: BrakeFile) -> Iterator[Notic
     """Return notices about spacers for the chosen brake, and whether its film is sold."""
     from layerjam.device.gauge import notices_of_gauge
 
-    known = {notice.key for notice in spec.brake.fanning()}
-    yield from (notice for notice in file.fanning() if notice.key not in known)
+    keys = {notice.key for notice in spec.brake.fanning()}
+    yield from (notice for notice in file.fanning() if notice.key not in keys)
     yield from notices_of_gauge(file)
 
 

@@ -53,9 +53,9 @@ def edit(
     FileError for values that contradict each other.
     """
     file = brake_file(brake)
-    made = file.edited(_set(file, changes, BRAKE_FIELDS, kind, source), name=name)
-    notices = [*made.warnings(), *stale(made)]
-    return EditedFile(name=made.name, text=made.text, warnings=notices, record=made)
+    edition = file.edited(_set(file, changes, BRAKE_FIELDS, kind, source), name=name)
+    notices = [*edition.warnings(), *stale(edition)]
+    return EditedFile(name=edition.name, text=edition.text, warnings=notices, record=edition)
 
 
 @explain_arguments
@@ -76,9 +76,14 @@ def edit_line(
     """
     file = line_file(line)
     tables = {table: _part(table, part) for table, part in (takes or {}).items()}
-    given = _set(file, changes, LINE_FIELDS, kind, source)
-    made = file.edited(given, name=name, tables=tables)
-    return EditedFile(name=made.name, text=made.text, warnings=made.warnings(), record=made)
+    changes_by_path = _set(file, changes, LINE_FIELDS, kind, source)
+    edition = file.edited(changes_by_path, name=name, tables=tables)
+    return EditedFile(
+        name=edition.name,
+        text=edition.text,
+        warnings=edition.warnings(),
+        record=edition,
+    )
 
 
 def _set(
@@ -91,17 +96,17 @@ def _set(
     """{dotted path: (SI value, its source), or None} of numbers to set in a file."""
     if kind not in KINDS:
         raise UnknownNameError("kind", kind, KINDS)
-    made: dict[str, tuple[Any, Source] | None] = {}
+    entries: dict[str, tuple[Any, Source] | None] = {}
     for path, value in (changes or {}).items():
         if path not in known:
             raise UnknownNameError("key", path, known)
         if value is None:
-            made[path] = None
+            entries[path] = None
             continue
         spec, _ = known[path]
         was = "" if source else _was(file, path, spec)
-        made[path] = spec.si(value, path), Source(kind=kind, text=source or BY_HAND, was=was)
-    return made
+        entries[path] = spec.si(value, path), Source(kind=kind, text=source or BY_HAND, was=was)
+    return entries
 
 
 def _was(file: RecordFile[Any], path: str, spec: QuantitySpec) -> str:
@@ -111,29 +116,29 @@ def _was(file: RecordFile[Any], path: str, spec: QuantitySpec) -> str:
         return old.was
     if value is None:
         return "not known"
-    said = old.sentence() if old is not None else "the default"
-    return f"{show(value, spec.unit)}, {said}"
+    origin = old.sentence() if old is not None else "the default"
+    return f"{show(value, spec.unit)}, {origin}"
 
 
 def stale(file: BrakeFile) -> list[Notice]:
     """Return the numbers measured or fitted before other numbers of the brake were changed."""
     by_hand = [path for path, source in file.sources.items() if source.was]
-    moved = [path for path in by_hand if path.split(".")[0] in GEOMETRY]
-    kept = [path for path in OF_THE_BRAKE if path in file.sources and path not in by_hand]
-    if not (moved and kept):
+    sizes = [path for path in by_hand if path.split(".")[0] in GEOMETRY]
+    paths = [path for path in OF_THE_BRAKE if path in file.sources and path not in by_hand]
+    if not (sizes and paths):
         return []
     sentence = (
-        f"{', '.join(kept)} {'are' if len(kept) > 1 else 'is'} still of the brake as it was before "
-        f"{', '.join(moved)} {'were' if len(moved) > 1 else 'was'} set by hand"
+        f"{', '.join(paths)} {'are' if len(paths) > 1 else 'is'} still of the brake as it was "
+        f"before {', '.join(sizes)} {'were' if len(sizes) > 1 else 'was'} set by hand"
     )
     return [Notice(sentence, "stale")]
 
 
 def _part(table: str, part: str | None) -> dict[str, str] | None:
     """A line's table that takes a part of the catalogue; None for no such table."""
-    known = {path.split(".")[0] for path in LINE_FIELDS if "." in path}
-    if table not in known:
-        raise UnknownNameError("table", table, known)
+    tables = {path.split(".")[0] for path in LINE_FIELDS if "." in path}
+    if table not in tables:
+        raise UnknownNameError("table", table, tables)
     if part is None:
         return None
     if table not in FAMILIES:

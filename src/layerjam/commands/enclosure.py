@@ -154,29 +154,29 @@ def enclosure(
 
     sheets = data_sheets()
     _check(start, end, brake, out, material, sheets, hyperelastic)
-    asked: dict[str, Any] = {"area": area, "gauge_length": gauge_length, "limit": fit_to}
-    one = bound(read, window=(start, end), options=options, **asked)
-    specimens, refused = taken(several(files), lambda path: [("", bound(one, path))])
-    done = {made[0].path: made for made in specimens}
-    names = {p: material_of(s, material, sheets) for p, (s, *_) in done.items()}
+    settings: dict[str, Any] = {"area": area, "gauge_length": gauge_length, "limit": fit_to}
+    read_specimen = bound(read, window=(start, end), options=options, **settings)
+    specimens, refusals = taken(several(files), lambda path: [("", bound(read_specimen, path))])
+    specimens_by_path = {made[0].path: made for made in specimens}
+    names = {p: material_of(s, material, sheets) for p, (s, *_) in specimens_by_path.items()}
     warnings: list[str] = [w for s, m, *_ in specimens for w in (*s.warnings, *m.warnings)]
-    rows = {path: row_of(made, names[path], sheets) for path, made in done.items()}
+    rows = {path: row_of(made, names[path], sheets) for path, made in specimens_by_path.items()}
     alike = len({n and n[0] for n in names.values()}) == 1
     values = pool(specimens, list(rows.values()), fit_to) if alike else {}
     warnings += [] if alike else [SEVERAL_MATERIALS]
-    changed = _changes(values, done, brake, hyperelastic)
-    verdict = judge(specimen_checks(rows, values, hyperelastic), accept, list(changed), out)
-    written, said = _write(brake, out, changed, overwrite, bool(refused), partial, verdict)
+    changes = _changes(values, specimens_by_path, brake, hyperelastic)
+    verdict = judge(specimen_checks(rows, values, hyperelastic), accept, list(changes), out)
+    written, notices = _write(brake, out, changes, overwrite, bool(refusals), partial, verdict)
     return SiliconeFit.of(
         values,
         verdict,
         window=[float(start), float(end)],
         files=rows,
-        understood={p: list(s.understood) for p, (s, *_) in done.items()},
-        refused=refused,
+        understood={p: list(s.understood) for p, (s, *_) in specimens_by_path.items()},
+        refused=refusals,
         file=written,
-        warnings=[*warnings, *said],
-        record=done,
+        warnings=[*warnings, *notices],
+        record=specimens_by_path,
     )
 
 
@@ -212,15 +212,15 @@ def _write(
     if brake is None:
         return None, []
     text = bound(updated_text, brake, changes=changed, accepted=verdict.decisions)
-    written, said = write_brake(out, text, overwrite, refused, partial, verdict)
+    path, notices = write_brake(out, text, overwrite, refused, partial, verdict)
     factor = brake.brake.scale_factor
-    if written and factor != 1.0:
+    if path and factor != 1.0:
         old = (
             f"the scale factor {factor:g} was found with the old enclosure; run 'layerjam "
             "calibrate' again"
         )
-        said = [*said, Notice(old, "old-scale-factor")]
-    return written, said
+        notices = [*notices, Notice(old, "old-scale-factor")]
+    return path, notices
 
 
 def _changes(
@@ -260,10 +260,10 @@ def _with_model(
     text = modulus.text.replace("engineering stress at 100 %", f"{values['model']} fitted")
     source = Source(kind="measured", text=text)
     names = NAMES[values["model"]]
-    made: dict[str, tuple[float, Source] | None] = dict.fromkeys(old)
-    made |= {f"hyperelastic.{names[p]}": (v, source) for p, v in values["parameters"].items()}
-    made["hyperelastic.strain"] = (float(values["strain_range"][1]), source)
-    return made
+    entries: dict[str, tuple[float, Source] | None] = dict.fromkeys(old)
+    entries |= {f"hyperelastic.{names[p]}": (v, source) for p, v in values["parameters"].items()}
+    entries["hyperelastic.strain"] = (float(values["strain_range"][1]), source)
+    return entries
 
 
 def _with_modulus(

@@ -93,12 +93,12 @@ def export_c(
 
     numbers = parameters(brake, rope_stiffness)
     check_folder(Path(out), overwrite, NAMES)
-    known = export_facts("c", brake, numbers, strict)
-    if known["feasible"]:
+    facts = export_facts("c", brake, numbers, strict)
+    if facts["feasible"]:
         write_folder(Path(out), dict(c_files(brake.name, numbers, precision, brake.mark())))
     return Exported(
-        **known,
-        files=sorted(NAMES) if known["feasible"] else [],
+        **facts,
+        files=sorted(NAMES) if facts["feasible"] else [],
         parameters=numbers._asdict(),
         state_bytes=state_bytes(precision),
         record=numbers,
@@ -165,24 +165,24 @@ def export_fmu(
     numbers, values = parameters(brake, rope_stiffness), units.start_values(brake, rope_stiffness)
     if sources_only and platforms is not None:
         raise QuantityError.of("platforms", "sources only have no library for any of them")
-    named = None if platforms is None else [name.strip() for name in platforms.split(",")]
-    chosen = () if sources_only else units.chosen_platforms(fmi, named)
-    known, size = export_facts("fmu", brake, numbers, strict), None
-    if known["feasible"]:
-        binaries = {o: units.binary(fmi, o) for o in chosen}
-        made = units.fmu(fmi, brake.name, values, binaries, brake.mark())
-        write_whole(out, made, overwrite)
-        size = len(made)
-    own = units.own_platform() in chosen
+    platform_names = None if platforms is None else [name.strip() for name in platforms.split(",")]
+    platform_choice = () if sources_only else units.chosen_platforms(fmi, platform_names)
+    facts, size = export_facts("fmu", brake, numbers, strict), None
+    if facts["feasible"]:
+        binaries = {o: units.binary(fmi, o) for o in platform_choice}
+        unit = units.fmu(fmi, brake.name, values, binaries, brake.mark())
+        write_whole(out, unit, overwrite)
+        size = len(unit)
+    is_own = units.own_platform() in platform_choice
     return ExportedFmu(
-        **known,
-        files=[Path(out).name] if known["feasible"] else [],
+        **facts,
+        files=[Path(out).name] if facts["feasible"] else [],
         bytes=size,
         fmi_version=f"{fmi}.0",
         token=token(),
-        platforms=chosen,
-        compiler=version(compiler()) if own else None,
-        variables=[one.name for one in variables() if fmi == "3" or one.role != "local"],
+        platforms=platform_choice,
+        compiler=version(compiler()) if is_own else None,
+        variables=[v.name for v in variables() if fmi == "3" or v.role != "local"],
         record=values,
     )
 
@@ -285,14 +285,14 @@ def export_mujoco(
     if library is not None:
         content[library.name] = library.content
     check_folder(Path(out), overwrite, list(content))
-    known = export_facts("mujoco", brake, numbers, strict)
-    if known["feasible"]:
+    facts = export_facts("mujoco", brake, numbers, strict)
+    if facts["feasible"]:
         write_folder(Path(out), content)
     return ExportedMujoco(
-        **known,
-        files=sorted(content) if known["feasible"] else [],
+        **facts,
+        files=sorted(content) if facts["feasible"] else [],
         plugin=mjcf.PLUGIN,
-        library=library.name if known["feasible"] and library is not None else None,
+        library=library.name if facts["feasible"] and library is not None else None,
         mujoco_version=version,
         parameters=numbers._asdict(),
         record=numbers,

@@ -73,17 +73,17 @@ def each(
                 f"holds the same record as {same}, exported with another sampling or number "
                 "format; it counts once"
             )
-        found = use(trace)
+        value = use(trace)
         records.add(name, trace)
-        return found
+        return value
 
     def opened(source: Measured) -> Opened[T]:
         if isinstance(source, Trace):
             return [("", partial(use_once, source))]
         out = (without or {}).get(str(source), ())
         return [
-            (one.label, None if one.label in out else partial(_used, use_once, one, options))
-            for one in open_traces(source, options)
+            (trace.label, None if trace.label in out else partial(_used, use_once, trace, options))
+            for trace in open_traces(source, options)
         ]
 
     return taken(_measurements(several(files)), opened, progress)
@@ -102,57 +102,59 @@ def taken(
     out. If none can be used, the reason of the first is raised. Ctrl-C continues with the results
     so far; the other sources count as refused.
     """
-    done: list[T] = []
-    refused: dict[str, str] = {}
-    seen: dict[str, str] = {}
+    results: list[T] = []
+    refusals: dict[str, str] = {}
+    known_files: dict[str, str] = {}
 
     def take(name: str, source: S) -> None:
         try:
-            found = opened(source)
+            traces = opened(source)
             digest = _digest(source)
-            if digest in seen:
-                raise FitError(f"holds the same measurement as {seen[digest]}, which counts once")
-            seen[digest] = name
+            if digest in known_files:
+                raise FitError(
+                    f"holds the same measurement as {known_files[digest]}, which counts once"
+                )
+            known_files[digest] = name
         except LayerjamError as error:
-            refused[name] = _why(error, name)
+            refusals[name] = _why(error, name)
             return
-        for number, (label, one) in enumerate(found, 1):
-            if one is None:
+        for number, (label, read_trace) in enumerate(traces, 1):
+            if read_trace is None:
                 continue
-            own = f"{name}, specimen {label or number}" if len(found) > 1 else name
+            own_name = f"{name}, specimen {label or number}" if len(traces) > 1 else name
             try:
-                done.append(one())
+                results.append(read_trace())
             except LayerjamError as error:
-                refused[own] = _why(error, name)
+                refusals[own_name] = _why(error, name)
 
     names = [_name(source, number) for number, source in enumerate(sources, 1)]
     for count, (name, source) in enumerate(zip(names, sources, strict=True)):
-        whole = False
+        is_whole = False
         try:
             take(name, source)
-            whole = True
+            is_whole = True
             if progress is not None:
                 progress("reading files", (count + 1) / len(sources))
         except KeyboardInterrupt:
-            if not done:
+            if not results:
                 raise
-            rest = names[count + whole :]
-            refused |= dict.fromkeys(rest, "not read to its end: interrupted")
+            names_left = names[count + is_whole :]
+            refusals |= dict.fromkeys(names_left, "not read to its end: interrupted")
             break
-    if not done:
-        if not refused:
+    if not results:
+        if not refusals:
             raise FitError("no file was given")
-        path, why = next(iter(refused.items()))
-        raise FileError(path, why + _more(list(refused)[1:], names))
-    return done, refused
+        path, reason = next(iter(refusals.items()))
+        raise FileError(path, reason + _more(list(refusals)[1:], names))
+    return results, refusals
 
 
 def _more(refused: Sequence[str], files: Sequence[str]) -> str:
     """How many more files and specimens were refused, as the end of a sentence."""
-    whole = sum(name in files for name in refused)
+    file_count = sum(name in files for name in refused)
     parts = [
         f"{count} more {one if count == 1 else one + 's'}"
-        for count, one in ((whole, "file"), (len(refused) - whole, "specimen"))
+        for count, one in ((file_count, "file"), (len(refused) - file_count, "specimen"))
         if count
     ]
     was = "was" if len(refused) == 1 else "were"
@@ -190,14 +192,14 @@ def understood(traces: Iterable[Trace]) -> dict[str, list[str]]:
 
 def _measurements(files: Sequence[Measured]) -> list[Measured]:
     """The files without what only says how they were made: `*` catches sidecars and lists too."""
-    given = {str(f) for f in files if not isinstance(f, Trace)}
-    beside = {
+    paths = {str(f) for f in files if not isinstance(f, Trace)}
+    neighbours = {
         name
-        for name in given
-        if name.removesuffix(".toml") in given - {name}
-        or (Path(name).name in (LIST, FOLDER) and len(given) > 1)
+        for name in paths
+        if name.removesuffix(".toml") in paths - {name}
+        or (Path(name).name in (LIST, FOLDER) and len(paths) > 1)
     }
-    return [f for f in files if isinstance(f, Trace) or str(f) not in beside]
+    return [f for f in files if isinstance(f, Trace) or str(f) not in neighbours]
 
 
 def odd_facts(
@@ -211,13 +213,13 @@ def odd_facts(
             "--vacuum",
             "vacuum-stated",
         )
-    known, stated = catalogue(), trace.facts.brake
-    if stated not in known or stated == file.name:
+    brakes, brake_name = catalogue(), trace.facts.brake
+    if brake_name not in brakes or brake_name == file.name:
         return
-    differs = _other_sheets(load(stated).brake.sheets, file.brake.sheets)
-    if differs or file.name in known:
-        said = f"{name}: its sidecar names the brake {stated}, this is {file.name}"
-        yield Notice(f"{said}{differs}", "other-brake")
+    differs = _other_sheets(load(brake_name).brake.sheets, file.brake.sheets)
+    if differs or file.name in brakes:
+        sentence = f"{name}: its sidecar names the brake {brake_name}, this is {file.name}"
+        yield Notice(f"{sentence}{differs}", "other-brake")
 
 
 def _other_sheets(stated: Sheets, here: Sheets) -> str:
@@ -234,21 +236,21 @@ def _odd_record(trace: Trace) -> Iterator[Notice]:
     """Yield notices about features of a pull that no law of a brake describes."""
     from layerjam.identify.pull.summary import off_zero, pull_summary
 
-    name, found = Path(trace.path).name, pull_summary(trace)
-    if off_zero(found.start, found.features):
+    name, summary = Path(trace.path).name, pull_summary(trace)
+    if off_zero(summary.start, summary.features):
         yield Notice(
-            f"{name}: the force is {show(found.start.baseline, 'N')} before the load rises, a "
+            f"{name}: the force is {show(summary.start.baseline, 'N')} before the load rises, a "
             "preload or the load cell's zero. Nothing is subtracted; 'layerjam pull --tare' shows "
             "its effect, depth curves can fit it (--free force_offset)",
             "preload",
         )
-    if found.teeth is not None:
+    if summary.teeth is not None:
         yield Notice(
-            f"{name}: sticks and slips, {show(found.teeth.amplitude, 'N')} about its middle: its "
+            f"{name}: sticks and slips, {show(summary.teeth.amplitude, 'N')} about its middle: its "
             "peak is static friction, and the law of a brake is that of the middle",
             "stick-slip",
         )
-    if found.second_rise is not None:
+    if summary.second_rise is not None:
         yield Notice(
             f"{name}: the force rises twice, as if the brake was switched on while it slid; "
             "'layerjam pull --from --to' shows each rise, and a file with one of them can be used",
@@ -289,10 +291,10 @@ def pulls(
     def use(trace: Trace) -> tuple[Trace, PullFeatures, float]:
         pressure = _vacuum(trace, vacuum, file.brake)
         pull = pull_features(trace)
-        far, overlap = float(pull.elongation[-1]), file.brake.sheets.overlap
-        if far > 2 * overlap:
+        end, overlap = float(pull.elongation[-1]), file.brake.sheets.overlap
+        if end > 2 * overlap:
             raise FitError(
-                f"pulls to {show(far, 'm')}, but the sheets overlap by {show(overlap, 'm')}: is "
+                f"pulls to {show(end, 'm')}, but the sheets overlap by {show(overlap, 'm')}: is "
                 "the unit of the elongation right?"
             )
         test(pull, pressure, file.brake)
@@ -300,9 +302,9 @@ def pulls(
         odd.extend(_odd_record(trace))
         return trace.thinned(PICTURE), pull.thinned(CURVE), pressure
 
-    used, refused = each(files, use, options, progress, without)
+    used, refusals = each(files, use, options, progress, without)
     odd += [w for t, _, p in used for w in odd_facts(t, file, vacuum, p)]
-    return used, refused, odd
+    return used, refusals, odd
 
 
 def write_brake(
@@ -320,8 +322,8 @@ def write_brake(
     if out is None or (verdict is not None and verdict.failed):
         return None, []
     if refused and not partial:
-        why = f"{out} was not written because files were refused; --partial writes it"
-        return None, [Notice(why, "not-written")]
+        sentence = f"{out} was not written because files were refused; --partial writes it"
+        return None, [Notice(sentence, "not-written")]
     content = text(Path(out).stem)
     BrakeFile.read(content, out)
     write_whole(out, content, overwrite)

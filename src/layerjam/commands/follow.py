@@ -124,42 +124,42 @@ def follow(
     from layerjam.control.follow import follow as run
     from layerjam.simulate.speed import pull_notices
 
-    made, notices = regulator_of(line, HELD_AT * line.line.site.atmosphere, settings)
+    regulator, notices = regulator_of(line, HELD_AT * line.line.site.atmosphere, settings)
     if str(profile) in PROFILES:
-        wanted, slip = _drawn(str(profile), made.sample_time, swing)
+        target, slip = _drawn(str(profile), regulator.sample_time, swing)
     elif swing != Swing():
         names = ", ".join(vars(swing))
         raise QuantityError(f"{names}: they go only with {' or '.join(PROFILES)}")
     else:
-        wanted, slip = _from_file(profile, made.sample_time)
+        target, slip = _from_file(profile, regulator.sample_time)
     device = brake.brake
     true = replace(device, scale_factor=device.scale_factor * model_error)
-    done = run(made, device, wanted, slip, brake=true, slip_noise=slip_noise, seed=seed)
-    half, swept = float(np.ptp(wanted)) / 2, None
-    paces = np.abs(np.gradient(slip, made.sample_time))
+    record = run(regulator, device, target, slip, brake=true, slip_noise=slip_noise, seed=seed)
+    half, frequencies = float(np.ptp(target)) / 2, None
+    paces = np.abs(np.gradient(slip, regulator.sample_time))
     if half > 0:
-        swept = bode(
-            made,
+        frequencies = bode(
+            regulator,
             device,
             slip=float(np.median(slip)),
-            mean=float(wanted.min()) + half,
+            mean=float(target.min()) + half,
             amplitude=half,
-            frequencies=[f for f in FREQUENCIES if f * made.sample_time < 0.05],
+            frequencies=[f for f in FREQUENCIES if f * regulator.sample_time < 0.05],
             brake=true,
             seed=seed,
             pace=float(np.median(paces)),
         )
     return FollowedForce.of(
-        *(done.loop, swept, made),
-        rms_error=done.rms,
-        greatest_error=float(np.abs(done.error).max()),
-        possible=float(done.possible.mean()),
-        reasons=list(done.reasons),
-        feasible=bool(done.possible.all()),
-        greatest_vacuum=float(done.loop.vacuum.max()),
-        bode=None if swept is None else _rows(swept),
+        *(record.loop, frequencies, regulator),
+        rms_error=record.rms,
+        greatest_error=float(np.abs(record.error).max()),
+        possible=float(record.possible.mean()),
+        reasons=list(record.reasons),
+        feasible=bool(record.possible.all()),
+        greatest_vacuum=float(record.loop.vacuum.max()),
+        bode=None if frequencies is None else _rows(frequencies),
         warnings=[*brake.warnings(), *notices, *pull_notices(brake, float(paces.max()))],
-        record=(done, swept),
+        record=(record, frequencies),
     )
 
 
@@ -198,5 +198,5 @@ def _from_file(path: str | Path, dt: float) -> tuple[Any, Any]:
     time = log["time"] - log["time"][0]
     if len(time) < 2 or (np.diff(time) <= 0).any():
         raise FileError(path, "its time must rise from row to row")
-    at = np.arange(round(float(time[-1]) / dt) + 1) * dt
-    return np.interp(at, time, log["force"]), np.interp(at, time, log["slip"])
+    times = np.arange(round(float(time[-1]) / dt) + 1) * dt
+    return np.interp(times, time, log["force"]), np.interp(times, time, log["slip"])

@@ -63,8 +63,8 @@ class FrictionTest:
         if self.start is None and self.end is None:
             return None
         low, high = (
-            own if asked is None else float(asked)
-            for asked, own in zip((self.start, self.end), rule.window, strict=True)
+            default if limit is None else float(limit)
+            for limit, default in zip((self.start, self.end), rule.window, strict=True)
         )
         if low >= high:
             raise QuantityError(f"from: {show(low, 'm')} is not below to, {show(high, 'm')}")
@@ -91,18 +91,18 @@ class Friction(FromFiles, Judged):
     def lines(self) -> Iterator[str]:
         """Intervals of the means, the stick–slip, and one line a repeat."""
         yield ""
-        for name, over in self.intervals.items():
-            if over is not None and over["low"] is not None:
+        for name, interval in self.intervals.items():
+            if interval is not None and interval["low"] is not None:
                 yield (
-                    f"{name} {over['mean']:.4f}, 95 % interval {over['low']:.4f} to "
-                    f"{over['high']:.4f} (t over {over['repeats']} repeats)"
+                    f"{name} {interval['mean']:.4f}, 95 % interval {interval['low']:.4f} to "
+                    f"{interval['high']:.4f} (t over {interval['repeats']} repeats)"
                 )
-        found = self.stick_slip
-        if found is not None:
-            every = show(found["spacing"], "m", 3)
-            if found["period"] is not None:
-                every += f", {show(found['period'], 's', 3)}"
-            yield f"stick–slip between {found['lower']:.4f} and {found['upper']:.4f}, every {every}"
+        teeth = self.stick_slip
+        if teeth is not None:
+            every = show(teeth["spacing"], "m", 3)
+            if teeth["period"] is not None:
+                every += f", {show(teeth['period'], 's', 3)}"
+            yield f"stick–slip between {teeth['lower']:.4f} and {teeth['upper']:.4f}, every {every}"
         yield "file: static, kinetic, displacement of the kinetic mean"
         for row in self.repeats_table:
             kinetic = "stick–slip" if row["kinetic"] is None else f"{row['kinetic']:.4f}"
@@ -149,47 +149,49 @@ def friction(
     if (brake is None) != (out is None):
         raise QuantityError("brake and out: give both to write a brake, or neither")
     rule = find_standard(test.standard)
-    span, accepted = test.window(rule), test.accept_stick_slip
+    span, accept_envelope = test.window(rule), test.accept_stick_slip
     by_rule = None if rule.sled_mass is None else rule.sled_mass * GRAVITY
 
     def use(trace: Trace) -> tuple[Trace, FrictionRepeat, float]:
-        pressed = test.normal_force or trace.facts.normal_force or by_rule
-        if pressed is None:
+        load = test.normal_force or trace.facts.normal_force or by_rule
+        if load is None:
             raise FitError("nothing says how hard the films were pressed; give --normal-force")
-        repeat = reduce_repeat(trace, pressed, span, rule, accepted)
-        return trace.thinned(PICTURE), repeat, float(pressed)
+        repeat = reduce_repeat(trace, load, span, rule, accept_envelope)
+        return trace.thinned(PICTURE), repeat, float(load)
 
-    used, refused = each(files, use, options, progress)
-    normal = _one_load(pressed for _, _, pressed in used)
+    used, refusals = each(files, use, options, progress)
+    normal = _one_load(load for _, _, load in used)
     traces = [trace for trace, _, _ in used]
     odd = [w for trace in traces for w in trace.warnings]
     film = _film_range(traces, brake)
-    found = pool([r for _, r, _ in used], odd, normal, span, rule, accepted, film)
-    verdict = judge(found.checks, accept, [f"film.{name}" for name in found.means], out)
-    warnings = [*found.warnings, *_odd_loads(traces, normal, test.normal_force is None, rule)]
-    warnings += _stick_slip_notices(found)
-    pressure, said = _pressure(normal, test, traces, brake.brake.site if brake else Site(), rule)
-    warnings += said
-    written = None
+    pooled = pool([r for _, r, _ in used], odd, normal, span, rule, accept_envelope, film)
+    verdict = judge(pooled.checks, accept, [f"film.{name}" for name in pooled.means], out)
+    warnings = [*pooled.warnings, *_odd_loads(traces, normal, test.normal_force is None, rule)]
+    warnings += _stick_slip_notices(pooled)
+    pressure, notices = _pressure(normal, test, traces, brake.brake.site if brake else Site(), rule)
+    warnings += notices
+    path = None
     if brake is not None:
-        text, more = with_friction(brake, found, Path(str(out)).stem, verdict.decisions)
-        written, why = write_brake(out, lambda _: text, overwrite, bool(refused), partial, verdict)
-        warnings += more if written else why
+        text, effects = with_friction(brake, pooled, Path(str(out)).stem, verdict.decisions)
+        path, write_notices = write_brake(
+            out, lambda _: text, overwrite, bool(refusals), partial, verdict
+        )
+        warnings += effects if path else write_notices
     return Friction.of(
-        found,
+        pooled,
         verdict,
-        repeats=len(found.repeats),
+        repeats=len(pooled.repeats),
         standard=rule.name,
-        window=list(found.window),
-        intervals={name: over and over.as_dict() for name, over in found.over.items()},
-        stick_slip=plain(found.stick_slip),
+        window=list(pooled.window),
+        intervals={name: values and values.as_dict() for name, values in pooled.over.items()},
+        stick_slip=plain(pooled.stick_slip),
         pressure=pressure,
-        repeats_table=[_row(r, normal) for r in found.repeats],
+        repeats_table=[_row(r, normal) for r in pooled.repeats],
         understood=understood(traces),
-        refused=refused,
-        file=written,
+        refused=refusals,
+        file=path,
         warnings=warnings,
-        record=(traces, found),
+        record=(traces, pooled),
     )
 
 
@@ -208,8 +210,8 @@ def _film_range(traces: Sequence[Trace], brake: BrakeFile | None) -> tuple[float
     """
     from layerjam.identify.friction.agreement import film_range
 
-    stated = {trace.facts.brake for trace in traces}
-    if brake is None and len(stated) == 1 and (name := stated.pop()) in catalogue():
+    names = {trace.facts.brake for trace in traces}
+    if brake is None and len(names) == 1 and (name := names.pop()) in catalogue():
         brake = load(str(name))
     return None if brake is None else film_range(brake)
 
@@ -219,14 +221,14 @@ def _odd_loads(
 ) -> Iterator[Notice]:
     """Normal forces that sidecars state otherwise, or that nobody stated."""
     for trace in traces:
-        stated = trace.facts.normal_force
-        if stated is not None and abs(stated - load) > 1e-3 * load:
+        own_load = trace.facts.normal_force
+        if own_load is not None and abs(own_load - load) > 1e-3 * load:
             yield Notice(
-                f"{Path(trace.path).name}: its sidecar states {show(stated, 'N')}, the normal "
+                f"{Path(trace.path).name}: its sidecar states {show(own_load, 'N')}, the normal "
                 f"force given is {show(load, 'N')}, which counts",
                 "normal-force-stated",
             )
-        if stated is None and assumed:
+        if own_load is None and assumed:
             yield Notice(
                 f"the normal force is that of the {show(rule.sled_mass, 'kg')} sled of "
                 f"{rule.title}, {show(load, 'N')}; give --normal-force if yours differs",
@@ -242,16 +244,16 @@ def _pressure(
     The area under the sled is that given, or else stated by a sidecar, or else of the standard.
     """
     area: Any = test.area or next((t.facts.area for t in traces if t.facts.area), None)
-    under, use = area or rule.area, site.atmosphere
-    pressed = load / under
+    sled_area, use = area or rule.area, site.atmosphere
+    stress = load / sled_area
     whose = "the area given" if area else f"the area of {rule.title}, another one: --area"
     sentence = (
-        f"the films were pressed with {show(pressed, 'Pa')} ({whose}), a brake presses them with "
-        f"up to {show(use, 'Pa')}, {use / pressed:.0f} times that; friction changes with pressure, "
+        f"the films were pressed with {show(stress, 'Pa')} ({whose}), a brake presses them with "
+        f"up to {show(use, 'Pa')}, {use / stress:.0f} times that; friction changes with pressure, "
         "and only pulls of the brake show by how much"
     )
-    ratio = use / pressed
-    pressures = {"test": pressed, "use": use, "ratio": ratio, "area": under}
+    ratio = use / stress
+    pressures = {"test": stress, "use": use, "ratio": ratio, "area": sled_area}
     notices = [Notice(sentence, "pressure")] if ratio > ALIKE else []
     return pressures | {"area_assumed": area is None}, notices
 
@@ -260,7 +262,7 @@ def _stick_slip_notices(found: FrictionResult) -> Iterator[Notice]:
     envelope = found.stick_slip
     if envelope is None:
         return
-    what = (
+    consequence = (
         f"the middle, {envelope.middle:.4g}, is taken as kinetic friction"
         if envelope.accepted
         else "there is no kinetic friction to average (--accept-stick-slip takes the middle)"
@@ -268,7 +270,7 @@ def _stick_slip_notices(found: FrictionResult) -> Iterator[Notice]:
     yield Notice(
         f"{', '.join(envelope.files)}: the films stick and slip between "
         f"{envelope.lower:.4g} and {envelope.upper:.4g}, every "
-        f"{show(envelope.spacing, 'm', 3)}; {what}",
+        f"{show(envelope.spacing, 'm', 3)}; {consequence}",
         "stick-slip",
     )
     if not found.standard.first_maximum:

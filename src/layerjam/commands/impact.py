@@ -165,8 +165,8 @@ def drop(
     """
     site = brake.brake.site
     arrives = arrival(speed, height, horizontal, site.gravity)
-    known: dict[str, Any] = {"mass": mass, "speed": arrives, "rope_stiffness": rope_stiffness}
-    case = {**known, "gravity": 0.0 if horizontal else site.gravity}
+    numbers: dict[str, Any] = {"mass": mass, "speed": arrives, "rope_stiffness": rope_stiffness}
+    case = {**numbers, "gravity": 0.0 if horizontal else site.gravity}
     damping = rope_damping or 0.0
     if rope_damping is not None and rope_stiffness is None:
         raise QuantityError("rope damping: there is no rope; give its stiffness too")
@@ -179,20 +179,22 @@ def drop(
     if vacuum_history is not None:
         pressure = _history(vacuum_history, site.atmosphere, log)
     elif travel is not None:
-        tuned = tuning_vacuum(tuning_case(brake, mass, arrives, travel, rope_stiffness, horizontal))
-        if tuned is None:
-            return not_tuned(tune(brake, travel=travel, horizontal=horizontal, **known), arrives)
-        pressure = tuned
+        tuning = tuning_vacuum(
+            tuning_case(brake, mass, arrives, travel, rope_stiffness, horizontal)
+        )
+        if tuning is None:
+            return not_tuned(tune(brake, travel=travel, horizontal=horizontal, **numbers), arrives)
+        pressure = tuning
     else:
         pressure = vacuum_within(vacuum, brake.brake)
     at_start = None
     if leak_time is not None and not isinstance(pressure, History):
         pressure = History.leaking(pressure, leak_time, site.atmosphere, held or 0.0)
         at_start = float(pressure.at(0.0))
-    made = _with_brake(brake, case, pressure, damping, duration, progress)
+    stop = _with_brake(brake, case, pressure, damping, duration, progress)
     leaks = at_start is not None
-    made = observed(replace(made, vacuum=at_start) if leaks else made, sensing, warmth, accept)
-    return _not_tuned_for(bool(damping), leaks, made, travel) if travel is not None else made
+    stop = observed(replace(stop, vacuum=at_start) if leaks else stop, sensing, warmth, accept)
+    return _not_tuned_for(bool(damping), leaks, stop, travel) if travel is not None else stop
 
 
 def not_tuned(found: TunedVacuum, speed: float | None = None) -> Stop:
@@ -202,16 +204,16 @@ def not_tuned(found: TunedVacuum, speed: float | None = None) -> Stop:
 
 def _not_tuned_for(damping: bool, leak: bool, made: Stop, travel: float) -> Stop:
     """The stop with a notice of what its tuned vacuum leaves out."""
-    for there, what, words in (
+    for is_there, key, words in (
         (damping, "damping", "for a rope without damping"),
         (leak, "leak", "without the leak"),
     ):
-        if there and made.slip is not None:
-            said = (
+        if is_there and made.slip is not None:
+            sentence = (
                 f"the vacuum is tuned {words}; with it the brake slips {show(made.slip, 'm')}, "
                 f"not {show(travel, 'm')}"
             )
-            made = made.noting(Notice(said, f"tuned-without-{what}"))
+            made = made.noting(Notice(sentence, f"tuned-without-{key}"))
     return made
 
 
@@ -246,12 +248,12 @@ def _check(
 
 def _check_leak(values: tuple[Any, Any, Any], history: Any, no_brake: bool) -> None:
     """That share, leak time and held go with a brake and with one vacuum."""
-    given = dict(zip(("vacuum share", "leak time", "held"), values, strict=True))
-    for name, value in given.items():
+    values_by_name = dict(zip(("vacuum share", "leak time", "held"), values, strict=True))
+    for name, value in values_by_name.items():
         if value is not None and no_brake:
             raise QuantityError(f"{name}: without a brake there is no vacuum")
-    if given["leak time"] is None:
-        if given["held"] is not None:
+    if values_by_name["leak time"] is None:
+        if values_by_name["held"] is not None:
             raise QuantityError("held: goes only with a leak; give its leak time too")
     elif history is not None:
         raise QuantityError("leak time: a history holds the vacuum itself, its leak included")
@@ -278,43 +280,43 @@ def _with_brake(
                 progress("the drop in time", now / until)
 
         more: dict[str, Any] = {"rope_damping": damping, "duration": until, "progress": tell}
-        timed, record = drop_in_time(brake, vacuum=vacuum, **case, **more)
+        end, record = drop_in_time(brake, vacuum=vacuum, **case, **more)
     else:
         from layerjam.simulate.drop import drop as exactly
 
-        timed, record = exactly(brake, vacuum=vacuum, **case)
-    said: dict[str, Any] = {
+        end, record = exactly(brake, vacuum=vacuum, **case)
+    numbers: dict[str, Any] = {
         "vacuum": None if changes else vacuum,
         "speed": record.speed,
-        "outcome": str(timed.outcome),
+        "outcome": str(end.outcome),
         "record": record,
     }
-    if timed.outcome is Outcome.SNAPS:
+    if end.outcome is Outcome.SNAPS:
         # a stop that snaps has no numbers
         return Stop(
             feasible=False,
-            reason=timed.reason,
-            least_stiffness=timed.least_stiffness,
-            warnings=[words for words in record.warnings if words != timed.reason],
-            **said,
+            reason=end.reason,
+            least_stiffness=end.least_stiffness,
+            warnings=[words for words in record.warnings if words != end.reason],
+            **numbers,
         )
     if until is not None:
-        said |= {"slip_at_end": timed.slip_at_end, "outcome_at_end": str(timed.outcome_at_end)}
-    crashed, more, notices = _crash(record, brake.brake.site.gravity)
+        numbers |= {"slip_at_end": end.slip_at_end, "outcome_at_end": str(end.outcome_at_end)}
+    crashing, more, notices = _crash(record, brake.brake.site.gravity)
     return Stop(
-        slip=timed.slip,
-        **_peaks(timed.peak_force, record.mass, record.gravity, brake.brake.site.gravity),
-        end_speed=timed.end_speed,
-        dissipated_energy=timed.heat,
-        stopping_time=None if timed.outcome is Outcome.FINISHED else timed.time,
+        slip=end.slip,
+        **_peaks(end.peak_force, record.mass, record.gravity, brake.brake.site.gravity),
+        end_speed=end.end_speed,
+        dissipated_energy=end.heat,
+        stopping_time=None if end.outcome is Outcome.FINISHED else end.time,
         # friction that grows with speed holds any spring
         least_stiffness=None
         if follows_speed(brake.brake)
         else float(least_stiffness(record.vacuum, brake.brake)),
         warnings=[*record.warnings, *notices],
-        crash=crashed,
+        crash=crashing,
         **more,
-        **said,
+        **numbers,
     )
 
 
@@ -322,21 +324,21 @@ def _crash(record: DropRecord, g: float) -> tuple[Crash | None, dict[str, Any], 
     """Return the crash after the end of the travel, its numbers, and notices about it."""
     if record.outcome is not Outcome.BOTTOMED_OUT:
         return None, {}, []
-    found = crash(record)
-    if found is None:
-        said = (
+    crash_record = crash(record)
+    if crash_record is None:
+        sentence = (
             "the peaks leave the crash out: how hard it is depends on what gives at the end of the "
             "travel, and without a rope nothing is known that does"
         )
-        return None, {}, [Notice(said, "crash-unknown")]
-    force = found.peak_force
-    felt = force / (record.mass * g) if g else None
-    above = "" if felt is None else f" or {show(felt, '1', 3)} g"
-    said = (
+        return None, {}, [Notice(sentence, "crash-unknown")]
+    force = crash_record.peak_force
+    peak_g = force / (record.mass * g) if g else None
+    above = "" if peak_g is None else f" or {show(peak_g, '1', 3)} g"
+    sentence = (
         "peak force, deceleration and g do not include the crash. If the end of the travel is "
         f"rigid, the rope pulls the mass with up to {show(force, 'N')}{above}, otherwise with less"
     )
-    return found, {"crash_force": force, "crash_g": felt}, [Notice(said, "crash")]
+    return crash_record, {"crash_force": force, "crash_g": peak_g}, [Notice(sentence, "crash")]
 
 
 def _peaks(force: float, mass: float, along: float, g: float) -> dict[str, Any]:
@@ -351,30 +353,30 @@ def _peaks(force: float, mass: float, along: float, g: float) -> dict[str, Any]:
 def _without_brake(case: dict[str, Any], damping: float, g: float) -> Stop:
     from layerjam.simulate.rope_alone import damped_rope_only, simulate_bare_drop
 
-    mass, speed, rope, along = (case[k] for k in ("mass", "speed", "rope_stiffness", "gravity"))
+    mass, speed, rope, gravity = (case[k] for k in ("mass", "speed", "rope_stiffness", "gravity"))
     if rope is None:
         raise QuantityError(
             "rope stiffness: missing; without a brake the mass hangs on the rope, and the command "
             "takes its stiffness (--rope-stiffness), not the brake's file"
         )
-    force, time, heat = damped_rope_only(mass, speed, rope, damping, along)
+    force, time, heat = damped_rope_only(mass, speed, rope, damping, gravity)
     stands = math.isfinite(time)
     reason = None
     if not stands:
         reason = (
             f"on a rope damped by {show(damping, 'N s/m')} the mass never stands still: it creeps "
-            f"to {show(mass * along / rope, 'm')}, where its weight hangs; peak and heat are those "
-            "of all the time to come"
+            f"to {show(mass * gravity / rope, 'm')}, where its weight hangs; peak and heat are "
+            "those of all the time to come"
         )
     return Stop(
-        **_peaks(force, mass, along, g),
+        **_peaks(force, mass, gravity, g),
         stopping_time=time if stands else None,
         dissipated_energy=heat,
         end_speed=0.0 if stands else None,
         outcome=str(Outcome.STOPPED) if stands else None,
         speed=speed,
         reason=reason,
-        record=simulate_bare_drop(mass, speed, rope, damping, along, g),
+        record=simulate_bare_drop(mass, speed, rope, damping, gravity, g),
     )
 
 
@@ -403,23 +405,27 @@ def observed(
     sensing = sensing or Sensing()
     if isinstance(stop.record, BareDrop):
         bare = stop.record
-        shown = reading(
+        signal = reading(
             (bare.time, bare.acceleration), sensing, gravity=bare.gravity, accept=accept
         )
         bounces = "the reading holds the first pull of the rope; bounces after it are left out"
-        said = [] if sensing.plain() else [Notice(bounces, "first-pull")]
-        return replace(stop, **_judged(shown), warnings=[*stop.warnings, *shown.warnings, *said])
+        notices = [] if sensing.plain() else [Notice(bounces, "first-pull")]
+        return replace(
+            stop,
+            **_judged(signal),
+            warnings=[*stop.warnings, *signal.warnings, *notices],
+        )
     record = stop.record
     if stop.outcome_at_end:
         # what is held behind the end is how the record ended, not how the stop did
         record = replace(record, outcome=Outcome(stop.outcome_at_end))
-    shown = reading(record, sensing, accept=accept)
+    signal = reading(record, sensing, accept=accept)
     warm = heating(float(stop.dissipated_energy or 0.0), stop.record.brake, warmth)
     return replace(
         stop,
-        **_judged(shown),
+        **_judged(signal),
         **warm.values,
-        warnings=[*stop.warnings, *shown.warnings, *warm.warnings],
+        warnings=[*stop.warnings, *signal.warnings, *warm.warnings],
     )
 
 

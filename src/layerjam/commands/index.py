@@ -58,17 +58,17 @@ def _in_source(path: Path) -> Iterator[Entry]:
     for head in heads:
         function: Any = ast.parse(head).body[0]
         call = function.decorator_list[0]
-        more = {str(k.arg): ast.literal_eval(k.value) for k in call.keywords}
+        keywords = {str(k.arg): ast.literal_eval(k.value) for k in call.keywords}
         doc = (ast.get_docstring(function) or "").split("\n\n")[0].replace("\n", " ")
         yield Entry(
-            name=typed(function.name, more.get("under", "")),
+            name=typed(function.name, keywords.get("under", "")),
             python_name=function.name,
             module=module,
             group=ast.literal_eval(call.args[0]),
-            place=more.get("place", 50),
+            place=keywords.get("place", 50),
             summary=doc,
-            examples=tuple(more.get("examples", ())),
-            old=tuple(more.get("old", ())),
+            examples=tuple(keywords.get("examples", ())),
+            old=tuple(keywords.get("old", ())),
         )
 
 
@@ -81,22 +81,22 @@ def _written() -> tuple[Entry, ...]:
 
 def commands() -> dict[str, Entry]:
     """{name: Entry} of every command, by group and then by place."""
-    found = {entry.name: entry for entry in _written()}
+    entries = {entry.name: entry for entry in _written()}
     for name, c in REGISTRY.items():
-        if name not in found:
-            found[name] = Entry(
+        if name not in entries:
+            entries[name] = Entry(
                 name, c.python_name, "", c.group, c.place, c.summary, c.examples, c.old
             )
     order = list(GROUPS)
-    ranked = sorted(found.values(), key=lambda e: (order.index(e.group), e.place, e.name))
-    return {entry.name: entry for entry in ranked}
+    in_order = sorted(entries.values(), key=lambda e: (order.index(e.group), e.place, e.name))
+    return {entry.name: entry for entry in in_order}
 
 
 def find(name: str) -> Entry | None:
     """The command of a name as typed or as in Python; a former name will do."""
-    wanted = name.replace("_", "-")
+    typed_name = name.replace("_", "-")
     return next(
-        (e for e in commands().values() if wanted in (e.name, *e.old) or name == e.python_name),
+        (e for e in commands().values() if typed_name in (e.name, *e.old) or name == e.python_name),
         None,
     )
 

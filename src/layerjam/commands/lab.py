@@ -126,29 +126,30 @@ def lab(
             "edit, and layerjam lab practice --out DIR needs none"
         )
     shipped = not isinstance(spec, Spec) and str(spec) == PRACTICE and not Path(spec).exists()
-    made = campaign(built_in() if shipped else spec, seed)
-    written = write_campaign(made, out, overwrite, progress)
+    campaign_record = campaign(built_in() if shipped else spec, seed)
+    record = write_campaign(campaign_record, out, overwrite, progress)
     warnings = [Notice("the files are synthetic: written by a program, not measured", "synthetic")]
-    if written.stopped:
-        said = f"{len(written.files)} of {len(made.tests)} files were written; those are whole"
-        warnings.append(Notice(f"stopped: {said}", "stopped"))
-    if written.strangers:
-        count = written.strangers
+    if record.stopped:
+        sentence = f"{len(record.files)} of {len(campaign_record.tests)} files were written; "
+        sentence += "those are whole"
+        warnings.append(Notice(f"stopped: {sentence}", "stopped"))
+    if record.strangers:
+        count = record.strangers
         others = "1 other file" if count == 1 else f"{count} other files"
         were = "is not of this campaign; it was" if count == 1 else "are not of this one; they were"
-        said = f"{others} in {written.folder} {were} there before"
-        warnings.append(Notice(said, "strangers"))
+        sentence = f"{others} in {record.folder} {were} there before"
+        warnings.append(Notice(sentence, "strangers"))
     return PracticeFiles(
-        folder=str(written.folder),
-        files=[str(p) for p in written.files],
-        friction_tests=sum(1 for t in made.tests if t.kind == "friction"),
-        pulls=sum(1 for t in made.tests if t.kind == "pull"),
-        samples=written.samples,
-        faulty=sum(1 for t in made.tests if t.practice),
-        seed=made.spec.seed,
-        truth=str(written.folder / "truth.toml"),
-        next=commands(made, written.folder),
-        stopped=written.stopped,
+        folder=str(record.folder),
+        files=[str(p) for p in record.files],
+        friction_tests=sum(1 for t in campaign_record.tests if t.kind == "friction"),
+        pulls=sum(1 for t in campaign_record.tests if t.kind == "pull"),
+        samples=record.samples,
+        faulty=sum(1 for t in campaign_record.tests if t.practice),
+        seed=campaign_record.spec.seed,
+        truth=str(record.folder / "truth.toml"),
+        next=commands(campaign_record, record.folder),
+        stopped=record.stopped,
         warnings=warnings,
-        record=made,
+        record=campaign_record,
     )

@@ -161,18 +161,18 @@ def align(arguments: dict[str, Any], units: Mapping[str, str]) -> Grid | None:
     """
     values = {n: arguments[n] for n in units if arguments.get(n) is not None}
     arrays = {name: value for name, value in values.items() if np.ndim(value)}
-    labelled = {name: value for name, value in arrays.items() if hasattr(value, "dims")}
+    labelled_arrays = {name: value for name, value in arrays.items() if hasattr(value, "dims")}
     if not arrays:
         return None
-    if labelled:
-        bare = [name for name in arrays if name not in labelled]
+    if labelled_arrays:
+        bare = [name for name in arrays if name not in labelled_arrays]
         if bare:
             raise QuantityError.of(
                 bare[0],
-                f"has no named dimensions, but {next(iter(labelled))} has; label both, such as "
-                f"xarray.DataArray({bare[0]}, dims='{bare[0]}')",
+                f"has no named dimensions, but {next(iter(labelled_arrays))} has; label both, such "
+                f"as xarray.DataArray({bare[0]}, dims='{bare[0]}')",
             )
-        grid = _labelled(labelled, values, units)
+        grid = _labelled(labelled_arrays, values, units)
         _check_size(grid.shape, arrays)
         arguments |= grid.inputs
         return grid

@@ -108,9 +108,9 @@ def leak(
     log, around = read.log, read.atmosphere
     logged = "temperature" in log
     warm: Any = log["temperature"] if logged else ROOM if temperature is None else temperature
-    found = fit_leak(log["time"], read.absolute, atmosphere=around, window=span, temperature=warm)
-    best = found.fits[found.best]
-    lean, low, high = best.flow_interval(found.mean, around)
+    fit = fit_leak(log["time"], read.absolute, atmosphere=around, window=span, temperature=warm)
+    best = fit.fits[fit.best]
+    lean, low, high = best.flow_interval(fit.mean, around)
     slow, fast = best.rate_interval()
     gas = float(np.mean(warm))
 
@@ -118,12 +118,12 @@ def leak(
         return None if volume is None else volume * rate
 
     leaks = held(lean)
-    unsure = _unsure(found, volume is None, logged, temperature is not None)
+    unsure = _unsure(fit, volume is None, logged, temperature is not None)
     return LeakFound.of(
         best,
-        found,
+        fit,
         read,
-        judge(leak_checks(found, best, logged), accept),
+        judge(leak_checks(fit, best, logged), accept),
         **bounds(rate=(slow, fast), time_constant=(_period(fast), _period(slow))),
         **bounds(leak_rate=(held(low), held(high))),
         time_constant=_period(best.rate),
@@ -131,15 +131,15 @@ def leak(
         leak_rate=leaks,
         leak_rate_sccm=None if leaks is None else sccm(leaks, gas),
         pressure_change_rate=-lean,
-        mean_pressure=found.mean,
-        side="over the atmosphere" if found.mean > around else "under the atmosphere",
+        mean_pressure=fit.mean,
+        side="over the atmosphere" if fit.mean > around else "under the atmosphere",
         zero_fitted=best.zero,
         temperature=gas,
-        temperature_equivalent=found.heat,
-        samples=len(found.time),
-        models={n: _of_leak(f, found, volume) for n, f in found.fits.items()},
-        warnings=[*read.said, *found.warnings, *unsure],
-        record=found,
+        temperature_equivalent=fit.heat,
+        samples=len(fit.time),
+        models={n: _of_leak(f, fit, volume) for n, f in fit.fits.items()},
+        warnings=[*read.said, *fit.warnings, *unsure],
+        record=fit,
     )
 
 
@@ -151,13 +151,13 @@ def _period(rate: float) -> float | None:
 def _unsure(found: Leak, no_volume: bool, logged: bool, given: bool) -> Iterator[Notice]:
     """Yield the unknown numbers, each with the measurement that would determine it."""
     if logged and given:
-        why = "the log has a column of temperature, which counts, not --temperature"
-        yield Notice(why, "temperature-logged")
+        sentence = "the log has a column of temperature, which counts, not --temperature"
+        yield Notice(sentence, "temperature-logged")
     if no_volume:
         yield Notice("without --volume only the rate is known, not the leak", "no-volume")
     elif not (given or logged):
-        why = "the gas is taken to have 20 °C for sccm; --temperature says otherwise"
-        yield Notice(why, "temperature-assumed")
+        sentence = "the gas is taken to have 20 °C for sccm; --temperature says otherwise"
+        yield Notice(sentence, "temperature-assumed")
     if not found.distinct:
         yield Notice(
             "the log does not tell the leak's laws apart: the leak near the pressures measured is "

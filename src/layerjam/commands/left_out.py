@@ -42,19 +42,19 @@ class LeftOut:
         if isinstance(self.exclude, Mapping):
             if self.because:
                 raise QuantityError.of("because", "the reasons are already stored with the files")
-            named, reasons = list(self.exclude), list(self.exclude.values())
+            names, reasons = list(self.exclude), list(self.exclude.values())
         else:
-            named, reasons = _texts(self.exclude), _texts(self.because)
-        if len(named) != len(reasons):
+            names, reasons = _texts(self.exclude), _texts(self.because)
+        if len(names) != len(reasons):
             raise QuantityError.of(
                 "exclude",
-                f"{len(named)} named, {count_of(len(reasons), 'reason')} given; "
+                f"{len(names)} named, {count_of(len(reasons), 'reason')} given; "
                 "say of each why it is left out: --exclude FILE --because TEXT",
             )
-        for name, why in zip(named, reasons, strict=True):
-            if not why.strip():
+        for name, reason in zip(names, reasons, strict=True):
+            if not reason.strip():
                 raise QuantityError.of("because", f"is empty for {name}; say why it is left out")
-        return _once((n, why.strip()) for n, why in zip(named, reasons, strict=True))
+        return _once((n, reason.strip()) for n, reason in zip(names, reasons, strict=True))
 
     def apart(
         self, files: Sequence[Measured] | Measured, options: ReadingOptions
@@ -66,36 +66,38 @@ class LeftOut:
         that is none of the files', a specimen that the file does not hold, and where nothing is
         left; FileError if a specimen is named of a file that cannot be read.
         """
-        given, meant = several(files), self._meant(several(files))
-        known = {_called(f): f for f in given}
-        without: defaultdict[str, set[str]] = defaultdict(set)
-        for path, label in meant:
+        sources, meanings = several(files), self._meant(several(files))
+        by_name = {_called(f): f for f in sources}
+        labels_of: defaultdict[str, set[str]] = defaultdict(set)
+        for path, label in meanings:
             if label:
-                without[path].add(label)
-        held = {path: _specimens(known[path], labels, options) for path, labels in without.items()}
-        gone = {path for path, label in meant if not label}
-        gone |= {path for path, labels in without.items() if labels == held[path]}
-        kept = [f for f in given if _called(f) not in gone]
-        if meant and not kept:
+                labels_of[path].add(label)
+        in_file = {
+            path: _specimens(by_name[path], labels, options) for path, labels in labels_of.items()
+        }
+        paths = {path for path, label in meanings if not label}
+        paths |= {path for path, labels in labels_of.items() if labels == in_file[path]}
+        sources_left = [f for f in sources if _called(f) not in paths]
+        if meanings and not sources_left:
             raise QuantityError.of("exclude", "names every file; none is left")
         out = [
-            {"file": _named(path, label), "because": why, "sha256": _digest(known[path])}
-            for (path, label), why in meant.items()
+            {"file": _named(path, label), "because": reason, "sha256": _digest(by_name[path])}
+            for (path, label), reason in meanings.items()
         ]
-        return kept, without, out
+        return sources_left, labels_of, out
 
     def among(self, *groups: Sequence[Measured]) -> "Iterator[LeftOut]":
         """The same for each of several groups of files; a name must be in one of them."""
-        meant = self._meant([*{_called(f): f for some in groups for f in some}.values()])
-        for some in groups:
-            paths = {_called(f) for f in some}
+        meanings = self._meant([*{_called(f): f for group in groups for f in group}.values()])
+        for group in groups:
+            paths = {_called(f) for f in group}
             yield LeftOut(
-                exclude={_named(p, label): w for (p, label), w in meant.items() if p in paths}
+                exclude={_named(p, label): w for (p, label), w in meanings.items() if p in paths}
             )
 
     def _meant(self, files: Sequence[Measured]) -> dict[tuple[str, str], str]:
         """{(path, specimen or "" for the whole file): why}."""
-        return _once((_meant(name, files), why) for name, why in self.reasons().items())
+        return _once((_meant(name, files), reason) for name, reason in self.reasons().items())
 
 
 def left_out_row(source: Measured, reason: str) -> dict[str, Any]:
@@ -107,8 +109,8 @@ def excluded_lines(excluded: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Return the files left out, with reasons, as lines of text."""
     if excluded:
         yield from ("", "left out")
-    for one in excluded:
-        yield f"  {one['file']}: {one['because']}"
+    for row in excluded:
+        yield f"  {row['file']}: {row['because']}"
 
 
 def _texts(given: Sequence[str]) -> list[str]:
@@ -117,13 +119,13 @@ def _texts(given: Sequence[str]) -> list[str]:
 
 def _once(pairs: Iterable[tuple[Name, str]]) -> dict[Name, str]:
     """A dictionary; QuantityError if two are of one name."""
-    made: dict[Name, str] = {}
-    for name, why in pairs:
-        if name in made:
+    reasons_by_name: dict[Name, str] = {}
+    for name, reason in pairs:
+        if name in reasons_by_name:
             twice = name if isinstance(name, str) else _named(*name)
             raise QuantityError.of("exclude", f"{twice} is named twice")
-        made[name] = why
-    return made
+        reasons_by_name[name] = reason
+    return reasons_by_name
 
 
 def _named(path: str, specimen: str) -> str:
@@ -139,9 +141,9 @@ def _meant(name: str, files: Sequence[Measured]) -> tuple[str, str]:
     """Path and specimen, "" for a whole file, that a name stands for."""
     parts = name.split(OF)
     for count in range(len(parts), 0, -1):
-        found = _path(OF.join(parts[:count]), files)
-        if found is not None:
-            return found, OF.join(parts[count:])
+        source = _path(OF.join(parts[:count]), files)
+        if source is not None:
+            return source, OF.join(parts[count:])
     paths = ", ".join(map(_called, files[:6])) + ", ..." * (len(files) > 6)
     raise QuantityError.of("exclude", f"{name} is none of the files given: {paths}")
 
@@ -164,13 +166,15 @@ def _specimens(source: Measured, named: Collection[str], options: ReadingOptions
     if not isinstance(source, Trace):
         labels = [one.label for one in open_traces(source, options)]
     if len(labels) < 2:
-        why = "is one specimen; leave it out by the file's name alone"
-        raise QuantityError.of("exclude", f"{path} {why}")
+        sentence = "is one specimen; leave it out by the file's name alone"
+        raise QuantityError.of("exclude", f"{path} {sentence}")
     for label in named:
         if labels.count(label) != 1:
-            held = ", ".join(f"'{one[:30]}'" for one in labels[:6]) + ", ..." * (len(labels) > 6)
-            many = "no" if label not in labels else "more than one"
-            raise QuantityError.of("exclude", f"{path} holds {many} specimen '{label}': {held}")
+            text = ", ".join(f"'{one[:30]}'" for one in labels[:6]) + ", ..." * (len(labels) > 6)
+            count_word = "no" if label not in labels else "more than one"
+            raise QuantityError.of(
+                "exclude", f"{path} holds {count_word} specimen '{label}': {text}"
+            )
     return set(labels)
 
 

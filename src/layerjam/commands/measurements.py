@@ -48,21 +48,21 @@ class Measurements:
     ) -> tuple[Sequence[Measured], Sequence[Measured]]:
         """Which pulls to calibrate on, and which to validate on."""
         pulls, others = several(self.pulls), several(self.validate)
-        chosen = several(self.calibrate_on)
+        choice = several(self.calibrate_on)
         holdout = [self.holdout] if isinstance(self.holdout, str) else list(self.holdout)
-        if chosen and holdout:
+        if choice and holdout:
             raise QuantityError("--calibrate-on and --holdout: give one of them")
         if holdout and not pulls:
             raise QuantityError("--holdout: there are no --pulls to hold back from")
         if holdout:
-            kept, held = _held_back(pulls, holdout, reading, tell)
-            return kept, [*held, *others]
-        if chosen:
-            known = {_identity(p) for p in chosen}
-            rest = [p for p in pulls if _identity(p) not in known]
+            calibration, held_back = _held_back(pulls, holdout, reading, tell)
+            return calibration, [*held_back, *others]
+        if choice:
+            identities = {_identity(p) for p in choice}
+            rest = [p for p in pulls if _identity(p) not in identities]
             if not (rest or others):
                 raise QuantityError("--calibrate-on: names every pull, none is left to validate on")
-            return chosen, [*rest, *others]
+            return choice, [*rest, *others]
         return pulls, others or pulls
 
 
@@ -77,33 +77,35 @@ def _held_back(
     from layerjam.identify.curves import speed_of
     from layerjam.measure.readers.read import read_trace
 
-    wanted = [_condition(text) for text in holdout]
+    conditions = [_condition(text) for text in holdout]
     tell(f"holding back {', '.join(holdout)}", 0.05)
-    kept: list[Measured] = []
-    held: list[Measured] = []
+    kept_pulls: list[Measured] = []
+    held_pulls: list[Measured] = []
     levels: set[float] = set()
     for source in pulls:
         try:
             trace = source if isinstance(source, Trace) else read_trace(source, reading)
         except LayerjamError:
-            kept.append(source)  # refused, with its reason, where it would be used
+            kept_pulls.append(source)  # refused, with its reason, where it would be used
             continue
         facts = asdict(replace(trace.facts, speed=speed_of(trace)))
         if facts["vacuum"] is not None:
             levels.add(facts["vacuum"])
-        away = any(_is(facts[what], value, what) for what, value in wanted)
-        (held if away else kept).append(source)
-    for side, word in ((kept, "to calibrate on"), (held, "held back")):
+        is_held = any(_is(facts[quantity], value, quantity) for quantity, value in conditions)
+        (held_pulls if is_held else kept_pulls).append(source)
+    for side, word in ((kept_pulls, "to calibrate on"), (held_pulls, "held back")):
         if not side:
-            said = f"--holdout {', '.join(holdout)}: none of {len(pulls)} pulls is {word}"
-            at = ", ".join(show(level, "Pa") for level in sorted(levels))
-            raise FitError(f"{said}; they state {f'vacuums of {at}' if at else 'no vacuum'}")
-    return kept, held
+            sentence = f"--holdout {', '.join(holdout)}: none of {len(pulls)} pulls is {word}"
+            vacuums = ", ".join(show(level, "Pa") for level in sorted(levels))
+            raise FitError(
+                f"{sentence}; they state {f'vacuums of {vacuums}' if vacuums else 'no vacuum'}"
+            )
+    return kept_pulls, held_pulls
 
 
 def _is(value: float | None, wanted: float, what: str) -> bool:
-    near = 0.0 if what == "repeat" else NEAR * wanted
-    return value is not None and abs(value - wanted) <= near
+    tolerance = 0.0 if what == "repeat" else NEAR * wanted
+    return value is not None and abs(value - wanted) <= tolerance
 
 
 def _condition(text: str) -> tuple[str, float]:
@@ -111,9 +113,9 @@ def _condition(text: str) -> tuple[str, float]:
     match = re.fullmatch(r"\s*repeat\s*(\d{1,6})\s*", text)
     if match:
         return "repeat", float(match.group(1))
-    for what, spec in (("vacuum", VACUUM), ("speed", SPEED)):
+    for quantity, spec in (("vacuum", VACUUM), ("speed", SPEED)):
         try:
-            return what, float(spec.read(text, "holdout"))
+            return quantity, float(spec.read(text, "holdout"))
         except QuantityError:
             continue
     raise QuantityError(

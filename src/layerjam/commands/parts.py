@@ -67,15 +67,17 @@ def parts(
 
     Raises UnknownNameError.
     """
-    found = {family: dict(known_parts(family)) for family in FAMILIES}
+    families = {family: dict(known_parts(family)) for family in FAMILIES}
     if name is not None:
-        every = [known for family in found.values() for known in family]
+        every = [name_of_part for family in families.values() for name_of_part in family]
         if name not in every:
             raise UnknownNameError("part", name, every)
-        found = {f: {n: p for n, p in family.items() if n == name} for f, family in found.items()}
+        families = {
+            f: {n: p for n, p in family.items() if n == name} for f, family in families.items()
+        }
     return PartList.of(
-        {f"{f}s": [_shown(part) for part in family.values()] for f, family in found.items()},
-        record=[part for family in found.values() for part in family.values()],
+        {f"{f}s": [_shown(part) for part in family.values()] for f, family in families.items()},
+        record=[part for family in families.values() for part in family.values()],
         full=name is not None,
     )
 
@@ -96,11 +98,11 @@ def _shown(part: Part) -> dict[str, Any]:
 def _listed(part: Part) -> Iterator[str]:
     """Name, what is known and what is assumed of a part."""
     yield f"  {part.name}: {part.title}"
-    known, guessed = _numbers(part, False), _numbers(part, True)
-    without = [] if part.missing is None else [f"no {part.missing} printed"]
-    yield f"    {', '.join(known + without)}"
-    if guessed:
-        yield f"    assumed: {', '.join(guessed)}"
+    numbers, assumed_numbers = _numbers(part, False), _numbers(part, True)
+    missing_number = [] if part.missing is None else [f"no {part.missing} printed"]
+    yield f"    {', '.join(numbers + missing_number)}"
+    if assumed_numbers:
+        yield f"    assumed: {', '.join(assumed_numbers)}"
 
 
 def _numbers(part: Part, guessed: bool) -> list[str]:

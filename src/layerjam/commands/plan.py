@@ -151,12 +151,12 @@ class CollisionPlan(Judged):
         key = name.replace(" ", "_")
         if key not in LEAST_SIZES or (key == "tuned_vacuum" and self.tuned_capped):
             return None  # capped, it is the vacuum that is reached
-        most = math.inf
+        limit = math.inf
         if key == "standing_needed":
-            most = self.reachable
+            limit = self.reachable
         elif self.units[key] == "Pa":
-            most = self.record.brake.brake.site.atmosphere
-        return show_at_least(getattr(self, key), self.units[key], most)
+            limit = self.record.brake.brake.site.atmosphere
+        return show_at_least(getattr(self, key), self.units[key], limit)
 
     def draw(self) -> Figure:
         """The vacuum during the warning, the stops, and the chances."""
@@ -231,34 +231,38 @@ def plan(
         rope_stiffness=rope_stiffness,
         gravity=0.0 if horizontal else brake.brake.site.gravity,
     )
-    most = _check(case, line, brake, water)
-    kept = None if stored is None else _kept(stored, line.line)
-    made = make_plan(brake, line.line, case, stored=kept, water=water, leaks=leak_time is not None)
-    full, tuned = _spreads(made, samples, seed)
-    fine, build = made.full.within(travel), _build(made)
+    highest = _check(case, line, brake, water)
+    reservoir = None if stored is None else _kept(stored, line.line)
+    plan_record = make_plan(
+        brake, line.line, case, stored=reservoir, water=water, leaks=leak_time is not None
+    )
+    full, tuned_spread = _spreads(plan_record, samples, seed)
+    fine, build = plan_record.full.within(travel), _build(plan_record)
     return CollisionPlan.of(
         case,
-        made,
-        judge(plan_checks(made, full.beyond), accept),
-        *_stops(made),
-        {**_chances(full, tuned), "seed": seed},
-        _sizes(made, build),
-        _cost(made),
+        plan_record,
+        judge(plan_checks(plan_record, full.beyond), accept),
+        *_stops(plan_record),
+        {**_chances(full, tuned_spread), "seed": seed},
+        _sizes(plan_record, build),
+        _cost(plan_record),
         feasible=fine,
-        reason=None if fine else _reason(made),
-        reachable=most,
-        tuned_capped=made.capped,
+        reason=None if fine else _reason(plan_record),
+        reachable=highest,
+        tuned_capped=plan_record.capped,
         certain=not (mass_sd or speed_sd),
-        warnings=[*line.warnings(), *brake.warnings(), *plan_notices(made, build)],
-        record=made,
+        warnings=[*line.warnings(), *brake.warnings(), *plan_notices(plan_record, build)],
+        record=plan_record,
     )
 
 
 def _stops(made: Plan) -> tuple[Any, ...]:
     """Both stops, and how each was brought together with the line."""
-    full, tuned = made.full.coupled, made.tuned.coupled
-    other = prefixed("tuned_", made.tuned, tuned, prefixed("coupling_", tuned))
-    return made.full, full, prefixed("coupling_", full), other
+    full, tuned_coupling = made.full.coupled, made.tuned.coupled
+    later_stop = prefixed(
+        "tuned_", made.tuned, tuned_coupling, prefixed("coupling_", tuned_coupling)
+    )
+    return made.full, full, prefixed("coupling_", full), later_stop
 
 
 def _leaking(line: LineFile, leak_time: Any, water: bool) -> LineFile:
@@ -272,9 +276,9 @@ def _leaking(line: LineFile, leak_time: Any, water: bool) -> LineFile:
             "leak_time", f"{line.name} states a leak of its own; leave one of the two out"
         )
     leak = Leak(laminar=line.line.chamber.volume / leak_time)
-    made = replace(line, line=replace(line.line, leak=leak))
-    made.check(made.line)
-    return made
+    leaking_line = replace(line, line=replace(line.line, leak=leak))
+    leaking_line.check(leaking_line.line)
+    return leaking_line
 
 
 def _kept(stored: float, line: Line) -> float:
@@ -304,26 +308,26 @@ def _check(case: Arrival, line: LineFile, brake: BrakeFile, water: bool) -> floa
             f"water, but {line.name} has a reservoir, which is one of gas; plan it in air or take "
             "the reservoir out of its file",
         )
-    most, usable = reachable(line.line, water), brake.brake.sheets.usable_travel
-    held = f"more than the line can hold; pump and leak come to {show(most, 'Pa')}"
-    for name, value, limit, unit, why in (
+    highest, usable = reachable(line.line, water), brake.brake.sheets.usable_travel
+    sentence = f"more than the line can hold; pump and leak come to {show(highest, 'Pa')}"
+    for name, value, limit, unit, consequence in (
         ("travel", case.travel, usable, "m", f"beyond the usable travel of {show(usable, 'm')}"),
         ("mass sd", case.mass_sd, case.mass, "kg", "more than the mass itself"),
         ("speed sd", case.speed_sd, case.speed, "m/s", "more than the speed itself"),
-        ("standing", case.standing, most, "Pa", held),
+        ("standing", case.standing, highest, "Pa", sentence),
     ):
         if value > limit:
-            raise QuantityError.of(name, f"{apart(value, limit, unit)} is {why}")
-    return most
+            raise QuantityError.of(name, f"{apart(value, limit, unit)} is {consequence}")
+    return highest
 
 
 def _reason(made: Plan) -> str:
     """Why the estimate does not stop within the travel."""
     case = made.case
     if made.needed is None:
-        given = {k: getattr(case, k) for k in ("mass", "speed", "travel", "rope_stiffness")}
-        found = tune(made.brake, **given, horizontal=not case.gravity)
-        return f"no vacuum of the site does it: {found.reason}"
+        numbers = {k: getattr(case, k) for k in ("mass", "speed", "travel", "rope_stiffness")}
+        tuning = tune(made.brake, **numbers, horizontal=not case.gravity)
+        return f"no vacuum of the site does it: {tuning.reason}"
     if made.full.outcome is Outcome.SNAPS:
         return (
             f"at {show(made.reached, 'Pa')} the brake snaps on a rope so soft; the tuned vacuum, "
@@ -362,8 +366,8 @@ def _chances(full: Spread, tuned: Spread) -> dict[str, float]:
         "expected_g_error": max(full.peak_g_error, tuned.peak_g_error),
         "chance_error": max(full.beyond_error, full.out_error, tuned.beyond_error, tuned.out_error),
     }
-    for head, made in (("full", full), ("tuned", tuned)):
-        numbers = (made.peak_g, made.peak_g_95, made.beyond, made.out)
+    for head, spread in (("full", full), ("tuned", tuned)):
+        numbers = (spread.peak_g, spread.peak_g_95, spread.beyond, spread.out)
         out |= {f"{head}_{key}": n for key, n in zip(SPREAD, numbers, strict=True)}
     return out
 
@@ -384,10 +388,10 @@ def _sizes(made: Plan, build: Build | None) -> dict[str, Any]:
         out["conductance_volume"] = build.volume_used
     if out["conductance_needed"] is not None:
         out["cv_needed"] = valve_cv(out["conductance_needed"])
-    held = out["standing_needed"]
-    if held is not None:
-        out["standing_needed_force"] = float(brake_force(0.0, held, made.brake.brake))
-        out |= _waiting("standing_needed", held, made.standby)
+    standing = out["standing_needed"]
+    if standing is not None:
+        out["standing_needed_force"] = float(brake_force(0.0, standing, made.brake.brake))
+        out |= _waiting("standing_needed", standing, made.standby)
     return out
 
 
@@ -397,8 +401,8 @@ def _waiting(head: str, vacuum: float, standby: Standby) -> dict[str, float | No
 
     if standby.water:
         return {}
-    held = holding(vacuum, standby.line)
-    return {f"{head}_power": held.least_power, f"{head}_electric": held.electric_power}
+    record = holding(vacuum, standby.line)
+    return {f"{head}_power": record.least_power, f"{head}_electric": record.electric_power}
 
 
 def _cost(made: Plan) -> dict[str, Any]:
@@ -410,13 +414,13 @@ def _cost(made: Plan) -> dict[str, Any]:
     start, end = made.rising.states[0], made.rising.states[-1]
     work = energy.jam_work(made.reached, line, water, made.case.standing)
     refill = energy.refill_work(float(end[RESERVOIR]), float(start[RESERVOIR]), line)
-    spent = energy.electric_energy(made.case.warning, line)
+    electric = energy.electric_energy(made.case.warning, line)
     return {
         "dissipated_energy": heat,
         "jam_work": work,
         "refill_work": 0.0 if water else refill,
-        "pump_energy": spent,
+        "pump_energy": electric,
         **_waiting("standing", made.case.standing, made.standby),
         "heat_per_work": energy.per_joule(heat, work),
-        "heat_per_pump_energy": energy.per_joule(heat, spent),
+        "heat_per_pump_energy": energy.per_joule(heat, electric),
     }

@@ -39,7 +39,7 @@ def plan_notices(made: "Plan", build: "Build | None") -> Iterator[Notice]:
             "reservoir-emptied",
         )
     if build is not None:
-        yield from (Notice(assumed, "assumed-build") for assumed in build.assumed)
+        yield from (Notice(sentence, "assumed-build") for sentence in build.assumed)
     if standby.water:
         yield ONLY_COMPLIANCE
     modes = {"full": made.full} if made.capped else {"full": made.full, "tuned": made.tuned}

@@ -117,9 +117,9 @@ class BrakeSummary(Result):
         for name, text in super().rows():
             paths = RESTS_ON.get(name.replace(" ", "_"), ())
             checks = [
-                f"{one['check']}, accepted {one['date']}"
-                for one in self.accepted
-                if not one["numbers"] or {*paths} & {*one["numbers"]}
+                f"{acceptance['check']}, accepted {acceptance['date']}"
+                for acceptance in self.accepted
+                if not acceptance["numbers"] or {*paths} & {*acceptance["numbers"]}
             ]
             rows.append((name, f"{text} (failed check: {'; '.join(checks)})" if checks else text))
         return rows
@@ -149,17 +149,17 @@ def show(brake: BrakeInput, *, atmosphere: Atmosphere = None) -> BrakeSummary:
     full = device.site.atmosphere
     peak = pull.peak(full, device.sheets.usable_travel, device)
     weight, strength = mass(device), device.film.strength
-    clamped = float(limits.clamp_stress(peak.force, device))
+    stress = float(limits.clamp_stress(peak.force, device))
     mount = float(stiffness.mount_stiffness(device))
     notices = [*brake.warnings(), *notices_of_gauge(brake)]
     if brake.brake.hyperelastic is not None:
-        said = "these numbers take the enclosure's one modulus, not its [hyperelastic] law"
-        notices.append(Notice(said, "one-modulus"))
+        sentence = "these numbers take the enclosure's one modulus, not its [hyperelastic] law"
+        notices.append(Notice(sentence, "one-modulus"))
     if not bool(peak.inside):
         notices.append(
             Notice("even at full vacuum a pull has no peak: the force rises to the end", "no-peak")
         )
-    if strength is not None and clamped > strength:
+    if strength is not None and stress > strength:
         notices.append(
             Notice(
                 "at the greatest force the stress at the clamp exceeds the film's strength",
@@ -181,7 +181,7 @@ def show(brake: BrakeInput, *, atmosphere: Atmosphere = None) -> BrakeSummary:
         force_density=float(peak.force) / weight,
         buckling_force=float(limits.buckling_force(0.0, device)),
         sheet_stress=float(limits.sheet_stress(peak.force, device)),
-        clamp_stress=clamped,
+        clamp_stress=stress,
         film_strength=strength,
         scale_factor=device.scale_factor,
         peak_vacuum=float(pull.peak_vacuum(device)),
@@ -262,10 +262,10 @@ def _within_fitted(enclosure: Any, vacuum: Any, device: Any) -> None:
         return
     from layerjam.mechanics.hyperelastic import greatest_slip
 
-    most = float(np.min(greatest_slip(vacuum, device)))
+    greatest = float(np.min(greatest_slip(vacuum, device)))
     raise QuantityError.of(
         "slip",
-        f"beyond {in_words(most, 'm')} the enclosure is stretched more than the "
+        f"beyond {in_words(greatest, 'm')} the enclosure is stretched more than the "
         f"{device.hyperelastic.strain:.0%} that hyperelastic.strain says was measured",
     )
 
@@ -274,8 +274,8 @@ def _numbers(value: Any) -> Any:
     """A float, or a NumPy array."""
     import numpy as np
 
-    made = np.asarray(value)
-    return made if made.shape else float(made)
+    array = np.asarray(value)
+    return array if array.shape else float(array)
 
 
 @result
@@ -357,15 +357,15 @@ def _why_not(device: Any, slip: Any, force: Any, pressure: Any, low: Any, high: 
 
     missing = np.flatnonzero(~np.isfinite(np.ravel(pressure)))[0]
     cases = np.broadcast_arrays(slip, force, low, high)
-    x, wanted, least, most = (float(np.ravel(case)[missing]) for case in cases)
-    where = f"at {in_words(x, 'm')}"
+    x, wanted, least, greatest = (float(np.ravel(case)[missing]) for case in cases)
+    place = f"at {in_words(x, 'm')}"
     if wanted < least:
         return (
-            f"{where} the enclosure alone resists with {in_words(least, 'N')}; no vacuum makes it "
+            f"{place} the enclosure alone resists with {in_words(least, 'N')}; no vacuum makes it "
             "less"
         )
     full = in_words(device.site.atmosphere, "Pa", 6)
     return (
-        f"{where} this brake reaches {in_words(most, 'N')} at most, at the site's full vacuum of "
-        f"{full}"
+        f"{place} this brake reaches {in_words(greatest, 'N')} at most, at the site's full vacuum "
+        f"of {full}"
     )

@@ -31,16 +31,16 @@ def temperature_of(text: float | str | None, _given: object = None) -> float | N
     value = float(text) if isinstance(text, int | float) else None
     if isinstance(text, str):
         match = re.fullmatch(r"\s*([+-]?\d{1,6}(?:\.\d{1,12})?)\s*(\S.{0,15}?)\s*", text)
-        known = convert(match[2], "K") if match else None
-        if not match or known is None:
+        kelvin = convert(match[2], "K") if match else None
+        if not match or kelvin is None:
             raise QuantityError(
                 f"temperature: '{text[:40]}' is not a temperature; write '23 °C' or '296 K'"
             )
-        value = float(match[1]) * float(known[0]) + known[1]
+        value = float(match[1]) * float(kelvin[0]) + kelvin[1]
     if value is None or not 150 <= value <= 600:
-        said = f"{value:.4g} K" if value is not None else type(text).__name__
+        value_text = f"{value:.4g} K" if value is not None else type(text).__name__
         raise QuantityError(
-            f"temperature: {said} is not allowed; the gas has 150 K to 600 K, such as '23 °C'"
+            f"temperature: {value_text} is not allowed; the gas has 150 K to 600 K, such as '23 °C'"
         )
     return value
 
@@ -89,18 +89,18 @@ def read_pressure(
     around = Site().atmosphere if atmosphere is None else atmosphere
     log = read_log(file, [TIME, PRESSURE, *[TEMPERATURE] * warm], options)
     kind, says = log.pressure_reference(options.reading)
-    said: list[str] = [*log.said]
+    sentences: list[str] = [*log.said]
     if says not in (None, kind):
-        said.append(f"{log.name}: its column says {says}; --reading {kind} counts")
+        sentences.append(f"{log.name}: its column says {says}; --reading {kind} counts")
     value = log["pressure"] - (zero or 0.0)
-    made = {"absolute": value, "gauge": around + value, "vacuum": around - value}[kind]
-    if (made < -0.01 * around).any():
+    absolute = {"absolute": value, "gauge": around + value, "vacuum": around - value}[kind]
+    if (absolute < -0.01 * around).any():
         raise FileError(
             log.path,
-            f"read as {kind}, its pressure falls to {show(float(made.min()), 'Pa')} absolute, "
+            f"read as {kind}, its pressure falls to {show(float(absolute.min()), 'Pa')} absolute, "
             "which cannot be: check --reading, the unit and --zero",
         )
-    return PressureLog(log, np.maximum(made, 1.0), kind, around, said)
+    return PressureLog(log, np.maximum(absolute, 1.0), kind, around, sentences)
 
 
 def window(start: float | None, end: float | None) -> tuple[float | None, float | None]:

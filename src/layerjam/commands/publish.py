@@ -31,8 +31,8 @@ Author = Annotated[
 
 def _names(files: Sequence[str]) -> str:
     """Return the number of files and the first of their names."""
-    more = ", ..." if len(files) > 4 else ""
-    return f"{len(files)}" + (f": {', '.join(files[:4])}{more}" if files else "")
+    ellipsis = ", ..." if len(files) > 4 else ""
+    return f"{len(files)}" + (f": {', '.join(files[:4])}{ellipsis}" if files else "")
 
 
 @result
@@ -114,7 +114,7 @@ def publish(
 
     with MissingExtraError.raise_if_missing("a published dataset (pypdfium2)", "publish"):
         import pypdfium2  # noqa: F401
-    how = HowTested(
+    settings = HowTested(
         test=test,
         depth=depth,
         vacuum=vacuum,
@@ -123,17 +123,17 @@ def publish(
         accept=accept,
         options=options,
     )
-    stated = Stated(
+    facts = Stated(
         name=title or f"Tests of a layer-jamming brake: {Path(campaign).resolve().name}",
         licence=licence,
         authors=[author_of(text) for text in ([author] if isinstance(author, str) else author)],
         date=datetime.now(UTC).date().isoformat(),
     )
     tell = progress or (lambda _what, _share: None)
-    file, made = write(
-        Path(campaign), Path(out), brake, line, measurements, how, stated, overwrite, tell
+    file, record = write(
+        Path(campaign), Path(out), brake, line, measurements, settings, facts, overwrite, tell
     )
-    return Published.of(made["record"].verdict, **made).judged_by([file])
+    return Published.of(record["record"].verdict, **record).judged_by([file])
 
 
 @result
@@ -163,23 +163,23 @@ class Recomputed(Result):
 
     def lines(self) -> Iterator[str]:
         """Yield the first differences of each file, the parts not compared, and the versions."""
-        then, now = self.versions["published"], self.versions["recomputed"]
-        for file in dict.fromkeys(one["file"] for one in self.differs):
-            rows = [one for one in self.differs if one["file"] == file]
+        published, here = self.versions["published"], self.versions["recomputed"]
+        for file in dict.fromkeys(row["file"] for row in self.differs):
+            rows = [row for row in self.differs if row["file"] == file]
             yield from ("", f"{file}: published, recomputed, relative difference")
-            for one in rows[:SHOWN]:
-                share = "" if one["share"] is None else f", {show(one['share'], '1', 2)}"
-                yield f"  {one['number']}: {_number(one['published'])}, " + (
-                    f"{_number(one['recomputed'])}{share}"
+            for row in rows[:SHOWN]:
+                share = "" if row["share"] is None else f", {show(row['share'], '1', 2)}"
+                yield f"  {row['number']}: {_number(row['published'])}, " + (
+                    f"{_number(row['recomputed'])}{share}"
                 )
             if len(rows) > SHOWN:
                 yield f"  and {len(rows) - SHOWN} more (--json lists all)"
         if self.not_compared:
             yield from ("", "not compared:")
-        yield from (f"  {file}: {why}" for file, why in self.not_compared.items())
+        yield from (f"  {file}: {reason}" for file, reason in self.not_compared.items())
         yield ""
-        for name in dict.fromkeys((*then, *now)):
-            was, has = then.get(name, "not stated"), now.get(name, "not here")
+        for name in dict.fromkeys((*published, *here)):
+            was, has = published.get(name, "not stated"), here.get(name, "not here")
             yield f"{name} {was}" + ("" if was == has else f", here {has}")
 
 
@@ -206,11 +206,11 @@ def recompute(
     """
     from layerjam.commands.recomputing import recompute_dataset
 
-    found = recompute_dataset(Path(dataset), progress or (lambda _what, _share: None))
-    then, now = found["versions"]["published"], found["versions"]["recomputed"]
+    outcome = recompute_dataset(Path(dataset), progress or (lambda _what, _share: None))
+    published, here = outcome["versions"]["published"], outcome["versions"]["recomputed"]
     notices = []
-    if not found["equal"] and then != now:
+    if not outcome["equal"] and published != here:
         sentence = "other versions computed this; the versions, not the data, may explain a "
         notices.append(Notice(f"{sentence}difference", "other-versions"))
-    verdict = Verdict(decisions=found.pop("decisions"))
-    return Recomputed.of(verdict, **found, warnings=notices)
+    verdict = Verdict(decisions=outcome.pop("decisions"))
+    return Recomputed.of(verdict, **outcome, warnings=notices)

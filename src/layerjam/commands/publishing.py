@@ -50,19 +50,19 @@ def write(
     notices = stated.notices()
     _writable(folder, out, overwrite)
     tell("looking at the files", 0.0)
-    found = campaigns.campaign(folder, how.options)
-    file, given = _tested(brake, found, how.atmosphere), _given(found, measurements)
-    other = None if line is None else load_line(line).text
+    measured = campaigns.campaign(folder, how.options)
+    file, uses = (_tested(brake, measured, how.atmosphere), _given(measured, measurements))
+    line_text = None if line is None else load_line(line).text
     with (
         report_failure(out, "cannot be written"),
         hidden_folder(out.absolute().parent) as hidden,
     ):
         staging = hidden / "dataset"
-        _copy(found, staging)
-        texts = {BRAKE: file.text or file.render(file.name), LINE: other}
+        _copy(measured, staging)
+        texts = {BRAKE: file.text or file.render(file.name), LINE: line_text}
         write_files(staging, {name: text for name, text in texts.items() if text is not None})
         try:
-            recipe, content = _derive(staging, found, given, how, stated, tell)
+            recipe, content = _derive(staging, measured, uses, how, stated, tell)
         except FileError as err:
             raise _where_it_lies(err, staging, folder) from None
         stops = bool(content.verdict.failed)
@@ -79,8 +79,8 @@ def write(
         fingerprint=None if stops else sha256(out / checksums.NAME),
         report=None if stops else str(out / REPORT / "report.html"),
         licence=stated.licence,
-        authors=[vars(one) for one in stated.authors],
-        refused={name: why for name, _, why in content.refused},
+        authors=[vars(author) for author in stated.authors],
+        refused={name: reason for name, _, reason in content.refused},
         warnings=[*_notices(content), *notices],
         record=content,
     )
@@ -89,10 +89,10 @@ def write(
 def _where_it_lies(error: FileError, staging: Path, folder: Path) -> FileError:
     """The refusal of a copy, of the user's own file."""
     try:
-        own = Path(error.path).relative_to(staging / RAW)
+        relative = Path(error.path).relative_to(staging / RAW)
     except ValueError:
         return error
-    return FileError(folder / own, error.reason, error.line)
+    return FileError(folder / relative, error.reason, error.line)
 
 
 def _notices(content: "BrakeReport") -> Iterator[Notice]:
@@ -118,9 +118,9 @@ def _derive(
     """Everything that follows from the raw files, written beside them."""
     options = options_of(how)
     if "exclude" in options:
-        named = options["exclude"].items()
-        options["exclude"] = {_inside(found, name): reason for name, reason in named}
-    friction, fitted, tested = _divided(staging, given, how, tell)
+        exclusions = options["exclude"].items()
+        options["exclude"] = {_inside(found, name): reason for name, reason in exclusions}
+    friction, calibration_pulls, test_pulls = _divided(staging, given, how, tell)
     recipe = Recipe(
         versions=versions(),
         brake=BRAKE,
@@ -128,8 +128,8 @@ def _derive(
         options=options,
         stated=stated,
         friction=friction,
-        calibrate=fitted,
-        validate=tested,
+        calibrate=calibration_pulls,
+        validate=test_pulls,
     )
     recipe, content = derive(staging, recipe, staging, tell)
     description = describe(staging, checksums.inside(staging), recipe, stated, content)
@@ -140,12 +140,12 @@ def _derive(
 
 def _inside(found: campaigns.Campaign, name: str) -> str:
     """A file, or a specimen of one, by its path inside the dataset; a bare name stays as it is."""
-    path, of, specimen = name.partition(OF)
+    path, separator, specimen = name.partition(OF)
     try:
-        (own,) = campaigns.relative_paths(found.folder, [path])
+        (relative,) = campaigns.relative_paths(found.folder, [path])
     except FileError:
         return name
-    return f"{RAW}/{own}{of}{specimen}"
+    return f"{RAW}/{relative}{separator}{specimen}"
 
 
 def _writable(folder: Path, out: Path, overwrite: bool) -> None:
@@ -167,9 +167,9 @@ def _tested(
     brake: AnyBrake | None, found: campaigns.Campaign, atmosphere: float | None
 ) -> BrakeFile:
     if brake is None:
-        said = campaigns.brake_of(found)
-        inside = found.folder / said
-        brake = inside if said in found.brakes else said
+        brake_name = campaigns.brake_of(found)
+        inside = found.folder / brake_name
+        brake = inside if brake_name in found.brakes else brake_name
     return brake_file(brake, atmosphere)
 
 
@@ -184,8 +184,11 @@ def _given(found: campaigns.Campaign, asked: Measurements) -> Measurements:
         return Measurements(**lists, holdout=asked.holdout)
     lists |= {"friction": list(found.friction), "pulls": list(found.pulls)}
     if not (asked.holdout or lists["calibrate_on"]):
-        fitted, others = campaigns.split_calibration_pulls(found)
-        lists |= {"pulls": fitted or others, "validate": others if fitted else []}
+        calibration_pulls, others = campaigns.split_calibration_pulls(found)
+        lists |= {
+            "pulls": calibration_pulls or others,
+            "validate": others if calibration_pulls else [],
+        }
     return Measurements(**lists, holdout=asked.holdout)
 
 
@@ -208,15 +211,15 @@ def _divided(
     def there(names: Any) -> list[str]:
         return [str(staging / RAW / name) for name in names]
 
-    asked = Measurements(
+    request = Measurements(
         friction=there(given.friction),
         pulls=there(given.pulls),
         validate=there(given.validate),
         calibrate_on=there(given.calibrate_on),
         holdout=given.holdout,
     )
-    fitted, tested = asked.divided(how.options, tell)
+    calibration_pulls, test_pulls = request.divided(how.options, tell)
     return [
         tuple(Path(str(p)).relative_to(staging).as_posix() for p in _listed(files))
-        for files in (asked.friction, fitted, tested)
+        for files in (request.friction, calibration_pulls, test_pulls)
     ]

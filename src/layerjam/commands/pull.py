@@ -70,8 +70,8 @@ class Pulls(Judged):
 
         parts = [summary.features for _, summary in self.record]
         gap = np.array([np.nan])
-        x = [column for one in parts for column in (one.elongation * 1e3, gap)]
-        y = [column for one in parts for column in (one.force, gap)]
+        x = [column for curve in parts for column in (curve.elongation * 1e3, gap)]
+        y = [column for curve in parts for column in (curve.force, gap)]
         return [Curve(np.concatenate(x), np.concatenate(y), measured=True)]
 
     @classmethod
@@ -107,7 +107,7 @@ def pull(
         part = _cut(trace, span)
         return part.thinned(CURVE), pull_summary(part, tare).thinned(CURVE)
 
-    used, refused = each(files, use, options, progress)
+    used, refusals = each(files, use, options, progress)
     ripples = share_a_spacing([summary.ripple or summary.teeth for _, summary in used])
     used = [
         (trace, (ripple and summary.as_ripple) or summary)
@@ -124,7 +124,7 @@ def pull(
         pulls=[_row(trace, summary) for trace, summary in used],
         tare=tare,
         understood=understood(t for t, _ in used),
-        refused=refused,
+        refused=refusals,
         warnings=warnings,
         record=used,
     )
@@ -175,8 +175,8 @@ def _row(trace: Trace, summary: PullSummary) -> dict[str, Any]:
     from layerjam.identify.stick_slip import CAUSE
 
     features, start, steady = summary.features, summary.start, summary.steady
-    straight, peaked = features.straight or None, features.has_peak or None
-    teeth, ripple, back = summary.teeth, summary.ripple, summary.unloading
+    straight, peak = features.straight or None, features.has_peak or None
+    teeth, ripple, unloading = summary.teeth, summary.ripple, summary.unloading
     return {
         "file": trace.path,
         "specimen": trace.specimen or None,
@@ -189,9 +189,9 @@ def _row(trace: Trace, summary: PullSummary) -> dict[str, Any]:
         "onset_se": start.onset_se,
         "stiffness": straight and features.stiffness,
         "stiffness_se": straight and features.stiffness_se,
-        "peak_force": peaked and features.peak_force,
-        "peak_force_se": peaked and features.peak_force_se,
-        "peak_elongation": peaked and features.peak_elongation,
+        "peak_force": peak and features.peak_force,
+        "peak_force_se": peak and features.peak_force_se,
+        "peak_elongation": peak and features.peak_elongation,
         "steady_slope": steady and steady.slope,
         "steady_slope_se": steady and steady.slope_se,
         "steady_force": steady and steady.force,
@@ -211,13 +211,13 @@ def _row(trace: Trace, summary: PullSummary) -> dict[str, Any]:
         "ripple_period": ripple and ripple.period,
         "ripple_cause": ripple and CAUSE,
         "second_rise_time": _second_rise_time(trace, summary),
-        "unloading_stiffness": back and back.stiffness,
-        "unloading_stiffness_se": back and back.stiffness_se,
-        "residual_force": back and back.residual_force,
-        "residual_elongation": back and back.residual_elongation,
-        "work": back and back.work,
-        "loop_energy": back and back.loop,
-        "loop_closed": back and back.closed,
+        "unloading_stiffness": unloading and unloading.stiffness,
+        "unloading_stiffness_se": unloading and unloading.stiffness_se,
+        "residual_force": unloading and unloading.residual_force,
+        "residual_elongation": unloading and unloading.residual_elongation,
+        "work": unloading and unloading.work,
+        "loop_energy": unloading and unloading.loop,
+        "loop_closed": unloading and unloading.closed,
         "noise": summary.noise,
         "tared": summary.tared,
     }
@@ -229,8 +229,8 @@ def _paragraph(row: Mapping[str, Any]) -> Iterator[str]:
         value = show(row[key], unit)
         return value if error is None else f"{value} ± {show(error, unit, 2)}"
 
-    of = f", specimen {row['specimen']}" if row["specimen"] else ""
-    yield Path(row["file"]).name + of
+    specimen = f", specimen {row['specimen']}" if row["specimen"] else ""
+    yield Path(row["file"]).name + specimen
     yield f"  slack {text('slack')}, preload {text('preload')}, onset at {text('onset')}"
     peak = "no peak"
     if row["peak_force"] is not None:

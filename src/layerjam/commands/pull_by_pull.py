@@ -57,10 +57,10 @@ def one_of_all(pulls: "Sequence[SinglePull]") -> Iterator[Notice]:
     from layerjam.identify.single_pulls import alike
 
     words = {"vacuum": ("Pa", "vacuums"), "speed": ("m/s", "speeds")}
-    for what, value in alike(pulls).items():
-        unit, others = words[what]
+    for quantity, value in alike(pulls).items():
+        unit, others = words[quantity]
         yield Notice(
-            f"one {what} only, {show(value, unit, 3)}: nothing here says whether the friction is "
-            f"the same at other {others}",
-            f"one-{what}",
+            f"one {quantity} only, {show(value, unit, 3)}: nothing here says whether the friction "
+            f"is the same at other {others}",
+            f"one-{quantity}",
         )

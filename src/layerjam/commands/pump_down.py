@@ -87,8 +87,8 @@ class PumpFound(Judged):
         from layerjam.report import measurement_figures
         from layerjam.report.style import of_synthetic
 
-        alone, second, constant = self.record
-        return of_synthetic(measurement_figures.pump_down(alone, second, constant), self.synthetic)
+        single, second, constant = self.record
+        return of_synthetic(measurement_figures.pump_down(single, second, constant), self.synthetic)
 
 
 @command(
@@ -128,7 +128,7 @@ def pump_down(
 
     if (with_volume is None) != (added_volume is None):
         raise QuantityError("added volume: give the second log and --added-volume, or neither")
-    known = _known(volume, flow, added_volume, compliance)
+    names_given = _known(volume, flow, added_volume, compliance)
     span = window(start, end)
 
     def one(path: str | Path, shrink: float | None = 0.0) -> tuple[PumpDown, PressureLog]:
@@ -140,43 +140,43 @@ def pump_down(
         )
 
     first, read = one(file)
-    alone, constant, second = first, None, None
+    single, constant, second = first, None, None
     warnings = list(read.said)
     if compliance is not None:
         constant = first
-        alone = _shrinking(first, compliance, volume, flow, lambda s: one(file, s)[0])
-        if compliance == "fit" and not better_with_shrink(first, alone):
+        single = _shrinking(first, compliance, volume, flow, lambda s: one(file, s)[0])
+        if compliance == "fit" and not better_with_shrink(first, single):
             warnings.append(Notice(NO_COMPLIANCE, "no-compliance"))
     if with_volume is not None:
-        second, other = one(with_volume)
-        warnings += other.said
-    if not known:
+        second, alternative = one(with_volume)
+        warnings += alternative.said
+    if not names_given:
         warnings.append(Notice(PROPORTION, "flow-over-volume"))
-    numbers = _of_pump(alone, second, volume, flow, added_volume)
-    logs = [log for log in (alone, second) if log is not None]
-    checks = pump_down_checks(logs, dict(_intervals({**numbers, "rate": alone.rate})))
+    numbers = _of_pump(single, second, volume, flow, added_volume)
+    logs = [log for log in (single, second) if log is not None]
+    checks = pump_down_checks(logs, dict(_intervals({**numbers, "rate": single.rate})))
     return PumpFound.of(
         numbers,
-        alone,
-        alone.series,
+        single,
+        single.series,
         read,
         judge(checks, accept),
-        identifiable="flow and volume" if known else "flow/volume",
-        samples=len(alone.time),
+        identifiable="flow and volume" if names_given else "flow/volume",
+        samples=len(single.time),
         warnings=[*warnings, Notice(LIMIT_AND_LEAK, "limit-and-leak")],
-        record=(alone, second, constant),
+        record=(single, second, constant),
     )
 
 
 def _known(volume: Any, flow: Any, added_volume: Any, compliance: Any) -> list[str]:
     """Return the quantities that are given beside the log; QuantityError if there are several."""
-    stated = {"volume": volume, "flow": flow, "added volume": added_volume}
-    known = [name for name, value in stated.items() if value is not None]
-    if len(known) > 1:
-        raise QuantityError(f"{known[0]} and {known[1]}: one of them is enough; give one")
+    numbers = {"volume": volume, "flow": flow, "added volume": added_volume}
+    names = [name for name, value in numbers.items() if value is not None]
+    if len(names) > 1:
+        raise QuantityError(f"{names[0]} and {names[1]}: one of them is enough; give one")
     if compliance is not None and added_volume is not None:
         raise QuantityError("compliance: two logs are compared at constant volume; leave it out")
-    return known
+    return names
 
 
 def _shrinking(
@@ -193,10 +193,10 @@ def _shrinking(
         return fitted(None)
     if volume is None and flow is None:
         raise QuantityError("compliance: needs --volume or --flow, or write --compliance fit")
-    found = constant
+    fit = constant
     for _ in range(12 if volume is None else 1):  # the volume follows from the flow, and back
-        found = fitted(with_compliance(volume, flow, compliance, found))
-    return found
+        fit = fitted(with_compliance(volume, flow, compliance, fit))
+    return fit
 
 
 def _of_pump(
@@ -209,20 +209,20 @@ def _of_pump(
     """Return the numbers of pump and volume that the fits determine."""
     from layerjam.identify.logs.pump_down import flow_of, from_two, volume_of
 
-    found: dict[str, DerivedValue] = {}
+    derived: dict[str, DerivedValue] = {}
     if second is not None and added is not None:
-        found["volume"], found["flow"] = from_two(alone, second, added)
+        derived["volume"], derived["flow"] = from_two(alone, second, added)
     elif volume is not None:
-        found["flow"] = flow_of(alone, volume)
+        derived["flow"] = flow_of(alone, volume)
     elif flow is not None:
-        found["volume"] = volume_of(alone, flow)
-    told = {name: known.value for name, known in found.items()}
-    base = told.get("volume", volume)
+        derived["volume"] = volume_of(alone, flow)
+    values = {name: entry.value for name, entry in derived.items()}
+    base = values.get("volume", volume)
     return {
         **bounds(rate=alone.interval(2), ultimate_pressure=alone.interval(1)),
         **bounds(compliance_ratio=alone.interval(3) if alone.shrink_fitted else None),
-        **bounds(**{name: known.interval for name, known in found.items()}),
-        **{"volume": volume, "flow": flow, **told},
+        **bounds(**{name: entry.interval for name, entry in derived.items()}),
+        **{"volume": volume, "flow": flow, **values},
         "rate_with_volume": second and second.rate,
         "time_constant": 1 / alone.rate,
         "ultimate_pressure": alone.ultimate,

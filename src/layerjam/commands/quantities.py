@@ -133,11 +133,11 @@ def record_file(
         return file
     pressure = ATMOSPHERE.si(atmosphere, "atmosphere")
     site = replace(file.record.site, atmosphere=pressure)
-    made = replace(file.record, site=site)
-    kind.check(made)
-    stated = {"site.atmosphere": Source(kind="unstated", text="given with the command")}
-    held: dict[str, Any] = {kind.holds: made, "sources": {**file.sources, **stated}}
-    return replace(file, **held)
+    record = replace(file.record, site=site)
+    kind.check(record)
+    sources = {"site.atmosphere": Source(kind="unstated", text="given with the command")}
+    content: dict[str, Any] = {kind.holds: record, "sources": {**file.sources, **sources}}
+    return replace(file, **content)
 
 
 EXPORTS = (".csv", ".txt", ".tra", ".tsv", ".dat", ".xls", ".xlsx", ".ods")
@@ -166,20 +166,20 @@ def with_share(file: BrakeFile, share: Any) -> BrakeFile:
     """The file with the share of the vacuum that a command was given, if any."""
     if share is None:
         return file
-    stated = {"vacuum_share": Source(kind="unstated", text="given with the command")}
-    made = replace(file.brake, vacuum_share=share)
-    return replace(file, brake=made, sources={**file.sources, **stated})
+    sources = {"vacuum_share": Source(kind="unstated", text="given with the command")}
+    brake = replace(file.brake, vacuum_share=share)
+    return replace(file, brake=brake, sources={**file.sources, **sources})
 
 
 def parse_options(cls: type[T], given: Mapping[str, Any]) -> T:
     """Return a record of `options` from text or SI numbers, checked, for other functions."""
-    known = {p.name: p for p in declared(cls)}
-    unknown = [name for name in given if name not in known]
+    by_name = {p.name: p for p in declared(cls)}
+    unknown = [name for name in given if name not in by_name]
     if unknown:
-        raise UnknownNameError(f"field of {cls.__name__}", unknown[0], known)
+        raise UnknownNameError(f"field of {cls.__name__}", unknown[0], by_name)
     notices: list[Notice] = []
     return cls(
-        **{name: p.read(given.get(name, p.default), given, notices) for name, p in known.items()}
+        **{name: p.read(given.get(name, p.default), given, notices) for name, p in by_name.items()}
     )
 
 
@@ -187,10 +187,10 @@ def vacuum_within(value: Any, device: "Brake | Line", name: str = "vacuum") -> A
     """A vacuum [Pa], number or array, that the site's atmosphere allows; else QuantityError."""
     import numpy as np
 
-    most = float(np.max(value)) if np.size(value) else 0.0
-    if most > device.site.atmosphere:
+    greatest = float(np.max(value)) if np.size(value) else 0.0
+    if greatest > device.site.atmosphere:
         raise QuantityError(
-            f"{name}: {show(most, 'Pa', 6)} is more than the atmosphere, "
+            f"{name}: {show(greatest, 'Pa', 6)} is more than the atmosphere, "
             f"{show(device.site.atmosphere, 'Pa', 6)}; a vacuum is at most that"
         )
     return value
@@ -203,16 +203,16 @@ def slip_within(value: Any, brake: Brake) -> list[Notice]:
     """
     import numpy as np
 
-    most, sheets = float(np.max(value)) if np.size(value) else 0.0, brake.sheets
-    if most > sheets.overlap:
+    greatest, sheets = float(np.max(value)) if np.size(value) else 0.0, brake.sheets
+    if greatest > sheets.overlap:
         raise QuantityError(
-            f"slip: {show(most, 'm')} is beyond the overlap of {show(sheets.overlap, 'm')}; "
+            f"slip: {show(greatest, 'm')} is beyond the overlap of {show(sheets.overlap, 'm')}; "
             "the sheets would have separated"
         )
-    if most > sheets.usable_travel:
+    if greatest > sheets.usable_travel:
         return [
             Notice(
-                f"slip {show(most, 'm')} is beyond the usable travel of "
+                f"slip {show(greatest, 'm')} is beyond the usable travel of "
                 f"{show(sheets.usable_travel, 'm')}",
                 "beyond-usable-travel",
             )

@@ -36,11 +36,15 @@ def several(files: AnyFiles) -> list[Measured]:
 
 def _measured(files: AnyFiles, given: Mapping[str, Any]) -> list[Measured]:
     """Return paths and traces; data frames are read as `given` options say."""
-    options = next((one for one in given.values() if isinstance(one, ReadingOptions)), None)
-    each = [files] if isinstance(files, str | Path | Trace | DataFrame) else list(files)
+    options = next(
+        (source for source in given.values() if isinstance(source, ReadingOptions)), None
+    )
+    sources = [files] if isinstance(files, str | Path | Trace | DataFrame) else list(files)
     return [
-        _trace(one, options or ReadingOptions(), number) if isinstance(one, DataFrame) else one
-        for number, one in enumerate(each, 1)
+        _trace(source, options or ReadingOptions(), number)
+        if isinstance(source, DataFrame)
+        else source
+        for number, source in enumerate(sources, 1)
     ]
 
 

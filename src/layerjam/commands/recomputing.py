@@ -45,43 +45,45 @@ class _Comparison:
             if self.recipe.format == FORMAT and name not in self.changed:
                 self.found.append(Difference("the file", name, None, "computed"))
             return
-        published = path.read_bytes()
+        original = path.read_bytes()
         self.numbers += count(name, recomputed)
-        found = list(file_differences(name, published, recomputed))
-        if found and (others := self._others()):
+        differences = list(file_differences(name, original, recomputed))
+        if differences and (others := self._others()):
             try:
-                found = list(self._numbers(name, published, recomputed))
+                differences = list(self._numbers(name, original, recomputed))
             except ValueError:
-                found = [Difference("text", name, "cannot be read", None)]
-            if not found:
+                differences = [Difference("text", name, "cannot be read", None)]
+            if not differences:
                 self.not_compared[name] = f"its words and drawings: {others}"
-        self.found += found
+        self.found += differences
 
     def description(self, recomputed: str) -> None:
         """Compare ro-crate-metadata.json, without the files whose checksum differs already."""
         path = self.root / METADATA
         try:
-            published = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+            original = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
         except (ValueError, RecursionError):
-            published = {}
+            original = {}
         left_out = {crate.address(name) for name in self.changed}
-        was, now = (by_name(prune(d, left_out)) for d in (published, json.loads(recomputed)))
-        self.found += differences(was, now, METADATA, words=True)
+        was, here = (by_name(prune(d, left_out)) for d in (original, json.loads(recomputed)))
+        self.found += differences(was, here, METADATA, words=True)
 
     def _numbers(self, name: str, published: bytes, recomputed: bytes) -> Iterator[Difference]:
         if name != RESULTS:
             return number_differences(name, published, recomputed)
-        whole = (json.loads(text) for text in (published, recomputed))
-        was, now = ({s: one[s] for s in STAGES if one.get(s)} for one in whole)
-        return differences(was, now, name)
+        documents = (json.loads(text) for text in (published, recomputed))
+        was, here = ({s: document[s] for s in STAGES if document.get(s)} for document in documents)
+        return differences(was, here, name)
 
     def _others(self) -> str:
         """Which other versions wrote the dataset, in words; empty if these did."""
-        then, now = self.recipe.versions, versions()
-        other = [f"{n} {v}, here {now.get(n, 'none')}" for n, v in then.items() if now.get(n) != v]
+        original, here = self.recipe.versions, versions()
+        differing = [
+            f"{n} {v}, here {here.get(n, 'none')}" for n, v in original.items() if here.get(n) != v
+        ]
         if self.recipe.format < FORMAT:
-            other.append(f"form {self.recipe.format} of the recipe")
-        return "; ".join(other)
+            differing.append(f"form {self.recipe.format} of the recipe")
+        return "; ".join(differing)
 
 
 def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
@@ -89,47 +91,49 @@ def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
 
     Returns the values of the result's keys, and as `decisions` the failed checks that are accepted.
     """
-    with open_root(source) as root, tempfile.TemporaryDirectory(prefix="layerjam-again-") as made:
-        recipe, (listed, strange) = read_recipe(root), checksums.read(root)
-        changed = checksums.changed(root, listed)
-        unlisted = {checksums.NAME, *((METADATA,) if recipe.format < FORMAT else ())}
-        added = [n for n in checksums.everything(root) if n not in {*listed, *unlisted}]
+    with open_root(source) as root, tempfile.TemporaryDirectory(prefix="layerjam-again-") as folder:
+        recipe, (checksums_listed, strange) = read_recipe(root), checksums.read(root)
+        changed_files = checksums.changed(root, checksums_listed)
+        names_left = {checksums.NAME, *((METADATA,) if recipe.format < FORMAT else ())}
+        added_files = [
+            n for n in checksums.everything(root) if n not in {*checksums_listed, *names_left}
+        ]
         if (root / REPORT / "report.pdf").is_file():
             with MissingExtraError.raise_if_missing("the PDF of a dataset (typst)", "publish"):
                 import typst  # noqa: F401
-        if strange or not listed:
-            changed.append(checksums.NAME)
-        work = _Comparison(root, recipe, changed)
+        if strange or not checksums_listed:
+            changed_files.append(checksums.NAME)
+        work = _Comparison(root, recipe, changed_files)
         work.found += [Difference(f"line {n}", checksums.NAME, t, None) for n, t in strange]
-        accepted: Iterable[Acceptance] = ()
+        acceptances: Iterable[Acceptance] = ()
         try:
-            again, content = derive(root, recipe, Path(made), tell)
+            files_again, content = derive(root, recipe, Path(folder), tell)
         except LayerjamError as error:
             work.found.append(_failure(error, root))
         else:
-            accepted = content.accepted
-            names = sorted(checksums.inside(Path(made)), key=lambda name: name != RESULTS)
+            acceptances = content.accepted
+            names = sorted(checksums.inside(Path(folder)), key=lambda name: name != RESULTS)
             for name in names:
-                work.file(name, (Path(made) / name).read_bytes())
+                work.file(name, (Path(folder) / name).read_bytes())
             inputs = {BRAKE, LINE, METADATA, checksums.NAME, *(() if recipe.stated else (README,))}
-            for name in sorted({*listed} - inputs - {*names, *changed}):
+            for name in sorted({*checksums_listed} - inputs - {*names, *changed_files}):
                 if not name.startswith(f"{RAW}/"):
                     work.found.append(Difference("the file", name, "published", None))
             if recipe.stated is not None:
-                files = [name for name in listed if name not in changed]
-                work.description(describe(root, files, again, recipe.stated, content))
+                files = [name for name in checksums_listed if name not in changed_files]
+                work.description(describe(root, files, files_again, recipe.stated, content))
         fingerprint = root / checksums.NAME
         return dict(
-            equal=not (work.found or changed or added),
+            equal=not (work.found or changed_files or added_files),
             numbers=work.numbers,
-            differs=[vars(one) for one in work.found],
-            changed_files=changed,
-            added_files=added,
+            differs=[vars(difference) for difference in work.found],
+            changed_files=changed_files,
+            added_files=added_files,
             not_compared=work.not_compared,
             fingerprint=sha256(fingerprint) if fingerprint.is_file() else None,
             versions={"published": dict(recipe.versions), "recomputed": versions()},
             record=work.found,
-            decisions=tuple(accepted),
+            decisions=tuple(acceptances),
         )
 
 

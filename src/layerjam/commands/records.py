@@ -35,8 +35,8 @@ class RecordsAdded(Result):
             yield ""
         for path, ident in self.ids.items():
             yield f"{ident[:SHORT]}  {path}"
-        for ident, what in self.also_added.items():
-            yield f"{ident[:SHORT]}  {what}"
+        for ident, text in self.also_added.items():
+            yield f"{ident[:SHORT]}  {text}"
 
 
 @result
@@ -76,10 +76,10 @@ class RecordShown(Result):
     def lines(self) -> Iterator[str]:
         """Yield its sources, and the records derived from it."""
         parts = (("derived from", self.derived_from), ("used by", self.used_by))
-        for title, found in parts:
-            if found:
+        for title, records in parts:
+            if records:
                 yield from ("", title)
-            for row in found:
+            for row in records:
                 yield f"  {row['role']}: {_line(row)}"
         if self.unlinked:
             yield from ("", "not in the records")
@@ -102,8 +102,8 @@ class RecordsVerified(Result):
 
     def lines(self) -> Iterator[str]:
         """One line for each that is not as it was."""
-        for word, found in (("changed", self.changed), ("missing", self.missing)):
-            for row in found:
+        for word, records in (("changed", self.changed), ("missing", self.missing)):
+            for row in records:
                 folder = f", {row['folder']} on {row['host']}" if row["folder"] else ""
                 yield f"{word}: {row['name']} ({row['id'][:SHORT]}{folder})"
 
@@ -173,21 +173,21 @@ def records_add(
     database = _database(db)
     from layerjam.records.store import add
 
-    given = [files] if isinstance(files, str | Path) else list(files)
-    made = add(database, given, serial)
+    paths = [files] if isinstance(files, str | Path) else list(files)
+    result = add(database, paths, serial)
     return RecordsAdded.of(
-        made,
-        also_added=made.others,
+        result,
+        also_added=result.others,
         database=database.where,
         warnings=[
-            *(Notice(f"{path}: {text}", "record") for path, text in made.notes),
+            *(Notice(f"{path}: {text}", "record") for path, text in result.notes),
             *(
                 Notice(
                     f"{path}: comes from {name} ({role}, {key[:16]}), which is not in the records; "
                     "it is linked when that is added",
                     "not-linked",
                 )
-                for path, role, name, key in made.unlinked
+                for path, role, name, key in result.unlinked
             ),
         ],
     )
@@ -209,8 +209,10 @@ def records_list(*, db: RecordsDatabase = None) -> RecordsListed:
     from layerjam.records.view import rows
 
     with database.reading() as base:
-        found = [] if base is None else rows(base)
-    return RecordsListed(rows_=found, database=database.where, warnings=_none_yet(database, found))
+        records = [] if base is None else rows(base)
+    return RecordsListed(
+        rows_=records, database=database.where, warnings=_none_yet(database, records)
+    )
 
 
 def _none_yet(database: Any, found: Sequence[Any]) -> list[Notice]:
@@ -234,8 +236,8 @@ def records_show(ident: RecordId, *, db: RecordsDatabase = None) -> RecordShown:
     database = _database(db)
     from layerjam.records.view import show
 
-    made = show(database, ident)
-    return RecordShown.of(made, record_=made.record)
+    result = show(database, ident)
+    return RecordShown.of(result, record_=result.record)
 
 
 @command(
@@ -260,8 +262,8 @@ def records_verify(
     database = _database(db)
     from layerjam.records.view import verify
 
-    made = verify(database, [folders] if isinstance(folders, str | Path) else list(folders))
-    return RecordsVerified.of(made, warnings=_none_yet(database, [*range(made.checked)]))
+    result = verify(database, [folders] if isinstance(folders, str | Path) else list(folders))
+    return RecordsVerified.of(result, warnings=_none_yet(database, [*range(result.checked)]))
 
 
 @command(
@@ -285,7 +287,7 @@ def records_withdraw(
     database = _database(db)
     from layerjam.records.store import withdraw
 
-    made, used_by = withdraw(database, ident, why)
+    result, used_by = withdraw(database, ident, why)
     text = "records come from it and stay as they are; see 'layerjam records show'"
     notices = [Notice(f"{len(used_by)} {text}", "used")] if used_by else []
-    return RecordWithdrawn(id=made, used_by=used_by, warnings=notices)
+    return RecordWithdrawn(id=result, used_by=used_by, warnings=notices)

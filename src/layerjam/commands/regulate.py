@@ -99,8 +99,8 @@ class Regulation(Judged):
         """Vacuum, reading and target over time, and what the pump does."""
         from layerjam.report import control_figures
 
-        regulator, made = self.record
-        return control_figures.loop(regulator, made, self.fault_at)
+        regulator, loop = self.record
+        return control_figures.loop(regulator, loop, self.fault_at)
 
     def quiet_curves(self) -> Sequence[Curve]:
         """Vacuum [kPa] over time [s]."""
@@ -142,45 +142,49 @@ def regulate(
     from layerjam.control.detection import detection_times
 
     if (fault is None) != (fault_at is None):
-        given, missing = ("fault", "fault at") if fault_at is None else ("fault at", "fault")
-        raise QuantityError.of(missing, f"missing; {given} is given, and they go together")
+        stated, missing = ("fault", "fault at") if fault_at is None else ("fault at", "fault")
+        raise QuantityError.of(missing, f"missing; {stated} is given, and they go together")
     vacuum_within(target, line.line, "target")
-    made, notices = regulator_of(line, target, settings)
-    found = None
+    regulator, notices = regulator_of(line, target, settings)
+    step_fit = None
     if recorded.step is not None:
-        made, found, more = tuned_by(
-            made, recorded.step, recorded, line.line.site.atmosphere, settings.noise is not None
+        regulator, step_fit, further = tuned_by(
+            regulator,
+            recorded.step,
+            recorded,
+            line.line.site.atmosphere,
+            settings.noise is not None,
         )
-        notices += more
+        notices += further
     elif recorded != RecordedStep():
         raise QuantityError("reading, from, to: they go only with --step")
-    constant = made.plant.time_constant(target)
+    constant = regulator.plant.time_constant(target)
     length = 12 * constant if duration is None else duration
-    injected, broken = _injected(fault, fault_at, made, target, length, line)
-    loop = simulate(made, [(float(length), float(target))], injected=injected, seed=seed)
-    checks = [*regulation_checks(made, target, loop)]
+    injection, fault_text = _injected(fault, fault_at, regulator, target, length, line)
+    loop = simulate(regulator, [(float(length), float(target))], injected=injection, seed=seed)
+    checks = [*regulation_checks(regulator, target, loop)]
     if fault is not None:
-        checks = [_of_the_fault(fault, injected, loop)]
-    checks += [] if found is None else found.checks
-    times = detection_times(made, target)
-    after = loop.fault_time - injected.at
+        checks = [_of_the_fault(fault, injection, loop)]
+    checks += [] if step_fit is None else step_fit.checks
+    times = detection_times(regulator, target)
+    after = loop.fault_time - injection.at
     return Regulation.of(
-        None if settings.kind == "bang-bang" else made.gains(),
+        None if settings.kind == "bang-bang" else regulator.gains(),
         loop,
-        made,
+        regulator,
         judge(checks, accept),
         target=target,
         fault=fault,
         fault_at=fault_at,
-        broken=broken,
+        broken=fault_text,
         said_after=after if after >= 0 else None,
-        reachable=made.plant.reach,
+        reachable=regulator.plant.reach,
         time_constant=constant,
         duration=length,
-        identified=None if found is None else _seen(found),
+        identified=None if step_fit is None else _seen(step_fit),
         detection={k: v if math.isfinite(v) else None for k, v in times.items()},
         warnings=notices,
-        record=(made, loop),
+        record=(regulator, loop),
     )
 
 
@@ -210,26 +214,26 @@ def _injected(
         raise QuantityError.of(
             "fault at", f"{show(at, 's')} is not allowed; the run ends at {show(length, 's')}"
         )
-    injected, words = injection_of(fault, at, made, target)
-    if file.line.valve is None and injected.pump < 1:
+    injection, words = injection_of(fault, at, made, target)
+    if file.line.valve is None and injection.pump < 1:
         # the pump run backwards is the only way down
-        injected = replace(injected, vent=injected.pump)
-    return injected, words
+        injection = replace(injection, vent=injection.pump)
+    return injection, words
 
 
 def _of_the_fault(fault: str, injected: FaultInjection, loop: ClosedLoop) -> Check:
     """Return the check that an injected fault is reported, and not before it begins."""
     if loop.fault_time < injected.at:
-        said = (
+        sentence = (
             f"{loop.outcome} was reported at {show(loop.fault_time, 's')}, before the fault began"
         )
-        return check("fault", False, said, level="failed")
+        return check("fault", False, sentence, level="failed")
     if math.isfinite(loop.fault_time):
         return check("fault", True, f"{loop.outcome} is reported after the fault began")
-    off = float(loop.vacuum[-1] - loop.target[-1])
-    where = "above" if off > 0 else "below"
-    missed = (
+    offset = float(loop.vacuum[-1] - loop.target[-1])
+    side = "above" if offset > 0 else "below"
+    notice_text = (
         f"{fault} was not said in the time simulated{UNSEEN.get(fault, '')}; the vacuum ends "
-        f"{show(abs(off), 'Pa')} {where} the target"
+        f"{show(abs(offset), 'Pa')} {side} the target"
     )
-    return check("fault", False, missed)
+    return check("fault", False, notice_text)

@@ -87,7 +87,7 @@ def regulator_of(file: LineFile, at: float, how: RegulatorSettings) -> tuple[Reg
             )
         )
     notices += _left_out(file, plant)
-    made = Regulator(
+    regulator = Regulator(
         plant=plant,
         sensor=sensor,
         kind=how.kind,
@@ -97,7 +97,7 @@ def regulator_of(file: LineFile, at: float, how: RegulatorSettings) -> tuple[Reg
         tuned_at=at,
         **_given(sample_time=how.sample_time, minimum_on=how.least_run, minimum_off=how.least_run),
     )
-    return made, notices
+    return regulator, notices
 
 
 def sensor_of(file: LineFile, span: float | None, noise: float | None = None) -> Sensor:
@@ -111,12 +111,12 @@ def sensor_of(file: LineFile, span: float | None, noise: float | None = None) ->
 
 def _left_out(file: LineFile, plant: Plant) -> list[Notice]:
     """Yield notices about the parts of tube and reservoir that the loop neglects."""
-    line, said = file.line, []
+    line, notices = file.line, []
     if plant.water and line.tube is not None:
-        said.append(ONLY_COMPLIANCE)
+        notices.append(ONLY_COMPLIANCE)
     if plant.passage is not None and line.tube is not None and line.tube.cells:
         delay = wave_delay(line.tube, line.polytropic)
-        said.append(
+        notices.append(
             Notice(
                 "tube: its resistance and gas are counted, its cells are not; a pressure wave "
                 f"takes {show(delay, 's')}",
@@ -124,13 +124,13 @@ def _left_out(file: LineFile, plant: Plant) -> list[Notice]:
             )
         )
     if line.reservoir is not None:
-        said.append(
+        notices.append(
             Notice(
                 "reservoir: its valve stays closed, as the regulator commands pump and vent alone",
                 "reservoir-closed",
             )
         )
-    return said
+    return notices
 
 
 def _given(**values: Any) -> dict[str, Any]:
@@ -179,7 +179,7 @@ def tuned_by(
     time, vacuum = time[inside], atmosphere - read.absolute[inside]
     old: Plant = regulator.plant
     try:
-        found = (
+        fit = (
             identify_water(time, vacuum, vent=old.vent, top=old.top, leak=old.leak)
             if old.water
             else identify_air(time, vacuum, vent=old.vent, leak=old.leak, atmosphere=atmosphere)
@@ -190,7 +190,7 @@ def tuned_by(
             "pressure read as --reading says"
         ) from None
     notices = [*read.said]
-    plant = replace(found.plant, backwards=old.backwards)
+    plant = replace(fit.plant, backwards=old.backwards)
     ratio = plant.rate / old.rate
     if not 1 / FAR_OFF < ratio < FAR_OFF:
         notices.append(
@@ -200,7 +200,7 @@ def tuned_by(
                 "step-far-off",
             )
         )
-    tuned = f"tuned to the step in {log.name}; leak and vent are those of the line's file"
-    sensor = regulator.sensor if keep_noise else replace(regulator.sensor, noise=found.noise)
-    made = replace(regulator, plant=plant, sensor=sensor)
-    return made, found, [*notices, Notice(tuned, "tuned-to-step")]
+    sentence = f"tuned to the step in {log.name}; leak and vent are those of the line's file"
+    sensor = regulator.sensor if keep_noise else replace(regulator.sensor, noise=fit.noise)
+    regulator_tuned = replace(regulator, plant=plant, sensor=sensor)
+    return regulator_tuned, fit, [*notices, Notice(sentence, "tuned-to-step")]

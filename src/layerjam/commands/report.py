@@ -84,17 +84,21 @@ class _Work:
 
     def judged(self, stage: str, checks: Sequence[Check], numbers: Sequence[str] = ()) -> Verdict:
         """Return the verdict of a stage, whose checks concern `numbers`; the report adds it."""
-        failed = {key_of(c.name) for c in checks if c.level == "failed"}
-        own = {name: why for name, why in (self.how.accept or {}).items() if key_of(name) in failed}
-        found = judge(checks, own, numbers, date=self.report.date)
+        failed_keys = {key_of(c.name) for c in checks if c.level == "failed"}
+        accepted_here = {
+            name: reason
+            for name, reason in (self.how.accept or {}).items()
+            if key_of(name) in failed_keys
+        }
+        verdict = judge(checks, accepted_here, numbers, date=self.report.date)
         before = self.report.verdict
         self.report.checks[stage] = checks
         self.report.verdict = Verdict(
-            checks=(*before.checks, *found.checks),
-            decisions=(*before.decisions, *found.decisions),
-            numbers=(*before.numbers, *found.numbers),
+            checks=(*before.checks, *verdict.checks),
+            decisions=(*before.decisions, *verdict.decisions),
+            numbers=(*before.numbers, *verdict.numbers),
         )
-        return found
+        return verdict
 
     def keep(self, stage: str, found: Result, traces: Sequence[Trace], *left_out: str) -> None:
         """Take a command's result into the report, without warnings of the keys left out."""
@@ -103,12 +107,14 @@ class _Work:
         report = self.report
         values = {k: v for k, v in found.values.items() if k not in ("file", "refused", "excluded")}
         report.stages[stage] = {**plain(values), "units": dict(found.units)}
-        said = (w for w in found.warnings if getattr(w, "key", "") not in ("synthetic", *left_out))
-        report.warnings[stage] = list(dict.fromkeys(said))
-        refused: Mapping[str, str] = found.values["refused"]
-        report.refused += [(Path(p).name, stage, why) for p, why in refused.items()]
-        excluded: Sequence[Mapping[str, Any]] = found.values.get("excluded", ())
-        report.excluded += [(Path(e["file"]).name, stage, e["because"]) for e in excluded]
+        notices = (
+            w for w in found.warnings if getattr(w, "key", "") not in ("synthetic", *left_out)
+        )
+        report.warnings[stage] = list(dict.fromkeys(notices))
+        refusals: Mapping[str, str] = found.values["refused"]
+        report.refused += [(Path(p).name, stage, reason) for p, reason in refusals.items()]
+        exclusions: Sequence[Mapping[str, Any]] = found.values.get("excluded", ())
+        report.excluded += [(Path(e["file"]).name, stage, e["because"]) for e in exclusions]
         report.files += [file_used(trace, stage) for trace in traces]
 
     def take_over(self, file: BrakeFile) -> None:
@@ -188,9 +194,9 @@ def report(
         names=names,
     )
     content.number, content.customer = issued.report_number, issued.customer
-    failed = content.verdict.failed
-    written = None if failed else write(content, out, overwrite, lambda what: tell(what, 0.9))
-    return _result(content, written)
+    failed_checks = content.verdict.failed
+    files = None if failed_checks else write(content, out, overwrite, lambda what: tell(what, 0.9))
+    return _result(content, files)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -235,13 +241,13 @@ def stages(
     tests = several(measurements.friction)
     if not (tests or fitted_on or tested_on):
         raise FitError("nothing was given to report: --friction, --pulls or --validate")
-    without = [*how.left_out.among(fitted_on, tested_on)]
+    files_out = [*how.left_out.among(fitted_on, tested_on)]
     if tests:
         _friction(work, tests)
     if fitted_on:
-        _calibration(work, fitted_on, without[0])
+        _calibration(work, fitted_on, files_out[0])
     if tested_on:
-        _validation(work, tested_on, without[1])
+        _validation(work, tested_on, files_out[1])
     judge(content.verdict.checks, how.accept)
     content.earlier = remaining(brake.accepted, content.verdict.numbers)
     return content
@@ -249,16 +255,16 @@ def stages(
 
 def _result(content: BrakeReport, written: Written | None) -> Report:
     """Paths of the files, and the keys of each stage (None for a stage that was omitted)."""
-    warnings: list[str] = [w for some in content.warnings.values() for w in some]
+    warnings: list[str] = [w for notices in content.warnings.values() for w in notices]
     if content.synthetic:
-        said = "synthetic: written by a program, not measured"
-        warnings.insert(0, Notice(said, "synthetic"))
+        sentence = "synthetic: written by a program, not measured"
+        warnings.insert(0, Notice(sentence, "synthetic"))
     if content.seen:
-        said = (
+        sentence = (
             "validated on pulls that were also calibrated on, which does not test the model: hold "
             "some back with --holdout or --calibrate-on, or give others with --validate"
         )
-        warnings.append(Notice(said, "calibrated-on"))
+        warnings.append(Notice(sentence, "calibrated-on"))
     stages = {s: content.stages.get(s) for s in ("friction", "calibration", "validation")}
     return Report.of(
         written,
@@ -266,8 +272,8 @@ def _result(content: BrakeReport, written: Written | None) -> Report:
         numbers=written and written.numbers,
         **stages,
         calibrated_on_the_same=list(content.seen),
-        excluded=[{"file": f, "stage": s, "because": why} for f, s, why in content.excluded],
-        refused={name: why for name, _, why in content.refused},
+        excluded=[{"file": f, "stage": s, "because": reason} for f, s, reason in content.excluded],
+        refused={name: reason for name, _, reason in content.refused},
         warnings=[*warnings, *(written.warnings if written else ())],
         record=content,
     )
@@ -277,9 +283,9 @@ def _friction(work: _Work, files: Sequence[Measured]) -> None:
     from layerjam.identify.friction.reduction import with_friction
 
     work.tell(f"friction: {count_of(len(files), 'file')}", 0.1)
-    found = run_friction(files, test=work.how.test, options=work.how.options, progress=work.tell)
-    traces, fit = work.report.friction = found.record
-    work.keep("friction", found, traces)
+    stage = run_friction(files, test=work.how.test, options=work.how.options, progress=work.tell)
+    traces, fit = work.report.friction = stage.record
+    work.keep("friction", stage, traces)
     verdict = work.judged("friction", fit.checks, [f"film.{kind}" for kind in fit.means])
     name = work.report.file.name
     if fit.kinetic is None:
@@ -294,7 +300,7 @@ def _calibration(work: _Work, files: Sequence[Measured], without: LeftOut) -> No
     from layerjam.identify.provenance import calibrated_text
 
     work.tell(f"calibration: {count_of(len(files), 'pull')}", 0.3)
-    found = run_calibration(
+    stage = run_calibration(
         work.report.file,
         files,
         depth=work.how.depth,
@@ -303,20 +309,20 @@ def _calibration(work: _Work, files: Sequence[Measured], without: LeftOut) -> No
         options=work.how.options,
         progress=work.tell,
     )
-    file, fit = found.record
+    file, fit = stage.record
     verdict = work.judged("calibration", fit.checks, [*fit.sources])
     text = calibrated_text(
         file,
         fit,
         work.how.depth,
         file.name,
-        excluded=found.excluded,
-        files=found.made_from["files"],
+        excluded=stage.excluded,
+        files=stage.made_from["files"],
         accepted=verdict.decisions,
         date=work.report.date,
     )
     work.take_over(BrakeFile.read(text, file.name))
-    work.keep("calibration", found, found.traces)
+    work.keep("calibration", stage, stage.traces)
     work.report.calibration = fit
 
 
@@ -326,7 +332,7 @@ def _validation(work: _Work, files: Sequence[Measured], without: LeftOut) -> Non
 
     work.tell(f"validation: {count_of(len(files), 'pull')}", 0.6)
     report = work.report
-    found = run_validation(
+    stage = run_validation(
         report.file,
         files,
         vacuum=work.how.vacuum,
@@ -334,9 +340,9 @@ def _validation(work: _Work, files: Sequence[Measured], without: LeftOut) -> Non
         options=work.how.options,
         progress=work.tell,
     )
-    work.keep("validation", found, found.traces, "calibrated-on")
-    report.validation = found.record[1]
+    work.keep("validation", stage, stage.traces, "calibrated-on")
+    report.validation = stage.record[1]
     if report.calibration is not None or report.brake.scale_factor != 1.0:
-        report.before = found.before
-    report.seen = [Path(p).name for p in found.calibrated_on]
+        report.before = stage.before
+    report.seen = [Path(p).name for p in stage.calibrated_on]
     work.judged("validation", validation_checks(report.validation, len(report.seen)))

@@ -87,12 +87,12 @@ class Result:
                 given[f.name] = None if lost else value
             elif f.default is MISSING and "None" in str(f.type):
                 given[f.name] = None
-        for one in known:
-            if isinstance(one, Verdict) and (one.checks or one.decisions):
-                given |= {name: getattr(one, name) for name in JUDGED}
+        for source in known:
+            if isinstance(source, Verdict) and (source.checks or source.decisions):
+                given |= {name: getattr(source, name) for name in JUDGED}
                 if issubclass(cls, Judged):
-                    given["checks"] = plain(one.checks)
-                given["warnings"] = [*given.get("warnings", ()), *one.notices()]
+                    given["checks"] = plain(source.checks)
+                given["warnings"] = [*given.get("warnings", ()), *source.notices()]
         return cls(**given)
 
     def require(self) -> Self:
@@ -111,8 +111,8 @@ class Result:
     @property
     def units(self) -> dict[str, str]:
         """{key: SI unit} of every quantity."""
-        own = {f.name: f.metadata["quantity"].unit for f in self.keys() if f.metadata["quantity"]}
-        return {**self.table_units(), **own}
+        units = {f.name: f.metadata["quantity"].unit for f in self.keys() if f.metadata["quantity"]}
+        return {**self.table_units(), **units}
 
     @classmethod
     def table_units(cls) -> Mapping[str, str]:
@@ -141,16 +141,16 @@ class Result:
         First those of records of lower folders, then the class's own, then those of other results.
         A key that the class names again comes where it does so.
         """
-        found = {f.name: f for f in fields(cls) if "result" in f.metadata}
-        own = get_annotations(cls)
+        key_fields = {f.name: f for f in fields(cls) if "result" in f.metadata}
+        own_annotations = get_annotations(cls)
         bases = sorted(cls.__mro__, key=lambda base: issubclass(base, Result))
         order = [
             name
             for base in bases
             for name in get_annotations(base)
-            if base is cls or name not in own
+            if base is cls or name not in own_annotations
         ]
-        return tuple(found[name] for name in dict.fromkeys(order) if name in found)
+        return tuple(key_fields[name] for name in dict.fromkeys(order) if name in key_fields)
 
     def lines(self) -> Iterable[str]:
         """Yield the lines of text under the table."""
@@ -216,7 +216,7 @@ class Result:
 
         check_kind(path, str | Path | None, "path")
         check_kind(beside, Mapping[str, Result] | None, "beside")
-        quiet = {label: other.quiet_curves() for label, other in (beside or {}).items()}
+        quiet = {label: item.quiet_curves() for label, item in (beside or {}).items()}
         for label, curves in quiet.items():
             if not curves or not self.takes_beside(type((beside or {})[label])):
                 raise LayerjamError(f"{label}: it has no curve to compare with this one")
@@ -241,8 +241,8 @@ class Result:
         if self.grid is not None:
             frame, units = self.grid.to_frame(numbers), {**self.grid.units, **self.units}
         else:
-            known = {k: float("nan") if v is None else v for k, v in numbers.items()}
-            frame, units = pandas.DataFrame([known]), self.units
+            row_numbers = {k: float("nan") if v is None else v for k, v in numbers.items()}
+            frame, units = pandas.DataFrame([row_numbers]), self.units
         frame.attrs["units"] = units
         return frame
 
@@ -259,8 +259,8 @@ class Result:
     def to_xarray(self) -> xarray.Dataset:
         """The record with its units as a Dataset, or the numbers of the result."""
         if hasattr(self.record, "to_xarray"):
-            made: xarray.Dataset = self.record.to_xarray()
-            return made
+            dataset: xarray.Dataset = self.record.to_xarray()
+            return dataset
         if self.grid is not None:
             return self.grid.to_xarray(self._numbers(), self.units)
         with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
@@ -292,13 +292,13 @@ class Result:
 
     def json(self) -> str:
         """The JSON of the command line's contract."""
-        whole = {
+        document = {
             **self.values,
             **(self.judgement if self.verdict is not None else {}),
             "units": self.units,
             "warnings": list(dict.fromkeys(map(str, self.warnings))),
         }
-        return json.dumps(plain(whole), indent=2, allow_nan=False)
+        return json.dumps(plain(document), indent=2, allow_nan=False)
 
     @property
     def judgement(self) -> dict[str, Any]:
@@ -315,8 +315,8 @@ class Result:
         Raises UnknownNameError for a number without an interval.
         """
         if not hasattr(self, f"{name}_{ENDS[0]}"):
-            known = [f.name for f in self.keys() if f.metadata["interval"]]
-            raise UnknownNameError("number with an interval", name, known)
+            names = [f.name for f in self.keys() if f.metadata["interval"]]
+            raise UnknownNameError("number with an interval", name, names)
         low, high = (getattr(self, f"{name}_{end}") for end in ENDS)
         return low, high
 
@@ -338,33 +338,33 @@ class Result:
         for file in files:
             verdicts.append(file.verdict)
             decisions += remaining(file.accepted, self.refitted)
-        known = {self.verdict, *verdicts} - {None}
-        if not known:
+        verdicts_seen = {self.verdict, *verdicts} - {None}
+        if not verdicts_seen:
             return self
-        accepted = [*self.accepted, *accepted_rows(decisions)]
-        verdict = "failed" if self.failed_checks else "accepted" if accepted else "passed"
-        noted = self.noting(*dict.fromkeys(one.notice() for one in decisions))
-        return replace(noted, verdict=verdict, accepted=accepted)
+        acceptances = [*self.accepted, *accepted_rows(decisions)]
+        verdict = "failed" if self.failed_checks else "accepted" if acceptances else "passed"
+        with_notices = self.noting(*dict.fromkeys(decision.notice() for decision in decisions))
+        return replace(with_notices, verdict=verdict, accepted=acceptances)
 
     def rows(self) -> list[tuple[str, str]]:
         """Yield (name, text) of the rows; unknown numbers have none."""
-        made = []
+        pairs = []
         for f in self.keys():
-            value, shown = getattr(self, f.name), f.metadata["shown"]
+            value, show_text = getattr(self, f.name), f.metadata["shown"]
             if value is None or not f.metadata["listed"]:
                 continue
             if self.grid is not None and getattr(value, "shape", None):
                 continue  # a column of the table
             spec = f.metadata["quantity"]
-            text = shown(value) if shown else in_words(value, spec.unit if spec else "")
+            text = show_text(value) if show_text else in_words(value, spec.unit if spec else "")
             low, high = self.interval(f.name) if f.metadata["interval"] else (None, None)
             if low is not None:
                 upper = "" if high is None else f" to {show(high, spec.unit, like=value)}"
-                between = f"{'' if upper else 'above '}{show(low, spec.unit, like=value)}{upper}"
-                text += f" (95 %: {between})"
+                range_text = f"{'' if upper else 'above '}{show(low, spec.unit, like=value)}{upper}"
+                text += f" (95 %: {range_text})"
             if text:
-                made.append((key_of(f).replace("_", " "), text))
-        return made
+                pairs.append((key_of(f).replace("_", " "), text))
+        return pairs
 
     def table(self, width: int = 80) -> str:
         """Return the text of the command line: table, further lines, refused files, notes."""
@@ -382,16 +382,16 @@ class Result:
         refused: Mapping[str, str] = getattr(self, "refused", None) or {}
         if refused:
             out += ["", "refused:"]
-            for path, why in refused.items():
-                out += wrapped(f"  {path}: {why}", "", width)
-        for failed in self.failed_checks:
+            for path, why_not in refused.items():
+                out += wrapped(f"  {path}: {why_not}", "", width)
+        for failed_row in self.failed_checks:
             # the reason is already among the checks
-            reason = "" if isinstance(self, Judged) else f": {failed['reason']}"
-            out += wrapped(f"{failed['name']}{reason}", "FAILED: ", width)
+            reason = "" if isinstance(self, Judged) else f": {failed_row['reason']}"
+            out += wrapped(f"{failed_row['name']}{reason}", "FAILED: ", width)
         if self.failed_checks:
             name = self.failed_checks[0]["name"]
-            how = f'nothing was written; to use the numbers anyway: --accept "{name}=REASON"'
-            out += wrapped(how, "", width)
+            advice = f'nothing was written; to use the numbers anyway: --accept "{name}=REASON"'
+            out += wrapped(advice, "", width)
         for warning in dict.fromkeys(map(str, self.warnings)):
             out += wrapped(warning, "note: ", width)
         return "\n".join(printable(line) for line in out)
@@ -435,8 +435,8 @@ class Judged(Result):
         """Return one line a check."""
         if self.checks:
             yield from ("", "checks")
-        for one in self.checks:
-            yield f"  {MARKS[one['level']]}  {one['name']}: {one['sentence']}"
+        for row in self.checks:
+            yield f"  {MARKS[row['level']]}  {row['name']}: {row['sentence']}"
 
 
 def bounds(**intervals: tuple[float | None, float | None] | None) -> dict[str, float | None]:

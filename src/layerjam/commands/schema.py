@@ -45,12 +45,12 @@ def type_schema(kind: Any) -> dict[str, Any]:
     """The schema of values of a Python type; {} for those that are not known."""
     members = list(union(kind))
     if len(members) > 1:
-        made = [type_schema(member) for member in members]
-        if {} in made:
+        schemas = [type_schema(member) for member in members]
+        if {} in schemas:
             return {}
-        if all(set(one) == {"type"} for one in made):
-            return {"type": [one["type"] for one in made]}
-        return {"anyOf": made}
+        if all(set(member_schema) == {"type"} for member_schema in schemas):
+            return {"type": [member_schema["type"] for member_schema in schemas]}
+        return {"anyOf": schemas}
     if kind in PLAIN:
         return dict(PLAIN[kind])
     origin, inside = get_origin(kind), get_args(kind)
@@ -66,8 +66,8 @@ def type_schema(kind: Any) -> dict[str, Any]:
     if issubclass(origin, Mapping):
         return {"type": "object", "additionalProperties": type_schema(inside[1])}
     if origin is tuple and inside[-1] is not ...:
-        made = [type_schema(one) for one in inside]
-        return {"type": "array", "prefixItems": made, "items": False, "minItems": len(made)}
+        schemas = [type_schema(member_schema) for member_schema in inside]
+        return {"type": "array", "prefixItems": schemas, "items": False, "minItems": len(schemas)}
     if issubclass(origin, Sequence):
         return {"type": "array", "items": type_schema(inside[0])}
     return {}
@@ -84,15 +84,15 @@ def _object(properties: Mapping[str, Any]) -> dict[str, Any]:
 
 def _key(cls: type[Result], f: Field[Any]) -> dict[str, Any]:
     spec = f.metadata["quantity"]
-    about = {"description": f.metadata["result"], **({"unit": spec.unit} if spec else {})}
-    return {**type_schema(_annotation(cls, f.name)), **about}
+    entry = {"description": f.metadata["result"], **({"unit": spec.unit} if spec else {})}
+    return {**type_schema(_annotation(cls, f.name)), **entry}
 
 
 def schema_of(declared: Command) -> dict[str, Any]:
     """The JSON Schema (draft 2020-12) of a command's result; `unit` is the SI unit of a key."""
     cls = declared.result
-    listed = cls.keys()
-    keys = {key_of(f): _key(cls, f) for f in listed}
+    key_fields = cls.keys()
+    keys = {key_of(f): _key(cls, f) for f in key_fields}
     common = {
         "units": {
             "type": "object",
@@ -101,7 +101,7 @@ def schema_of(declared: Command) -> dict[str, Any]:
         },
         "warnings": {"type": "array", "items": {"type": "string"}, "description": "what to know"},
     }
-    judged = {
+    verdict_schema = {
         "verdict": {"type": "string", "description": "outcome of the checks"},
         "failed_checks": {
             "type": "array",
@@ -114,13 +114,13 @@ def schema_of(declared: Command) -> dict[str, Any]:
             "description": "failed checks that somebody accepted",
         },
     }
-    about = (inspect.getdoc(cls) or "").split("\n\n")[0].replace("\n", " ")
+    summary = (inspect.getdoc(cls) or "").split("\n\n")[0].replace("\n", " ")
     schema = _object({**keys, **common})
     # present if a check judged the numbers, or those of a file that was read
-    schema["properties"] = {**judged, **schema["properties"]}
+    schema["properties"] = {**verdict_schema, **schema["properties"]}
     return {
         "title": f"layerjam {declared.name} --json",
-        "description": about,
+        "description": summary,
         **schema,
     }
 
@@ -140,15 +140,15 @@ class Schemas(Result):
         for index, (name, schema) in enumerate(self.definitions.items()):
             yield from ("",) if index else ()
             yield f"layerjam {name}: {schema['description']}"
-            for key, about in schema["properties"].items():
-                unit = f" [{about['unit']}]" if "unit" in about else ""
-                yield f"  {key}{unit}, {_in_words(about)}: {about['description']}"
+            for key, entry in schema["properties"].items():
+                unit = f" [{entry['unit']}]" if "unit" in entry else ""
+                yield f"  {key}{unit}, {_in_words(entry)}: {entry['description']}"
 
 
 def _in_words(schema: Mapping[str, Any]) -> str:
     """Return the type of a value in words."""
     if "anyOf" in schema:
-        return " or ".join(_in_words(one) for one in schema["anyOf"])
+        return " or ".join(_in_words(member) for member in schema["anyOf"])
     if "enum" in schema:
         return " or ".join(map(str, schema["enum"]))
     kind = schema.get("type", "any value")
@@ -173,6 +173,6 @@ def schema(
     """
     names = list(commands()) if name is None else [load(name).name]
     return Schemas(
-        any_of=[{"$ref": f"#/$defs/{one}"} for one in names],
-        definitions={one: schema_of(load(one)) for one in names},
+        any_of=[{"$ref": f"#/$defs/{command_name}"} for command_name in names],
+        definitions={command_name: schema_of(load(command_name)) for command_name in names},
     )

@@ -133,8 +133,8 @@ def channel_class(text: str | None) -> int | None:
         return None
     match = re.fullmatch(r"(?:cfc)?[ -]?([0-9]{1,6})", text.strip().lower())
     if match is None or int(match.group(1)) not in CLASSES:
-        known = ", ".join(f"cfc{c}" for c in CLASSES)
-        raise QuantityError(f"filter: '{text[:40]}' is not known; there are none, {known}")
+        names = ", ".join(f"cfc{c}" for c in CLASSES)
+        raise QuantityError(f"filter: '{text[:40]}' is not known; there are none, {names}")
     return int(match.group(1))
 
 
@@ -171,23 +171,23 @@ def reading(
     that are unknown, and numbers that are out of bounds or sampled too slowly.
     """
     asked = {"filter_class" if k == "filter" else k: v for k, v in asked.items()}
-    how = parse_options(Sensing, asked) if sensing is None else sensing
-    sensor = sensor_of(how.accelerometer, how.low_pass, how.sampling)
-    made = measure_acceleration(signal, sensor, channel_class(how.filter_class))
+    chain = parse_options(Sensing, asked) if sensing is None else sensing
+    sensor = sensor_of(chain.accelerometer, chain.low_pass, chain.sampling)
+    measurement = measure_acceleration(signal, sensor, channel_class(chain.filter_class))
     if gravity is None:
         gravity = signal.brake.brake.site.gravity if isinstance(signal, DropRecord) else 9.80665
     return Reading.of(
-        judge(_checks(made, signal, sensor), accept),
-        measured_peak=made.peak,
-        measured_peak_g=made.peak / gravity if gravity else None,
-        measured_peak_time=made.time_of_peak,
-        peak_loss=made.loss,
-        measured_rate=made.rate if made.rate != float("inf") else None,
+        judge(_checks(measurement, signal, sensor), accept),
+        measured_peak=measurement.peak,
+        measured_peak_g=measurement.peak / gravity if gravity else None,
+        measured_peak_time=measurement.time_of_peak,
+        peak_loss=measurement.loss,
+        measured_rate=measurement.rate if measurement.rate != float("inf") else None,
         accelerometer=sensor.name,
-        filter="none" if made.cfc is None else f"cfc{made.cfc}",
-        saturated=made.saturated,
-        warnings=list(made.warnings),
-        record=made,
+        filter="none" if measurement.cfc is None else f"cfc{measurement.cfc}",
+        saturated=measurement.saturated,
+        warnings=list(measurement.warnings),
+        record=measurement,
     )
 
 
@@ -232,16 +232,16 @@ def heating(
         temperature_rise_of_sheets,
     )
 
-    how = parse_options(Warmth, asked) if warmth is None else warmth
-    rise = DEFAULT_RISE if how.allowed_rise is None else how.allowed_rise
-    film = DEFAULT_FILM_COEFFICIENT if how.film_coefficient is None else how.film_coefficient
+    limits = parse_options(Warmth, asked) if warmth is None else warmth
+    rise = DEFAULT_RISE if limits.allowed_rise is None else limits.allowed_rise
+    film = DEFAULT_FILM_COEFFICIENT if limits.film_coefficient is None else limits.film_coefficient
     joule, brake = QuantitySpec("J", "heat of a stop").si(heat, "heat"), file.brake
-    judged = Heating(allowed_rise=rise, film_coefficient=film)
+    verdict = Heating(allowed_rise=rise, film_coefficient=film)
     if brake.film.specific_heat is None:
         unknown = f"{file.name} does not say the film's specific heat: no temperature rise"
-        return judged.noting(Notice(unknown, "no-specific-heat"))
+        return verdict.noting(Notice(unknown, "no-specific-heat"))
     return replace(
-        judged,
+        verdict,
         temperature_rise=float(temperature_rise(joule, brake)),
         temperature_rise_of_sheets=float(temperature_rise_of_sheets(joule, brake)),
         stops_per_minute=float(stops_per_minute(joule, rise, film, brake)) if joule > 0 else None,

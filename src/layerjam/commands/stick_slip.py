@@ -202,8 +202,8 @@ def _swing(record: StickSlipRecord) -> dict[str, float]:
     if not len(events):
         return {}
     high, low = float(events.force_high[-1]), float(events.force_low[-1])
-    begun = float(np.interp(events.break_time[-1], record.time, record.slip))
-    level = float(bounds_at(record.frozen(begun)).kinetic)
+    slip_at_break = float(np.interp(events.break_time[-1], record.time, record.slip))
+    level = float(bounds_at(record.frozen(slip_at_break)).kinetic)
     out = {"amplitude": (high - low) / 2, "force_high": high, "force_low": low}
     out["slip_per_event"] = float(events.slip[-1])
     if level:
@@ -225,8 +225,8 @@ def _limits(at: Slide, bounds: Bounds, ratio: float) -> dict[str, float]:
         drop = bounds.static - bounds.kinetic
         out["stable_speed"] = float(stable_speed(drop, at.stribeck, at.exponent, drag))
     if float(at.stribeck) == 0.0 and at.law is None:
-        needed = stiffness_without_stick_slip(at.speed, *bounds, at.mass, ratio)
-        out["stiffness_needed"] = float(needed)
+        stiffness_needed = stiffness_without_stick_slip(at.speed, *bounds, at.mass, ratio)
+        out["stiffness_needed"] = float(stiffness_needed)
     return out
 
 
@@ -261,9 +261,9 @@ def _assumptions(record: StickSlipRecord, assumed: bool) -> list[Notice]:
             )
         )
     if record.stribeck.speed == 0:
-        lost = "static friction is taken as lost at once; no Stribeck speed is measured"
+        sentence = "static friction is taken as lost at once; no Stribeck speed is measured"
     else:
-        lost = "the Stribeck speed is an input: none is measured for the catalogue's films"
+        sentence = "the Stribeck speed is an input: none is measured for the catalogue's films"
     fastest = float(record.speed_of_mass.max())
     notices = slide_notices(record.brake, record.speed, fastest)
-    return [*out, Notice(lost, "stribeck-speed"), *notices]
+    return [*out, Notice(sentence, "stribeck-speed"), *notices]

@@ -69,40 +69,40 @@ def sweep(
     search = Search(spec, BLOCK if block is None else block)
     total = search.blocks()
     make = functools.partial(DesignSweep.of, out=str(out), blocks=total)
-    killed = impossible(search)
-    if killed is not None:
+    conflict = impossible(search)
+    if conflict is not None:
         never = functools.partial(make, complete=False, blocks_done=0, blocks_found=0, bytes=0)
-        return infeasible(never, search, killed)
+        return infeasible(never, search, conflict)
     if scheduler is not None and not (Path(out) / NOTE).exists():
         from layerjam.design.cluster import reach
 
         reach(scheduler)
     with Store(out, search) as store:
         todo = store.missing(total)
-        done = before = total - len(todo)
+        designs_done = before = total - len(todo)
         try:
             for index, data in _made(search, todo, store, scheduler):
                 store.put(index, data)
-                done += 1
+                designs_done += 1
                 if progress is not None:
-                    progress("designs", done / total)
+                    progress("designs", designs_done / total)
         except KeyboardInterrupt:
-            done = total - len(store.missing(total))
-            notice = f"stopped: {done} of {total} blocks are done; the same command goes on"
+            designs_done = total - len(store.missing(total))
+            notice = f"stopped: {designs_done} of {total} blocks are done; the same command goes on"
             return make(
                 name=spec.name,
                 designs=spec.grid.size,
                 complete=False,
-                blocks_done=done,
+                blocks_done=designs_done,
                 blocks_found=before,
                 bytes=store.bytes(),
                 warnings=[Notice(notice, "stopped")],
             )
-        found = store.finish(total)
-        whole = functools.partial(
+        merged = store.finish(total)
+        whole_chunk = functools.partial(
             make, complete=True, blocks_done=total, blocks_found=before, bytes=store.bytes()
         )
-        return best(whole, search, found, accept)
+        return best(whole_chunk, search, merged, accept)
 
 
 def _made(

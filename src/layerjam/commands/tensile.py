@@ -141,12 +141,12 @@ def tensile(
     steps = _steps(brake, vacuum, speed, travel, procedure)
     layout: dict[str, Any] = {"static": static, "one_by_one": one_by_one}
     layout |= {"interfaces": interfaces, "housing": housing}
-    scattered: dict[str, Any] = {"scatter": scatter, "samples": samples, "seed": seed}
+    scatter_options: dict[str, Any] = {"scatter": scatter, "samples": samples, "seed": seed}
     if model == "stack":
         if leak_time is not None:
             raise QuantityError.of("leak_time", LUMPED)
-        return _stack(brake, steps, layout, **scattered, tell=progress or (lambda *_: None))
-    for name, value in {**layout, **scattered}.items():
+        return _stack(brake, steps, layout, **scatter_options, tell=progress or (lambda *_: None))
+    for name, value in {**layout, **scatter_options}.items():
         if value is not None and value is not False:
             raise QuantityError(f"{name}: {STACK}")
     from layerjam.simulate.tensile import tensile as pull_lumped
@@ -205,34 +205,34 @@ def _stack(
         tell("scatter", done / asked)
 
     pace = next(step.speed for step in steps.steps if isinstance(step, Pull | Return))
-    paced = replace(brake, brake=sliding_at(pace, brake.brake))
-    spread = peak_spread(paced, highest, scatter, count, start, **layout, progress=share)
+    brake_at_speed = replace(brake, brake=sliding_at(pace, brake.brake))
+    spread = peak_spread(brake_at_speed, highest, scatter, count, start, **layout, progress=share)
     notices = []
     if spread.done < count:
-        said = f"stopped: {spread.done} of {count} stacks were pulled, and those count"
-        notices.append(Notice(said, "stopped"))
-    if lost := int((~np.isfinite(spread.peak)).sum()):
-        said = f"{lost} of {spread.done} stacks could not be followed to their peak"
-        notices.append(Notice(said, "lost-stacks"))
-    more: dict[str, Any] = {"samples": spread.done, "seed": start, "scatter": scatter}
+        sentence = f"stopped: {spread.done} of {count} stacks were pulled, and those count"
+        notices.append(Notice(sentence, "stopped"))
+    if count_lost := int((~np.isfinite(spread.peak)).sum()):
+        sentence = f"{count_lost} of {spread.done} stacks could not be followed to their peak"
+        notices.append(Notice(sentence, "lost-stacks"))
+    numbers: dict[str, Any] = {"samples": spread.done, "seed": start, "scatter": scatter}
     for name in ("peak", "stiffness", "onset"):
-        found = getattr(spread, name)
-        found = found[np.isfinite(found)]
-        more[f"{name}_mean"] = float(found.mean()) if len(found) else None
-        more[f"{name}_sd"] = float(found.std(ddof=1)) if len(found) > 1 else None
-    return _shown(record, notices, motion=motion, **more)
+        samples_found = getattr(spread, name)
+        samples_found = samples_found[np.isfinite(samples_found)]
+        numbers[f"{name}_mean"] = float(samples_found.mean()) if len(samples_found) else None
+        numbers[f"{name}_sd"] = float(samples_found.std(ddof=1)) if len(samples_found) > 1 else None
+    return _shown(record, notices, motion=motion, **numbers)
 
 
 def _steps(
     brake: BrakeFile, vacuum: Any, speed: Any, travel: Any, procedure: str | Procedure | None
 ) -> Procedure:
-    given = {"vacuum": vacuum, "speed": speed, "travel": travel}
+    numbers = {"vacuum": vacuum, "speed": speed, "travel": travel}
     if procedure is not None:
-        both = [name for name, value in given.items() if value is not None]
+        both = [name for name, value in numbers.items() if value is not None]
         if both:
             raise ProcedureError(f"give a procedure or {', '.join(both)}, not both")
         return procedure if isinstance(procedure, Procedure) else parse_procedure(procedure)
-    missing = [name for name, value in given.items() if value is None]
+    missing = [name for name, value in numbers.items() if value is None]
     if missing:
         raise ProcedureError(f"{', '.join(missing)} missing (or give a procedure)")
     return simple_pull(vacuum_within(vacuum, brake.brake), speed, travel)

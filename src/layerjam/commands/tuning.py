@@ -90,23 +90,25 @@ def tune(
     case = tuning_case(brake, mass, arrives, travel, rope_stiffness, horizontal)
     pressure, reach = tuning_vacuum(case), speeds(case)
     eq10 = float(vacuum_eq10(mass, arrives, travel, device))
-    at = pressure or device.site.atmosphere
-    top = float(peak(at, device.sheets.usable_travel, device).force)
+    vacuum_at = pressure or device.site.atmosphere
+    top = float(peak(vacuum_at, device.sheets.usable_travel, device).force)
     if follows_speed(device):
         spring = spring_of(device, rope_stiffness)
-        top = max(top, float(stop(mass, arrives, at, spring, case.gravity, device).peak_force))
+        top = max(
+            top, float(stop(mass, arrives, vacuum_at, spring, case.gravity, device).peak_force)
+        )
     distance = travel + top / spring_of(device, rope_stiffness)
     low, high = reach or (None, None)
-    more: dict[str, Any] = {"least_speed": low, "greatest_speed": high}
+    speed_range: dict[str, Any] = {"least_speed": low, "greatest_speed": high}
     if pressure is None:
-        more |= _ways_out(case, reach)
+        speed_range |= _ways_out(case, reach)
     return TunedVacuum(
         vacuum=pressure,
         vacuum_eq10=eq10 if math.isfinite(eq10) else None,
         feasible=pressure is not None,
         floor_g=arrives**2 / (2 * g * distance) + (0.0 if horizontal else 1.0) if g else None,
         warnings=[*brake.warnings(), *stop_notices(brake)],
-        **more,
+        **speed_range,
     )
 
 
@@ -143,12 +145,12 @@ def _ways_out(case: Case, reach: tuple[float, float] | None) -> dict[str, Any]:
         "sheets_needed": tuned.other_sheets(case),
         "brakes_needed": tuned.more_brakes(case),
     }
-    said = {
+    sentences = {
         "travel_needed": f"{show(out['travel_needed'], 'm', tuned.DIGITS)} of travel",
         "sheets_needed": f"{out['sheets_needed']} sheets",
         "brakes_needed": f"{out['brakes_needed']} brakes side by side",
     }
-    ways = [text for key, text in said.items() if out[key] is not None]
+    ways = [text for key, text in sentences.items() if out[key] is not None]
     none = (
         f"none of {tuned.TRAVELS} other travels, no 2 to {tuned.MOST_SHEETS} sheets and no 2 to "
         f"{tuned.MOST_BRAKES} brakes side by side"
@@ -162,30 +164,32 @@ def _why(case: Case, reach: tuple[float, float] | None) -> str:
     from layerjam.simulate.drop import spring_of
     from layerjam.simulate.tuned import balanced_speeds
 
-    weight, there = show(case.mass * case.gravity, "N"), show(case.travel, "m")
+    weight, travel = show(case.mass * case.gravity, "N"), show(case.travel, "m")
     low, high = balanced_speeds(case)
     if math.isnan(high):
-        return f"the brake cannot hold {weight} at {there} of slip"
+        return f"the brake cannot hold {weight} at {travel} of slip"
     if high < low:
         # what full vacuum leaves over the weight cannot even take the drop into the rope
         return (
-            f"no vacuum stops {show(case.mass, 'kg')} after just {there} at any speed: the "
+            f"no vacuum stops {show(case.mass, 'kg')} after just {travel} at any speed: the "
             f"vacuum that holds its weight of {weight} there stops it sooner"
         )
-    least, most = ("", "") if reach is None else _inside(case, *reach)
-    between = f"from {least} to {most} there is one" if reach else "no speed was found that has one"
+    least, most_text = ("", "") if reach is None else _inside(case, *reach)
+    range_text = (
+        f"from {least} to {most_text} there is one" if reach else "no speed was found that has one"
+    )
     if case.speed > high:
-        held = f"full vacuum stops up to {most}" if reach else between
-        return f"{apart(case.speed, high, 'm/s')} is too fast for {there}: {held}"
+        reach_text = f"full vacuum stops up to {most_text}" if reach else range_text
+        return f"{apart(case.speed, high, 'm/s')} is too fast for {travel}: {reach_text}"
     if case.speed >= low:
         stiff = float(least_stiffness(case.brake.site.atmosphere, case.brake))
         stiff = _rounded(stiff, 4, ROUND_CEILING)
         return (
             f"rope and brake together give {show(spring_of(case.brake, case.rope), 'N/m')}: on a "
-            f"spring so soft the mass stops or the brake snaps before {there} at "
-            f"{show(case.speed, 'm/s')}; {between}; above {show(stiff, 'N/m')} it cannot snap"
+            f"spring so soft the mass stops or the brake snaps before {travel} at "
+            f"{show(case.speed, 'm/s')}; {range_text}; above {show(stiff, 'N/m')} it cannot snap"
         )
-    return f"{apart(case.speed, low, 'm/s')} is too slow for {there}: {_slow(case)}; {between}"
+    return f"{apart(case.speed, low, 'm/s')} is too slow for {travel}: {_slow(case)}; {range_text}"
 
 
 def _slow(case: Case) -> str:
@@ -219,5 +223,5 @@ def _rounded(value: float, digits: int, how: str) -> float:
 
 def apart(value: float, bound: float, unit: str) -> str:
     """The value with as many digits as it takes to tell it from the bound."""
-    shown = [(show(value, unit, d), show(bound, unit, d)) for d in (4, 6, 9, 12, 17)]
-    return next((ours for ours, theirs in shown if ours != theirs), shown[-1][0])
+    pairs = [(show(value, unit, d), show(bound, unit, d)) for d in (4, 6, 9, 12, 17)]
+    return next((ours for ours, theirs in pairs if ours != theirs), pairs[-1][0])

@@ -91,46 +91,48 @@ def rise(
     from layerjam.fluid.timing import air_fall_time, air_rise_time
     from layerjam.fluid.tube import filling_lag, wave_delay
 
-    made, water = line.line, fluid == "water"
-    vacuum_within(target, made, "target")
+    fluid_line, water = line.line, fluid == "water"
+    vacuum_within(target, fluid_line, "target")
     if water:
-        water_compliance(made)
+        water_compliance(fluid_line)
     response: Response | Filling | None = None
     if water:
-        rises = forms.rise_time(target, made, True)
+        rises = forms.rise_time(target, fluid_line, True)
     else:
-        rises, response = air_rise_time(target, made, _share(progress, "rise"))
-    falls, by = None, None
+        rises, response = air_rise_time(target, fluid_line, _share(progress, "rise"))
+    falls, means = None, None
     if rises is not None and water:
-        falls = forms.fall_by_pump(target, made, water=True)
-        by = None if falls is None else "pumps run backwards"
+        falls = forms.fall_by_pump(target, fluid_line, water=True)
+        means = None if falls is None else "pumps run backwards"
     elif rises is not None:
-        falls, by = air_fall_time(target, made, _share(progress, "fall"))
+        falls, means = air_fall_time(target, fluid_line, _share(progress, "fall"))
     if response is None:  # in air, of a line that never gets there: how far it comes
         response = (
-            forms.filling(target, made) if water else respond(made, 8 * forms.time_constant(made))
+            forms.filling(target, fluid_line)
+            if water
+            else respond(fluid_line, 8 * forms.time_constant(fluid_line))
         )
-    low, closed = forms.reachable(made, water), water or forms.simple(made)
+    low, closed_form = forms.reachable(fluid_line, water), water or forms.simple(fluid_line)
     notices = [*line.warnings(), *([ONLY_COMPLIANCE] if water else [])]
     delay, lag = None, None
-    if made.tube is not None and not water:
-        delay = wave_delay(made.tube, made.polytropic)
-        lag = filling_lag(made, made.site.atmosphere - target)
+    if fluid_line.tube is not None and not water:
+        delay = wave_delay(fluid_line.tube, fluid_line.polytropic)
+        lag = filling_lag(fluid_line, fluid_line.site.atmosphere - target)
         if rises is not None:
-            notices += _of_the_tube(made, made.tube, rises, delay, lag)
+            notices += _of_the_tube(fluid_line, fluid_line.tube, rises, delay, lag)
     return VacuumRise(
         rise_time=rises,
-        time_constant=forms.time_constant(made, water),
+        time_constant=forms.time_constant(fluid_line, water),
         fall_time=falls,
-        fall_by=by,
+        fall_by=means,
         feasible=rises is not None,
-        reason=None if rises is not None else _why_not(made, target, low, water),
+        reason=None if rises is not None else _why_not(fluid_line, target, low, water),
         reachable=low,
         target=target,
         fluid=fluid,
-        closed_form=forms.rise_time(target, made, water) if closed else None,
-        closed_form_fall=_closed_fall(target, made, by, water) if closed else None,
-        gas_work=None if rises is None else jam_work(target, made, water),
+        closed_form=forms.rise_time(target, fluid_line, water) if closed_form else None,
+        closed_form_fall=_closed_fall(target, fluid_line, means, water) if closed_form else None,
+        gas_work=None if rises is None else jam_work(target, fluid_line, water),
         tube_delay=delay,
         tube_lag=lag,
         warnings=notices,
@@ -143,12 +145,12 @@ def _why_not(line: Line, target: float, low: float, water: bool) -> str:
     from layerjam.fluid.flow import VAPOUR
 
     if water and line.pump.ultimate < VAPOUR:
-        what = f"the water boils ({show(VAPOUR, 'Pa')} at 20 °C)"
+        cause = f"the water boils ({show(VAPOUR, 'Pa')} at 20 °C)"
     elif line.leak.laminar or line.leak.orifice:
-        what = "pump and leak balance"
+        cause = "pump and leak balance"
     else:
-        what = "the pump takes in no more"
-    return f"{show(target, 'Pa')} is never reached: at {show(low, 'Pa')} {what}"
+        cause = "the pump takes in no more"
+    return f"{show(target, 'Pa')} is never reached: at {show(low, 'Pa')} {cause}"
 
 
 def _share(progress: Progress | None, what: str) -> Callable[[float], None] | None:
@@ -160,8 +162,8 @@ def _closed_fall(target: float, line: Line, by: str | None, water: bool) -> floa
 
     if by == "valve":
         return None if line.leak.laminar else forms.fall_by_valve(target, line)
-    alone = line.leak.laminar == 0 or water
-    return forms.fall_by_pump(target, line, water) if by is not None and alone else None
+    is_alone = line.leak.laminar == 0 or water
+    return forms.fall_by_pump(target, line, water) if by is not None and is_alone else None
 
 
 def _of_the_tube(line: Line, tube: Tube, rise: float, delay: float, lag: float) -> list[Notice]:

@@ -89,8 +89,8 @@ class ModelErrors(Judged):
         """Measured and predicted curves, and what is left between them."""
         from layerjam.report import figures
 
-        file, found = self.record
-        return figures.validation(file, found, any(t.synthetic for t in self.traces))
+        file, validation = self.record
+        return figures.validation(file, validation, any(t.synthetic for t in self.traces))
 
 
 def _share(scatter: Mapping[str, Any] | None) -> str:
@@ -146,30 +146,32 @@ def validate(
         with_pulls,
     )
 
-    files, without, excluded = left_out.apart(files, options)
-    used, refused, odd = pulls(files, brake, vacuum, options, compare, progress, without)
+    files, specimens_out, exclusions = left_out.apart(files, options)
+    used, refusals, odd = pulls(files, brake, vacuum, options, compare, progress, specimens_out)
     curves = curves_of(used)
-    found, before = with_pulls(validate_curves(curves, brake.brake), curves, brake.brake), None
-    warnings = [*brake.warnings(), *odd, *one_of_all(found.pulls)]
+    validation, before = with_pulls(validate_curves(curves, brake.brake), curves, brake.brake), None
+    warnings = [*brake.warnings(), *odd, *one_of_all(validation.pulls)]
     try:
         before = validate_curves(curves, uncalibrated(brake.brake))
     except FitError as error:
-        why = f"before calibration there is nothing to compare: {error}"
-        warnings.append(Notice(why, "uncalibrated"))
+        sentence = f"before calibration there is nothing to compare: {error}"
+        warnings.append(Notice(sentence, "uncalibrated"))
     same = calibrated_on(brake, [t.path for t, _, _ in used])
     if same:
-        why = f"{', '.join(same)}: this brake was calibrated on it, which does not test the model"
-        warnings.append(Notice(why, "calibrated-on"))
+        sentence = (
+            f"{', '.join(same)}: this brake was calibrated on it, which does not test the model"
+        )
+        warnings.append(Notice(sentence, "calibrated-on"))
     return ModelErrors.of(
-        summary(found),
-        judge(validation_checks(found, len(same)), accept),
+        summary(validation),
+        judge(validation_checks(validation, len(same)), accept),
         uncalibrated=before and summary(before),
-        files=[row(c, FILE) for c in found.curves],
-        pulls=as_rows(found.pulls),
-        excluded=excluded,
-        refused=refused,
+        files=[row(c, FILE) for c in validation.curves],
+        pulls=as_rows(validation.pulls),
+        excluded=exclusions,
+        refused=refusals,
         warnings=warnings,
-        record=(brake, found),
+        record=(brake, validation),
         before=before,
         calibrated_on=same,
         traces=[t for t, _, _ in used],
