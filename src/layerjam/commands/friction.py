@@ -173,10 +173,8 @@ def friction(
     path = None
     if brake is not None:
         text, effects = with_friction(brake, pooled, Path(str(out)).stem, verdict.decisions)
-        path, write_notices = write_brake(
-            out, lambda _: text, overwrite, bool(refusals), partial, verdict
-        )
-        warnings += effects if path else write_notices
+        path, lines = write_brake(out, lambda _: text, overwrite, bool(refusals), partial, verdict)
+        warnings += effects if path else lines
     return Friction.of(
         pooled,
         verdict,

@@ -179,12 +179,10 @@ def drop(
     if vacuum_history is not None:
         pressure = _history(vacuum_history, site.atmosphere, log)
     elif travel is not None:
-        tuning = tuning_vacuum(
-            tuning_case(brake, mass, arrives, travel, rope_stiffness, horizontal)
-        )
-        if tuning is None:
+        level = tuning_vacuum(tuning_case(brake, mass, arrives, travel, rope_stiffness, horizontal))
+        if level is None:
             return not_tuned(tune(brake, travel=travel, horizontal=horizontal, **numbers), arrives)
-        pressure = tuning
+        pressure = level
     else:
         pressure = vacuum_within(vacuum, brake.brake)
     at_start = None

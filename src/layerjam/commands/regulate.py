@@ -145,46 +145,42 @@ def regulate(
         stated, missing = ("fault", "fault at") if fault_at is None else ("fault at", "fault")
         raise QuantityError.of(missing, f"missing; {stated} is given, and they go together")
     vacuum_within(target, line.line, "target")
-    regulator, notices = regulator_of(line, target, settings)
+    law, notices = regulator_of(line, target, settings)
     step_fit = None
     if recorded.step is not None:
-        regulator, step_fit, further = tuned_by(
-            regulator,
-            recorded.step,
-            recorded,
-            line.line.site.atmosphere,
-            settings.noise is not None,
+        law, step_fit, further = tuned_by(
+            law, recorded.step, recorded, line.line.site.atmosphere, settings.noise is not None
         )
         notices += further
     elif recorded != RecordedStep():
         raise QuantityError("reading, from, to: they go only with --step")
-    constant = regulator.plant.time_constant(target)
+    constant = law.plant.time_constant(target)
     length = 12 * constant if duration is None else duration
-    injection, fault_text = _injected(fault, fault_at, regulator, target, length, line)
-    loop = simulate(regulator, [(float(length), float(target))], injected=injection, seed=seed)
-    checks = [*regulation_checks(regulator, target, loop)]
+    injection, fault_text = _injected(fault, fault_at, law, target, length, line)
+    loop = simulate(law, [(float(length), float(target))], injected=injection, seed=seed)
+    checks = [*regulation_checks(law, target, loop)]
     if fault is not None:
         checks = [_of_the_fault(fault, injection, loop)]
     checks += [] if step_fit is None else step_fit.checks
-    times = detection_times(regulator, target)
+    times = detection_times(law, target)
     after = loop.fault_time - injection.at
     return Regulation.of(
-        None if settings.kind == "bang-bang" else regulator.gains(),
+        None if settings.kind == "bang-bang" else law.gains(),
         loop,
-        regulator,
+        law,
         judge(checks, accept),
         target=target,
         fault=fault,
         fault_at=fault_at,
         broken=fault_text,
         said_after=after if after >= 0 else None,
-        reachable=regulator.plant.reach,
+        reachable=law.plant.reach,
         time_constant=constant,
         duration=length,
         identified=None if step_fit is None else _seen(step_fit),
         detection={k: v if math.isfinite(v) else None for k, v in times.items()},
         warnings=notices,
-        record=(regulator, loop),
+        record=(law, loop),
     )
 
 

@@ -91,48 +91,46 @@ def rise(
     from layerjam.fluid.timing import air_fall_time, air_rise_time
     from layerjam.fluid.tube import filling_lag, wave_delay
 
-    fluid_line, water = line.line, fluid == "water"
-    vacuum_within(target, fluid_line, "target")
+    pipe, water = line.line, fluid == "water"
+    vacuum_within(target, pipe, "target")
     if water:
-        water_compliance(fluid_line)
+        water_compliance(pipe)
     response: Response | Filling | None = None
     if water:
-        rises = forms.rise_time(target, fluid_line, True)
+        rises = forms.rise_time(target, pipe, True)
     else:
-        rises, response = air_rise_time(target, fluid_line, _share(progress, "rise"))
+        rises, response = air_rise_time(target, pipe, _share(progress, "rise"))
     falls, means = None, None
     if rises is not None and water:
-        falls = forms.fall_by_pump(target, fluid_line, water=True)
+        falls = forms.fall_by_pump(target, pipe, water=True)
         means = None if falls is None else "pumps run backwards"
     elif rises is not None:
-        falls, means = air_fall_time(target, fluid_line, _share(progress, "fall"))
+        falls, means = air_fall_time(target, pipe, _share(progress, "fall"))
     if response is None:  # in air, of a line that never gets there: how far it comes
         response = (
-            forms.filling(target, fluid_line)
-            if water
-            else respond(fluid_line, 8 * forms.time_constant(fluid_line))
+            forms.filling(target, pipe) if water else respond(pipe, 8 * forms.time_constant(pipe))
         )
-    low, closed_form = forms.reachable(fluid_line, water), water or forms.simple(fluid_line)
+    low, closed_form = forms.reachable(pipe, water), water or forms.simple(pipe)
     notices = [*line.warnings(), *([ONLY_COMPLIANCE] if water else [])]
     delay, lag = None, None
-    if fluid_line.tube is not None and not water:
-        delay = wave_delay(fluid_line.tube, fluid_line.polytropic)
-        lag = filling_lag(fluid_line, fluid_line.site.atmosphere - target)
+    if pipe.tube is not None and not water:
+        delay = wave_delay(pipe.tube, pipe.polytropic)
+        lag = filling_lag(pipe, pipe.site.atmosphere - target)
         if rises is not None:
-            notices += _of_the_tube(fluid_line, fluid_line.tube, rises, delay, lag)
+            notices += _of_the_tube(pipe, pipe.tube, rises, delay, lag)
     return VacuumRise(
         rise_time=rises,
-        time_constant=forms.time_constant(fluid_line, water),
+        time_constant=forms.time_constant(pipe, water),
         fall_time=falls,
         fall_by=means,
         feasible=rises is not None,
-        reason=None if rises is not None else _why_not(fluid_line, target, low, water),
+        reason=None if rises is not None else _why_not(pipe, target, low, water),
         reachable=low,
         target=target,
         fluid=fluid,
-        closed_form=forms.rise_time(target, fluid_line, water) if closed_form else None,
-        closed_form_fall=_closed_fall(target, fluid_line, means, water) if closed_form else None,
-        gas_work=None if rises is None else jam_work(target, fluid_line, water),
+        closed_form=forms.rise_time(target, pipe, water) if closed_form else None,
+        closed_form_fall=_closed_fall(target, pipe, means, water) if closed_form else None,
+        gas_work=None if rises is None else jam_work(target, pipe, water),
         tube_delay=delay,
         tube_lag=lag,
         warnings=notices,
