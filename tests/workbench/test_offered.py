@@ -49,6 +49,9 @@ NAMED = {
     ("design", "accept"): "a design whose check failed is not put on the desk",
     ("lab", "example"): "the practice files are the built-in campaign",
     ("lab", "seed"): "the practice files are the built-in campaign",
+    ("pull", "start"): "one span does not fit all files of the page; the command line cuts them",
+    ("pull", "end"): "one span does not fit all files of the page; the command line cuts them",
+    ("pull", "accept"): "a pull on the page writes no file",
     ("pull", "tare"): "a page corrects no force by itself: the calibration fits its zero",
     **{
         ("report", key): FILES
