@@ -18,7 +18,7 @@ CALLS = {
     "signal.alarm", "signal.pause",
 }  # fmt: skip
 ALLOWED = {
-    ("toml_files/windows.py", "fcntl"): "Windows has msvcrt",
+    ("system.py", "fcntl"): "Windows has msvcrt",
     ("workbench/folders.py", "os.getuid"): "asked for by name first",
     ("rig/serve.py", "tty"): "for --pty alone, which says that there are none",
     ("rig/serve.py", "os.openpty"): "for --pty alone",
@@ -41,7 +41,7 @@ def uses(path: Path) -> Iterator[str]:
 
 
 ASKED = {"os.name", "platform.machine", "platform.system", "sys.platform"}
-"""What a file asks to know the system, besides `is_windows` of toml_files/windows.py."""
+"""What a file asks to know the system, besides `is_windows` of system.py."""
 
 
 def asks(path: Path) -> bool:

@@ -23,8 +23,8 @@ from typing import Any
 
 import pytest
 
+from layerjam import system
 from layerjam.rig import child
-from layerjam.toml_files import windows
 
 POSIX = ("geteuid", "getuid", "getgid", "set_blocking", "sched_getaffinity", "fork", "openpty")
 SIGNALS = ("SIGKILL", "SIGALRM", "SIGHUP")
@@ -136,9 +136,9 @@ def impose(patch: pytest.MonkeyPatch) -> None:
         patch.delattr(signal, name, raising=False)
     for name in MODULES:
         patch.setitem(sys.modules, name, None)
-    system = types.SimpleNamespace(locking=locking, LK_LOCK=LK_LOCK, LK_NBLCK=LK_NBLCK)
-    patch.setitem(sys.modules, "msvcrt", system)
-    patch.setattr(windows, "WINDOWS", True)
+    msvcrt = types.SimpleNamespace(locking=locking, LK_LOCK=LK_LOCK, LK_NBLCK=LK_NBLCK)
+    patch.setitem(sys.modules, "msvcrt", msvcrt)
+    patch.setattr(system, "WINDOWS", True)
     patch.setattr(child, "PIPES", False)
 
 

@@ -16,6 +16,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from packaging.requirements import Requirement
 
+from layerjam import system
 from layerjam.campaigns import campaign_files
 from layerjam.cli.main import main
 from layerjam.commands.lab import lab_example
@@ -29,8 +30,7 @@ from layerjam.kernel import compiler
 from layerjam.measure.runs import open_run
 from layerjam.report.folder import check_folder
 from layerjam.rig.run_file import RunFile
-from layerjam.toml_files import windows
-from layerjam.toml_files.windows import lock_file, typed_line
+from layerjam.system import lock_file, typed_line
 from layerjam.toml_files.writer import update_text
 from layerjam.workbench import server
 from layerjam.workbench.dropping import merge_sidecars
@@ -121,7 +121,7 @@ def split_as_microsoft_c(line: str) -> list[str]:
 @example(["a\\", 'b"c', "", "d \\"])
 def test_a_printed_command_is_what_was_typed(words: list[str]) -> None:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(windows, "WINDOWS", True)
+        patch.setattr(system, "WINDOWS", True)
         line = typed_line(words)
     assert split_as_microsoft_c(line) == words
     # nothing that cmd.exe acts on is outside of quotes, if no word contains a quote itself
@@ -132,13 +132,13 @@ def test_a_printed_command_is_what_was_typed(words: list[str]) -> None:
 
 
 def test_cmd_gets_double_quotes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(windows, "WINDOWS", True)
+    monkeypatch.setattr(system, "WINDOWS", True)
     words = ("layerjam", "show", r"practice\my brake.toml", "--out", r"C:\lab\a.toml", "--x=-2mm")
     line = r'layerjam show "practice\my brake.toml" --out C:\lab\a.toml --x=-2mm'
     assert typed_line(words) == line
-    pattern = windows.quote_pattern(PureWindowsPath(r"C:\my lab"), "pull_*.csv")  # type: ignore[arg-type]
+    pattern = system.quote_pattern(PureWindowsPath(r"C:\my lab"), "pull_*.csv")  # type: ignore[arg-type]
     assert pattern == r'"C:\my lab\pull_*.csv"'
-    assert windows.quote_pattern(PureWindowsPath("lab"), "p_*.csv") == r"lab\p_*.csv"  # type: ignore[arg-type]
+    assert system.quote_pattern(PureWindowsPath("lab"), "p_*.csv") == r"lab\p_*.csv"  # type: ignore[arg-type]
 
 
 def test_commands_of_practice_files_and_of_a_missing_option(
@@ -160,7 +160,7 @@ def test_no_module_quotes_a_command_by_itself() -> None:
     """`shlex` splits elsewhere, and quotes in one file."""
     for path in sorted((ROOT / "src/layerjam").rglob("*.py")):
         text = path.read_text(encoding="utf-8")
-        if path.name != "windows.py":
+        if path.name != "system.py":
             assert "shlex.quote" not in text and "shlex.join" not in text, path
 
 
@@ -243,7 +243,7 @@ def test_a_busy_port_is_named_as_busy(here: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(socket.socket, "setsockopt", lambda *words: options.append(words[2]))
     server.check_free("127.0.0.1", 0)
     assert socket.SO_REUSEADDR not in options
-    monkeypatch.setattr(windows, "WINDOWS", False)
+    monkeypatch.setattr(system, "WINDOWS", False)
     server.check_free("127.0.0.1", 0)
     assert socket.SO_REUSEADDR in options
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from layerjam import system
 from layerjam.cli import main as command_line
 from layerjam.cli.main import main
 from layerjam.device.load import load, write_whole
@@ -21,7 +22,6 @@ from layerjam.rig import child, crosshead
 from layerjam.rig.address import address_of
 from layerjam.rig.board import connect
 from layerjam.rig.line import LineError, _system_message
-from layerjam.toml_files import windows
 from windows.rules import Console, impose
 
 BRAKE = "choi2018-kapton"
@@ -118,7 +118,7 @@ def test_a_pattern_is_ours_to_expand(here: Path, monkeypatch: pytest.MonkeyPatch
         (here / name).write_bytes(b"")
     words = ["pull", "*.csv", "--names", "{vacuum}_*", "sim:choi2018?speed=0", "none-*.csv"]
     assert command_line._expand(words) == ["pull", "a.csv", "b.csv", *words[2:]]
-    monkeypatch.setattr(windows, "WINDOWS", False)
+    monkeypatch.setattr(system, "WINDOWS", False)
     assert command_line._expand(words) == words
 
 

@@ -19,7 +19,7 @@ from layerjam.device.load import write_whole
 from layerjam.errors import FileError, count_of
 from layerjam.measure.sidecar import sidecar_path
 from layerjam.measure.trace import Trace
-from layerjam.toml_files.windows import (
+from layerjam.system import (
     check_name,
     quote_pattern,
     quote_word,

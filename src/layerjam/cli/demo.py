@@ -22,7 +22,7 @@ from layerjam.cli.main import main as layerjam
 from layerjam.commands.declare import Help, PythonOnly, command
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
-from layerjam.toml_files.windows import check_name, quote_word, report_failure, typed_line
+from layerjam.system import check_name, quote_word, report_failure, typed_line
 from layerjam.units import show
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ from layerjam.commands.declare import (
 )
 from layerjam.commands.quantities import Overwrite
 from layerjam.errors import FileError, QuantityError
-from layerjam.toml_files.windows import check_name, report_failure, typed_line
+from layerjam.system import check_name, report_failure, typed_line
 
 TYPED: ContextVar[tuple[str, ...]] = ContextVar("TYPED", default=())
 """Set by `main`, also if a program calls it and `sys.argv` differs."""

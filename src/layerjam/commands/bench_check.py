@@ -18,9 +18,9 @@ from layerjam.errors import QuantityError
 from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Line, Sensor
 from layerjam.rig.outcomes import Checked, Zero
+from layerjam.system import typed_line
 from layerjam.toml_files.changes import values_of
 from layerjam.toml_files.source import Source
-from layerjam.toml_files.windows import typed_line
 from layerjam.units import build, show
 
 MEASURED = MappingProxyType({"rate": "1/s", "top": "Pa", "leak": "1/s", "vent": "1/s", "lag": "s"})

@@ -12,7 +12,7 @@ from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.load import takes_force, write_whole
 from layerjam.errors import Notice, QuantityError
 from layerjam.simulate.quantities import SEED
-from layerjam.toml_files.windows import quote_word
+from layerjam.system import quote_word
 
 if TYPE_CHECKING:
     from layerjam.campaigns.campaign import Campaign

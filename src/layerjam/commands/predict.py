@@ -23,7 +23,7 @@ from layerjam.commands.results import Result, fact, number, result
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load, write_whole
 from layerjam.errors import Notice, QuantityError
-from layerjam.toml_files.windows import quote_word
+from layerjam.system import quote_word
 from layerjam.units import QuantitySpec
 from layerjam.units import show as in_words
 

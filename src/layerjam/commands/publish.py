@@ -14,7 +14,7 @@ from layerjam.commands.reading import FileOptions, FileVacuum
 from layerjam.commands.report import HowTested
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.errors import MissingExtraError, Notice
-from layerjam.toml_files.windows import typed_line
+from layerjam.system import typed_line
 from layerjam.units import show
 from layerjam.verdict import Verdict
 

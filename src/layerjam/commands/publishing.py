@@ -22,8 +22,8 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import FileError, Notice
 from layerjam.fluid.file import load_line
 from layerjam.identify.provenance import sha256
+from layerjam.system import check_name, report_failure
 from layerjam.toml_files.folders import hidden_folder, replace_folder, write_files
-from layerjam.toml_files.windows import check_name, report_failure
 
 if TYPE_CHECKING:
     from layerjam.report.brake_report import BrakeReport

@@ -23,7 +23,7 @@ from layerjam.design.requirements import DesignSpecification
 from layerjam.design.search import CHUNK, Search, SweepResult
 from layerjam.device.load import write_whole
 from layerjam.errors import FileError, MissingExtraError
-from layerjam.toml_files.windows import check_name, lock_file, report_failure
+from layerjam.system import check_name, lock_file, report_failure
 from layerjam.units import QuantitySpec
 
 MANIFEST, FRONT, NOTE = "manifest.json", "front.parquet", "sweep.json"

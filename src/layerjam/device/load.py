@@ -12,8 +12,8 @@ from typing import ParamSpec, TypeVar
 from layerjam.device.brake import Brake, validate
 from layerjam.device.file import BrakeFile, materials
 from layerjam.errors import FileError
+from layerjam.system import check_name, report_failure
 from layerjam.toml_files.shipped import shipped, text_of
-from layerjam.toml_files.windows import check_name, report_failure
 
 P = ParamSpec("P")
 R = TypeVar("R")

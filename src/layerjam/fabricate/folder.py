@@ -16,8 +16,8 @@ from layerjam.fabricate.film import more_files
 from layerjam.fabricate.mesh import mesh
 from layerjam.fabricate.package import stl, three_mf
 from layerjam.fabricate.step import step
+from layerjam.system import check_name, report_failure
 from layerjam.toml_files.folders import hidden_folder, replace_folder, write_files
-from layerjam.toml_files.windows import check_name, report_failure
 
 LIST = "build.json"
 """File that lists all other files of the folder."""

@@ -27,9 +27,9 @@ from layerjam.records.pieces import (
     storable,
     text_digest,
 )
+from layerjam.system import report_failure, typed_line
 from layerjam.toml_files.table_text import plain_comment
 from layerjam.toml_files.toml import parse_toml, read_text
-from layerjam.toml_files.windows import report_failure, typed_line
 
 STATED = (
     "run_id",

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from layerjam.errors import FileError
+from layerjam.system import check_name, report_failure
 from layerjam.toml_files.folders import hidden_folder, write_files
-from layerjam.toml_files.windows import check_name, report_failure
 
 NAMES = ("report.html", "results.json")
 

@@ -21,7 +21,7 @@ from layerjam.rig.board import parts
 from layerjam.rig.line import Ends, Line, LineError, Serial
 from layerjam.rig.outcomes import Flashed
 from layerjam.rig.wiring import load_wiring
-from layerjam.toml_files.windows import report_failure
+from layerjam.system import report_failure
 
 RAW, RUN, STOP, LEAVE = b"\x01", b"\x04", b"\x03", b"\x02"
 READY = b"raw REPL; CTRL-B to exit\r\n>"

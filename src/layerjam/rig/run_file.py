@@ -14,7 +14,7 @@ from typing import Any
 
 from layerjam.errors import FileError, LayerjamError
 from layerjam.measure.runs import APPLICATION_ID, COLUMNS, ENDING, FORMAT, SCHEMA, open_run
-from layerjam.toml_files.windows import check_name, lock_file, report_failure
+from layerjam.system import check_name, lock_file, report_failure
 
 ROOM = 10e6
 """Free space that a run needs at its start [bytes]: twice ten minutes of samples, and the log of 4

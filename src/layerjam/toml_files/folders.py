@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from layerjam.toml_files.windows import lock_file
+from layerjam.system import lock_file
 
 HIDDEN = re.compile(r"\.layerjam-(?:[0-9a-f]{16}|(?:report|dataset)-[0-9a-f]{32})")
 """Names of hidden folders; those that contain a word are from earlier versions."""

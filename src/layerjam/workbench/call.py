@@ -14,7 +14,7 @@ from layerjam.device.file import BrakeFile
 from layerjam.errors import LayerjamError, Notice
 from layerjam.fluid.file import LineFile
 from layerjam.identify.provenance import rename_files
-from layerjam.toml_files.windows import typed_line
+from layerjam.system import typed_line
 
 if TYPE_CHECKING:
     from layerjam.commands.declare import Parameter

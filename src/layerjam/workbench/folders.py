@@ -11,7 +11,7 @@ import tempfile
 import weakref
 from pathlib import Path
 
-from layerjam.toml_files.windows import lock_file
+from layerjam.system import lock_file
 
 PREFIX = "layerjam-workbench-"
 LOCK = ".in-use"

@@ -16,7 +16,7 @@ from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.websockets import WebSocketClose
 
 from layerjam.errors import QuantityError
-from layerjam.toml_files.windows import is_windows
+from layerjam.system import is_windows
 
 LOCAL = ("localhost", "127.0.0.1", "[::1]")
 HEADERS = {

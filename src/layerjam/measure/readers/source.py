@@ -9,8 +9,8 @@ from layerjam.measure.readers.layouts import plain_table
 from layerjam.measure.readers.workbook import sheets
 from layerjam.measure.run_text import csv_text
 from layerjam.measure.runs import ENDING, read_run
+from layerjam.system import report_failure
 from layerjam.toml_files.toml import nearby
-from layerjam.toml_files.windows import report_failure
 
 MAX_BYTES = 1_000_000_000
 _HEAD = 65_536

@@ -1,4 +1,4 @@
-"""Rules of Windows for file names, locks and typed commands, and its advice for locked files."""
+"""Differences between operating systems: file names, locks, typed commands, errors of files."""
 
 import contextlib
 import importlib
