@@ -15,8 +15,8 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "layerjam"
 MODULES = sorted(SOURCE.rglob("*.py"))
 FLOORS = (
-    "errors", "verdict", "conversion", "units", "outputs", "toml_files", "device", "fluid",
-    "mechanics", "kernel", "simulate",
+    "errors", "system", "verdict", "conversion", "units", "outputs", "toml_files", "device",
+    "fluid", "mechanics", "kernel", "simulate",
     "measure", "identify", "campaigns", "control", "design", "records", "dataset", "fabricate",
     "rig", "interop", "report", "commands", "studies", "workbench", "laws", "cli", "__main__",
 )  # fmt: skip
