@@ -150,7 +150,7 @@ def write_report(
         lead=LEAD,
         navigation=True,
         numbers=numbers,
-        verdicts=[Word(f"{MARKS[v]} {count} {v}", _kind(v)) for v, count in counts.items()],
+        verdicts=[Word(f"{MARKS[v]} {v}: {count}", _kind(v)) for v, count in counts.items()],
         banner=[BANNER, MEANING],
         parts=[*extra, *(part_of(name, FIGURES, claims[name]) for name in parts)],
         footer=f"layerjam {__version__}, {datetime.now(UTC).date().isoformat()}. {FOOTER}",
