@@ -15,6 +15,7 @@ from counts import FULL
 from layerjam.cli.main import main
 from layerjam.control.settings import KINDS
 from layerjam.rig import board as boards
+from layerjam.rig import soak as rig_soak
 from layerjam.rig.address import VIRTUAL
 from layerjam.rig.soak import Log, soak
 
@@ -54,6 +55,27 @@ def test_a_false_fault_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     done = soak(f"{VIRTUAL}&python=cpython", hours=0.01)
     assert 1 <= len(done.faults) <= done.ticks // 1000 and set(done.faults) == {"SENSORS_DISAGREE"}
     assert done.heap_growth is None and done.gaps == 0
+
+
+def test_a_leak_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A number that each sample leaves in a list; a list keeps the numbers themselves."""
+    sound = boards.parts()
+    judged = "self.disagree(self.settings.law[1])"
+    assert f"if {judged}:" in sound["bench.py"]
+    leaky = sound["bench.py"].replace(f"if {judged}:", f"if KEPT.append(self.count) or {judged}:")
+    leaky = leaky.replace("\nclass ", "\nKEPT = []\n\n\nclass ", 1)
+    monkeypatch.setattr(boards, "parts", lambda: {**sound, "bench.py": leaky})
+    done = soak(VIRTUAL, hours=0.01)
+    assert done.heap_growth is not None and done.heap_growth > 1000
+
+
+def test_a_block_kept_by_chance_is_no_leak(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first reading, then those of each round at the end."""
+    for readings, growth in (([900, 932, 932, 900], 0), ([900, *[932] * 5], 32), ([900, 868], -32)):
+        left = iter(readings)
+        monkeypatch.setattr(rig_soak, "_used", lambda *_, left=left: next(left))
+        assert soak(VIRTUAL, hours=0.002).heap_growth == growth
+        assert next(left, None) is None
 
 
 def test_gaps_are_counted() -> None:

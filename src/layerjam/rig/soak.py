@@ -32,6 +32,9 @@ VENTED = 5.0
 """Time [s] before the first order, in which the board notes the zero of its sensor."""
 LOOKS = 6
 """Number of readings of the memory, of which the least counts."""
+ROUNDS = 5
+"""Most rounds of these at the end. MicroPython's collector keeps a block to which a stale word on
+its stack seems to point; a leak stays in each round."""
 BLOCK = 200
 """Number of records fetched at once."""
 HELD_BACK = ((950, 5e-3), (500, 1e-3))
@@ -151,6 +154,9 @@ def _run_for(
     duration_ = plant.time - start
     timing = bench.ask("SYST:TIM?").split(",")
     last = _used(bench, log, faults)
+    for _ in range(ROUNDS - 1):
+        if first is not None and last is not None and last > first:
+            last = _used(bench, log, faults)
     return {
         "board": board.name,
         "hours": duration_ / 3600.0,
