@@ -63,7 +63,7 @@ def run_lines(text, folder, monkeypatch) -> dict:
 
 
 CASES = [
-    (Drop, {"shown": "full"}, "mass", 2.0, "Stopped in 13.34 ms", {"mass": "1 kg"}),
+    (Drop, {"shown": "full"}, "mass", 2.0, "101 kPa stops 1 kg", {"mass": "1 kg"}),
     (Pull, {}, "vacuum", 40e3, "Pulled to 40 mm", {"vacuum": "94.5 kPa"}),
     pytest.param(
         *(Pull, {"model": "stack"}, "travel", 0.02, "Pulled to 40 mm", {"travel": "40 mm"}),

@@ -33,6 +33,7 @@ SCRIPTS = (
     "sheets.js",
 )
 """Loaded once, at the end of the page's body."""
+ICON = "flat round dense size=13px color=none"
 DARK = "matchMedia('(prefers-color-scheme: dark)').matches"
 
 
@@ -119,13 +120,13 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
 
 
 def _header(desk: Desk, tabs: Sequence[Tab], pages: dict[str, Page], dark: ui.dark_mode) -> ui.tabs:
-    with ui.header().classes("frame-head q-py-none shadow-1").props("bordered"):
-        ui.label("layerjam").classes("text-h6 frame-name")
+    with ui.header().classes("frame-head"):
+        ui.label("layerjam").classes("frame-name")
         _brake(desk)
         with ui.tabs().classes("frame-tabs").props("dense no-caps") as heads:
             for tab in tabs:
-                dress(ui.tab(tab.name, label=tab.title, icon=tab.icon), f"tab-{tab.name}")
-        with ui.row().classes("items-center gap-1 no-wrap frame-acts"):
+                dress(ui.tab(tab.name, label=tab.title), f"tab-{tab.name}")
+        with ui.row().classes("items-center gap-0 no-wrap frame-acts"):
             _button("undo", "Undo (Ctrl Z)", desk.undo)
             _button("redo", "Redo (Ctrl Shift Z)", desk.redo)
             _button("link", "Copy a link to all that is set", lambda: _copy_link(desk))
@@ -149,8 +150,9 @@ CHECKED = {"passed": "passed", "accepted": "failed check"}
 
 def _brake(desk: Desk) -> None:
     """The brake that all pages compute, the origin and the verdict of its numbers."""
-    look = "flat no-caps dense color=white"
+    look = "flat no-caps dense color=none"
     with dress(ui.button(on_click=lambda: desk.turn("brake")), "brake-here", "brake-here", look):
+        source = dress(ui.label(), "", "brake-here-source")
         name = dress(ui.label(), "brake-here-name", "brake-here-name")
         word = dress(ui.label(), "brake-here-origin", "brake-here-origin")
         verdict = dress(ui.label(), "brake-here-verdict", "brake-here-origin")
@@ -160,7 +162,9 @@ def _brake(desk: Desk) -> None:
         if change in ("brake", "undo"):
             file, is_listed = desk.brake, desk.brake_subject().file is None
             came = origin(file)
-            name.set_text(file.title if is_listed and file.title else file.name)
+            title = file.title if is_listed and file.title else file.name
+            source.set_text(title.rpartition(", ")[0])
+            name.set_text(title.rpartition(", ")[2])
             word.set_text(came.word)
             decisions = [str(decision.notice()) for decision in file.accepted]
             tip.set_text(". ".join([f"{file.name}: {came.sentence}", *decisions]))
@@ -177,8 +181,7 @@ def _brake(desk: Desk) -> None:
 
 def _button(icon: str, label: str, act: Callable[[], object]) -> None:
     name = label.split(" (", maxsplit=1)[0].lower().replace(" ", "-")
-    look = "flat round color=white"
-    dress(button("", act, name, icon, look=look, tip=label), aria_label=label)
+    dress(button("", act, name, icon, look=ICON, tip=label), aria_label=label)
 
 
 def _session(desk: Desk) -> None:
@@ -194,8 +197,7 @@ def _session(desk: Desk) -> None:
             name = f"{desk.brake.name}-session{ENDING}"
             ui.download.content(text.encode(), name, "application/json")
 
-    look = "flat round color=white"
-    menu_button = button("", None, "session", "folder", look=look)
+    menu_button = button("", None, "session", "folder", look=ICON)
     with dress(menu_button, aria_label="Session"):
         # to the left of the button, because the menu opens below it
         aside = 'anchor="center left" self="center right"'

@@ -1,5 +1,6 @@
 """Elements of the pages, with a name for tests, a label and one look."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from html import escape
@@ -165,6 +166,17 @@ def one_line(error: object) -> str:
 
 Hero = tuple[str, str, str]
 """A key, what it is, and its value with its unit."""
+_NUMBER = re.compile(r"\d+\.?\d*")
+
+
+def three_digits(text: str) -> str:
+    """Return a number with its unit in three significant digits: 59.9 kPa for 59.93 kPa."""
+
+    def rounded(number: re.Match[str]) -> str:
+        value = float(number[0])
+        return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+
+    return _NUMBER.sub(rounded, text, count=1)
 
 
 class Heroes:
@@ -180,12 +192,12 @@ class Heroes:
 
 
 def headline_html(page: str, numbers: Sequence[Hero]) -> str:
-    """HTML of large numbers; the unit stands smaller behind its number."""
+    """HTML of large numbers in three digits, all digits on hover; the unit is smaller."""
     cells = []
     for key, name, text in numbers:
-        value, _, unit = text.partition(" ")
+        value, _, unit = three_digits(text).rpartition(" ") if " " in text else (text, "", "")
         small = f" <small>{escape(unit)}</small>" if unit else ""
         ident = escape(f"{page}-{key}")
-        cell = f'<dd data-testid="{ident}">{escape(value)}{small}</dd>'
+        cell = f'<dd data-testid="{ident}" title="{escape(text)}">{escape(value)}{small}</dd>'
         cells.append(f"<div><dt>{escape(name)}</dt>{cell}</div>")
     return f'<dl class="heroes">{"".join(cells)}</dl>'

@@ -12,7 +12,6 @@ class Tab:
 
     name: str
     title: str
-    icon: str
     light: bool = False
     """Whether it is imported without what computes, which another thread may just import."""
 
@@ -24,12 +23,12 @@ class Tab:
 
 
 TABS = (
-    Tab("start", "Start", "home", light=True),
-    Tab("brake", "Brake", "layers"),
-    Tab("pull", "Pull", "straighten"),
-    Tab("drop", "Drop", "south"),
-    Tab("vacuum", "Vacuum", "air"),
-    Tab("laboratory", "Laboratory", "science"),
-    Tab("design", "Design", "tune"),
-    Tab("bench", "Bench", "memory"),
+    Tab("start", "Start", light=True),
+    Tab("brake", "Brake"),
+    Tab("pull", "Pull"),
+    Tab("drop", "Drop"),
+    Tab("vacuum", "Vacuum"),
+    Tab("laboratory", "Laboratory"),
+    Tab("design", "Design"),
+    Tab("bench", "Bench"),
 )

@@ -30,7 +30,7 @@ from layerjam.workbench.pages.drop_outcome import (
 )
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.runner import waiting_line
-from layerjam.workbench.widgets import Heroes, columns, dress, status
+from layerjam.workbench.widgets import Heroes, columns, dress, fold, status
 
 ARRIVES = Choice(
     "arrives",
@@ -125,7 +125,7 @@ class Drop(Page):
             self.heroes = Heroes(name)
             self.verdict = status("drop-verdict", "text-lg")
             self.advice = Advice(self.desk)
-            self.panel.build_pins()
+            self.table = dress(live.Table(), "drop-table", "w-full plain-scroll")
             with ui.row().classes("w-full items-start gap-4"):
                 stage = ui.column().style("width: 270px; flex: none")
                 with ui.element("div").style("flex: 1; min-width: 300px; position: relative"):
@@ -135,8 +135,11 @@ class Drop(Page):
                     cursor = ui.element("div")
                 with stage:
                     self.animation = Animation(self.panel.chart, cursor)
-            self.panel.build_row()
-            self.table = dress(live.Table(), "drop-table", "w-full")
+            with ui.row().classes("w-full items-center gap-x-6"):
+                self.panel.build_pins()
+                self.panel.build_row()
+            with fold("All numbers", "drop-numbers"):
+                self.others = dress(live.Table(), "drop-others", "w-full plain-scroll")
             self.bound = dress(live.Words(""), "drop-bound", "text-sm")
             self.notes = Notes()
 
@@ -215,13 +218,14 @@ class Drop(Page):
         """Verdict, stage, charts, table."""
         view, drops, tuning, pins = result
         mode, stop = view, drops[view].result
-        sentence = verdict(stop, drops[view].refusal)
+        inputs = drops[view].call.options
+        sentence = verdict(stop, drops[view].refusal, inputs)
         failed = stop is None or stop.outcome not in GOOD
         if view == "tuned" and stop is not None and stop.record is None and drops["full"].result:
             mode, stop = "full", drops["full"].result
-            sentence = f"{sentence} Shown is full vacuum: {verdict(stop, '')}"
+            sentence = f"{sentence} Shown is full vacuum: {verdict(stop, '', inputs)}"
         self.verdict.set_text(sentence)
-        self.heroes.fill(heroes(stop))
+        self.heroes.fill(heroes(stop, mode == "tuned"))
         texts = tuning.call.options
         self.advice.fill(tuning, failed and view != "none")
         record = stop.record if stop is not None else None
@@ -239,6 +243,7 @@ class Drop(Page):
         self.panel.draw(answer, chart)
         self.animation.load(data)
         self.table.set_content(table(drops, view))
+        self.others.set_content(table(drops, view, is_main=False))
         self.bound.set_text(bound(floor, texts))
         self.notes.fill(notes(drops))
 

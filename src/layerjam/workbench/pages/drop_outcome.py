@@ -20,7 +20,7 @@ from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import result_fields
 from layerjam.workbench.charts import options
 from layerjam.workbench.desk import Desk, with_sheets
-from layerjam.workbench.widgets import Hero, button, read_asset
+from layerjam.workbench.widgets import Hero, button, read_asset, three_digits
 
 if TYPE_CHECKING:
     from layerjam.simulate.crash import Crash
@@ -114,8 +114,8 @@ class Animation:
         self._client.run_javascript(f"layerjamDropAt('{self._root}').play()")
 
 
-def verdict(stop: Any | None, refusal: str) -> str:
-    """Return the outcome in a sentence."""
+def verdict(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> str:
+    """Return the outcome of a drop with these `inputs` in a sentence."""
     if stop is None:
         return f"Cannot: {refusal.rstrip('.')}."
     if not stop.feasible:
@@ -126,14 +126,19 @@ def verdict(stop: Any | None, refusal: str) -> str:
         return _sentence(str(stop.reason))
     if stop.stopping_time is None:
         return "The mass still moves when the time to follow it is over."
-    after = f"in {show(stop.stopping_time, 's')}"
+    after = f"in {three_digits(show(stop.stopping_time, 's'))}"
     if stop.outcome == "NEVER_SLID":
         return f"Stopped {after} by the rope alone: the sheets never slid."
     if stop.outcome == "CLOSED_BY_SLEEVE":
         return f"The enclosure pulls the brake shut {after}: friction no longer holds it."
-    if stop.slip is None:
-        return f"Stopped {after} by the rope, without a brake."
-    return f"Stopped {after}, after {show(stop.slip, 'm')} of slip."
+    who, within = "The rope alone", after
+    if stop.slip is not None:
+        who = "This history" if stop.vacuum is None else show(stop.vacuum, "Pa", 3)
+        is_tuned = inputs.get("vacuum") == "tuned"
+        within = f"within {inputs['travel'] if is_tuned else show(stop.slip, 'm', 3)}"
+    start = inputs.get("speed") or f"a fall of {inputs.get('height')}"
+    most = "" if stop.peak_g is None else f", at {show(stop.peak_g, '1', 3)} g at most"
+    return f"{who} stops {inputs['mass']} from {start} {within}{most}."
 
 
 def _crash_sentence(stop: Any) -> str:
@@ -156,18 +161,20 @@ GOOD = ("STOPPED", "NEVER_SLID")
 """Outcomes in which the mass was stopped."""
 
 
-def heroes(stop: Any | None) -> list[Hero]:
-    """Return the main numbers of a drop; a known crash is included in the peak."""
+def heroes(stop: Any | None, is_tuned: bool = False) -> list[Hero]:
+    """Return the main numbers of a drop; a tuned vacuum is the first, a crash is in the peak."""
     if stop is None or not stop.feasible or stop.peak_force is None:
         return []
     crashed = stop.outcome == "BOTTOMED_OUT"
-    peak, g = stop.peak_force, stop.peak_g
-    name = "Peak"
+    peak, g, name = stop.peak_force, stop.peak_g, "Peak force"
     if crashed:
         name = "Peak, if the end is rigid" if stop.crash_force else "Peak before the crash"
         peak, g = stop.crash_force or peak, stop.crash_g or g
-    numbers = [("hero-peak", name, show(peak, "N") if g is None else f"{show(g, '1', 3)} g")]
-    if stop.slip is not None:
+    text = f"{show(g, '1')} g" if crashed and g is not None else show(peak, "N")
+    numbers = [("hero-peak", name, text)]
+    if is_tuned:
+        numbers.insert(0, ("hero-vacuum", "Vacuum needed", show(stop.vacuum, "Pa")))
+    elif stop.slip is not None:
         numbers.append(("hero-slip", "Slip of the brake", show(stop.slip, "m")))
     if crashed:
         numbers.append(("hero-end-speed", "Speed at the crash", show(stop.end_speed, "m/s")))
@@ -232,20 +239,8 @@ MODES = MappingProxyType(
         "history": "a history",
     }
 )
-ROWS = (
-    "outcome",
-    "vacuum",
-    "slip",
-    "peak_force",
-    "peak_deceleration",
-    "peak_g",
-    "crash_force",
-    "crash_g",
-    "stopping_time",
-    "end_speed",
-    "dissipated_energy",
-)
-"""These come first; below them stands what else a stop has to say."""
+ROWS = ("outcome", "vacuum", "slip", "peak_force", "peak_g", "crash_g", "stopping_time")
+"""Rows of the comparison above the charts; the fold "All numbers" holds the others."""
 LEFT_OUT = ("feasible", "reason", "speed", "accelerometer", "filter")
 OUTCOMES = MappingProxyType(
     {
@@ -276,14 +271,16 @@ def notes(drops: Drops) -> list[str]:
     return list(dict.fromkeys(lines))
 
 
-def table(drops: Drops, mode_shown: str) -> str:
-    """HTML of the table; what cannot be says so across its column."""
+def table(drops: Drops, mode_shown: str, is_main: bool = True) -> str:
+    """HTML of the main rows, or of the others; a drop that cannot be says so across its column."""
     stops = {mode: answer.result for mode, answer in drops.items()}
     fine = {mode: dict(stop.rows()) for mode, stop in stops.items() if stop and stop.feasible}
-    left_out = {key.replace("_", " ") for key in LEFT_OUT}
-    names = [key.replace("_", " ") for key in ROWS]
-    names += [n for texts in fine.values() for n in texts if n not in left_out]
-    names = list(dict.fromkeys(names))
+    main = [key.replace("_", " ") for key in ROWS]
+    others = {key.replace("_", " ") for key in LEFT_OUT}.union(main)
+    given = dict.fromkeys(n for texts in fine.values() for n, text in texts.items() if text != "–")
+    names = [n for n in given if n not in others]
+    if is_main:
+        names = [n for n in main if n in given] or main[:1]
     meanings = result_fields("drop")
     rows = []
     for i, name in enumerate(names):
@@ -299,6 +296,7 @@ def table(drops: Drops, mode_shown: str) -> str:
                 reason = drops[mode].refusal if stop is None else str(stop.reason)
                 ident = f'data-testid="drop-{mode}-outcome"'
                 text_cell = f"cannot: {escape(reason)}"
+                ident = ident if is_main else ""
                 cells.append(f'<td rowspan="{len(names)}" class="cannot" {ident}>{text_cell}</td>')
         rows.append(f"<tr>{''.join(cells)}</tr>")
     heads = [f'<th scope="col"{_mark(m, mode_shown)}>{escape(MODES[m])}</th>' for m in drops]
