@@ -19,7 +19,7 @@ from layerjam.kernel import compiler
 
 THERE = importlib.util.find_spec("mujoco") is not None
 MUJOCO = pytest.mark.skipif(not THERE, reason="make interop installs MuJoCo")
-SOURCES = ["actuator.xml", "brake.xml", "formulas.h", "layerjam.c", "layerjam.h"]
+SOURCES = ["actuator.xml", "brake.xml", "formulas.h", "joint.h", "layerjam.c", "layerjam.h"]
 SOURCES.append("layerjam_mujoco.c")
 
 

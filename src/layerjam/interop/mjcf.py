@@ -8,7 +8,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.interop.tendon import Coupling, coupling_of
-from layerjam.kernel.parameters import Parameters, parameters
+from layerjam.kernel.parameters import parameters
 
 AnyBrake = str | BrakeFile | Brake
 INSTANCE = "layerjam"
@@ -31,10 +31,19 @@ def atmosphere_of(brake: BrakeFile | Brake) -> float:
 
 
 def config(
-    numbers: Parameters, coupling: Coupling = "limited", rest_length: float | None = None
+    brake: BrakeFile | Brake,
+    coupling: Coupling = "limited",
+    rest_length: float | None = None,
+    *,
+    rope_stiffness: float | None = None,
+    over_joint: bool = False,
 ) -> dict[str, str]:
     """Return the attributes of the plugin, numbers with all digits."""
-    attributes = {name: repr(float(value)) for name, value in numbers._asdict().items()}
+    numbers = parameters(brake, rope_stiffness)._asdict()
+    if over_joint:
+        sheets = (brake.brake if isinstance(brake, BrakeFile) else brake).sheets
+        numbers |= {"sheets": sheets.count, "width": sheets.width}
+    attributes = {name: repr(float(value)) for name, value in numbers.items()}
     if rest_length is not None:
         if not 0 <= rest_length < float("inf"):
             raise QuantityError.of("rest_length", f"{rest_length} m is not allowed; zero or more")
@@ -60,15 +69,19 @@ def mjcf(
     coupling: Coupling = "limited",
     rope_stiffness: float | None = None,
     name: str | None = None,
+    over_joint: bool = False,
 ) -> str:
     """Return the brake as MJCF for `<include>`: the plugin's instance and an actuator on a tendon.
 
     `rest_length` [m] is the tendon's length at zero elongation, by default that at qpos0.
     `vacuum_lag` [s] is the time constant of the vacuum line. `name` is the actuator's name, by
-    default the tendon's. Raises QuantityError, UnknownNameError.
+    default the tendon's. `over_joint` lays the brake over the cylinder or sphere that the tendon
+    wraps. Raises QuantityError, UnknownNameError.
     """
     file, name = brake_file(brake), name or tendon
-    numbers = config(parameters(file, rope_stiffness), coupling, rest_length)
+    numbers = config(
+        file, coupling, rest_length, rope_stiffness=rope_stiffness, over_joint=over_joint
+    )
     keys = "\n".join(
         f"        <config key={quoteattr(key)} value={quoteattr(value)}/>"
         for key, value in numbers.items()
@@ -118,12 +131,15 @@ def attach(
     coupling: Coupling = "limited",
     rope_stiffness: float | None = None,
     name: str | None = None,
+    over_joint: bool = False,
 ) -> Any:
     """Add the brake to a mujoco.MjSpec as an actuator on a tendon; return the actuator.
 
     Its control is the vacuum [Pa], its name by default the tendon's. The tendon itself must have no
-    stiffness, which would be a second spring parallel to the brake. Loads the plugin. Raises
-    UnknownNameError, QuantityError, MissingExtraError, CompilerError.
+    stiffness, which would be a second spring parallel to the brake. With `over_joint` it wraps one
+    cylinder or sphere, and the friction is that of `layerjam.laws.joint_friction` at the present
+    angle of the wrap. Loads the plugin. Raises UnknownNameError, QuantityError, MissingExtraError,
+    CompilerError.
     """
     from layerjam.interop.plugin import import_mujoco, load
 
@@ -144,7 +160,9 @@ def attach(
             "name", f"the model has an actuator '{name}' already; give this brake another name"
         )
     file, lag = brake_file(brake), _lag(vacuum_lag)
-    numbers = config(parameters(file, rope_stiffness), coupling, rest_length)
+    numbers = config(
+        file, coupling, rest_length, rope_stiffness=rope_stiffness, over_joint=over_joint
+    )
     spec.activate_plugin(PLUGIN)
     instance = spec.add_plugin(name=f"{INSTANCE}-{name}", plugin_name=PLUGIN, active=True)
     instance.config = numbers

@@ -33,8 +33,8 @@ def plugin() -> Path:
         raise CompilerError(f"MuJoCo's library is not next to its headers, in {home}")
     headers = Path(mujoco.HEADERS_DIR)
     return library(
-        [SOURCE, SOURCES / "layerjam.c"],
-        includes=[headers.parent, headers],
+        [SOURCE],  # it includes the kernel
+        includes=[SOURCES, headers.parent, headers],
         libraries=[str(engine[0])],
     )
 

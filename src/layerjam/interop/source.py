@@ -27,7 +27,8 @@ def c_files(name: str, numbers: Parameters, precision: Precision, mark: str = ""
 
 def plugin_files() -> dict[str, str]:
     """Return {file: text} of the actuator plugin for MuJoCo with its kernel."""
-    return {"layerjam_mujoco.c": _wrapper("mujoco_plugin.c"), **_kernel()}
+    texts = {"layerjam_mujoco.c": _wrapper("mujoco_plugin.c"), "joint.h": _wrapper("joint.h")}
+    return {**texts, **_kernel()}
 
 
 def _kernel() -> dict[str, str]:

@@ -1,8 +1,10 @@
 /* layerjam.brake: a MuJoCo actuator on a tendon whose control is the vacuum [Pa].
  *
- * The force is that of layerjam.c, along the tendon's path; a held load stays bit for bit. compute
- * asks, advance commits: mj_forward changes nothing. The brake's memory is in plugin_state, so that
- * mj_getState, copies and threads work as with any other state. Apache License 2.0. */
+ * The force is that of layerjam.c, along the tendon's path; a held load stays bit for bit. With the
+ * number and width of the sheets, the brake lies over the geom that the tendon wraps: joint.h has the
+ * friction, the path of the tendon the angle. compute asks, advance commits: mj_forward changes
+ * nothing. The brake's memory is in plugin_state, so that mj_getState, copies and threads work as
+ * with any other state. Compile this file alone: it includes the kernel. Apache License 2.0. */
 
 #include <math.h>
 #include <stddef.h>
@@ -16,7 +18,9 @@
 #ifdef mjUSESINGLE
 #define LJ_SINGLE
 #endif
-#include "layerjam.h"
+#include "layerjam.c"
+
+#include "joint.h"
 
 #define NUMBERS 8
 #define REALS (offsetof(lj_state, flags) / sizeof(lj_real))
@@ -29,16 +33,19 @@ static const char *const COUPLINGS[] = {"limited", "explicit", "implicit"};
 static const char *const ATTRIBUTES[] = {
     "contact", "overlap",  "stiffness",     "enclosure_stiffness", "enclosure_contact",
     "reach",   "exponent", "test_pressure", "rest_length",         "coupling",
+    "sheets",  "width",
 };
 
 /* One plugin instance in one mjData. */
 typedef struct {
     lj_brake brake;
+    lj_joint joint;      /* a radius of zero: the brake lies straight */
     lj_state next;       /* what advance commits */
     mjtNum rest_length;  /* length of the tendon at zero elongation [m] */
     int has_rest_length; /* otherwise that at qpos0 */
     int coupling;
     int actuator;
+    int tendon, geom; /* what the actuator pulls, and what that wraps */
     int asked; /* whether next holds an answer */
 } instance_data;
 
@@ -153,7 +160,67 @@ static int read_actuator(const mjModel *m, int instance, instance_data *made)
         mju_warning("layerjam.brake: a brake pulls on a tendon, with gear 1");
         return 0;
     }
+    made->tendon = m->actuator_trnid[2 * made->actuator];
     return 1;
+}
+
+/* The joint, where sheets and width are given: the one cylinder or sphere that the tendon wraps. */
+static int read_joint(const mjModel *m, int instance, instance_data *made)
+{
+    int sheets = number_of(m, instance, "sheets", &made->joint.sheets), start, i, count = 0;
+    int width = number_of(m, instance, "width", &made->joint.width);
+    if ((sheets == 0 && width == 0) || made->actuator < 0)
+        return 1;
+    if (sheets != 1 || width != 1 || !(made->joint.sheets >= 2 && made->joint.width > 0)) {
+        mju_warning("layerjam.brake: over a joint, sheets of at least 2 and a width above zero are "
+                    "needed, both");
+        return 0;
+    }
+    start = m->tendon_adr[made->tendon];
+    for (i = start; i < start + m->tendon_num[made->tendon]; i++) {
+        if (m->wrap_type[i] != mjWRAP_CYLINDER && m->wrap_type[i] != mjWRAP_SPHERE)
+            continue;
+        made->geom = m->wrap_objid[i];
+        count++;
+    }
+    if (count != 1) {
+        mju_warning("layerjam.brake: over a joint, the tendon wraps one cylinder or sphere; this one "
+                    "wraps %d", count);
+        return 0;
+    }
+    made->joint.radius = (lj_real)m->geom_size[3 * made->geom];
+    return 1;
+}
+
+/* The angle [rad] over which the tendon lies on the geom, from its two points there. The path before
+ * them tells which way round: more than half a turn is possible. */
+static lj_real wrap_angle(const mjModel *m, const mjData *d, const instance_data *made)
+{
+    int start = d->ten_wrapadr[made->tendon], i;
+    const mjtNum *centre = d->geom_xpos + 3 * made->geom, *turn = d->geom_xmat + 9 * made->geom;
+    mjtNum first[3], last[3], along[3], axis[3], cross[3], angle;
+    for (i = start + 1; i < start + d->ten_wrapnum[made->tendon] - 1; i++)
+        if (d->wrap_obj[i] == made->geom && d->wrap_obj[i + 1] == made->geom)
+            break;
+    if (i >= start + d->ten_wrapnum[made->tendon] - 1)
+        return 0;
+    mju_sub3(first, d->wrap_xpos + 3 * i, centre);
+    mju_sub3(last, d->wrap_xpos + 3 * (i + 1), centre);
+    mju_sub3(along, d->wrap_xpos + 3 * i, d->wrap_xpos + 3 * (i - 1));
+    mju_cross(axis, first, along);
+    if (m->geom_type[made->geom] == mjGEOM_CYLINDER || m->geom_type[made->geom] == mjGEOM_CAPSULE) {
+        mjtNum of_geom[3] = {turn[2], turn[5], turn[8]};
+        mju_scl3(of_geom, of_geom, mju_dot3(of_geom, axis) < 0 ? -1 : 1);
+        mju_addToScl3(first, of_geom, -mju_dot3(first, of_geom));
+        mju_addToScl3(last, of_geom, -mju_dot3(last, of_geom));
+        mju_copy3(axis, of_geom);
+    }
+    mju_normalize3(axis);
+    mju_cross(cross, first, last);
+    angle = atan2(mju_dot3(axis, cross), mju_dot3(first, last));
+    if (angle < -1e-3)
+        angle += 2 * mjPI;
+    return angle > 0 ? (lj_real)angle : 0; /* where the path just touches, rounding is no turn */
 }
 
 static int init(const mjModel *m, mjData *d, int instance)
@@ -167,7 +234,7 @@ static int init(const mjModel *m, mjData *d, int instance)
     if (found < 0)
         mju_warning("layerjam.brake: rest_length is no number");
     if (found < 0 || !read_brake(m, instance, made) || !read_coupling(m, instance, made) ||
-        !read_actuator(m, instance, made)) {
+        !read_actuator(m, instance, made) || !read_joint(m, instance, made)) {
         free(made);
         return -1;
     }
@@ -281,8 +348,11 @@ static void compute(const mjModel *m, mjData *d, int instance, int capability)
     compliance = compliance_of(m, d, made, out);
     if (made->coupling == IMPLICIT)
         elongation += m->opt.timestep * d->actuator_velocity[out];
-    d->actuator_force[out] = -lj_move(&made->brake, &made->next, (lj_real)elongation,
-                                      vacuum_of(m, d, actuator, &made->next), compliance);
+    if (made->joint.radius > 0)
+        made->joint.angle = wrap_angle(m, d, made);
+    d->actuator_force[out] = -lj_move_over(&made->brake, &made->joint, &made->next,
+                                           (lj_real)elongation,
+                                           vacuum_of(m, d, actuator, &made->next), compliance);
     made->asked = 1;
 }
 
