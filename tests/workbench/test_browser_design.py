@@ -91,7 +91,7 @@ def test_errors_stand_in_place_with_their_line(design):
     search(design, "")
     says(design, "spec-problem", "brake (the brake to start from")
     search(design, SMALL.replace("300 N", "300 kN"))
-    says(design, "outcome", "Not possible: holding_force >= 300 kN cannot be met")
+    says(design, "outcome", "Not possible: holding force ≥ 300 kN cannot be met")
     assert "Traceback" not in design.inner_text("body")
     design.click(at("example-wrist"))
     says(design, "outcome", "designs meet all constraints")

@@ -13,7 +13,7 @@ from layerjam.commands.index import commands, load
 from layerjam.errors import FileError, QuantityError
 from layerjam.workbench.pages.laboratory import FREE as FREE_CHOICE
 from layerjam.workbench.pages.laboratory import STICK_SLIP
-from layerjam.workbench.spoken import FREE, OTHERWISE, on_page, sentence_of
+from layerjam.workbench.spoken import FREE, OTHERWISE, in_print, on_page, sentence_of
 
 FLAG = re.compile(r"(?<![\w-])--[a-z]")
 ROOT = Path(layerjam.__file__).parent
@@ -65,6 +65,12 @@ def test_a_flag_becomes_the_name_of_its_field():
 ])  # fmt: skip
 def test_sentences_read_as_english_on_the_page(said, page):
     assert on_page(said) == page
+
+
+def test_no_key_reaches_a_reader():
+    said = "chamber.volume is an estimate; holding_force >= 300 N; a_file_of.csv 'usable_travel'"
+    page = "chamber volume is an estimate; holding force ≥ 300 N; a_file_of.csv 'usable_travel'"
+    assert in_print(said) == page
 
 
 def test_what_a_file_asks_for_is_not_told_as_an_option():

@@ -38,9 +38,10 @@ def parse_toml(text: str, path: object) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as err:
-        match = re.search(r"\(at line (\d+), column \d+\)", str(err))
+        match = re.search(r"\(at line (\d+), column (\d+)\)", str(err))
         reason = re.sub(r"\s*\(at .*\)", "", str(err))
         line = int(match.group(1)) if match else text.count("\n") + 1
+        reason += f", at column {match.group(2)}" if match else ""
         wrong = text.splitlines()[line - 1 : line] if line <= text.count("\n") + 1 else []
         if wrong and re.search(r"=\s*[\d.]+\s*[A-Za-z%µ]", wrong[0][:200]):
             reason += '; put a quantity in quotes, such as "0.254 mm"'

@@ -33,6 +33,8 @@ class Subject:
 
     name: str
     file: "BrakeFile | LineFile | DesignSpecification | None" = None
+    needs: tuple[tuple[str, str], ...] = ()
+    """(name, content) of the files that it names and that are in no catalogue."""
 
     @property
     def text(self) -> str:
@@ -292,6 +294,7 @@ def _rename_files(call: Call, texts: dict[str, str]) -> Call:
     def unique(subject: Subject) -> Subject:
         if subject.file is None or call.made:
             return subject
+        texts.update(subject.needs)
         stem, name, count = subject.name.removesuffix(".toml"), subject.name, 1
         while texts.setdefault(name, subject.file.text) != subject.file.text:
             count += 1

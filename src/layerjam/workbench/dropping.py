@@ -12,7 +12,7 @@ from nicegui.elements.upload_files import FileUpload
 from layerjam.errors import FileError, LayerjamError
 from layerjam.measure.conditions import LIST, parse_list
 from layerjam.measure.sidecar import FOLDER, Facts, facts_text, values_of
-from layerjam.toml_files.toml import MAX_BYTES, decode_toml
+from layerjam.toml_files.toml import MAX_BYTES, decode_toml, parse_toml
 from layerjam.toml_files.writer import dump_toml
 from layerjam.units import QuantitySpec, build, show, spec_of
 from layerjam.workbench.desk import Desk
@@ -117,6 +117,7 @@ class Dropping:
         data = await file.read()
         try:
             text = decode_toml(data, name)
+            parse_toml(text, name)
         except FileError as err:
             return str(err)
         kind = toml_kind(text)

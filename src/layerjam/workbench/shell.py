@@ -86,7 +86,8 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
         return tab.load()
 
     async def opened(name: str) -> None:
-        ui.run_javascript("scrollTo(0, 0)")  # how far down one reads is a page's own
+        # how far down one reads is a page's own
+        ui.run_javascript(f"scrollTo(0, 0); layerjamPage({name!r})")
         desk.open(name)
         if name not in pages:
             kind = await run.io_bound(loaded, kinds[name])
@@ -102,6 +103,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
     panels.on_value_change(lambda e: opened(str(e.value)))
     Dropping(desk, turn)
     _address(desk)
+    ui.on("layerjam_page", lambda e: turn(str(e.args)))
     ui.on("layerjam_undo", desk.undo)
     ui.on("layerjam_redo", desk.redo)
     if trouble:
@@ -256,7 +258,7 @@ def _address(desk: Desk) -> None:
         if len(link) <= LONGEST_LINK:
             ui.run_javascript(
                 "const u = new URL(window.location); u.searchParams.set('s', "
-                f"'{link}'); history.replaceState(null, '', u)"
+                f"'{link}'); history.replaceState(history.state, '', u)"
             )
 
     ui.timer(0.5, follow)

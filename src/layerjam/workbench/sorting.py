@@ -106,7 +106,10 @@ class Sorting:
         # not those that were just accepted
         proposals = [p for p in proposals if p.key in self.uploads.waiting]
         others = [p for p in proposals if p.kind != "measurement"]
-        self.told += [on_page(f"{p.name}: {p.about}") for p in others]
+        for about in dict.fromkeys(p.about for p in others):
+            names = ", ".join(p.name for p in others if p.about == about)
+            self.told.append(on_page(f"{names}: {about}"))
+        self.uploads.refused |= {p.name: p.about for p in others if p.kind == "unknown"}
         self.uploads.remove(p.key for p in others)
         self.proposals = together(p for p in proposals if p.kind == "measurement")
         self._fill()
@@ -136,30 +139,30 @@ class Sorting:
 
     def _fill(self) -> None:
         self.box.clear()
-        usable = [p for p in self.proposals if not p.asks]
+        usable = sum(not p.asks for p in self.proposals)
         rows = sorted(self.proposals, key=lambda p: not self._lacking(p))
         self.title.set_text(DROPPED if self.proposals or self.told else YOURS)
         with self.box:
             if not self.proposals and not self.told:
                 self._invite()
+            if self.told:
+                with dress(ui.column(), "dropped-told", "gap-1 w-full", role="status"):
+                    heading("Not used here", 3)
+                    for sentence in dict.fromkeys(self.told):
+                        ui.label(sentence).classes("text-sm break-words")
+                    ui.label(EXPORTS).classes("text-xs opacity-80")
             if self.proposals:
                 hint("Each proposal says where it comes from. Nothing is used before you accept.")
             for item in rows[:MAX_ROWS]:
                 self._row(item)
             if rows[MAX_ROWS:]:
                 self._table(rows[MAX_ROWS:])
-            if self.told:
-                heading("Not used here", 3)
-                with dress(ui.column(), "dropped-told", "gap-1 w-full", role="status"):
-                    for sentence in dict.fromkeys(self.told):
-                        ui.label(sentence).classes("text-sm break-words")
-                    ui.label(EXPORTS).classes("text-xs opacity-80")
             self._trouble = Alert("dropped-problem")
-            with ui.row().classes("w-full gap-2 justify-end"):
+            with ui.row().classes("w-full gap-2 justify-end dropped-acts"):
                 if self.proposals:
                     button("Not now", self.dialog.close, "dropped-later", look="flat no-caps")
                     look = "unelevated no-caps color=primary"
-                    text = "Use all" if len(usable) != 1 else "Use it"
+                    text = f"Use {usable}" if usable != 1 else "Use it"
                     button(text, self.accept, "dropped-use", "check", look=look)
                 else:
                     look = "unelevated no-caps color=primary autofocus"
@@ -232,12 +235,13 @@ class Sorting:
 
     def _table(self, files: Sequence[Proposal]) -> None:
         """The files beyond those with fields of their own."""
-        rows = []
+        names: dict[tuple[str, ...], list[str]] = {}
         for item in files:
             role = self._role(item)
             value = item.facts.get(NEEDED.get(role, ""), SourcedValue("–", ""))
             sources = "; ".join(dict.fromkeys(filter(None, (item.role.source, value.source))))
-            rows.append([item.name, ROLES[role], value.text, sources])
+            names.setdefault((ROLES[role], value.text, sources), []).append(item.name)
+        rows = [[", ".join(equal), *cells] for cells, equal in names.items()]
         heads = ["File", "Used as", "Vacuum or force", "Taken from"]
         ui.html(html(heads, rows, (), "More files", "dropped-more"), sanitize=False)
         hint("They can be changed in the laboratory, one by one or many at once.")
@@ -305,6 +309,8 @@ class Sorting:
             else:
                 edits[item.key] = edit
         self.uploads.waiting -= set(edits)
+        for item in self.proposals:
+            self.uploads.refused.pop(item.name, None)
         self.proposals = [p for p in self.proposals if p.key not in edits]
         if edits:
             put_edits(self.desk, edits)

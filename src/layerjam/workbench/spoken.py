@@ -44,13 +44,21 @@ PHRASES = (
 """Turns of phrase that hold more than a flag."""
 _POWER = re.compile(r"(?<=[A-Za-zµΩ)])\^(-?\d+)")
 _TEN = re.compile(r"(?<=\d)e([+-]\d+)(?![\w.])")
+_KEY = re.compile(r"(?<![\w./'\"-])[a-z]{2,}(?:_[a-z]{2,})+(?![\w(./'\"-])")
+_PATH = re.compile(
+    r"(?<![\w./'\"-])(pump|chamber|valve|tube|filter|film|sheets|enclosure|mount|rope|build|site)"
+    r"\.([a-z_]+)\b(?![(./])"
+)
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _PHRASES = tuple((re.compile(found), said) for found, said in PHRASES)
 _FLAG = re.compile(r"(?<![\w-])--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)")
 
 
 def typeset(text: str) -> str:
-    """A number with its unit as it is printed: m² for m^2, 1.2 × 10⁶ for 1.2e+06."""
+    """Text as it is printed: m² for m^2, 1.2 × 10⁶ for 1.2e+06, ≤ for <=, words for keys."""
+    text = _PATH.sub(lambda m: f"{m[1]} {m[2].replace('_', ' ')}", text)
+    text = _KEY.sub(lambda m: m[0].replace("_", " "), text)
+    text = text.replace(" >= ", " ≥ ").replace(" <= ", " ≤ ")
     text = _POWER.sub(lambda m: m[1].translate(_RAISED), text)
     return _TEN.sub(lambda m: f" × 10{str(int(m[1])).translate(_RAISED)}", text)
 

@@ -75,6 +75,8 @@ class Uploads:
         self.from_list: dict[str, frozenset[str]] = {}
         """{name: the facts of its sidecar that come from that list}."""
         self.waiting: set[str] = set()
+        self.refused: dict[str, str] = {}
+        """{user's name of a file that could not be read: the reason}."""
         self.closed = False
         self._place: Folder | None = None
         self._numbers = itertools.count(1)

@@ -61,6 +61,15 @@ addEventListener('keydown', e => {
   emitEvent(e.shiftKey ? 'layerjam_redo' : 'layerjam_undo');
 });
 
+// a change of tab is a step of the browser's history; Back turns to the tab before
+window.layerjamPage = (page) => {
+  const last = history.state?.layerjam;
+  if (last !== page) history[last ? 'pushState' : 'replaceState']({layerjam: page}, '');
+};
+addEventListener('popstate', e => {
+  if (e.state?.layerjam) emitEvent('layerjam_page', e.state.layerjam);
+});
+
 // charts and the view in space are 2 MB of script: read while the server loads what it computes with
 addEventListener('DOMContentLoaded', () => {
   for (const part of ['nicegui-echart', 'nicegui-scene']) import(part).catch(() => {});

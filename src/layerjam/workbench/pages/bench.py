@@ -146,7 +146,13 @@ class Bench(Page):
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         meanings = "; ".join(f"{k}: {v}" for k, v in KINDS.items())
-        self.law = Choice("kind", {k: k for k in KINDS}, "pi", label="Law", help=meanings)
+        self.law = Choice(
+            "kind",
+            {k: k.upper() if k == "pi" else k for k in KINDS},
+            "pi",
+            label="Law",
+            help=meanings,
+        )
         self.safe, self.rest = safe_choice(), rest_choice()
         words = {name: f"{name.replace('-', ' ')}: {text}" for name, text in PROVOKED.items()}
         self.broken = Choice("broken", {"none": "nothing", **words}, "none", label="Break")

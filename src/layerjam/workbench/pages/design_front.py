@@ -12,6 +12,7 @@ from layerjam.report.style import GREY
 from layerjam.units import show
 from layerjam.workbench.charts import ink_of, options
 from layerjam.workbench.pages.design_part import cell_text, words
+from layerjam.workbench.spoken import in_print
 from layerjam.workbench.tables import html
 
 PALE = "#9aa5af"
@@ -71,7 +72,8 @@ def front_chart(result: Any, names: tuple[str, str], number: int, dark: bool) ->
     marks = sorted(marked_designs(result, names), key=lambda m: down * m[0][names[1]])
     for rank, (design, word, mark) in enumerate(marks):
         shift = (34 * aside, -down * (16 + 19 * rank))
-        series.append(scatter(word, [point(design, word)], **_mark_look(mark, word, ink, shift)))
+        label = words(word)
+        series.append(scatter(label, [point(design, label)], **_mark_look(mark, label, ink, shift)))
     ring = dict(color="transparent", borderColor=ink, borderWidth=2.2)
     ring_look = dict(silent=True, symbol="circle", symbolSize=26, z=5, itemStyle=ring)
     looked_at = point(pick_design(result, number)[1])["value"]
@@ -183,7 +185,8 @@ def _table(
     """The table, whose first columns are words; the sentence `none` where it is empty."""
     if none and not rows:
         return f"<p>{none}</p>"
-    return html(heads, [tuple(row) for row in rows], range(words, len(heads)), caption)
+    cells = [tuple(map(in_print, row)) for row in rows]
+    return html(heads, cells, range(words, len(heads)), caption)
 
 
 def verdict(result: Any) -> str:

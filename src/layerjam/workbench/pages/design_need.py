@@ -28,6 +28,7 @@ from layerjam.workbench.pages import design_front as front
 from layerjam.workbench.pages.design_part import PAGE, Part, words
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.runner import Stopped
+from layerjam.workbench.spoken import in_print
 from layerjam.workbench.widgets import (
     Alert,
     button,
@@ -192,7 +193,10 @@ class NeedPart(Part):
         if name:
             return [Call("design", (Subject(name),))]
         spec = self.spec()
-        return [Call("design", (Subject(f"{plain_name(spec.name)}.toml", spec),))]
+        begin = self.start_brake()
+        needs = ((f"{spec.brake.name}.toml", begin),) if begin else ()
+        needs = tuple(n for n in needs if f'"{n[0]}"' in spec.text)
+        return [Call("design", (Subject(f"{plain_name(spec.name)}.toml", spec, needs),))]
 
     def _key(self) -> object:
         """Return the key of the current search."""
@@ -378,7 +382,7 @@ class NeedPart(Part):
         self.trouble.set_content(problem(outcome, self.spec_text()[0]))
         result = outcome.result
         self.results.set_visibility(outcome.design is not None)
-        self.verdict.set_text("" if result is None else front.verdict(result))
+        self.verdict.set_text("" if result is None else in_print(front.verdict(result)))
         self.notes.fill([] if result is None else result.warnings)
         if outcome.design is None:
             self.panel.draw(None, None)

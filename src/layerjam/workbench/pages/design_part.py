@@ -4,6 +4,7 @@ from typing import Any
 
 from layerjam.commands.wording import in_words
 from layerjam.workbench.page import Page, View
+from layerjam.workbench.spoken import in_print
 
 PAGE = "design"
 
@@ -23,10 +24,10 @@ def cell_text(value: Any, unit: str) -> str:
     if value is None or (isinstance(value, float) and value != value):
         return "–"
     if isinstance(value, list):
-        return "; ".join(map(str, value)) or "none"
+        return in_print("; ".join(map(str, value))) or "none"
     return in_words(value, unit)
 
 
 def words(key: str) -> str:
     """A key as words."""
-    return key.replace("_", " ")
+    return in_print(key.replace("_", " "))

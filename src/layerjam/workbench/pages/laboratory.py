@@ -87,6 +87,8 @@ class Laboratory(Page):
         self._divides = False
         """Whether practice files were made that are to be divided."""
         self._not_taken: list[str] = []
+        self._gives = False
+        """Whether the report that is being made is to be downloaded."""
 
     def build(self) -> None:
         """Drop zone and settings left; files, results and report right."""
@@ -113,7 +115,7 @@ class Laboratory(Page):
         with main.classes("gap-4"):
             synthetic = "Synthetic: files among these were written by a program, not measured"
             self.banner = dress(ui.label(synthetic), "laboratory-synthetic", "synthetic")
-            self.table = Table(self._on_choose, self._divide, self._sidecars)
+            self.table = Table(self._on_choose, self._divide, self._sidecars, self.uploads.refused)
             self.correct = Correct(self.desk, self._on_remove)
             self.cards = [
                 Card("friction", show_step),
@@ -143,19 +145,15 @@ class Laboratory(Page):
         if step.result.pdf is None and not step.result.failed_checks:
             words.append("No PDF: the optional part 'pdf' is not installed.")
         dress(ui.label(spoken.on_page(" ".join(words))), "laboratory-report-words", "opacity-80")
-        stem = step.call.out.removesuffix("-report")
-
-        def give(name: str) -> None:
-            ui.download.content(step.pages[name], f"{stem}-{name}", KINDS[name])
 
         def give_all() -> None:
-            ui.download.content(zip_files(step.pages), f"{stem}-report.zip", "application/zip")
+            ui.download.content(zip_files(step.pages), f"{step.call.out}.zip", "application/zip")
 
         if not step.pages:
             return
         with ui.row().classes("gap-2"):
             for name in (n for n in KINDS if n in step.pages):
-                _button(name, "download", partial(give, name), name.replace(".", "-"))
+                _button(name, "download", partial(_give, step, name), name.replace(".", "-"))
             _button("All of it (ZIP)", "folder_zip", give_all, "report-zip")
 
     # what is computed
@@ -227,6 +225,11 @@ class Laboratory(Page):
             self._divides = False
             self._divide()
             self.refresh()
+        report = self.chain.done.get("report")
+        if self._gives and report is not None and report.pages:
+            _give(report, next(name for name in KINDS if name in report.pages))
+            ui.notify("The report was made and is saved with your downloads", type="positive")
+        self._gives = False
 
     def _look(self) -> None:
         """While it is computed and seen, show what is known so far."""
@@ -253,6 +256,7 @@ class Laboratory(Page):
 
     def _want(self, action: str) -> None:
         self._wanted.add(action)
+        self._gives = action == "report"
         self.refresh()
 
     def _on_choose(self, keys: Sequence[str]) -> None:
@@ -300,6 +304,12 @@ class Laboratory(Page):
     def close(self) -> None:
         """The tab is gone: stop."""
         self.runner.stop()
+
+
+def _give(report: StepResult, name: str) -> None:
+    """Download one file of a report."""
+    stem = report.call.out.removesuffix("-report")
+    ui.download.content(report.pages[name], f"{stem}-{name}", KINDS[name])
 
 
 def _button(text: str, icon: str, act: Any, key: str) -> ui.button:

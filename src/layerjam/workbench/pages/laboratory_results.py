@@ -1,6 +1,6 @@
 """The laboratory's table of files, and the results of each step: numbers, checks, notes, figure."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from nicegui import events, ui
@@ -63,8 +63,10 @@ class Table:
         choose: Callable[[Sequence[str]], None],
         divide: Callable[[], None],
         sidecars: Callable[[], None],
+        refused: Mapping[str, str],
     ) -> None:
-        self._choose = choose
+        """`refused` holds {name: reason} of the dropped files that could not be read."""
+        self._choose, self._refused = choose, refused
         self.chosen: list[str] = []
         self._shown: Sequence[Row] | None = None
         with ui.row().classes("w-full items-center justify-between"):
@@ -100,7 +102,14 @@ class Table:
             return
         self._shown = rows
         good = sum(r.good for r in rows)
-        self.count.set_text(f"{len(rows)} files, {good} of them usable" if rows else NO_FILES)
+        reasons = {row.upload.shown: row.refused for row in rows if row.refused}
+        count = len(rows) + len(self._refused)
+        reasons |= {name: f"{name}: {reason}" for name, reason in self._refused.items()}
+        text = f"{count} {'file' if count == 1 else 'files'}, {good} of them usable"
+        if reasons:
+            causes = dict.fromkeys(reason.partition(";")[0] for reason in reasons.values())
+            text += f", {len(reasons)} refused: {'; '.join(causes)}"
+        self.count.set_text(on_page(text) if count else NO_FILES)
         for part in (self.table, self.more):
             part.set_visibility(bool(rows))
         self.table.rows = [row.cells() for row in rows]

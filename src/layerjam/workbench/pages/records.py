@@ -14,7 +14,7 @@ from layerjam.toml_files.toml import MAX_BYTES, decode_toml
 from layerjam.units import QuantitySpec, exact_text, get, show, usual_unit
 from layerjam.workbench.controls import Choice, menu, number_field, on_typed, with_unit, word
 from layerjam.workbench.desk import SHELVES, Desk
-from layerjam.workbench.spoken import on_page
+from layerjam.workbench.spoken import in_print
 from layerjam.workbench.widgets import Alert, button, dress, field, fold, one_line, select
 
 NEW_KINDS = ("measured", "data sheet", "handbook", "assumed")
@@ -263,11 +263,11 @@ class FieldRow:
         self.editor, self.path = editor, path
         self.spec, is_required = editor.kind.fields[path]
         name, ident = path.rpartition(".")[2].replace("_", " "), f"{editor.kind.page}-{path}"
-        symbol = f" {self.spec.symbol}:" if self.spec.symbol else ""
+        symbol = f"{self.spec.symbol}: " if self.spec.symbol else ""
         with ui.column().classes("w-full gap-0"):
             with ui.row().classes("w-full items-center justify-between no-wrap gap-2"):
-                meaning = f"{path}:{symbol} {self.spec.text}; {self.spec.limits()}"
-                ui.label(name.capitalize()).classes("text-sm").tooltip(on_page(meaning))
+                meaning = f"{symbol}{self.spec.text}; {self.spec.limits()}"
+                ui.label(name.capitalize()).classes("text-sm").tooltip(in_print(meaning))
                 self.field = number_field(f"{name}, {self.spec.text}", "w-40")
                 dress(self.field, ident, placeholder="" if is_required else "not known")
             source = "text-xs opacity-80 source-line"
@@ -282,7 +282,9 @@ class FieldRow:
             return ""
         if isinstance(value, bool):
             return show(value, "1")
-        return f"{value:g}" if self.spec.unit == "1" else exact_text(value, self.spec.unit)
+        if self.spec.unit == "1":
+            return f"{value:g}"
+        return exact_text(float(f"{value:.12g}"), self.spec.unit)
 
     def fill(self) -> None:
         """Value and source of what is on the desk."""

@@ -111,7 +111,13 @@ class Vacuum(Page):
         self.more = OtherInputs(self, "regulate", (*CONTROLS, *SENSOR))
         self.fluid = word_choice("rise", "fluid", {})
         meanings = "; ".join(f"{k}: {v}" for k, v in KINDS.items())
-        self.law = Choice("kind", {k: k for k in KINDS}, "pi", label="Law", help=meanings)
+        self.law = Choice(
+            "kind",
+            {k: k.upper() if k == "pi" else k for k in KINDS},
+            "pi",
+            label="Law",
+            help=meanings,
+        )
         self.safe, self.fault = safe_choice(), fault_choice()
         self.steps = Panel(desk, self.name, command="rise")
         self.loop = Panel(desk, self.name, "vacuum-loop", command="regulate")
