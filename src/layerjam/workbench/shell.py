@@ -86,8 +86,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
         return tab.load()
 
     async def opened(name: str) -> None:
-        # how far down one reads is a page's own
-        ui.run_javascript(f"scrollTo(0, 0); layerjamPage({name!r})")
+        ui.run_javascript(f"layerjamPage({name!r})")
         desk.open(name)
         if name not in pages:
             kind = await run.io_bound(loaded, kinds[name])
@@ -103,7 +102,6 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
     panels.on_value_change(lambda e: opened(str(e.value)))
     Dropping(desk, turn)
     _address(desk)
-    ui.on("layerjam_page", lambda e: turn(str(e.args)))
     ui.on("layerjam_undo", desk.undo)
     ui.on("layerjam_redo", desk.redo)
     if trouble:
@@ -246,7 +244,8 @@ async def _copy_link(desk: Desk) -> None:
 
 
 def _address(desk: Desk) -> None:
-    """The address bar follows the state, once it rests a moment."""
+    """The address bar follows the state, once it rests a moment; Back turns to the tab before."""
+    ui.on("layerjam_page", lambda e: desk.turn(str(e.args)))
     sent = last = desk.state
 
     def follow() -> None:

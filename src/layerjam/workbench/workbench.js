@@ -63,6 +63,7 @@ addEventListener('keydown', e => {
 
 // a change of tab is a step of the browser's history; Back turns to the tab before
 window.layerjamPage = (page) => {
+  scrollTo(0, 0);  // how far down one reads is a page's own
   const last = history.state?.layerjam;
   if (last !== page) history[last ? 'pushState' : 'replaceState']({layerjam: page}, '');
 };
