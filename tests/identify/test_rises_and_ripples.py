@@ -120,6 +120,22 @@ def test_one_spacing_at_any_swing_is_a_ripple_and_stick_slip_is_not() -> None:
     assert motor[0].stiffness == pytest.approx(0.065 / 16e-6, rel=0.06)
 
 
+def test_one_record_shows_a_ripple_if_its_swings_differ() -> None:
+    """Rises of stick-slip grow with their swings; those of motor steps do not."""
+    swings = 0.12 * (1 + 0.3 * np.sin(np.arange(60) / 4))
+    for stiff, is_ripple in ((None, True), (SECOND, False)):
+        rises = np.full(60, 16e-6) if stiff is None else swings / stiff
+        ends = np.cumsum(rises / 0.8)
+        x = np.column_stack([ends - rises / 0.8, ends - 0.2 * rises / 0.8]).ravel()
+        level = np.column_stack([1 - swings / 2, 1 + swings / 2]).ravel()
+        u = np.linspace(0, ends[-1], 20_000)
+        force = np.interp(u, x, level) + 0.002 * np.random.default_rng(1).standard_normal(len(u))
+        found = find_saw_teeth(u, force, u / SPEED).teeth
+        assert found is not None and found.growth is not None
+        assert abs(found.growth - (not is_ripple)) < 0.15
+        assert share_a_spacing([found]) == [is_ripple]
+
+
 def _pull(spacing: float, swing: float, stiffness: float, seed: int = 0) -> Trace:
     """A straight rise to 1 N, then teeth."""
     u, force = teeth(

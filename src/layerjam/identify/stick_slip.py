@@ -47,6 +47,10 @@ GROWN = 1.5
 """Ratio of swings at which stick-slip of one stiffness has clearly different spacings."""
 REGULAR = 0.2
 """Largest irregularity of a machine's ripple."""
+SPREAD = 0.15
+"""Smallest relative scatter of swings that shows whether the rises grow with them."""
+LEAST_GROWTH = 0.3
+"""Smallest growth of the rises with the swings of one record that sticks."""
 CAUSE = "motor steps, screw or drive of the machine"
 """Likely cause of a ripple of constant spacing."""
 
@@ -58,8 +62,9 @@ class SawTeeth:
     `upper` and `lower` are the mean forces at which the teeth end and begin [N], with standard
     errors from their scatter. `spacing` is the crosshead's travel between two slips [m], `period`
     the time [s] or None if the record has no time. `rising_share` is the part of a tooth that
-    rises, `irregularity` the relative scatter of the spacing. `peaks` and `troughs` are indices
-    into the stretch.
+    rises, `irregularity` the relative scatter of the spacing. `growth` is the exponent with which
+    the rises grow with their swings, 1 if the sheets stick, 0 for a machine's teeth; None if too
+    few teeth, or too equal ones, show it. `peaks` and `troughs` are indices into the stretch.
     """
 
     upper: float
@@ -71,6 +76,7 @@ class SawTeeth:
     teeth: int
     rising_share: float
     irregularity: float
+    growth: float | None
     start: float
     end: float
     peaks: Indices = field(compare=False, repr=False)
@@ -100,14 +106,17 @@ class SawTeeth:
 def share_a_spacing(records: Sequence[SawTeeth | None]) -> list[bool]:
     """Return for each record of one machine whether its teeth are a ripple of that machine.
 
-    At least four records have regular teeth of one spacing, although their swings differ: no
-    stiffness explains that. Extreme swings do not count. None is a record without teeth.
+    At least four records have regular teeth of one spacing, although their swings differ, or the
+    teeth of one record do: no stiffness explains that. Extreme swings do not count. None is a
+    record without teeth.
     """
     regular = [t for t in records if t is not None and t.irregularity <= REGULAR]
 
     def is_ripple(teeth: SawTeeth | None) -> bool:
         if teeth is None or teeth.irregularity > REGULAR:
             return False
+        if teeth.growth is not None and teeth.growth < LEAST_GROWTH:
+            return True
         swings = sorted(t.swing for t in regular if abs(t.spacing / teeth.spacing - 1) <= EQUAL)
         return len(swings) >= 4 and swings[-2] > GROWN * swings[1]
 
@@ -320,11 +329,22 @@ def _measure_teeth(stretch: _Stretch, turns: _Turns) -> SawTeeth:
             ((position[peaks] - position[starts]) / (position[ends] - position[starts])).mean()
         ),
         irregularity=_unlike(spacings),
+        growth=_growth(position[peaks] - position[starts], high - low, noise),
         start=float(position[starts[0]]),
         end=float(position[ends[-1]]),
         peaks=tops,
         troughs=feet,
     )
+
+
+def _growth(rise: Array, swing: Array, noise: float) -> float | None:
+    """Return the exponent of the rises over the swings; `noise` is that of a force [N]."""
+    if len(rise) < MANY_TEETH or not (swing > 0).all():
+        return None
+    spread = float(np.log(swing).var(ddof=1))
+    if spread < max(SPREAD**2, 20 * (noise / float(np.median(swing))) ** 2):
+        return None
+    return float(np.cov(np.log(swing), np.log(rise))[0, 1]) / spread
 
 
 def _ends_of_falls(force: Array, turns: _Turns, samples: int) -> tuple[Indices, Indices]:
