@@ -61,7 +61,8 @@ def test_the_page_asks_what_the_verbs_answer(small):
 
 
 def test_an_example_is_copied_by_its_name():
-    assert page_of().calls()[0].command() == "layerjam design wrist"
+    assert page_of().calls() == [] and page_of().compute()[1] == SearchResult()
+    assert page_of(spec="wrist").calls()[0].command() == "layerjam design wrist"
     assert page_of(spec="stop").calls()[0].command() == "layerjam design stop"
     assert page_of(spec=SMALL).calls()[0].command() == "layerjam design small-b.toml"
 
@@ -204,12 +205,21 @@ def test_the_page_stands(monkeypatch):
             need.take()
             assert desk.brake.name == f"small-b-{numbers[1]}"
             await user.should_see("is on the desk")
-            need.form.write()
             assert f'brake = "{desk.brake.name}.toml"' in need.editor.value
+            need.search()
             assert desk.get("design", "begin", "") == desk.state.brake
             desk.put("design", "hold_length", 0.03)
-            need.form.write()
             assert "no room" in need.form.refused.text
+            desk.undo()
+            # what is typed as TOML moves the form, and stays as it was typed
+            typed = need.editor.value.replace("holding_force >= 150 N", "max_force >= 220 N")
+            need.editor.set_value(typed)
+            need.form.follow(typed)
+            assert desk.get("design", "hold_force", 0) == 220
+            assert desk.get("design", "when", "") == "sliding" and need.editor.value == typed
+            assert need.empty.visible, "it is not searched yet"
+            desk.put("design", "hold_force", 230.0)
+            assert "max_force >= 230 N" in need.editor.value
             # another front is asked for: from then on no button acts on the one before
             before, name = first, desk.brake.name
             desk.put("design", "spec", SMALL.replace("300 N", "250 N"))
@@ -218,7 +228,7 @@ def test_the_page_stands(monkeypatch):
             need.walk(1)
             assert need.panel.shown is None and need.answers() == []
             assert desk.brake.name == name and need.selection() == picked
-            assert not need.results.visible and need.verdict.text == "Searching"
+            assert not need.results.visible and need.sentence.text == "Searching"
             # what comes late of the search before is not shown either
             need.draw(SearchResult(Answer(need.calls()[0], before)))
             assert not need.results.visible

@@ -6,7 +6,7 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from layerjam.design.design_file import plain_name
-from layerjam.design.merit import MERITS
+from layerjam.design.merit import MERITS, VARIABLES
 from layerjam.design.request import (
     Axis,
     DesignRequest,
@@ -31,12 +31,25 @@ HOLD: Mapping[str, QuantitySpec] = MappingProxyType(
             "m", "greatest length at rest, clamped ends included", open_lo=True, hi=5
         ),
         "stress_margin": replace(MERITS["stress_margin"], hi=100),
+        "travel": replace(MERITS["usable_travel"], hi=5),
+        "vacuum": VARIABLES["vacuum"],
     }
 )
-"""Quantities asked of a brake that holds; a stress_margin of 0 sets no limit."""
+"""Quantities asked of a brake that holds; a stress_margin or a travel of 0 sets no limit."""
+FORCES = MappingProxyType({"rest": "holding_force", "sliding": "max_force"})
+"""{when a brake must resist: the force that is meant}: before it slips, or the peak of a pull."""
+PREFERENCES = MappingProxyType(
+    {
+        "mass": Objective("mass", True),
+        "length": Objective("length", True),
+        "energy": Objective("energy_capacity", False),
+    }
+)
+"""Objective of each preference."""
 STOP: Mapping[str, QuantitySpec] = MappingProxyType(
     {name: spec for name, spec, _ in quantities(StopRequirement)}
-    | {"stress_margin": HOLD["stress_margin"]}
+    | {name: HOLD[name] for name in ("stress_margin", "width", "length", "vacuum")}
+    | {"own_mass": HOLD["mass"]}
 )
 """Quantities asked of a brake that stops a mass."""
 STEPS = 20
@@ -54,34 +67,47 @@ def hold(
     width: Number,
     length: Number,
     stress_margin: float = 2.0,
+    travel: Number = 0.0,
+    vacuum: Number | None = None,
+    when: str = "rest",
+    prefer: str = "mass",
 ) -> DesignRequest:
-    """Return the request for a light brake that holds `force`.
+    """Return the request for a brake that resists `force` at most at `vacuum`, light if `mass`.
 
-    `called` is the name of the base brake in the request. Raises QuantityError for numbers out of
+    `called` is the name of the base brake in the request, `when` a key of FORCES and `prefer` one
+    of PREFERENCES; the slip is at least `travel`. Raises QuantityError for numbers out of
     bounds, a length that the brake's free and clamped parts alone use up, or a stress margin if the
     film's strength is not known.
     """
     values = _read(
-        HOLD, force=force, mass=mass, width=width, length=length, stress_margin=stress_margin
+        HOLD,
+        force=force,
+        mass=mass,
+        width=width,
+        length=length,
+        travel=travel,
+        stress_margin=stress_margin,
     )
     force_text = exact_text(values["force"], "N")
     limits = [Constraint(name, True, values[name]) for name in ("mass", "width", "length")]
+    if values["travel"]:
+        limits.append(Constraint("usable_travel", False, values["travel"]))
     return DesignRequest(
         name=plain_name(f"hold-{force_text}".replace(" ", "")),
         title=f"Hold {force_text} with little mass",
         brake=called,
         constraints=(
-            Constraint("holding_force", False, values["force"]),
+            Constraint(FORCES[when], False, values["force"]),
             *limits,
             *_margin(brake, values["stress_margin"]),
         ),
-        objectives=(Objective("mass", True, 2.0), Objective("energy_capacity", False)),
+        objectives=(PREFERENCES[prefer],),
         film=_films(called),
         vary={
             "count": Range(3, 61, 2),
             "width": _range(values["width"] / 4, values["width"]),
             "overlap": _overlaps(brake, values["length"]),
-            "vacuum": _vacuums(brake),
+            "vacuum": _vacuums(brake, vacuum),
             "parallel": (1, 2, 3, 4),
         },
     )
@@ -96,32 +122,44 @@ def stop(
     travel: Number,
     force: Number,
     stress_margin: float = 1.5,
+    own_mass: Number | None = None,
+    width: Number | None = None,
+    length: Number | None = None,
+    vacuum: Number | None = None,
+    prefer: str = "mass",
 ) -> DesignRequest:
     """Return the request for brakes that stop a mass within a travel and below a force.
 
-    The mass moves horizontally. Raises QuantityError as `hold` does.
+    The mass moves horizontally; `own_mass`, `width` and `length` limit the brakes. Raises
+    QuantityError as `hold` does.
     """
     values = _read(
         STOP, mass=mass, speed=speed, travel=travel, force=force, stress_margin=stress_margin
     )
     margin = values.pop("stress_margin")
     texts = {name: exact_text(value, STOP[name].unit) for name, value in values.items()}
+    limits = {"mass": own_mass, "width": width, "length": length}
+    most = {n: HOLD[n].si(value, n) for n, value in limits.items() if value is not None}
     sheets = brake.brake.sheets
+    widths = {sheets.width * f for f in (1, 1.5, 2, 2.5, 3)}
     longest = max(2 * sheets.overlap, 1.2 * values["travel"] / 2)
     return DesignRequest(
         name="stop",
         title=f"Stop {texts['mass']} from {texts['speed']} within {texts['travel']} of slip and "
         f"below {texts['force']}",
         brake=called,
-        constraints=_margin(brake, margin),
-        objectives=(Objective("mass", True, 2.0), Objective("stop_peak", True)),
+        constraints=(
+            *(Constraint(name, True, value) for name, value in most.items()),
+            *_margin(brake, margin),
+        ),
+        objectives=(PREFERENCES[prefer],),
         stop=StopRequirement(**values, horizontal=True),
         film=_films(called),
         vary={
             "count": Range(5, 37, 4),
-            "width": tuple(float(f"{sheets.width * f:.12g}") for f in (1, 1.5, 2, 2.5, 3)),
+            "width": tuple(sorted({float(f"{min(w, most.get('width', w)):.12g}") for w in widths})),
             "overlap": _range(_gap(brake) + 0.1 * longest, longest, 12),
-            "vacuum": _vacuums(brake),
+            "vacuum": _vacuums(brake, vacuum),
             "series": (1, 2, 3, 4),
             "parallel": (1, 2, 3, 4, 6, 8),
         },
@@ -167,9 +205,12 @@ def _overlaps(brake: BrakeFile, length: float) -> Axis:
     return _range(longest / 4 if longest / 4 > gap else (longest + gap) / 2, longest)
 
 
-def _vacuums(brake: BrakeFile) -> Axis:
+def _vacuums(brake: BrakeFile, available: Number | None) -> Axis:
     full = brake.brake.site.atmosphere
-    return tuple(math.floor(full * part / 500 + 1e-9) * 500.0 for part in VACUUMS)
+    if available is not None:
+        full = HOLD["vacuum"].si(available, "vacuum") / VACUUMS[-1]
+    steps = (math.floor(full * part / 500 + 1e-9) * 500.0 or full * part for part in VACUUMS)
+    return tuple(dict.fromkeys(steps))
 
 
 def _range(low: float, high: float, steps: int = STEPS) -> Range:

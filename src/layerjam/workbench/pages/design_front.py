@@ -14,6 +14,7 @@ from layerjam.workbench.charts import ink_of, options
 from layerjam.workbench.pages.design_part import cell_text, words
 from layerjam.workbench.spoken import in_print
 from layerjam.workbench.tables import html
+from layerjam.workbench.widgets import Hero
 
 PALE = "#9aa5af"
 """Grey on a dark ground."""
@@ -89,7 +90,7 @@ def points_chart(
 ) -> dict[str, Any]:
     """A chart of points, each of which bears its name."""
     chart = options([Pane([], **axes, x_range=(None, None), y_range=(None, None))], dark)
-    chart["grid"][0] |= {"right": right, "left": 70}
+    chart["grid"][0] |= {"right": right, "left": 70, "top": 44}
     chart["tooltip"] = {"trigger": "item", "confine": True, "formatter": "{b}"}
     return {**chart, "series": list(series)}
 
@@ -111,8 +112,37 @@ def _mark_look(mark: Look, word: str, ink: str, shift: tuple[float, float]) -> d
     }
 
 
-def comparison(result: Any, number: int) -> str:
-    """The design looked at, the chosen one, the refined one and the runner-up, row by row."""
+def heroes(result: Any, design: Row) -> list[Hero]:
+    """Return mass, force and energy of a design; the force is the one that was asked for."""
+    rules = [c.name for c in result.record.spec.constraints]
+    force = "max_force" if "max_force" in rules else "holding_force"
+    if result.record.spec.evaluation.stop is not None:
+        force = "stop_peak"
+    mass = "drawn_mass" if design.get("drawn_mass") is not None else "mass"
+    return [
+        (name, words(name).capitalize(), cell_text(design[name], result.units.get(name, "1")))
+        for name in (mass, force, "energy_capacity")
+    ]
+
+
+def sentence(result: Any, design: Row, pull: tuple[float, float] | None) -> str:
+    """Return the forces of a design, each with its meaning, and a mass above its limit."""
+    at = f"at {show(design['vacuum'], 'Pa', 3)}"
+    holds, most = (show(design[name], "N", 3) for name in ("holding_force", "max_force"))
+    end = "" if pull is None else f" and {show(pull[1], 'N', 3)} at the end of its travel"
+    text = f"Holds {holds} at rest; pulled, it resists {most} at most{end}, all {at}."
+    for limit in result.record.spec.constraints:
+        drawn = design.get("drawn_mass")
+        if limit.name in ("mass", "drawn_mass") and limit.most and drawn and drawn > limit.limit:
+            text += f" As drawn it weighs {show(drawn, 'kg', 3)}, above {show(limit.limit, 'kg')}."
+    return text
+
+
+def comparison(result: Any, number: int, is_main: bool = True) -> str:
+    """The design looked at, the chosen one, the refined one and the runner-up, row by row.
+
+    The main rows are those that were asked for, and the dimensions that differ.
+    """
     spec = result.record.spec
     marks = {"chosen": result.chosen, "between the steps": result.refined}
     marks = {"looked at": pick_design(result, number)[1], **marks, "runner-up": result.runner_up}
@@ -124,11 +154,21 @@ def comparison(result: Any, number: int) -> str:
     for o in spec.objectives:
         limits.setdefault(o.name, []).append("least" if o.least else "most")
     rows = []
-    for name in dict.fromkeys(("film", *VARIABLES, *MERITS)):
+    names = dict.fromkeys(("mass", "drawn_mass", *limits, "film", *VARIABLES, *MERITS))
+    for name in names:
         cells = [cell_text(d.get(name), result.units.get(name, "1")) for d in columns.values()]
-        if set(cells) != {"–"}:
-            rows.append((words(name), ", ".join(limits.get(name, [])), *cells))
-    return _table("Designs side by side", ("", "asked for", *columns), rows, 2)
+        is_asked = name in limits or name in ("mass", "drawn_mass")
+        differs = len(set(cells)) > 1 and (name == "film" or name in VARIABLES)
+        if set(cells) == {"–"} or is_main != (is_asked or differs):
+            continue
+        if name == "drawn_mass":
+            over = [c.limit for c in spec.constraints if c.name in ("mass", name) and c.most]
+            masses = [d.get(name) or 0.0 for d in columns.values()]
+            pairs = zip(cells, masses, strict=True)
+            cells = [f"{c}, too heavy" if min(over, default=m) < m else c for c, m in pairs]
+        rows.append((words(name), ", ".join(limits.get(name, [])), *cells))
+    none = "" if is_main else "All rows are shown above."
+    return _table("Designs side by side", ("", "asked for", *columns), rows, 2, none)
 
 
 def forbidden(result: Any) -> str:
@@ -193,9 +233,10 @@ def verdict(result: Any) -> str:
     """The outcome in a few sentences."""
     if not result.feasible:
         return refusal(result)
+    are = "is" if result.front_size == 1 else "are"
     text = (
         f"{result.feasible_designs:,} of {result.designs:,} designs meet all constraints; "
-        f"{result.front_size:,} are on the front. Chosen: {describe_design(result.chosen)}."
+        f"{result.front_size:,} {are} on the front. Chosen: {describe_design(result.chosen)}."
     )
     if result.runner_up is not None:
         text += f"\nRunner-up: {describe_design(result.runner_up)}; {result.runner_up_lost}."

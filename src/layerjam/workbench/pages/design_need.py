@@ -1,6 +1,6 @@
 """Search for a brake: specification, search and results."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import lru_cache, partial
 from html import escape
@@ -10,27 +10,26 @@ from nicegui import events, ui
 
 from layerjam.commands.design import brake_of
 from layerjam.design.design_file import plain_name
-from layerjam.design.few_numbers import HOLD, STOP, hold, stop
 from layerjam.design.requirements import DesignSpecification
 from layerjam.design.specification import examples, read_spec
 from layerjam.design.verdict import describe_design
 from layerjam.device.load import catalogue
 from layerjam.errors import FileError, LayerjamError
 from layerjam.report.design_figures import seen_over
-from layerjam.units import show
+from layerjam.units import exact_text, show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, Subject
-from layerjam.workbench.controls import Choice, Control, by_key, choice
-from layerjam.workbench.desk import Desk, read_any
-from layerjam.workbench.page import Asking, Notes, Page
+from layerjam.workbench.desk import read_any
+from layerjam.workbench.page import Notes, Page
 from layerjam.workbench.pages import design_front as front
+from layerjam.workbench.pages.design_form import Form
 from layerjam.workbench.pages.design_part import PAGE, Part, words
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.runner import Stopped
 from layerjam.workbench.spoken import in_print
 from layerjam.workbench.widgets import (
-    Alert,
+    Heroes,
     button,
     columns,
     dress,
@@ -43,89 +42,17 @@ from layerjam.workbench.widgets import (
 
 LONGEST = 20_000
 """Characters of a specification on the page; the link has to hold it."""
-FIRST = "wrist"
 STOPPED = "Stopped. Press Search to start again."
+EMPTY = "Set what the brake must do, then press Search."
+CHANGED = "The requirement is another than the one searched."
 TABLES = (
     ("Designs side by side", "comparison", True),
-    ("Better, but forbidden", "forbidden", True),
+    ("All rows", "all_rows", False),
+    ("Better, but forbidden", "forbidden", False),
     ("Robustness of the chosen design", "chances", False),
     ("Sensitivity at the chosen design", "slopes", False),
 )
 """Title, its function in `design_front`, and whether it is open at first."""
-KIND = Choice("form", {"hold": "hold a force", "stop": "stop a mass"}, "hold", label="Requirement")
-MAKERS: Mapping[str, Callable[..., Any]] = {"hold": hold, "stop": stop}
-
-
-def _control(
-    kind: str, name: str, default: float, span: tuple[float, float], **more: Any
-) -> Control:
-    spec = (HOLD if kind == "hold" else STOP)[name]
-    key = "margin" if name == "stress_margin" else name
-    return Control(f"{kind}_{key}", spec, default, *span, **more)
-
-
-HOLDS = (
-    _control("hold", "force", 300.0, (10.0, 3000.0), unit="N", label="Holding force"),
-    _control("hold", "mass", 0.06, (0.01, 0.5), unit="g", label="Mass at most"),
-    _control("hold", "width", 0.025, (0.005, 0.1), unit="mm", label="Width at most"),
-    _control("hold", "length", 0.11, (0.06, 0.4), unit="mm", label="Length at most"),
-    _control("hold", "stress_margin", 2.0, (0.0, 5.0), label="Safety on stress"),
-)
-STOPS = (
-    _control("stop", "mass", 75.0, (0.5, 150.0), unit="kg", label="Mass"),
-    _control("stop", "speed", 2.0, (0.1, 10.0), unit="m/s", label="Speed"),
-    _control("stop", "travel", 0.3, (0.01, 1.0), unit="mm", label="Travel at most"),
-    _control("stop", "force", 4000.0, (50.0, 10_000.0), unit="N", label="Force at most"),
-    _control("stop", "stress_margin", 1.5, (0.0, 5.0), label="Safety on stress"),
-)
-
-
-class Form(Asking):
-    """Sliders that write a specification from the desk's brake."""
-
-    name = PAGE
-
-    def __init__(self, desk: Desk, use_text: Callable[[str], None]) -> None:
-        """Take the function that receives the TOML text, `use_text`."""
-        super().__init__(desk)
-        self.use_text = use_text
-
-    def controls(self) -> Mapping[str, Control]:
-        """Controls of both kinds of requirement."""
-        return by_key(*HOLDS, *STOPS)
-
-    def build(self) -> None:
-        """Closed at first, as the text is there already."""
-        with fold("Write it from a few numbers", f"{PAGE}-form-open"):
-            choice(self.desk, PAGE, KIND)
-            for kind, controls in (("hold", HOLDS), ("stop", STOPS)):
-                with self.show_while(lambda kind=kind: self.word(KIND) == kind):  # type: ignore[misc]
-                    for control in controls:
-                        self.slider(control.key)
-            self.refused = Alert(f"{PAGE}-form-problem", "text-sm")
-            look = "no-caps dense outline"
-            button("Write and search", self.write, f"{PAGE}-write", "edit_note", look=look)
-            hint("It begins from the brake on the desk and its film.")
-
-    def specification(self) -> str:
-        """The specification of the numbers of now; raises LayerjamError."""
-        file, kind = self.desk.brake, self.word(KIND)
-        is_own = self.desk.state.brake not in catalogue()
-        file_name = f"{file.name}.toml" if is_own else self.desk.state.brake
-        *inputs, margin = HOLDS if kind == "hold" else STOPS
-        texts = {c.key.split("_", 1)[1]: self.text(c.key) for c in inputs}
-        spec = MAKERS[kind](file, file_name, **texts, stress_margin=self.value(margin.key))
-        return str(spec.text())
-
-    def write(self) -> None:
-        """Into the editor, and search."""
-        try:
-            text = self.specification()
-        except LayerjamError as err:
-            self.refused.say(one_line(err))
-            return
-        self.refused.say("")
-        self.use_text(text)
 
 
 class SearchResult(NamedTuple):
@@ -134,6 +61,8 @@ class SearchResult(NamedTuple):
     answer: Answer | None = None
     problem: str = ""
     line: int | None = None
+    pull: tuple[float, float] | None = None
+    """Peak and force at the end of the travel, of a pull of the chosen design [N]."""
 
     @property
     def result(self) -> Any:
@@ -167,16 +96,22 @@ class NeedPart(Part):
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
-        self.form = Form(self.desk, self.use_text)
+        self.form = Form(self.desk, self._write)
         self._found: tuple[object, SearchResult] = (None, SearchResult())
         self._drawn: tuple[object, ...] = ()
+        self._spec_seen = ""
         self.panel = Panel(self.desk, PAGE)
 
     # ---- requirement
 
+    @property
+    def is_asked(self) -> bool:
+        """Whether a requirement was searched, here or where the link comes from."""
+        return self.desk.state.stored(PAGE, "spec") is not None
+
     def spec_text(self) -> tuple[str, str]:
         """(text, its name where it is an example's) that was last searched."""
-        spec = str(self.desk.get(PAGE, "spec", FIRST))
+        spec = str(self.desk.get(PAGE, "spec", ""))
         return (examples()[spec], spec) if spec in examples() else (spec, "")
 
     def start_brake(self) -> str:
@@ -190,6 +125,8 @@ class NeedPart(Part):
     def calls(self) -> Sequence[Call]:
         """The search; an own specification is the file that can be saved."""
         _, name = self.spec_text()
+        if not self.is_asked:
+            return []
         if name:
             return [Call("design", (Subject(name),))]
         spec = self.spec()
@@ -214,10 +151,13 @@ class NeedPart(Part):
         return self._found[1]
 
     def _search(self) -> SearchResult:
+        if not self.is_asked:
+            return SearchResult()
         try:
             (call,) = self.calls()
             result = call.run(progress=self.page.runner.tell)
-            return SearchResult(Answer(call, result, title=f"{plain_name(result.name)}-design"))
+            answer = Answer(call, result, title=f"{plain_name(result.name)}-design")
+            return SearchResult(answer, pull=pull_of(result) if result.feasible else None)
         except FileError as err:
             return SearchResult(None, err.reason, err.line)
         except LayerjamError as err:
@@ -228,38 +168,47 @@ class NeedPart(Part):
     # ---- layout
 
     def build(self) -> None:
-        """Specification, then front and tables."""
+        """Form and text, then front and tables."""
         side, main = columns(all_shown=True)
-        with side.classes("design-side"):
-            self._specification()
+        with side:
+            self.form.build()
+            with ui.row().classes("items-center gap-2"):
+                button("Search", self.search, f"{PAGE}-search", "search", look="no-caps")
+            self.trouble = ui.html("", sanitize=False)
+            dress(self.trouble, f"{PAGE}-spec-problem", "text-negative text-sm", role="alert")
+            with fold("Requirement as TOML", f"{PAGE}-form-open"):
+                self._specification()
         with main:
-            self.verdict = dress(ui.label(""), f"{PAGE}-outcome", role="status")
+            with ui.column().classes("w-full items-start gap-3") as self.empty:
+                self.advice = status(f"{PAGE}-advice", "text-lg", EMPTY)
+                button("Search", self.search, f"{PAGE}-first", "search", look="no-caps")
+            self.heroes = Heroes(PAGE)
+            self.sentence = status(f"{PAGE}-sentence", "text-lg")
+            self.verdict = dress(ui.label(""), f"{PAGE}-outcome", "text-sm", role="status")
             self.verdict.style("white-space: pre-line")
             with ui.column().classes("w-full gap-3") as self.results:
                 self._results()
             self.results.set_visibility(False)
-            self.notes = Notes()
+            self.notes_fold = fold("Notes", f"{PAGE}-notes")
+            with self.notes_fold:
+                self.notes = Notes()
         self.desk.watch(self._on_change)
 
     def _specification(self) -> None:
-        with ui.row().classes("items-center gap-2"):
-            ui.label("Begin from").classes("text-sm")
-            for name, text in examples().items():
-                button(f"example {name}", partial(self.use_text, text), f"{PAGE}-example-{name}")
-        self.form.build()
-        area = ui.textarea("Requirement (TOML)", value=self.spec_text()[0])
+        text = self.spec_text()[0] if self.is_asked else self.form.text_written
+        area = ui.textarea("Requirement (TOML)", value=text)
         label, look = "Specification as TOML", "outlined spellcheck=false wrap=off"
         self.editor = dress(area, f"{PAGE}-spec", "w-full design-spec", look, aria_label=label)
         dress(self.editor, maxlength=LONGEST).on("keydown.ctrl.enter", self.search)
-        self.trouble = ui.html("", sanitize=False)
-        dress(self.trouble, f"{PAGE}-spec-problem", "text-negative text-sm", role="alert")
+        self.editor.on_value_change(lambda _: self._mark())
+        self.editor.on("blur", lambda: self.form.follow(str(self.editor.value or "")))
         with ui.row().classes("items-center gap-2"):
-            tip = "Ctrl Enter in the text"
-            button("Search", self.search, f"{PAGE}-search", "search", look="no-caps", tip=tip)
             button("Save TOML", self.save, f"{PAGE}-save", "download")
+            for name, text in examples().items():
+                button(f"example {name}", partial(self.use_text, text), f"{PAGE}-example-{name}")
         hint(
-            "Brakes, films and lines of the catalogue by name; the desk's own brake as "
-            "NAME.toml. No file is opened from here."
+            "In step with the form. Brakes, films and lines of the catalogue by name; the desk's "
+            "own brake as NAME.toml. No file is opened from here. Ctrl Enter searches."
         )
 
     def _results(self) -> None:
@@ -286,16 +235,29 @@ class NeedPart(Part):
         self.panel.build_row()
 
     def _on_change(self, change: str) -> None:
-        if change == "undo":
-            self.editor.set_value(self.spec_text()[0])
+        if change == "undo" and self._spec_seen != self.spec_text()[0]:
+            self._spec_seen = self.spec_text()[0]
+            self.editor.set_value(self._spec_seen or self.form.text_written)
         if self.panel.shown is not None and self._found[0] != self._key():
             self._wait()
+
+    def _write(self, text: str) -> None:
+        """Take the text of the form."""
+        self.editor.set_value(text)
+
+    def _mark(self) -> None:
+        """Offer the search where nothing was searched, or where the requirement is another now."""
+        self.advice.set_text(CHANGED if self.is_asked else EMPTY)
+        self.empty.set_visibility(not self.is_asked or self.editor.value != self.spec_text()[0])
 
     def _wait(self) -> None:
         """Another front is being searched for: the buttons of the one before go with it."""
         self.panel.draw(None, None)
         self.result = None
-        self.verdict.set_text("Searching")
+        self.empty.set_visibility(False)
+        self.heroes.fill([])
+        self.sentence.set_text("Searching")
+        self.verdict.set_text("")
         self.results.set_visibility(False)
 
     # ---- what the user does
@@ -303,6 +265,7 @@ class NeedPart(Part):
     def use_text(self, text: str) -> None:
         """A text that was not typed, searched."""
         self.editor.set_value(text)
+        self.form.follow(text)
         self.search()
 
     def search(self, _: object = None) -> None:
@@ -317,6 +280,7 @@ class NeedPart(Part):
         if is_own:
             self.desk.put(PAGE, "begin", self.desk.state.brake)
         self.desk.put(PAGE, "spec", same)
+        self._spec_seen = self.spec_text()[0]
         self.page.refresh()
 
     def save(self) -> None:
@@ -381,10 +345,16 @@ class NeedPart(Part):
             return
         self.trouble.set_content(problem(outcome, self.spec_text()[0]))
         result = outcome.result
+        self._mark()
         self.results.set_visibility(outcome.design is not None)
         self.verdict.set_text("" if result is None else in_print(front.verdict(result)))
-        self.notes.fill([] if result is None else result.warnings)
+        warnings = [] if result is None else result.warnings
+        self.notes.fill(warnings)
+        self.notes_fold.set_text(f"{len(warnings)} {'note' if len(warnings) == 1 else 'notes'}")
+        self.notes_fold.set_visibility(bool(warnings))
         if outcome.design is None:
+            self.heroes.fill([])
+            self.sentence.set_text("")
             self.panel.draw(None, None)
             return
         names = self._axes(result)
@@ -395,8 +365,12 @@ class NeedPart(Part):
         self._drawn = drawing_key
         chart = front.front_chart(result, names, number, self.page.dark)
         self.panel.draw(outcome.answer, chart)
+        self.heroes.fill(front.heroes(result, design))
+        is_chosen = number == result.chosen["number"]
+        self.sentence.set_text(front.sentence(result, design, outcome.pull if is_chosen else None))
         self.looked.set_text(f"Looked at: {describe_design(design)}")
-        self.tables["comparison"].set_content(front.comparison(result, number))
+        for key, is_main in (("comparison", True), ("all_rows", False)):
+            self.tables[key].set_content(front.comparison(result, number, is_main))
         for make in (front.forbidden, front.chances, front.slopes):
             self.tables[make.__name__].set_content(make(result))
 
@@ -424,3 +398,16 @@ def problem(outcome: SearchResult, text: str) -> str:
         return text_shown
     line = escape(rows[outcome.line - 1].strip()[:120])
     return f"Line {outcome.line}: <code>{line}</code><br>{text_shown}"
+
+
+def pull_of(result: Any) -> tuple[float, float] | None:
+    """Return peak and last force of a pull of the chosen design [N]; None if it is refused."""
+    design = result.chosen
+    try:
+        file = brake_of(result, design["number"])
+        options = {"vacuum": exact_text(design["vacuum"], "Pa"), "speed": "1 mm/s"}
+        options["travel"] = exact_text(file.brake.sheets.usable_travel, "m")
+        pull = Call("tensile", (Subject(f"{file.name}.toml", file),), options).run()
+    except LayerjamError:
+        return None
+    return pull.peak_force * design["parallel"], pull.force_at_end * design["parallel"]

@@ -7,6 +7,14 @@ from layerjam.workbench.page import Page, View
 from layerjam.workbench.spoken import in_print
 
 PAGE = "design"
+NAMES = {
+    "holding_force": "force at rest",
+    "max_force": "peak force of a pull",
+    "drawn_mass": "mass as drawn",
+    "usable_travel": "travel",
+    "energy_capacity": "energy",
+}
+"""Names of merits whose keys alone say too little."""
 
 
 class Part(View):
@@ -30,4 +38,4 @@ def cell_text(value: Any, unit: str) -> str:
 
 def words(key: str) -> str:
     """A key as words."""
-    return in_print(key.replace("_", " "))
+    return NAMES.get(key) or in_print(key.replace("_", " "))

@@ -1,0 +1,188 @@
+"""Form of a requirement, in step with its TOML text."""
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import Any
+
+from layerjam.design.few_numbers import FORCES, HOLD, PREFERENCES, STOP, hold, stop
+from layerjam.design.request import DesignRequest, Range, read_request, reader_of
+from layerjam.device.load import catalogue
+from layerjam.errors import LayerjamError
+from layerjam.workbench.controls import Choice, Control, by_key, choice
+from layerjam.workbench.desk import Desk
+from layerjam.workbench.page import Asking
+from layerjam.workbench.pages.design_part import PAGE
+from layerjam.workbench.widgets import Alert, heading, hint, one_line
+
+KIND = Choice("form", {"hold": "hold a force", "stop": "stop a mass"}, "hold", label="It must")
+WHEN = Choice(
+    "when",
+    {"rest": "at rest", "sliding": "while sliding"},
+    "rest",
+    label="Resist it",
+    help="At rest: before the sheets slip. While sliding: the peak of a pull, which is less",
+)
+PREFER = Choice(
+    "prefer",
+    {"mass": "least mass", "length": "shortest", "energy": "most energy"},
+    "mass",
+    label="Prefer",
+    help="Choice among the brakes that meet the requirement",
+)
+MAKERS: Mapping[str, Callable[..., DesignRequest]] = {"hold": hold, "stop": stop}
+
+
+def _control(
+    kind: str, name: str, default: float, span: tuple[float, float], label: str, **more: Any
+) -> Control:
+    spec = (HOLD if kind == "hold" else STOP)[name]
+    key = "margin" if name == "stress_margin" else name
+    return Control(f"{kind}_{key}", spec, default, *span, label=label, **more)
+
+
+ASKED = {
+    "hold": (
+        _control("hold", "force", 150.0, (10.0, 1000.0), "Force", unit="N"),
+        _control("hold", "travel", 0.03, (0.0, 0.1), "Travel", unit="mm"),
+    ),
+    "stop": (
+        _control("stop", "mass", 75.0, (0.5, 150.0), "Mass to stop", unit="kg"),
+        _control("stop", "speed", 2.0, (0.1, 10.0), "Speed"),
+        _control("stop", "travel", 0.3, (0.01, 1.0), "Travel at most", unit="mm"),
+        _control("stop", "force", 4000.0, (50.0, 10_000.0), "Force at most", unit="N"),
+    ),
+}
+"""Controls of the duty of each kind."""
+LIMITS = {
+    "hold": (
+        _control("hold", "vacuum", 94e3, (20e3, 101e3), "Vacuum available"),
+        _control("hold", "mass", 0.025, (0.005, 0.2), "Mass as drawn, at most", unit="g"),
+        _control("hold", "width", 0.025, (0.005, 0.1), "Width at most", unit="mm"),
+        _control("hold", "length", 0.15, (0.06, 0.4), "Length at most", unit="mm"),
+        _control("hold", "stress_margin", 2.0, (0.0, 5.0), "Safety on stress"),
+    ),
+    "stop": (
+        _control("stop", "vacuum", 94e3, (20e3, 101e3), "Vacuum available"),
+        _control("stop", "own_mass", 20.0, (0.01, 20.0), "Mass as drawn, at most", unit="kg"),
+        _control("stop", "width", 0.04, (0.005, 0.1), "Width at most", unit="mm"),
+        _control("stop", "length", 2.0, (0.1, 5.0), "Length at most", unit="mm"),
+        _control("stop", "stress_margin", 1.5, (0.0, 5.0), "Safety on stress"),
+    ),
+}
+"""Controls of the limits of each kind."""
+
+
+class Form(Asking):
+    """Sliders that write a requirement from the desk's brake; `take` gets its TOML text."""
+
+    name = PAGE
+
+    def __init__(self, desk: Desk, take: Callable[[str], None]) -> None:
+        super().__init__(desk)
+        self.take, self.text_written = take, ""
+        self._follows = False
+        """Whether the text is typed and the form follows."""
+
+    def controls(self) -> Mapping[str, Control]:
+        """Controls of both kinds of requirement."""
+        groups = (*ASKED.values(), *LIMITS.values())
+        return by_key(*(control for group in groups for control in group))
+
+    def build(self) -> None:
+        """Duty, limits, preference."""
+        choice(self.desk, PAGE, KIND)
+        for kind in MAKERS:
+            with self.show_while(lambda kind=kind: self.word(KIND) == kind):  # type: ignore[misc]
+                self._sliders(ASKED[kind][:1])
+                if kind == "hold":
+                    choice(self.desk, PAGE, WHEN)
+                self._sliders(ASKED[kind][1:])
+                heading("Limits", 3)
+                self._sliders(LIMITS[kind])
+        choice(self.desk, PAGE, PREFER)
+        self.refused = Alert(f"{PAGE}-form-problem", "text-sm")
+        hint("The search begins from the brake above and its film.")
+        self.desk.watch(lambda change: self.write() if change != "page" else None)
+        with suppress(LayerjamError):
+            self.text_written = self.text_of_now()
+
+    def _sliders(self, controls: tuple[Control, ...]) -> None:
+        for control in controls:
+            self.slider(control.key)
+
+    def text_of_now(self) -> str:
+        """The TOML text of the numbers of now; raises LayerjamError."""
+        file, kind = self.desk.brake, self.word(KIND)
+        is_own = self.desk.state.brake not in catalogue()
+        file_name = f"{file.name}.toml" if is_own else self.desk.state.brake
+        *inputs, margin = (*ASKED[kind], *LIMITS[kind])
+        texts = {c.key.split("_", 1)[1]: self.text(c.key) for c in inputs}
+        more = {"when": self.word(WHEN)} if kind == "hold" else {}
+        request = MAKERS[kind](
+            *(file, file_name),
+            **texts,
+            **more,
+            stress_margin=self.value(margin.key),
+            prefer=self.word(PREFER),
+        )
+        return str(request.text())
+
+    def write(self) -> None:
+        """Hand on the text of other numbers than before."""
+        try:
+            text = self.text_of_now()
+        except LayerjamError as err:
+            self.refused.say(one_line(err))
+            return
+        self.refused.say("")
+        if text != self.text_written:
+            self.text_written = text
+            if not self._follows:
+                self.take(text)
+
+    def follow(self, text: str) -> None:
+        """Set the numbers that a typed text states; what else it says stays in the text."""
+        try:
+            request = read_request(reader_of(text, "requirement"))
+        except LayerjamError:
+            return
+        known = {c.key: c.spec for c in self.controls().values()}
+        values = settings_of(request)
+        usable = {k: v for k, v in values.items() if k not in known or _fits(known[k], v)}
+        self._follows = True
+        self.desk.put_all(PAGE, usable)
+        self._follows = False
+
+
+def _fits(spec: Any, value: Any) -> bool:
+    try:
+        spec.check(value, "value")
+    except LayerjamError:
+        return False
+    return True
+
+
+def settings_of(request: DesignRequest) -> dict[str, Any]:
+    """Return the form's settings that a request states."""
+    kind = "stop" if request.stop is not None else "hold"
+    values: dict[str, Any] = {"form": kind}
+    keys = {"mass": "mass" if kind == "hold" else "own_mass", "stress_margin": "margin"}
+    keys |= {"width": "width", "length": "length", "usable_travel": "travel"}
+    for limit in request.constraints:
+        for when, name in FORCES.items():
+            if kind == "hold" and limit.name == name:
+                values |= {"when": when, "hold_force": limit.limit}
+        if limit.name in keys and (kind == "hold" or limit.name != "usable_travel"):
+            values[f"{kind}_{keys[limit.name]}"] = limit.limit
+    if request.stop is not None:
+        of_stop = ("mass", "speed", "travel", "force")
+        values |= {f"stop_{name}": getattr(request.stop, name) for name in of_stop}
+    vacuums = request.vary.get("vacuum")
+    if vacuums:
+        most = vacuums.last if isinstance(vacuums, Range) else max(vacuums)
+        values[f"{kind}_vacuum"] = most
+    first = request.objectives[0]
+    for word, objective in PREFERENCES.items():
+        if (first.name, first.least) == (objective.name, objective.least):
+            values["prefer"] = word
+    return values
