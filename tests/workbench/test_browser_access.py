@@ -149,7 +149,8 @@ def test_the_check_finds_what_is_wrong(page, axe):
 NUMBERED = """() => {
   const all = [...document.querySelectorAll(
     'button, a[href], input:not([type=file]), textarea, select, [tabindex]')];
-  const meant = all.filter(e => e.tabIndex >= 0 && !e.disabled && e.checkVisibility()
+  const meant = all.filter(e => e.tabIndex >= 0 && !e.disabled && !e.closest('[inert]')
+     && e.checkVisibility()
     && e.getAttribute('aria-disabled') !== 'true' && e.getBoundingClientRect().width >= 1);
   document.querySelectorAll('[data-walk]').forEach(e => delete e.dataset.walk);
   meant.forEach((e, i) => { e.dataset.walk = i; });

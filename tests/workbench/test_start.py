@@ -10,6 +10,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from nicegui import ui
 
 from layerjam.commands.edit import edit
 from layerjam.commands.tensile import tensile
@@ -133,7 +134,7 @@ def test_the_page_stands_drops_a_kilogram_and_takes_another_brake():
             await user.should_not_see("1 kg falls")
             user.find("Drop a kilogram").click()
             await user.should_see("1 kg falls 30 cm: the brake slips", retries=100)
-            user.find("Choi 2018, polyester").click()
+            user.find(kind=ui.button, content="polyester").click()
             await user.should_see("handbook", retries=100)
             assert pages[-1].desk.brake.name == "choi2018-polyester"
 

@@ -244,6 +244,14 @@ def choice(desk: Desk, page: str, item: Choice) -> None:
     _bind(desk, page, item, toggle)
 
 
+def tabs(desk: Desk, page: str, item: Choice) -> None:
+    """The parts of a page as its tabs, below the heading."""
+    toggle = ui.toggle(dict(item.words), value=word(desk, page, item))
+    look = "dense no-caps flat"
+    dress(toggle, f"{page}-{item.key}", "page-tabs", look, role="group", aria_label=item.help)
+    _bind(desk, page, item, toggle)
+
+
 def menu(desk: Desk, page: str, item: Choice) -> None:
     """A list of words to choose from that opens; for more words than fit a row."""
     ident, now = f"{page}-{item.key}", word(desk, page, item)

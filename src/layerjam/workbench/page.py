@@ -15,7 +15,7 @@ from layerjam.workbench.controls import Choice, Control, Slider, number, word
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Words
 from layerjam.workbench.memory import settle_later
-from layerjam.workbench.runner import Runner
+from layerjam.workbench.runner import Runner, waiting_line
 from layerjam.workbench.spoken import in_print
 from layerjam.workbench.tables import html
 from layerjam.workbench.widgets import QUIET, Alert, dress, heading, hint, title_of
@@ -54,6 +54,20 @@ class Asking:
         """Add a control's slider; with `is_shown` it is visible only while that returns true."""
         with self.show_while(is_shown) as box:
             Slider(self.desk, self.name, self.controls()[key], lambda: self.controls()[key])
+        return box
+
+    def enable_while(self, is_enabled: Callable[[], bool]) -> ui.column:
+        """Add a column whose controls can be used only while `is_enabled()`."""
+        box = ui.column().classes("w-full gap-2")
+
+        def look(_: str = "") -> None:
+            if is_enabled():
+                box.props(remove="inert")
+            else:
+                box.props("inert")
+
+        self.desk.watch(look)
+        look()
         return box
 
     def show_while(self, is_shown: Callable[[], bool] | None) -> ui.column:
@@ -138,11 +152,12 @@ class Page(View):
         self.refresh()
 
     def _head(self) -> None:
-        """The heading; a page without a title brings its own."""
+        """The heading, if the page has no own one, and the line of a long computation."""
         if self.title:
             with ui.row().classes("page-head"):
                 heading(self.title, 1)
                 hint(self.summary)
+        waiting_line(self.name, self.runner)
 
     def refresh(self) -> None:
         """Compute again, with the latest inputs."""

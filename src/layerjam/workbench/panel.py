@@ -32,6 +32,7 @@ class Panel:
         self._known: dict[str, tuple[Answer, Any]] = {}
         self.besides: Callable[[Pin, Any], Any] = lambda pin, result: None
         """Function for a page's additional result for a pin; may raise LayerjamError."""
+        self._acts: list[ui.element] = []
         self._chips: ui.row | None = None
         self._drawn: tuple[tuple[Pin, str], ...] = ()
         self.shown: Answer | None = None
@@ -45,24 +46,36 @@ class Panel:
 
     def build_row(self) -> ui.row:
         """The buttons that take it away."""
-        return takeaway.row(self._ident, self.chart, lambda: self.shown)
+        self._acts.append(takeaway.row(self._ident, self.chart, lambda: self.shown))
+        self._enable()
+        return self._acts[-1]
 
     def build_pins(self) -> None:
         """The button to pin, and what is pinned."""
         with ui.row().classes("items-center gap-2"):
             tip = "Keep this curve in grey, to compare it with the next one"
-            button("Pin", self.pin, f"{self._ident}-pin", "push_pin", tip=tip)
+            self._acts.append(button("Pin", self.pin, f"{self._ident}-pin", "push_pin", tip=tip))
+            self._enable()
             self._chips = dress(ui.row().classes("items-center gap-2"), f"{self._ident}-pins")
         self._alert = Alert(f"{self._ident}-pin-problem", "text-sm")
 
     def draw(self, answer: Answer | None, chart: Mapping[str, Any] | None) -> None:
         """Show an answer as a chart; without a chart it is hidden, and nothing can be taken."""
         self.shown = answer if chart else None
+        self._enable()
         self.chart.set_visibility(chart is not None)
         if chart:
             live.draw(self.chart, dict(chart))
         if self._chips is not None:
             self._fill(self._chips, () if answer is None else answer.pins)
+
+    def _enable(self) -> None:
+        """Let nothing be pinned or taken away while no result is shown."""
+        for act in self._acts:
+            if self.shown is None:
+                act.props("inert")
+            elif "inert" in act.props:
+                act.props(remove="inert")
 
     def show(self, answer: Answer, dark: bool) -> None:
         """Show the figure of an answer's result, together with the pinned ones."""

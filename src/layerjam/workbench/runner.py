@@ -10,8 +10,8 @@ from nicegui import ui
 from layerjam.errors import LayerjamError
 from layerjam.workbench.widgets import button, dress, one_line
 
-PATIENCE = 0.6
-"""Seconds a computation runs before the page says so."""
+PATIENCE, LONG = 0.5, 2.0
+"""Seconds a computation runs before the page says so, and before it can be stopped."""
 LOOK = 0.3
 """Seconds between two looks at what is being done."""
 
@@ -78,12 +78,12 @@ class Runner:
 
 def waiting_line(page: str, runner: Runner) -> None:
     """Show a long computation, its progress, and a button to stop it."""
-    with ui.row().classes("w-full items-center gap-3") as row:
+    with ui.row().classes("waiting items-center no-wrap gap-3") as row:
         ui.spinner(size="sm")
         label = dress(ui.label(), f"{page}-doing", "text-sm", role="status")
         bar = ui.linear_progress(value=0, show_value=False).classes("grow")
         dress(bar, aria_label="Progress")
-        button("Stop", runner.stop, f"{page}-stop")
+        stop = button("Stop", runner.stop, f"{page}-stop")
     row.set_visibility(False)
     start: float | None = None
 
@@ -93,7 +93,8 @@ def waiting_line(page: str, runner: Runner) -> None:
         start = (start or time_now) if runner.running else None
         if start is not None and time_now - start > PATIENCE:
             phase, share = runner.doing
-            label.set_text(phase or "computing; the first time takes some seconds")
+            label.set_text(f"Updating: {phase or 'the first time takes some seconds'}")
+            stop.set_visibility(time_now - start > LONG)
             bar.set_value(round(share, 3))
         row.set_visibility(start is not None and time_now - start > PATIENCE)
 

@@ -199,15 +199,16 @@ class Bench(Page):
             with ui.row().classes("items-baseline gap-6"):
                 self.number = status("bench-vacuum", "text-4xl font-medium tabular-nums")
                 self.words = status("bench-state", "text-lg", NOT_YET)
-            self.steps = dress(ui.element("ol"), "bench-steps", "list-decimal pl-6")
-            with self.steps:
-                for step in STEPS:
-                    with dress(ui.element("li"), classes="py-1"):
-                        ui.label(step)
-            with ui.column().classes("w-full") as self.watched:
-                label = "Vacuum and target over the last minute"
-                self.curve = chart("bench-chart", label, "width: 100%; height: max(380px, 50vh)")
-                takeaway.row(self.name, self.curve, lambda: self.taken)
+            with ui.column().classes("gap-2 items-start") as self.steps:
+                with dress(ui.element("ol"), "bench-steps", "list-decimal pl-6"):
+                    for step in STEPS:
+                        with dress(ui.element("li"), classes="py-1"):
+                            ui.label(step)
+                text, look = "Connect the virtual board", "no-caps"
+                button(text, self._connect, "bench-first", "link", look=look)
+            label = "Vacuum and target over the last minute"
+            self.curve = chart("bench-chart", label, "width: 100%; height: max(280px, 42vh)")
+            self.watched = takeaway.row(self.name, self.curve, lambda: self.taken)
             self.facts = status("bench-facts", QUIET)
             self.outcome = status("bench-outcome", "text-base")
             with ui.row().classes("gap-2") as self.keep:
@@ -249,6 +250,18 @@ class Bench(Page):
         begun = is_connected or self.taken is not None
         self.steps.set_visibility(not begun)
         self.watched.set_visibility(begun)
+        if not begun:
+            self._draw_target()
+
+    def _draw_target(self) -> None:
+        """Show the chart with its target line alone, before the first reading."""
+        ages, target = (-WINDOW, 0.0), self.value("target")
+        panes = bench_panes(
+            *(ages, (math.nan, math.nan), (target, target)),
+            x_range=ages,
+            x="time before now [s]",
+        )
+        live.draw(self.curve, options(panes, self.dark))
 
     def compute(self) -> Any:
         """Send changed settings: a new target while one is held, and the injected fault."""
@@ -273,7 +286,9 @@ class Bench(Page):
         return {"regulator": regulator, "target": target, **extra}
 
     def draw(self, result: Any) -> None:
-        """Nothing: what the bench does is drawn as it comes."""
+        """Draw the target before the first reading; the readings are drawn as they come."""
+        if self.session is None and self.taken is None:
+            self._draw_target()
 
     async def _try_call(self, act: Callable[[], Any]) -> Any:
         """Return the result, computed in a thread; None if refused, with the reason on the page."""

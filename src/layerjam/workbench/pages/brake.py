@@ -14,7 +14,7 @@ from layerjam.units import get, parse, show
 from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import Call, result_fields
-from layerjam.workbench.controls import Choice, Control, by_key, choice, entry, vacuum_entry
+from layerjam.workbench.controls import Choice, Control, by_key, entry, tabs, vacuum_entry
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Figures, Notes, Page
@@ -22,7 +22,7 @@ from layerjam.workbench.pages.brake_build import BuildPart
 from layerjam.workbench.pages.records import CUSTOM, Editor, Kind
 from layerjam.workbench.scene import StackView, in_words, stack_of
 from layerjam.workbench.tables import Cell, html
-from layerjam.workbench.widgets import button, columns, fold, select
+from layerjam.workbench.widgets import Hero, Heroes, button, columns, fold, select, status
 
 GROUPS = {
     "sheets": "Sheets",
@@ -39,7 +39,7 @@ KIND = Kind(
     "brake", "brake", "brake-catalogue", GROUPS, BRAKE_FIELDS, edit, origin=("kind", "source")
 )
 PART = Choice(
-    "part", {"brake": "Behaviour", "build": "Build"}, "brake", "Shown", "Content of this page"
+    "part", {"brake": "What it does", "build": "Build"}, "brake", help="Content of this page"
 )
 
 
@@ -65,6 +65,7 @@ class Brake(Page):
 
     def build(self) -> None:
         """Numbers of the brake left, what follows from them right."""
+        tabs(self.desk, self.name, PART)
         side, main = columns("brake-page")
         with side:
             self.editor.choosing()
@@ -72,7 +73,6 @@ class Brake(Page):
             self.editor.folds(("sheets",))
             self.editor.origin_fields()
         with main:
-            choice(self.desk, self.name, PART)
             self.numbers = ui.column().classes("w-full gap-3")
             with self.numbers:
                 self._show_numbers()
@@ -93,6 +93,8 @@ class Brake(Page):
                 self.making.build()
 
     def _show_numbers(self) -> None:
+        self.heroes = Heroes(self.name)
+        self.sentence = status("brake-sentence", "text-lg")
         with ui.row().classes("w-full no-wrap gap-6 items-start brake-top"):
             with ui.column().classes("gap-1 grow").style("min-width: 0"):
                 self.view = StackView("brake-scene")
@@ -173,11 +175,33 @@ class Brake(Page):
         self.view.show(stack, words, self.dark)
         self.words.set_text(words)
         self.figures.fill(force)
+        full = self.more.atmosphere(brake.site.atmosphere)
+        self.heroes.fill(heroes(facts))
+        self.sentence.set_text(sentence(facts, force, full, slip, vacuum))
         second_file = self.desk.beside
         unlike = uneven([self.desk.brake, *([] if second_file is None else [second_file])])
         self.table.set_content(comparison(facts, second[0] if second else None, not unlike))
         self.notes.fill([*unlike, *facts.warnings, *stale(self.desk.brake)])
         self.sources.set_content(sources(self.desk.brake))
+
+
+def heroes(facts: Any) -> list[Hero]:
+    """Return forces at rest and of a pull, and the mass."""
+    return [
+        ("hero-holding", "Holds at rest", show(facts.holding_force, "N")),
+        ("hero-pull", "Resists a pull with up to", show(facts.max_force, "N")),
+        ("hero-mass", "Mass", show(facts.mass, "kg")),
+    ]
+
+
+def sentence(facts: Any, force: Any, full: float, slip: float, vacuum: float) -> str:
+    """Return the three forces of the page, each with its vacuum."""
+    holds, pulled = show(facts.holding_force, "N", 3), show(facts.max_force, "N", 3)
+    return (
+        f"Holds {holds} at rest and resists {pulled} when pulled, both at full vacuum, "
+        f"{show(full, 'Pa', 3)}; at a slip of {show(slip, 'm', 3)} and {show(vacuum, 'Pa', 3)} "
+        f"it resists {show(force.force, 'N', 3)}."
+    )
 
 
 ROWS: Mapping[str, int] = MappingProxyType(

@@ -13,7 +13,15 @@ from layerjam.units import show
 from layerjam.workbench.answer import Answer, Pinned
 from layerjam.workbench.call import Call, Subject
 from layerjam.workbench.charts import options
-from layerjam.workbench.controls import Choice, Control, by_key, choice, entry, menu, vacuum_entry
+from layerjam.workbench.controls import (
+    Choice,
+    Control,
+    by_key,
+    entry,
+    menu,
+    tabs,
+    vacuum_entry,
+)
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.outcomes import of_pull
@@ -22,7 +30,6 @@ from layerjam.workbench.pages.design_density import Density
 from layerjam.workbench.pages.design_need import NeedPart
 from layerjam.workbench.pages.design_part import PAGE, Part, cell_text, words
 from layerjam.workbench.panel import Panel
-from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.tables import html
 from layerjam.workbench.widgets import columns, dress, fold, hint, status
 
@@ -223,10 +230,8 @@ class Design(Page):
     def build(self) -> None:
         """The choice of a part, and the parts below it; each is built when first opened."""
         with ui.column().classes("w-full page gap-3"):
-            with ui.row().classes("w-full items-center gap-6 design-head"):
-                choice(self.desk, self.name, PART)
-                self.problem_line()
-            waiting_line(self.name, self.runner)
+            tabs(self.desk, self.name, PART)
+            self.problem_line()
             for key in self.parts:
                 self.boxes[key] = ui.column().classes("w-full gap-3")
                 self.boxes[key].set_visibility(False)

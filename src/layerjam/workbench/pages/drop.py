@@ -29,7 +29,6 @@ from layerjam.workbench.pages.drop_outcome import (
     verdict,
 )
 from layerjam.workbench.panel import Panel
-from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.widgets import Heroes, columns, dress, fold, status
 
 ARRIVES = Choice(
@@ -121,7 +120,6 @@ class Drop(Page):
             self.more.build()
             self.problem_line()
         with main:
-            waiting_line(name, self.runner)
             self.heroes = Heroes(name)
             self.verdict = status("drop-verdict", "text-lg")
             self.advice = Advice(self.desk)

@@ -26,11 +26,10 @@ from layerjam.workbench.pages.laboratory_chain import (
 )
 from layerjam.workbench.pages.laboratory_correct import Correct
 from layerjam.workbench.pages.laboratory_files import Row, practice_files, read_row, rows_of
-from layerjam.workbench.pages.laboratory_results import Card, Table, show_step
-from layerjam.workbench.runner import waiting_line
+from layerjam.workbench.pages.laboratory_results import Card, Table, heroes, show_step
 from layerjam.workbench.said import edits_of, put_edits
 from layerjam.workbench.uploads import MAX_FILES, UploadError, zip_files
-from layerjam.workbench.widgets import button, columns, dress, one_line
+from layerjam.workbench.widgets import Heroes, button, columns, dress, one_line
 
 STANDARDS = {"paper": "as the paper", "d1894": "ASTM D1894", "iso8295": "ISO 8295"}
 METHODS = {"exact": "peaks", "curves": "whole curves", "bayesian": "Bayesian"}
@@ -110,9 +109,9 @@ class Laboratory(Page):
             menu(self.desk, self.name, FREE)
             for title, inputs in self.more.items():
                 inputs.build(title)
-            waiting_line(self.name, self.runner)
             self.problem_line()
         with main.classes("gap-4"):
+            self.heroes = Heroes(self.name)
             synthetic = "Synthetic: files among these were written by a program, not measured"
             self.banner = dress(ui.label(synthetic), "laboratory-synthetic", "synthetic")
             self.table = Table(self._on_choose, self._divide, self._sidecars, self.uploads.refused)
@@ -240,6 +239,7 @@ class Laboratory(Page):
         self.banner.set_visibility(any(r.synthetic for r in self.rows))
         self.table.fill(self.rows)
         self._on_choose(self.table.chosen)
+        self.heroes.fill(heroes(self.chain))
         for card in self.cards:
             card.fill(self.chain)
         for control in (self.take, self.toml):

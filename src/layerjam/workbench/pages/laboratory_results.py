@@ -11,7 +11,7 @@ from layerjam.workbench.page import Box, Notes, checks
 from layerjam.workbench.pages.laboratory_chain import Chain, StepResult
 from layerjam.workbench.pages.laboratory_files import Row
 from layerjam.workbench.spoken import on_page
-from layerjam.workbench.widgets import button, dress, heading, hint, title_of
+from layerjam.workbench.widgets import Hero, button, dress, heading, hint, title_of
 
 CARDS = {
     "friction": (
@@ -186,6 +186,26 @@ def numbers_of(result: Any) -> list[tuple[str, str, str]]:
     if hasattr(result, "uncalibrated"):
         rows.append(("pulls", "Pulls", str(len(result.files))))
     return rows
+
+
+HEROES = (
+    ("validate", "mape", "Error of the validation"),
+    ("calibrate", "mape", "Error of the calibration"),
+    ("calibrate", "scale_factor", "Scale of the friction"),
+    ("friction", "kinetic", "Kinetic friction"),
+)
+"""Step, key and name of the large numbers."""
+
+
+def heroes(chain: Chain) -> list[Hero]:
+    """Return the main numbers of the steps that have a result."""
+    numbers = []
+    for step, key, name in HEROES:
+        done = chain.done.get(step)
+        rows = [] if done is None or done.result is None else numbers_of(done.result)
+        texts = [text.partition(" (")[0] for row, _, text in rows if row == key]
+        numbers += [(f"hero-{step}-{key}", name, text) for text in texts]
+    return numbers
 
 
 def show_step(step: StepResult) -> None:

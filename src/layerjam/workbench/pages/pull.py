@@ -33,7 +33,6 @@ from layerjam.workbench.pages.pull_files import (
 from layerjam.workbench.panel import Panel
 from layerjam.workbench.peak import PeakSetting
 from layerjam.workbench.pins import BAND
-from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.sheets_drawing import PullView, drawing, key, scale_said, slip_sentence
 from layerjam.workbench.widgets import (
     Hero,
@@ -205,7 +204,6 @@ class Pull(Page):
             self.measured = MeasuredFiles(self.desk)
             self.of_files = self.slider("files_vacuum")
         with main:
-            waiting_line(self.name, self.runner)
             self.heroes = Heroes(self.name)
             with ui.row().classes("w-full items-center gap-x-6 gap-y-1"):
                 self.outcome = status("pull-outcome")

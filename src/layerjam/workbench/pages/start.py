@@ -21,7 +21,6 @@ from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
 from layerjam.workbench.pages.drop_outcome import Animation, series
 from layerjam.workbench.pages.records import opener
-from layerjam.workbench.runner import waiting_line
 from layerjam.workbench.scene import StackView, in_words, stack_of
 from layerjam.workbench.widgets import Alert, button, chart, dress, heading, hint, status
 
@@ -68,7 +67,6 @@ class Start(Page):
                 with ui.element("div").style("flex: 1; min-width: 250px"):
                     self.slider("vacuum")
                 button("Drop a kilogram", self._drop, "start-drop", "south", look="no-caps")
-            waiting_line(self.name, self.runner)
             self.happened = status("start-happened", "text-base start-happened")
             self.problem_line()
             self._ways()
@@ -78,7 +76,7 @@ class Start(Page):
 
     def _force(self) -> None:
         with ui.row().classes("items-baseline gap-3 no-wrap"):
-            dress(ui.label("holds"), "", "text-base")
+            dress(ui.label("resists up to"), "", "text-base")
             self.hero = dress(live.Words("–"), "start-force", "start-hero")
         self.words = status("start-words", "text-base")
         self.chart = dress(
@@ -92,7 +90,7 @@ class Start(Page):
                 self.tried = {}
                 with ui.row().classes("gap-2"):
                     for name in devices():
-                        title = load(name).title or name
+                        title = (load(name).title or name).rpartition(", ")[2]
                         put = partial(self.desk.put_brake, name)
                         self.tried[name] = button(title, put, f"start-try-{name}")
             with self._card("My brake", "Its own numbers, each with where it comes from:"):

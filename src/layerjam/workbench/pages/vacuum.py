@@ -30,7 +30,17 @@ from layerjam.workbench.more import OtherInputs
 from layerjam.workbench.page import Figures, Notes, Page
 from layerjam.workbench.pages.records import Editor, Kind
 from layerjam.workbench.panel import Panel
-from layerjam.workbench.widgets import Hero, Heroes, columns, dress, fold, heading, hint, status
+from layerjam.workbench.widgets import (
+    Hero,
+    Heroes,
+    columns,
+    dress,
+    fold,
+    heading,
+    hint,
+    status,
+    title_of,
+)
 
 LINE = Kind(
     "line",
@@ -70,7 +80,6 @@ KEY = (
 )
 LONGEST, SHORTEST = 1200.0, 1e-3
 """Time simulated at most and time between samples at least, on this page [s]."""
-RISE = ("time_constant", "fall_by", "gas_work")
 LOOP = (
     "fault_at",
     "fault_time",
@@ -139,12 +148,33 @@ class Vacuum(Page):
         )
 
     def build(self) -> None:
-        """Controls and line left, the two results right."""
-        side, main = columns()
-        with side:
-            self.slider("target")
-            choice(self.desk, self.name, self.fluid)
-            choice(self.desk, self.name, self.safe)
+        """Step response and regulator, each with its controls beside its result."""
+        with ui.column().classes("w-full page gap-3"):
+            self.problem_line()
+            heading("Step response")
+            side, main = columns()
+            with side:
+                self.slider("target")
+                choice(self.desk, self.name, self.fluid)
+                self.line.choosing()
+                with fold("Parts and numbers of the line", "vacuum-numbers"):
+                    self.line.folds()
+                    self.line.origin_fields()
+            with main:
+                self._step()
+            heading("Regulator")
+            side, main = columns()
+            with side:
+                self._loop_controls()
+            with main:
+                self._regulated()
+            self.notes = Notes()
+
+    def _loop_controls(self) -> None:
+        choice(self.desk, self.name, self.safe)
+        with self.show_while(lambda: not self.word(self.safe)):
+            hint("Law, fault and sampling take effect once a safe state is chosen.")
+        with self.enable_while(lambda: bool(self.word(self.safe))):
             choice(self.desk, self.name, self.law)
             menu(self.desk, self.name, self.fault)
             self.slider("fault_at", lambda: self.word(self.fault) != "none")
@@ -155,32 +185,22 @@ class Vacuum(Page):
                     hint("The line has no sensor. A sensor of this range and noise is assumed.")
                     for key in SENSOR:
                         self.slider(key)
-            self.more.build()
-            self.problem_line()
-            self.line.choosing()
-            with fold("Parts and numbers of the line", "vacuum-numbers"):
-                self.line.folds()
-                self.line.origin_fields()
-        with main:
-            self._results()
+        self.more.build()
 
     def _no_sensor(self) -> bool:
         return self.desk.line.line.sensor is None
 
-    def _results(self) -> None:
-        heading("Step response, pump full on")
+    def _step(self) -> None:
         self.heroes = Heroes(self.name)
         with ui.row().classes("w-full items-center gap-x-6 gap-y-1"):
             self.rise_words = status("vacuum-rise-words")
             self.steps.build_pins()
-        narrow = "width: 260px; flex: none"
-        with ui.row().classes("w-full beside items-start gap-4"):
-            look = "flex: 1; min-width: 0; height: max(260px, 30vh)"
-            self.steps.build("vacuum-chart", "Vacuum over time, pump full on", look)
-            with ui.column().style(narrow):
-                self.rise_figures = Figures(self.name, "rise", RISE)
+        look = "width: 100%; height: max(260px, 34vh)"
+        self.steps.build("vacuum-chart", "Vacuum over time, pump full on", look)
         self.steps.build_row()
-        heading("Regulator")
+
+    def _regulated(self) -> None:
+        self.loop_heroes = Heroes("vacuum-loop")
         self.verdict = status("vacuum-verdict", text=NOT_CHOSEN)
         with ui.row().classes("w-full beside items-start gap-4") as self.regulated:
             with ui.column().classes("gap-0").style("flex: 1; min-width: 0"):
@@ -189,13 +209,12 @@ class Vacuum(Page):
                 self.loop.build_pins()
                 hint(KEY)
                 self.loop.build_row()
-            with ui.column().style(narrow):
+            with ui.column().style("width: 240px; flex: none"):
                 self.loop_figures = Figures("vacuum-loop", "regulate", LOOP)
                 label = "Longest until a fault is detected, at this vacuum"
                 ui.label(label).classes("text-sm")
                 self.detection = dress(live.Table(), "vacuum-detection")
         self.regulated.set_visibility(False)
-        self.notes = Notes()
 
     def calls(self) -> Sequence[Call]:
         """The step; the regulator only once a safe state is chosen."""
@@ -229,6 +248,7 @@ class Vacuum(Page):
         self.regulated.set_visibility(bool(runs))
         if not runs:
             self.loop.draw(None, None)
+            self.loop_heroes.fill([])
             self.verdict.set_text(f"Cannot: {loops[0].refusal}" if loops else NOT_CHOSEN)
         else:
             self._draw_loop(runs[0])
@@ -247,7 +267,6 @@ class Vacuum(Page):
             risen = f"rises from 10 to 90 % in {show(rise.rise_time, 's', 3)}"
             words = f"A vacuum of {show(rise.target, 'Pa')} in {rise.fluid} {risen}."
         self.rise_words.set_text(words)
-        self.rise_figures.fill(rise)
         self.heroes.fill(heroes(rise))
         self.steps.show(answer, self.dark)
 
@@ -258,6 +277,7 @@ class Vacuum(Page):
         given_up = () if result.outcome == "HEALTHY" else ("steady_error", "ripple")
         self.loop_figures.fill(result, but=given_up)
         self.verdict.set_text(verdict(result))
+        self.loop_heroes.fill(loop_heroes(result))
         self.detection.set_content(detection(result))
 
 
@@ -282,23 +302,39 @@ def verdict(result: Any) -> str:
     )
 
 
+def _hero(key: str, name: str, value: float | None, unit: str) -> Hero:
+    return key, name, "–" if value is None else show(value, unit)
+
+
 def heroes(rise: Any) -> list[Hero]:
     """Return the main numbers of a step; unknown ones have a dash."""
-
-    def value_text(value: float | None, unit: str) -> str:
-        return "–" if value is None else show(value, unit, 3)
-
     return [
-        ("rise_time", "Rises in (10 to 90 %)", value_text(rise.rise_time, "s")),
-        ("reachable", "Can reach", value_text(rise.reachable, "Pa")),
-        ("fall_time", "Falls in, vented", value_text(rise.fall_time, "s")),
+        _hero("rise_time", "Rises in (10 to 90 %)", rise.rise_time, "s"),
+        _hero("reachable", "Can reach", rise.reachable, "Pa"),
+        _hero("fall_time", f"Falls in, by {rise.fall_by or 'a vent'}", rise.fall_time, "s"),
+        _hero("time_constant", "Time constant", rise.time_constant, "s"),
+        _hero("gas_work", "Work on the gas", rise.gas_work, "J"),
+    ]
+
+
+def loop_heroes(result: Any) -> list[Hero]:
+    """Return the main numbers of a regulated run; of a fault, the time until it was detected."""
+    if result.fault is not None:
+        detected = _hero("detected", "Detected after", result.said_after, "s")
+    else:
+        detected = _hero("rise_time", "Rises in (10 to 90 %)", result.rise_time, "s")
+    return [
+        detected,
+        _hero("overshoot", "Overshoot", result.overshoot, result.units["overshoot"]),
+        _hero("ripple", "Ripple", result.ripple, result.units["ripple"]),
     ]
 
 
 def detection(result: Any) -> str:
     """HTML: each fault and the longest time until it is detected."""
     rows = "".join(
-        f"<dt>{name}</dt><dd>{'not seen' if time is None else show(time, 's', 3)}</dd>"
+        f"<dt>{title_of(name.lower())}</dt>"
+        f"<dd>{'not seen' if time is None else show(time, 's', 3)}</dd>"
         for name, time in result.detection.items()
     )
     return f'<dl class="vacuum-times">{rows}</dl>'
