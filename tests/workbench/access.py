@@ -40,7 +40,6 @@ UNFOLD = """() => {
 }"""
 OVER = {
     "files, none yet": ("start-files", "dropped-choose"),
-    "session menu": ("session", "session-save"),
     "copied Python": ("copy-as-python", "copied"),
 }
 """{what opens over a page: the button that opens it, what is seen then}."""

@@ -116,8 +116,7 @@ def test_a_pull_is_pinned_and_a_reload_and_a_session_keep_it(tab, two, tmp_path)
     tab.click(at("copy-a-link-to-all-that-is-set"))
     tab.wait_for_selector(f"text=A link carries no files, so not {two[1][0]}", timeout=LONG)
     with tab.expect_download() as saved:
-        tab.click(at("session"))
-        tab.click(at("session-save"))
+        tab.click(at("save-the-session"))
     file = tmp_path / "mine.json"
     saved.value.save_as(file)
     tab.wait_for_timeout(1500)  # the address follows

@@ -1,5 +1,6 @@
 """The frame around the pages: tabs, brake and line, undo, link, copying, light and dark."""
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -180,12 +181,12 @@ def _brake(desk: Desk) -> None:
 
 
 def _button(icon: str, label: str, act: Callable[[], object]) -> None:
-    name = label.split(" (", maxsplit=1)[0].lower().replace(" ", "-")
+    name = re.split(r" \(|:", label, maxsplit=1)[0].lower().replace(" ", "-")
     dress(button("", act, name, icon, look=ICON, tip=label), aria_label=label)
 
 
 def _session(desk: Desk) -> None:
-    """A menu to save all that is set as one file, and to open it again."""
+    """Buttons to save all that is set as one file, and to open it again."""
 
     async def save() -> None:
         try:
@@ -197,17 +198,9 @@ def _session(desk: Desk) -> None:
             name = f"{desk.brake.name}-session{ENDING}"
             ui.download.content(text.encode(), name, "application/json")
 
-    menu_button = button("", None, "session", "folder", look=ICON)
-    with dress(menu_button, aria_label="Session"):
-        # to the left of the button, because the menu opens below it
-        aside = 'anchor="center left" self="center right"'
-        ui.tooltip("All that is set, as one file").props(aside)
-        # a menu opens at the end of the document, outside of every landmark
-        region = 'auto-close role="region" aria-label="Session"'
-        with ui.menu().props(region), dress(ui.element("div"), role="menu", aria_label="Session"):
-            dress(ui.menu_item("Save the session as a file", save), "session-save", role="menuitem")
-            choose = dress(ui.menu_item("Open a session"), "session-open", role="menuitem")
-            choose.on("click", js_handler="() => layerjamPick()")
+    _button("save", "Save the session: all that is set, as one file", save)
+    choose = button("", None, "open-a-session", "folder_open", look=ICON, tip="Open a session")
+    dress(choose, aria_label="Open a session").on("click", js_handler="() => layerjamPick()")
 
 
 async def _copy(desk: Desk, pages: dict[str, Page], language: str) -> None:

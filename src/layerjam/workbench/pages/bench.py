@@ -364,6 +364,8 @@ class Bench(Page):
             self.problem.say(missing)
             return
         settings = await self._try_call(self._settings)
+        if self.session is None:
+            await self._connect()
         session = self.session
         if session is None or settings is None:
             await self._do(lambda bench: None)
