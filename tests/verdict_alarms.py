@@ -250,7 +250,7 @@ def collisions(random: Random, fault: str) -> Iterator[Check]:
             continue
         # 0.01 % less vacuum and the mass runs more than half of the rest of the way: a jump
         below = stop_at(file, case, 0.9999 * made.needed)
-        jumps = not below.within(
+        jumps = not below.stops_within(
             case.travel + 0.5 * (file.brake.sheets.usable_travel - case.travel)
         )
         if jumps == (fault == "edge"):

@@ -9,7 +9,7 @@ import pytest
 
 from campaigns import bench as virtual
 from layerjam.commands.calibration import calibrate
-from layerjam.commands.files import CURVE, PICTURE, each, pulls
+from layerjam.commands.files import CURVE, PICTURE, pulls, read_each
 from layerjam.commands.friction import friction
 from layerjam.commands.reading import FileOptions
 from layerjam.device.load import load
@@ -41,7 +41,7 @@ def test_ctrl_c_keeps_what_was_read_and_names_the_rest(files: list[Path]) -> Non
             raise KeyboardInterrupt
 
     shares: list[float] = []
-    used, refused = each(files, lambda trace: trace.path, FileOptions(), told)
+    used, refused = read_each(files, lambda trace: trace.path, FileOptions(), told)
     assert shares == [0.25, 0.5]
     assert used == [str(f) for f in files[:2]]
     assert refused == {str(f): "not read to its end: interrupted" for f in files[2:]}
@@ -53,7 +53,7 @@ def test_ctrl_c_within_a_file_refuses_that_one_too(files: list[Path]) -> None:
             raise KeyboardInterrupt
         return trace.path
 
-    used, refused = each(files, use, FileOptions())
+    used, refused = read_each(files, use, FileOptions())
     assert used == [str(files[0])]
     assert list(refused) == [str(f) for f in files[1:]]
 
@@ -63,7 +63,7 @@ def test_ctrl_c_before_anything_was_read_ends_it(files: list[Path]) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        each(files, use, FileOptions())
+        read_each(files, use, FileOptions())
 
 
 def test_an_interrupted_calibration_writes_no_brake_unless_told(

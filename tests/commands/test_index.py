@@ -52,11 +52,11 @@ def test_no_command_is_passed_over(
 def test_the_index_lists_what_the_modules_declare() -> None:
     for entry in index.commands().values():
         importlib.import_module(entry.module)
-    assert {entry.name for entry in index._written()} == set(REGISTRY)
+    assert {entry.name for entry in index._source_entries()} == set(REGISTRY)
 
 
 def test_no_command_is_declared_in_another_folder() -> None:
     home = Path(index.__file__).parents[1]
     files = [path for path in home.rglob("*.py") if path.name != "index.py"]
     declared = sum(len(index.DECORATOR.findall(p.read_text(encoding="utf-8"))) for p in files)
-    assert declared == len(index._written())
+    assert declared == len(index._source_entries())

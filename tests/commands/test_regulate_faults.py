@@ -58,7 +58,7 @@ def test_the_leak_takes_half_the_target_from_the_full_pump():
     made = broken("leak", "5 s", safe_state="hold")
     regulator, loop = made.record
     injected, _ = injection_of("leak", 5.0, regulator, made.target)
-    rate, top, weight, leak, *_ = injected.on(regulator.plant)
+    rate, top, weight, leak, *_ = injected.break_plant(regulator.plant)
     half = made.target / 2
     assert rate * (top - weight * half) == pytest.approx(leak * half)
     after = loop.time > made.fault_time + 0.05

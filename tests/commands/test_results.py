@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from layerjam.commands.results import Judged, Result, fact, number, prefixed, result
+from layerjam.commands.results import Judged, Result, add_prefix, fact, number, result
 from layerjam.outputs import outputs
 
 
@@ -36,7 +36,7 @@ def test_only_keys_are_taken():
 
 
 def test_a_prefix_keeps_records_of_one_kind_apart():
-    made = Held.of(prefixed("tuned_", SimpleNamespace(vacuum=1e4, outcome="STOPPED")), LOOP)
+    made = Held.of(add_prefix("tuned_", SimpleNamespace(vacuum=1e4, outcome="STOPPED")), LOOP)
     assert (made.vacuum, made.tuned_vacuum, made.outcome) == (6e4, 1e4, "HEALTHY")
 
 

@@ -217,7 +217,7 @@ def test_a_broken_plant_is_exact_too(injected: FaultInjection) -> None:
     """v = end + (v - end) exp(-b dt), however much of a sample's change that is."""
     for kind in ("pi", "bang-bang"):
         made = simulate(regulator(kind=kind), [(2.0, 50e3), (1.0, 0.0)], injected=injected)
-        rate, top, _weight, leak, vent, *_ = injected.on(AIR)
+        rate, top, _weight, leak, vent, *_ = injected.break_plant(AIR)
         u, z, v = made.pump[100:-1], made.vent[100:-1], made.vacuum[100:]
         b = rate * u + leak + vent * z
         end = rate * u * top / b

@@ -19,7 +19,7 @@ from control.loops import AIR, COARSE, IDEAL, NOISY, WATER, regulator
 from layerjam.control import law
 from layerjam.control.closed_loop_run import compiled_step
 from layerjam.control.plant import Plant
-from layerjam.control.settings import KINDS, Packed, Regulator
+from layerjam.control.settings import KINDS, LawSettings, Regulator
 from layerjam.fluid.line import Sensor
 
 
@@ -173,7 +173,7 @@ def test_the_law_imports_nothing_and_its_numbers_are_short() -> None:
 
 
 def test_the_layouts_are_those_of_the_settings() -> None:
-    packed: Packed = regulator().packed()
+    packed: LawSettings = regulator().packed()
     assert all(isinstance(x, float) for part in packed for x in part)
     assert [len(part) for part in packed] == [15, 24]
     assert [len(part) for part in law.fresh()] == [8, 14]

@@ -40,21 +40,22 @@ def at(**changes):
 
 @pytest.mark.parametrize("standing", [0.0, 30e3])
 def test_the_papers_line_in_closed_form(standing):
-    made = Standby(PAPER, standing).warned(2.0)
+    made = Standby(PAPER, standing).respond(2.0)
     assert made.vacuum[-1] == pytest.approx(A - (A - standing) * math.exp(-2.0 / TAU), rel=1e-8)
     assert made.imbalance < 1e-10
-    assert Standby(PAPER, standing).warned(0.0).vacuum[-1] == pytest.approx(standing)
+    assert Standby(PAPER, standing).respond(0.0).vacuum[-1] == pytest.approx(standing)
 
 
 def test_water_is_a_straight_line_until_it_boils():
     slope = 3.33e-6 / PAPER.chamber.compliance
-    assert Standby(PAPER, 5e3, water=True).reached(1.0) == pytest.approx(5e3 + slope, rel=1e-12)
-    assert Standby(PAPER, water=True).reached(60.0) == pytest.approx(reachable(PAPER, True))
+    standby = Standby(PAPER, 5e3, water=True)
+    assert standby.vacuum_after(1.0) == pytest.approx(5e3 + slope, rel=1e-12)
+    assert Standby(PAPER, water=True).vacuum_after(60.0) == pytest.approx(reachable(PAPER, True))
 
 
 def test_all_the_time_in_the_world_reaches_all_there_is():
     leaky = replace(PAPER, leak=Leak(laminar=5e-8), pump=replace(PAPER.pump, ultimate=3e3))
-    assert Standby(leaky).reached(60 * TAU) == pytest.approx(reachable(leaky), rel=1e-9)
+    assert Standby(leaky).vacuum_after(60 * TAU) == pytest.approx(reachable(leaky), rel=1e-9)
 
 
 def test_more_warning_is_more_vacuum_and_less_slip():
@@ -83,11 +84,11 @@ def test_the_vacuum_needed_is_enough_and_none_less(mass, speed, travel):
     case = at(mass=mass, speed=speed, travel=travel)
     needed = needed_vacuum(BRAKE, case)
     if needed is None:
-        assert not stop_at(KAPTON, case, A).within(travel)
+        assert not stop_at(KAPTON, case, A).stops_within(travel)
         return
-    assert stop_at(KAPTON, case, needed).within(travel)
+    assert stop_at(KAPTON, case, needed).stops_within(travel)
     if needed > 1.0:
-        assert not stop_at(KAPTON, case, needed * (1 - 1e-9) - 1e-6).within(travel)
+        assert not stop_at(KAPTON, case, needed * (1 - 1e-9) - 1e-6).stops_within(travel)
     tuned = float(tuned_vacuum(mass, speed, travel, spring_of(BRAKE, None), G, BRAKE))
     if math.isfinite(tuned):
         # least, where several vacuums end at the travel
@@ -97,15 +98,15 @@ def test_the_vacuum_needed_is_enough_and_none_less(mass, speed, travel):
 def test_the_reservoirs_valve_opens_after_its_delay():
     tank = Reservoir(volume=1e-4, conductance=2e-9, delay=0.4)
     line = replace(PAPER, reservoir=tank)
-    made = Standby(line, stored=2e3).warned(1.0)
+    made = Standby(line, stored=2e3).respond(1.0)
     early = np.interp(0.39, made.time, made.vacuum)
     assert early == pytest.approx(A * (1 - math.exp(-0.39 / TAU)), rel=1e-4)
     assert made.vacuum[-1] > 90e3
     assert made.imbalance < 1e-10
     assert (np.diff(made.time) > 0).all()
     late = replace(line, reservoir=replace(tank, delay=2.0))
-    wanted = Standby(PAPER).reached(1.0)
-    assert Standby(late, stored=2e3).reached(1.0) == pytest.approx(wanted, rel=1e-9)
+    wanted = Standby(PAPER).vacuum_after(1.0)
+    assert Standby(late, stored=2e3).vacuum_after(1.0) == pytest.approx(wanted, rel=1e-9)
 
 
 def test_the_least_reservoir_without_pump_is_boyles():
@@ -134,14 +135,14 @@ LINES = st.builds(
 @given(LINES, st.floats(0.05, 1.0), st.floats(3e4, 9e4))
 @settings(max_examples=10, deadline=None)
 def test_every_size_does_it_and_a_little_less_does_not(line, warning, needed):
-    if Standby(line).reached(warning) >= needed:
+    if Standby(line).vacuum_after(warning) >= needed:
         return
     made = what_to_build(Standby(line), needed, warning)
     delay = made.delay_used
 
     def tank(volume, conductance):
         other = Reservoir(volume=volume, conductance=conductance, delay=delay)
-        return Standby(replace(line, reservoir=other)).reached(warning)
+        return Standby(replace(line, reservoir=other)).vacuum_after(warning)
 
     for part, enough in ((1.0, True), (1 - 1e-4, False)):
         if made.reservoir.value:
@@ -151,10 +152,10 @@ def test_every_size_does_it_and_a_little_less_does_not(line, warning, needed):
             there = tank(made.volume_used, made.conductance.value * part)
             assert (there >= needed * (1 - 1e-9)) == enough
         if made.warning.value:
-            there = Standby(line).reached(made.warning.value * part)
+            there = Standby(line).vacuum_after(made.warning.value * part)
             assert (there >= needed * (1 - 1e-9)) == enough
     if made.standing.value:
-        there = Standby(line, made.standing.value).reached(warning)
+        there = Standby(line, made.standing.value).vacuum_after(warning)
         assert there == pytest.approx(needed, rel=1e-5)
 
 
@@ -187,9 +188,9 @@ def test_a_standing_vacuum_is_let_off_for_a_tuned_stop():
     made = plan(KAPTON, fixed, slow)
     assert made.tuned.vacuum == 60e3
     vented = replace(fixed, valve=Valve(conductance=1e-9, delay=0.2))
-    assert Standby(vented, 60e3).vented(0.2) == 60e3
-    assert Standby(vented, 60e3).vented(0.21) < 60e3
-    assert Standby(vented, 60e3).vented(5.0) == pytest.approx(0.0, abs=1.0)
+    assert Standby(vented, 60e3).vacuum_after_venting(0.2) == 60e3
+    assert Standby(vented, 60e3).vacuum_after_venting(0.21) < 60e3
+    assert Standby(vented, 60e3).vacuum_after_venting(5.0) == pytest.approx(0.0, abs=1.0)
 
 
 @pytest.mark.slow

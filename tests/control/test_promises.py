@@ -93,7 +93,7 @@ def said(loop: Regulator, shows: Any, first: int, seed: int) -> tuple[int, str]:
     """Sample and name of the first fault of a detector that begins at one; -1 for none."""
     sensor, watch, seen = loop.sensor, loop.packed()[1], law.fresh()[1]
     if first:  # the pump has run before
-        owed = float(loop.owed.at(shows[first])) * loop.sample_time
+        owed = float(loop.owed.rise_at(shows[first])) * loop.sample_time
         seen = (*seen[:RATE], owed, *seen[RATE + 1 :])
     noisy = shows + sensor.noise * np.random.default_rng(seed).standard_normal(len(shows))
     if sensor.resolution:
@@ -118,7 +118,7 @@ def kept(loop: Regulator, at: float, name: str, pump: float, left: float) -> boo
     names = {"LINE_BLOCKED"} if name == "LINE_BLOCKED" else PUMP
     for restarts in (False, True):
         shows, begins = path(loop, at, pump, left, math.ceil(promised / dt), restarts)
-        counted = np.cumsum(loop.owed.at(shows[begins::-1]) * dt)
+        counted = np.cumsum(loop.owed.rise_at(shows[begins::-1]) * dt)
         window = max(int(np.searchsorted(counted, 2 * loop.decision)), PHASES // 12)
         for phase in range(PHASES):
             first = max(begins - round(window * phase / PHASES), 0)

@@ -234,7 +234,7 @@ def test_the_rise_owed_is_below_the_true_one_by_its_ratio_at_most(kind: str) -> 
         for command in (1.0,) if kind == "bang-bang" else (1.0, 0.4, 0.1):
             vacuum, true = rising(loop.plant, command)
             within = vacuum < target
-            ratio = true[within] / loop.owed.at(vacuum[within], command)
+            ratio = true[within] / loop.owed.rise_at(vacuum[within], command)
             assert ratio.min() > 0.97, (of, target, command)
             assert ratio.max() < SAFELY / 1.2 * loop.owed.ratio, (of, target, command)
         assert loop.owed.ratio < (1.2 if kind == "bang-bang" else 1.8)

@@ -13,7 +13,7 @@ from layerjam.rig.wiring import load_wiring
 from rig.boards import Hal, Rig
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(missing()), reason=missing())]
-WIRED = load_wiring("pico").wired()
+WIRED = load_wiring("pico").firmware_pins()
 LEAST = WIRED["least_supply"] / WIRED["supply_ratio"]
 THRESHOLD = 1.4
 """Voltage [V] between the RP2040's greatest for low, 0.8 V, and its least for high, 2.0 V."""

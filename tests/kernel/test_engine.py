@@ -204,7 +204,7 @@ def test_a_pair_and_a_machine_are_the_same_by_kernel_and_law() -> None:
             made.append(pair((KAPTON, KAPTON), (50e3, 20e3), angle, 0.02, 1e-3))
             pulled = SteppedBrake(KAPTON)
             assert (pulled._kernel is None) is (said == "off")
-            steps.append([pulled.to(u, 5e4 + 1e6 * u) for u in path])
+            steps.append([pulled.step_to(u, 5e4 + 1e6 * u) for u in path])
     for quick, slow in zip(*made, strict=True):
         assert quick == pytest.approx(slow, rel=1e-12, abs=1e-9)
     assert np.array(steps[0]) == pytest.approx(np.array(steps[1]), rel=1e-12, abs=1e-9)

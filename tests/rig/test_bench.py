@@ -295,7 +295,7 @@ def test_every_fault_of_the_law_has_its_name() -> None:
     code = firmware()
     names = code.built.FAULTS
     assert names == {number: name for number, name in FAULTS.items() if number}
-    described = code.status.described
+    described = code.status.format_error
     assert described(105, "", names) == '105,"NO_VACUUM"'
     assert {described(100 + n, "", names).split('"')[1] for n in names} == set(names.values())
 

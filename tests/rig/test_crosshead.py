@@ -21,7 +21,7 @@ from layerjam.mechanics.hysteresis import brake_cycle
 from layerjam.rig.address import address_of
 from layerjam.rig.crosshead import CrossheadLostError, Manual, Trigger, Virtual, patience
 from layerjam.rig.machine import SteppedBrake, VirtualMachine, check_brake
-from layerjam.rig.plant import VirtualPlant, behind
+from layerjam.rig.plant import VirtualPlant, read_hardware
 from layerjam.rig.recorder import Block
 from layerjam.rig.telemetry import RECORD
 from layerjam.simulate.procedure import Pull, Return
@@ -151,7 +151,7 @@ def test_a_brake_pulled_sample_by_sample_is_the_brake_pulled_as_a_whole() -> Non
     whole = brake_cycle(elongation, vacuum, brake)
     pulled = SteppedBrake(brake)
     # the whole history takes over its first vacuum at rest
-    found = np.array([pulled.to(x, p) for x, p in zip(elongation, vacuum, strict=True)])
+    found = np.array([pulled.step_to(x, p) for x, p in zip(elongation, vacuum, strict=True)])
     assert np.allclose(found[:, 0], whole.force, rtol=1e-12, atol=1e-9)
     assert np.allclose(found[:, 1], whole.slip, rtol=1e-12, atol=1e-15)
 
@@ -159,7 +159,7 @@ def test_a_brake_pulled_sample_by_sample_is_the_brake_pulled_as_a_whole() -> Non
 @pytest.mark.slow
 def test_a_slip_makes_the_chamber_larger() -> None:
     """A tight chamber, its pump off: p V^n stays, and the machine moves in the plant's time."""
-    made = behind(address_of("sim:choi2018"))
+    made = read_hardware(address_of("sim:choi2018"))
     line = load_line("choi2018").line
     area = 0.2 * line.chamber.volume / 40e-3
     line = replace(line, chamber=replace(line.chamber, volume_per_slip=area))

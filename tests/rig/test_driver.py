@@ -15,7 +15,7 @@ from layerjam.errors import LayerjamError
 from layerjam.rig.address import address_of
 from layerjam.rig.driver import Bench, InstrumentError, TrippedError
 from layerjam.rig.line import LineError
-from layerjam.rig.plant import behind
+from layerjam.rig.plant import read_hardware
 from layerjam.rig.telemetry import RECORD, payload
 from rig.boards import firmware
 from rig.gateways import gateway
@@ -38,7 +38,7 @@ def bench(request: pytest.FixtureRequest, port: int) -> Iterator[Bench]:
 
 
 def regulator() -> Regulator:
-    made = behind(address_of(FAST))
+    made = read_hardware(address_of(FAST))
     return Regulator(plant=made.plant, sensor=made.sensor, safe_state="release")
 
 

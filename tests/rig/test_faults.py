@@ -20,12 +20,12 @@ from layerjam.rig.address import VIRTUAL, address_of
 from layerjam.rig.campaign import Bed, accelerate, campaign, run_trial, select_faults
 from layerjam.rig.kinds import DRIFTS, KINDS, NOT_HERE, NOTHING, SENSOR_GAP, SUPPLY_SAMPLES
 from layerjam.rig.observer import Observer, draw_plan
-from layerjam.rig.plant import VirtualPlant, behind
+from layerjam.rig.plant import VirtualPlant, read_hardware
 from layerjam.rig.uneven import Uneven
 from rig.boards import Hal, Rig, firmware
 
 CPYTHON = f"{VIRTUAL}&python=cpython"
-BEHIND = behind(address_of(VIRTUAL))
+BEHIND = read_hardware(address_of(VIRTUAL))
 FEW = ["sensor-nan", "pump-dead", "vent-stuck-closed", "host-silent", "tick-late"]
 
 
@@ -49,7 +49,8 @@ def test_a_few_faults_are_safe_and_named_in_time(address: str, few: list[str]) -
     ("name", "file", "was", "now"),
     [
         ("sensor-nan", "law.py", "fault = 1.0 * NOT_A_NUMBER", "fault = 0.0"),
-        ("sensor-rail", "bench.py", "self.rest()\n        self.state, self.fault = FAULT, code",
+        ("sensor-rail", "bench.py",
+         "self.rest_outputs()\n        self.state, self.fault = FAULT, code",
          "self.state, self.fault = FAULT, code"),
         pytest.param("sensor-stuck", "law.py", "fault = 1.0 * STUCK", "fault = 0.0",
                      marks=pytest.mark.slow),
@@ -172,7 +173,7 @@ def test_what_nobody_knows_is_refused() -> None:
 
 def test_the_firmware_keeps_what_is_promised_for_it() -> None:
     bench = firmware().bench
-    assert (bench.SUPPLY_SAMPLES, bench.APART) == (SUPPLY_SAMPLES, SENSOR_GAP)
+    assert (bench.SUPPLY_SAMPLES, bench.SENSOR_TOLERANCE) == (SUPPLY_SAMPLES, SENSOR_GAP)
 
 
 def test_a_leak_takes_the_vacuum_out_of_its_band_in_time() -> None:
@@ -200,7 +201,7 @@ def test_an_open_valve_shows_when_the_pump_looks_weak() -> None:
         before = plant.vacuum
         plant.advance(1e-4)
         share = (plant.vacuum - before) / (1e-4 * made.rate * (made.top - before))
-    lasts = KINDS["vent-stuck-open"].deadline(case) - case.detected["WEAK_PUMP"]
+    lasts = KINDS["vent-stuck-open"].deadline(case) - case.promised_times["WEAK_PUMP"]
     assert lasts == pytest.approx(plant.time, abs=1e-3)
 
 

@@ -54,7 +54,7 @@ def test_what_is_no_image() -> None:
 
 def test_the_pico_s_pins() -> None:
     assert boards() == ["pico"]
-    wired = load_wiring("pico").wired()
+    wired = load_wiring("pico").firmware_pins()
     assert (wired["pump_gate"], wired["vent_gate"], wired["estop_sense"]) == (16, 17, 18)
     assert wired["sensor_kind"] == "hsc" and "sensor_full" not in wired
     held: dict[str, Any] = {}

@@ -12,7 +12,7 @@ from counts import cases
 from layerjam.control import law
 from layerjam.control.settings import KINDS, Regulator
 from layerjam.rig.address import address_of
-from layerjam.rig.plant import behind
+from layerjam.rig.plant import read_hardware
 
 LEAKY, TIGHT = (
     "sim:choi2018?speed=0&noise=50Pa&leak=500s&vent=0.2s",
@@ -23,7 +23,7 @@ FEW = [(LEAKY, "bang-bang", 5), (TIGHT, "pi", 8)]
 
 
 def outcome(address: str, kind: str, target: int, out: Path) -> tuple[str, str | None]:
-    made = behind(address_of(address))
+    made = read_hardware(address_of(address))
     with layerjam.rig.open(address) as bench:
         bench.safe_state, bench.vent_rest = "release", "open"
         bench.regulator = Regulator(

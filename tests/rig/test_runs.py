@@ -29,7 +29,7 @@ from layerjam.measure.sidecar import read_facts
 from layerjam.rig.address import address_of
 from layerjam.rig.driver import Bench
 from layerjam.rig.execute import STATES, Execution, ProcedureBench
-from layerjam.rig.plant import behind
+from layerjam.rig.plant import read_hardware
 from layerjam.rig.recorder import Recorder, describe_bench, log
 from layerjam.rig.run_file import RunFile
 from layerjam.rig.settling import scatter
@@ -48,7 +48,7 @@ def said(words: list[str], capsys: pytest.CaptureFixture[str], code: int = 0) ->
 
 
 def ready(address: str = FAST, **other: Any) -> ProcedureBench:
-    made = behind(address_of(address))
+    made = read_hardware(address_of(address))
     regulator = {"plant": made.plant, "sensor": made.sensor, "safe_state": "release", **other}
     bench = layerjam.rig.open(address)
     bench.safe_state, bench.vent_rest, bench.regulator = "release", "open", Regulator(**regulator)
@@ -106,7 +106,7 @@ def test_a_run_says_what_was_done(
 
 def test_the_rise_is_that_of_the_line(recorded: Path) -> None:
     """Full pump into a constant volume: an exponential, by the line's own numbers."""
-    plant, run = behind(address_of(FAST + "&at=40kPa")).plant, read_run(recorded)
+    plant, run = read_hardware(address_of(FAST + "&at=40kPa")).plant, read_run(recorded)
     full = run.columns["pump"] == 255
     time, vacuum = run.columns["time"][full], run.columns["vacuum"][full]
     pole, reach = plant.rate + plant.leak, plant.rate * plant.top / (plant.rate + plant.leak)
@@ -193,7 +193,7 @@ def test_readers_take_the_csv_as_it_is(
     out = tmp_path / "a.csv"
     assert main(["bench", "export", str(recorded), "--out", str(out)]) == 0
     capsys.readouterr()
-    run, made = read_run(recorded), behind(address_of(FAST + "&at=40kPa"))
+    run, made = read_run(recorded), read_hardware(address_of(FAST + "&at=40kPa"))
     plant = made.plant
     full = run.columns["time"][run.columns["pump"] == 255]
     window = ["--from", f"{full[0]} s", "--to", f"{full[-1]} s"]
@@ -215,7 +215,7 @@ def test_a_leak_is_found_in_a_log(tmp_path: Path, capsys: pytest.CaptureFixture[
     """A held vacuum that leaks at a rate known: `leak` finds it in the exported file."""
     path, out = tmp_path / "a.ljrun", tmp_path / "a.csv"
     with layerjam.rig.open(FAST + "&rest=closed") as bench:
-        made = behind(bench.address)
+        made = read_hardware(bench.address)
         bench.safe_state, bench.vent_rest = "hold", "closed"
         bench.regulator = Regulator(plant=made.plant, sensor=made.sensor, safe_state="hold")
         bench.lease, bench.target, bench.output = 600.0, 60e3, True
@@ -247,7 +247,7 @@ def test_what_cannot_be_is_refused_and_leaves_nothing(
         assert main([*RUN, *more, *out]) == 2
         assert why in capsys.readouterr().err
     assert main([*RUN, "--procedure", PROCEDURE, "--out", str(tmp_path / "a.db")]) == 2
-    weak = replace(behind(address_of(FAST)).plant, top=50e3)
+    weak = replace(read_hardware(address_of(FAST)).plant, top=50e3)
     with ready(plant=weak) as bench, pytest.raises(QuantityError, match="reaches"):
         bench.run("evacuate to 60 kPa", out=tmp_path / "a.ljrun")
     assert list(tmp_path.iterdir()) == []
@@ -271,7 +271,7 @@ def test_what_is_not_reached_is_said(tmp_path: Path) -> None:
     """A gain so small that the pump never starts: healthy by the law, and at no vacuum for good."""
     with ready(gain=1e-9, feed_forward=False, integral_time=1e6) as bench:
         made = bench.run("evacuate to 60 kPa", out=tmp_path / "a.ljrun")
-    plant = behind(address_of(FAST)).plant
+    plant = read_hardware(address_of(FAST)).plant
     pole, reach = plant.rate + plant.leak, plant.rate * plant.top / (plant.rate + plant.leak)
     rise = -math.log(1 - 0.99 * 60e3 / reach) / pole
     assert made.outcome == "NOT_REACHED" and not made.steps[0].reached

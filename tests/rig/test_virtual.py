@@ -19,7 +19,7 @@ from layerjam.fluid.line import Sensor
 from layerjam.rig.address import Address, address_of
 from layerjam.rig.board import VirtualBoard, connect, interpreter
 from layerjam.rig.line import Line, LineError, Pipes
-from layerjam.rig.plant import Hardware, VirtualPlant, behind
+from layerjam.rig.plant import Hardware, VirtualPlant, read_hardware
 from rig.boards import law_words
 
 ONES = ["cpython"] + (["micropython"] if "micropython" in interpreter()[0] else [])
@@ -188,7 +188,7 @@ def test_an_address_is_what_was_typed() -> None:
     assert str(address_of("sim:choi2018?speed=0&seed=3")) == "sim:choi2018?speed=0&seed=3"
     assert address_of("tcp:[::1]:5025").host_port == ("::1", 5025)
     assert address_of(Address("sim", "choi2018")).simulated
-    assert behind(address_of("sim:choi2018")).sensor.range == 103421.0
+    assert read_hardware(address_of("sim:choi2018")).sensor.range == 103421.0
 
 
 def test_a_python_prompt_is_named() -> None:

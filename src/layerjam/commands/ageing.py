@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, Progress, command
-from layerjam.commands.files import FromFiles, each, understood, write_brake
+from layerjam.commands.files import FromFiles, describe_readings, read_each, write_brake
 from layerjam.commands.friction import FrictionTest
 from layerjam.commands.quantities import OutBrake, Overwrite, TargetBrake
 from layerjam.commands.reading import FileOptions, Files, Partial
@@ -97,10 +97,10 @@ def ageing(
         repeat = reduce_repeat(trace, pressed, span, rule, test.accept_stick_slip)
         return trace.thinned(2), hold_time, repeat.static
 
-    used, refusals = each(files, use, options, progress)
+    used, refusals = read_each(files, use, options, progress)
     fit = fit_ageing([h for _, h, _ in used], [s for _, _, s in used], hold)
     path, notices = write_brake(
-        out, lambda name: _written(brake, fit, used, name), overwrite, bool(refusals), partial
+        out, lambda name: _brake_text(brake, fit, used, name), overwrite, bool(refusals), partial
     )
     table = [{"file": t.path, "hold": h, "static": s} for t, h, s in used]
     return Ageing.of(
@@ -109,7 +109,7 @@ def ageing(
         scatter=fit.sd,
         pulls=len(used),
         pulls_table=table,
-        understood=understood(t for t, _, _ in used),
+        understood=describe_readings(t for t, _, _ in used),
         refused=refusals,
         file=path,
         warnings=[*[SYNTHETIC] * _synthetic(used), *fit.warnings, *notices],
@@ -117,21 +117,21 @@ def ageing(
     )
 
 
-def _written(brake: Any, found: Any, used: Sequence[tuple[Trace, float, float]], name: str) -> str:
+def _brake_text(brake: Any, fit: Any, used: Sequence[tuple[Trace, float, float]], name: str) -> str:
     from layerjam.device.file import updated_text
     from layerjam.identify.provenance import digests, mark_synthetic
     from layerjam.toml_files.source import Source
 
-    def measured(interval: tuple[float, float]) -> Source:
+    def source_of(interval: tuple[float, float]) -> Source:
         low, high = interval
         text = f"{len(used)} pulls after holds; 95 % interval {low:.4g} to {high:.4g}"
         return Source(kind="measured", text=text)
 
     hold = Source(kind="measured", text="hold that film.static belongs to")
     changes = {
-        "film.static": (found.static, measured(found.static_interval)),
-        "film.ageing": (found.ageing, measured(found.ageing_interval)),
-        "film.static_hold": (found.hold, hold),
+        "film.static": (fit.static, source_of(fit.static_interval)),
+        "film.ageing": (fit.ageing, source_of(fit.ageing_interval)),
+        "film.static_hold": (fit.hold, hold),
     }
     files = digests([t.path for t, _, _ in used], [t.path for t, _, _ in used if t.synthetic])
     made_by = {"program": "layerjam ageing", "files": files}

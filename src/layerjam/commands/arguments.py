@@ -15,19 +15,19 @@ from layerjam.errors import ArgumentError, QuantityError, UnknownNameError, abbr
 def bind(
     function: str,
     signature: inspect.Signature,
-    flattened: Iterable[str],
-    needed: Mapping[str, str],
+    record_fields: Iterable[str],
+    required: Mapping[str, str],
     args: Sequence[Any],
-    named: Mapping[str, Any],
+    keyword_values: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Return the arguments of a call by name.
 
-    `flattened` are names of parameters that stand for fields of others, `needed` is
+    `record_fields` are names of parameters that stand for fields of others, `required` is
     {required parameter: its meaning}. Raises ArgumentError for an unknown name, with the nearest
     ones, and for missing arguments, with their meaning.
     """
-    names = [*signature.parameters, *flattened]
-    for name in named:
+    names = [*signature.parameters, *record_fields]
+    for name in keyword_values:
         if name not in signature.parameters:
             suggestions = difflib.get_close_matches(name, names, n=2, cutoff=0.5)
             hint = (
@@ -37,12 +37,12 @@ def bind(
             )
             raise ArgumentError(f"{function}() has no parameter '{name}'; {hint}")
     try:
-        return dict(signature.bind(*args, **named).arguments)
+        return dict(signature.bind(*args, **keyword_values).arguments)
     except TypeError:
-        missing = [name for name in list(needed)[len(args) :] if name not in named]
-        meanings = "; ".join(f"{name} ({needed[name].rstrip('.')})" for name in missing)
+        missing = [name for name in list(required)[len(args) :] if name not in keyword_values]
+        meanings = "; ".join(f"{name} ({required[name].rstrip('.')})" for name in missing)
         order = [n for n, p in signature.parameters.items() if p.kind is p.POSITIONAL_OR_KEYWORD]
-        twice = [name for name in order[: len(args)] if name in named]
+        twice = [name for name in order[: len(args)] if name in keyword_values]
         keywords = [name for name in signature.parameters if name not in order]
         if missing:
             words = f"needs {meanings}"
@@ -142,7 +142,7 @@ def union(kind: Any) -> Iterator[Any]:
         yield kind
 
 
-def typed(python_name: str, under: str = "") -> str:
-    """Return the name on the command line of a function, after the word `under`: "export c"."""
-    words = python_name.removeprefix(f"{under.replace('-', '_')}_") if under else python_name
-    return f"{under} {words.replace('_', '-')}".lstrip()
+def command_line_name(python_name: str, group: str = "") -> str:
+    """Return the name on the command line of a function, after the word `group`: "export c"."""
+    words = python_name.removeprefix(f"{group.replace('-', '_')}_") if group else python_name
+    return f"{group} {words.replace('_', '-')}".lstrip()

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 PARALLEL = QuantitySpec("1", "chains of brakes side by side", lo=1, hi=100, whole=True)
 SERIES = QuantitySpec("1", "brakes one behind the other in a chain", lo=1, hi=100, whole=True)
-MOST = 1000
+BRAKES_LIMIT = 1000
 """Brakes of one array at most; `layerjam.Array` takes more, and unequal ones."""
 
 
@@ -81,9 +81,9 @@ def array(
     from layerjam.design import arrays
 
     rows, row = int(parallel), int(series)
-    if rows * row > MOST:
+    if rows * row > BRAKES_LIMIT:
         raise QuantityError(
-            f"array: {rows} by {row} are {rows * row} brakes; at most {MOST} are allowed"
+            f"array: {rows} by {row} are {rows * row} brakes; at most {BRAKES_LIMIT} are allowed"
         )
     device = brake.brake
     pressure = device.site.atmosphere if vacuum is None else vacuum_within(vacuum, device)

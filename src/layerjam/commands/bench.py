@@ -40,7 +40,7 @@ class BenchServed(Result):
 @command(
     "bench",
     place=10,
-    under="bench",
+    parent="bench",
     examples=("layerjam bench status sim:choi2018",),
     computes=False,
 )
@@ -69,7 +69,7 @@ class BenchCleared(Result):
 @command(
     "bench",
     place=11,
-    under="bench",
+    parent="bench",
     examples=("layerjam bench clear sim:choi2018",),
     computes=False,
 )
@@ -93,7 +93,7 @@ def bench_clear(address: BenchAddress) -> BenchCleared:
 @command(
     "bench",
     place=20,
-    under="bench",
+    parent="bench",
     examples=("layerjam bench serve sim:choi2018 --port 5025",),
     computes=False,
 )
@@ -118,12 +118,14 @@ def bench_serve(
 
     results: list[BenchServed] = []
 
-    def announce(at: "Listening") -> None:
-        result = BenchServed(listening=f"{at.host}:{at.port}", pid=at.pid, address=at.address)
+    def announce(server: "Listening") -> None:
+        result = BenchServed(
+            listening=f"{server.host}:{server.port}", pid=server.pid, address=server.address
+        )
         results.append(result)
         keys = {"listening": result.listening, "pid": result.pid, "address": result.address}
         print(json.dumps(keys), flush=True)
-        print(f"PyVISA: {at.visa}", file=sys.stderr, flush=True)
+        print(f"PyVISA: {server.visa}", file=sys.stderr, flush=True)
 
     serve(address, announce, port=int(port), host=host, token_file=token_file, pty=pty)
     return results[0]

@@ -76,7 +76,7 @@ class BenchZeroed(Result, Zero):
 @command(
     "bench",
     place=16,
-    under="bench",
+    parent="bench",
     examples=("layerjam bench zero sim:choi2018 --vent-rest open",),
     computes=False,
 )
@@ -97,7 +97,7 @@ def bench_zero(address: BenchAddress, *, vent_rest: VentRest = None) -> BenchZer
 @command(
     "bench",
     place=15,
-    under="bench",
+    parent="bench",
     examples=(
         "layerjam bench check sim:choi2018 --vent-rest open --line choi2018",
         'layerjam bench check "sim:choi2018?speed=20" --vent-rest open --line choi2018 '
@@ -164,12 +164,12 @@ def bench_check(
     return BenchChecked.of(data, tuned=None if tune is None else str(tune), next_step=next_step)
 
 
-def _tune(line: LineFile, found: Checked, sensor: Sensor, address: str) -> LineFile:
+def _tune(line: LineFile, checks: Checked, sensor: Sensor, address: str) -> LineFile:
     """Return a line with the measured values and their source; QuantityError if one is missing."""
     from layerjam.control.plant import Plant, match_line
     from layerjam.rig.plant import LINEAR_AT
 
-    values = {name: getattr(found, name) for name in (*MEASURED, "noise")}
+    values = {name: getattr(checks, name) for name in (*MEASURED, "noise")}
     missing = ", ".join(name for name, value in values.items() if value is None)
     if missing:
         raise QuantityError.of(missing, "not measured, so that --tune writes nothing")
@@ -181,6 +181,6 @@ def _tune(line: LineFile, found: Checked, sensor: Sensor, address: str) -> LineF
         Line, numbers | {name: float(f"{numbers[name]:.{DIGITS}g}") for name in REPLACED}
     )
     text = f"bench check of {address}, {datetime.now(UTC).date().isoformat()}"
-    source = Source(kind="synthetic" if found.simulated else "measured", text=text)
+    source = Source(kind="synthetic" if checks.simulated else "measured", text=text)
     sources = {**line.sources, **dict.fromkeys(REPLACED, source)}
     return replace(line, line=new_line, sources=sources, text="", parts={})

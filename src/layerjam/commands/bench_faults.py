@@ -109,7 +109,7 @@ class Soak(Result, Soaked):
 @command(
     "bench",
     place=60,
-    under="bench",
+    parent="bench",
     examples=(
         "layerjam bench faults --only sensor-nan --runs 1",
         'layerjam bench faults "sim:choi2018?noise=50Pa&leak=500s&rest=closed" --runs 100',
@@ -207,7 +207,7 @@ def _finite(value: float | None) -> float | None:
 @command(
     "bench",
     place=70,
-    under="bench",
+    parent="bench",
     examples=(
         "layerjam bench soak --hours 0.02",
         "layerjam bench soak --hours 24 --kind scheduled",

@@ -21,7 +21,7 @@ class BoardFlashed(Result, Flashed):
 @command(
     "bench",
     place=30,
-    under="bench",
+    parent="bench",
     examples=("layerjam bench flash /dev/ttyACM0 --board pico --settings mine.toml",),
     computes=False,
 )

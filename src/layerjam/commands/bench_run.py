@@ -149,7 +149,7 @@ class RunExported(Result):
 @command(
     "bench",
     place=12,
-    under="bench",
+    parent="bench",
     examples=(
         'layerjam bench run "sim:choi2018?speed=0" --procedure "evacuate to 40 kPa and hold 5 s; '
         'vent" --brake choi2018-kapton --line choi2018 --safe-state release --vent-rest open '
@@ -202,7 +202,7 @@ def bench_run(
     rig, verdict = drop.rig(brake), _verdict(regulator, steps, accept, out)
     if verdict.failed:
         return _not_begun(steps, verdict, str(address), notices)
-    with open_procedure_bench(_at(str(address), steps)) as bench:
+    with open_procedure_bench(_resolve_address(str(address), steps)) as bench:
         bench.safe_state, bench.vent_rest = regulator.safe_state, vent_rest
         bench.regulator = regulator
         drive = _crosshead(crosshead, bench, brake, line, steps)
@@ -287,7 +287,7 @@ def _crosshead(
     return None
 
 
-def _at(address: str, steps: Procedure) -> Address:
+def _resolve_address(address: str, steps: Procedure) -> Address:
     """The address; a virtual line is made linear where the regulator is, unless it says where."""
     target = address_of(address)
     highest = steps.highest_vacuum()
@@ -323,7 +323,7 @@ def simulated_notice(simulated: bool) -> list[str]:
 @command(
     "bench",
     place=13,
-    under="bench",
+    parent="bench",
     examples=("layerjam bench log sim:choi2018 --out log.ljrun --duration 1s",),
     computes=False,
 )
@@ -360,7 +360,7 @@ def bench_log(
 @command(
     "bench",
     place=14,
-    under="bench",
+    parent="bench",
     examples=("layerjam bench export first.ljrun --out first.csv",),
     computes=False,
 )

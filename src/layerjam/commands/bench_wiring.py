@@ -32,7 +32,7 @@ class BoardWiring(Result):
 @command(
     "bench",
     place=40,
-    under="bench",
+    parent="bench",
     examples=("layerjam bench wiring pico --out wiring.svg",),
     computes=False,
 )

@@ -124,7 +124,7 @@ def bend(
         raise QuantityError("limb friction: it acts on a joint; give --radius too")
     if device.mount.spacers is False:
         notices.append(FAN_WHEN_BENT)
-    numbers = _turned(device, vacuum, angle, slip)
+    numbers = _turned_numbers(device, vacuum, angle, slip)
     notices += _buckling_notices(numbers["moment"], numbers["buckling_moment"])
     joint_numbers = {}
     if radius is not None:
@@ -145,7 +145,7 @@ def bend(
     )
 
 
-def _turned(device: Brake, vacuum: float, angle: float, slip: float) -> dict[str, float]:
+def _turned_numbers(device: Brake, vacuum: float, angle: float, slip: float) -> dict[str, float]:
     from layerjam.mechanics import bending
     from layerjam.mechanics.friction import sheet_friction
 
@@ -208,7 +208,7 @@ def _over_joint(
 
 
 def _joint_notices(
-    device: Brake, angle: float, slip: float, radius: float, over: dict[str, float]
+    device: Brake, angle: float, slip: float, radius: float, pulled: dict[str, float]
 ) -> list[Notice]:
     """Yield notices about the limits of the joint's numbers."""
     out, overlap = [], device.sheets.overlap - slip
@@ -225,10 +225,10 @@ def _joint_notices(
     strength = device.film.strength
     if strength is not None:
         curl = device.film.modulus * device.sheets.thickness / (2 * radius)
-        if over["sheet_stress"] + curl > strength:
+        if pulled["sheet_stress"] + curl > strength:
             out.append(
                 Notice(
-                    f"pulled over this joint one sheet bears {show(over['sheet_stress'], 'Pa')} "
+                    f"pulled over this joint one sheet bears {show(pulled['sheet_stress'], 'Pa')} "
                     f"and {show(curl, 'Pa')} of bending, more than the film's "
                     f"{show(strength, 'Pa')}",
                     "joint-overloads-film",

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from layerjam.fabricate.choices import Choices
     from layerjam.fabricate.drawing import Drawing
 
-MOST = 100
+BRAKES_LIMIT = 100
 """Brakes of one build at most."""
 MARKS = {"passed": "ok  ", "warning": "LOOK", "failed": "FAIL"}
 """Mark of a check's level in front of its line."""
@@ -33,7 +33,7 @@ def _size(sides: int, name: str) -> Callable[[Any, Mapping[str, Any]], Size]:
     """Return a reader of lengths such as "600x400mm", or of SI numbers."""
     spec = SizeSpec("", sides)
 
-    def convert(value: str | Collection[float], given: Mapping[str, Any]) -> Size:
+    def convert(value: str | Collection[float], arguments: Mapping[str, Any]) -> Size:
         return spec.read(value, name) if isinstance(value, str) else spec.check(tuple(value), name)
 
     return convert
@@ -43,8 +43,8 @@ Size = tuple[float, ...] | None
 """Lengths [m] from text such as "600x400mm" or from SI numbers; one word on the command line."""
 
 
-def _amounts(found: Mapping[str, float] | None) -> str:
-    return "" if not found else ", ".join(f"{k} {show(v, 'kg')}" for k, v in found.items())
+def _amounts(masses: Mapping[str, float] | None) -> str:
+    return "" if not masses else ", ".join(f"{k} {show(v, 'kg')}" for k, v in masses.items())
 
 
 @result
@@ -148,7 +148,7 @@ def build(
     from layerjam.fabricate.folder import LIST, check_folder, require, write_folder
 
     rows, row = _counts(parallel, series)
-    workshop_choice = _chosen(brake, workshop, cutter, kerf, stock, laser_bed, print_bed)
+    workshop_choice = _choices(brake, workshop, cutter, kerf, stock, laser_bed, print_bed)
     check_folder(out, overwrite)
     require()
     with_step = not no_step and _can_write_step()
@@ -164,7 +164,7 @@ def build(
     content = _content(drawing, with_step, coupons, notices, progress)
     names = sorted([*content, LIST])
     complete = replace(verdict_result, files=names, warnings=notices)
-    content[LIST] = _listed(complete, brake)
+    content[LIST] = _list_text(complete, brake)
     write_folder(Path(out), content, overwrite)
     return complete
 
@@ -184,12 +184,12 @@ def verdict(brake: Any, **options: Any) -> Built:
     notices: list[Notice] = []
     with precision():
         bindings = REGISTRY["build"].arguments((brake,), {**options, "out": ""}, notices)
-        choice = _chosen(bindings["brake"], *(bindings.get(name) for name in CHOICES))
+        choice = _choices(bindings["brake"], *(bindings.get(name) for name in CHOICES))
         counts = _counts(bindings["parallel"], bindings["series"])
         return _verdict(bindings["brake"], choice, *counts, bindings.get("accept"))
 
 
-def _chosen(
+def _choices(
     brake: BrakeFile,
     workshop: str | Path | None,
     cutter: str | None,
@@ -210,7 +210,7 @@ def _chosen(
 
 def _verdict(
     file: BrakeFile,
-    chosen: Choices,
+    choices: Choices,
     parallel: int,
     series: int,
     accept: Mapping[str, str] | None = None,
@@ -224,7 +224,7 @@ def _verdict(
     from layerjam.fabricate.verdicts import reason, refusals
 
     try:
-        drawing = _drawn(file, chosen, parallel, series)
+        drawing = _draw_brake(file, choices, parallel, series)
     except CannotBuildError as error:
         return _cannot(error, file, parallel * series)
     verdict = None
@@ -251,7 +251,7 @@ def _verdict(
 
 
 def _content(
-    made: Drawing, with_step: bool, coupons: bool, notices: list[str], progress: Progress
+    drawing: Drawing, with_step: bool, coupons: bool, notices: list[str], progress: Progress
 ) -> dict[str, str | bytes]:
     """{path: content} of all files but the list; `notices` hears of one that cannot be made."""
     from layerjam.fabricate.folder import files
@@ -259,9 +259,9 @@ def _content(
     from layerjam.report.build_files import papers
 
     progress("patterns and parts", 0.3)
-    content = files(made, with_step=with_step, coupons=coupons)
+    content = files(drawing, with_step=with_step, coupons=coupons)
     progress("pictures and instructions", 0.5)
-    content |= papers(made, coupons, content)
+    content |= papers(drawing, coupons, content)
     if PATTERN not in content:
         notices.append(
             Notice("no pattern on paper: a piece of film is larger than any paper", "no-pattern")
@@ -272,9 +272,9 @@ def _content(
 
 def _counts(rows: int, row: int) -> tuple[int, int]:
     """Chains side by side and brakes in each."""
-    if rows * row > MOST:
+    if rows * row > BRAKES_LIMIT:
         raise QuantityError(
-            f"build: {rows} by {row} are {rows * row} brakes; at most {MOST} are allowed"
+            f"build: {rows} by {row} are {rows * row} brakes; at most {BRAKES_LIMIT} are allowed"
         )
     return rows, row
 
@@ -285,12 +285,12 @@ def _can_write_step() -> bool:
     return available()
 
 
-def _drawn(file: BrakeFile, chosen: Choices, parallel: int, series: int) -> Drawing:
+def _draw_brake(file: BrakeFile, choices: Choices, parallel: int, series: int) -> Drawing:
     from layerjam.fabricate.drawing import drawing
     from layerjam.mechanics.limits import greatest_force
 
-    with chosen.locate_errors():
-        return drawing(file, chosen, float(greatest_force(file.brake)), parallel, series)
+    with choices.locate_errors():
+        return drawing(file, choices, float(greatest_force(file.brake)), parallel, series)
 
 
 def _cannot(error: Any, file: BrakeFile, brakes: int) -> Built:
@@ -316,20 +316,20 @@ def _cannot(error: Any, file: BrakeFile, brakes: int) -> Built:
     )
 
 
-def _facts(made: Drawing) -> dict[str, Any]:
+def _facts(drawing: Drawing) -> dict[str, Any]:
     """Values of the result's keys; masses, film and silicone are those of all brakes."""
     from layerjam.fabricate.masses import UNWEIGHED, screw_name
     from layerjam.fabricate.silicone import cavity
 
-    count, lengths, film = made.brakes, made.lengths, made.film
-    halves = made.silicone_parts
+    count, lengths, film = drawing.brakes, drawing.lengths, drawing.film
+    halves = drawing.silicone_parts
     return {
         "brakes": count,
-        "mass": count * sum(row.mass for row in made.masses),
-        "fittings_mass": count * sum(row.mass for row in made.masses if row.fitting),
+        "mass": count * sum(row.mass for row in drawing.masses),
+        "fittings_mass": count * sum(row.mass for row in drawing.masses if row.fitting),
         "mass_parts": [
             {"name": r.name, "count": count * r.count, "each": r.unit_mass, "basis": r.basis}
-            for r in made.masses
+            for r in drawing.masses
         ],
         "mass_missing": list(UNWEIGHED),
         "pin_to_pin": lengths.pin_to_pin * 1e-3,
@@ -341,29 +341,29 @@ def _facts(made: Drawing) -> dict[str, Any]:
         "film_used": film.used,
         "cut_length": film.cut_length,
         "silicone_volume": count * cavity(lengths),
-        "silicone_mass": made.silicone_mass,
+        "silicone_mass": drawing.silicone_mass,
         "silicone_parts": None if halves is None else dict(zip("AB", halves, strict=True)),
         "printed_volume": sum(
             part.solid.volume * part.count * (count if part.stays else 1)
-            for part in made.parts
+            for part in drawing.parts
             if part.printed
         )
         * 1e-9,
         "screw": screw_name(lengths),
-        "preload": made.preload,
-        "torque": made.torque,
-        "yoke_moment": made.yoke_moment,
-        "checks": [check.row() for check in made.checks],
-        "assumptions": made.assumptions(),
+        "preload": drawing.preload,
+        "torque": drawing.torque,
+        "yoke_moment": drawing.yoke_moment,
+        "checks": [check.row() for check in drawing.checks],
+        "assumptions": drawing.assumptions(),
     }
 
 
-def _listed(done: Built, file: BrakeFile) -> str:
+def _list_text(result: Built, file: BrakeFile) -> str:
     """The result as a file of the folder, with what it was made from."""
     facts = {
         "layerjam": __version__,
         "brake": file.name,
         "brake_sha256": file.sha256,
     }
-    document = json.loads(done.judged_by([file]).json())
+    document = json.loads(result.judged_by([file]).json())
     return json.dumps(facts | document, indent=2) + "\n"

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command, options
-from layerjam.commands.files import FromFiles, pulls, understood, write_brake
+from layerjam.commands.files import FromFiles, describe_readings, pulls, write_brake
 from layerjam.commands.left_out import LeftOut, excluded_lines, left_out_row
 from layerjam.commands.pull_by_pull import as_rows, one_of_all, pull_lines
 from layerjam.commands.quantities import (
@@ -37,48 +37,48 @@ if TYPE_CHECKING:
     from layerjam.identify.pull.features import PullFeatures
 
 
-WITHIN = QuantitySpec("1", "half of a 95 % interval over its value", lo=1e-5, hi=1, example="1%")
+PRECISION = QuantitySpec("1", "half of a 95 % interval over its value", lo=1e-5, hi=1, example="1%")
 ALIKE = 1.001
 """Where the widest interval after one more pull is at most this times the narrowest."""
 Within = Annotated[
     float | None,
-    WITHIN,
+    PRECISION,
     Help("Say how many more pulls narrow each interval to plus or minus this."),
 ]
 
 
-def more_pulls(found: Calibration, within: float | None) -> dict[str, Any] | None:
+def more_pulls(calibration: Calibration, precision: float | None) -> dict[str, Any] | None:
     """{value: its half width now and after one more pull of each condition, and pulls needed}.
 
     None if nothing was asked; a value is None if the pulls at hand give no interval. Widths
     are over the value.
     """
-    if within is None:
+    if precision is None:
         return None
     rows: dict[str, Any] = {}
-    for name, plan in (found.further or {}).items():
+    for name, plan in (calibration.further or {}).items():
         rows[name] = plan and {
-            "within": within,
+            "within": precision,
             "half_width": float(plan.half_width()),
             "after_one": plan.after_one(),
-            **asdict(plan.needed(within)),
+            **asdict(plan.needed(precision)),
         }
     return rows
 
 
-def more_lines(asked: Mapping[str, Any]) -> Iterator[str]:
+def more_lines(further: Mapping[str, Any]) -> Iterator[str]:
     """For each value: its interval now, and what it takes."""
-    if asked:
+    if further:
         yield ""
-    for name, row in asked.items():
+    for name, row in further.items():
         value = name.replace("_", " ")
         if row is None:
             yield f"{value}: the pulls at hand give no interval; repeat one of them first"
             continue
-        yield f"{value} is known to ± {row['half_width']:.2%}; {_needed(row)}"
+        yield f"{value} is known to ± {row['half_width']:.2%}; {_pulls_needed(row)}"
 
 
-def _needed(row: Mapping[str, Any]) -> str:
+def _pulls_needed(row: Mapping[str, Any]) -> str:
     width, condition, widths = f"± {row['within']:.2%}", row["condition"], row["after_one"]
     if row["likely"] == 0:
         return f"within {width} already"
@@ -162,19 +162,19 @@ class BrakeCalibration(FromFiles, Judged):
 
     def rows(self) -> list[tuple[str, str]]:
         """The fitted numbers with their intervals."""
-        values = {name.replace("_", " "): self._fitted(name) for name in self.intervals}
+        values = {name.replace("_", " "): self._number_text(name) for name in self.intervals}
         return [(name, values.get(name, text)) for name, text in super().rows()]
 
-    def _fitted(self, name: str) -> str:
+    def _number_text(self, name: str) -> str:
         """A number with its interval, or with the standard error where there is no more."""
         unit, interval, error = self.units[name], self.intervals[name], self.standard_errors[name]
 
-        own = getattr(self, name)
+        number = getattr(self, name)
 
         def text(value: float) -> str:
-            return f"{value:.4f}" if unit == "1" else show(value, unit, like=own)
+            return f"{value:.4f}" if unit == "1" else show(value, unit, like=number)
 
-        value = text(own)
+        value = text(number)
         if interval is not None:
             return f"{value} (95 %: {text(interval['low'])} to {text(interval['high'])})"
         return value if error is None else f"{value} ± {show(error, unit, 2)} standard error"
@@ -247,7 +247,7 @@ def calibrate(
     free = _free_parameters(free, depth)
     exact = depth == "exact"
     test = fit_pull if exact else lambda pull, pressure, _brake: require_usable(pull, pressure)
-    files, specimens_out, exclusions = left_out.apart(files, options)
+    files, specimens_out, exclusions = left_out.split_excluded(files, options)
     used, refusals, odd = pulls(files, brake, vacuum, options, test, progress, specimens_out)
     used, outliers = _leave_out_outliers(used, brake.brake)
     exclusions += outliers
@@ -267,7 +267,7 @@ def calibrate(
         standard_errors={**fit.standard_errors, "rests_on": fit.errors_rest_on},
         pulls=as_rows(fit.pulls),
         more_pulls=more_pulls(fit, within),
-        understood=understood(traces),
+        understood=describe_readings(traces),
         made_from=source,
         excluded=exclusions,
         refused=refusals,
@@ -300,19 +300,19 @@ def _free_parameters(free: Sequence[str] | str, depth: str) -> list[str]:
     return names
 
 
-def _notices(brake: BrakeFile, found: Calibration, exact: bool) -> Iterator[str]:
+def _notices(brake: BrakeFile, calibration: Calibration, exact: bool) -> Iterator[str]:
     """Notices about the brake's other numbers and about single pulls."""
     yield from brake.warnings(without=SHEETS if exact else (*SHEETS, *ENCLOSURE))
-    yield from _without_slope(found)
-    yield from one_of_all(found.pulls)
+    yield from _without_slope(calibration)
+    yield from one_of_all(calibration.pulls)
 
 
-def _without_slope(found: Calibration) -> Iterator[Notice]:
+def _without_slope(calibration: Calibration) -> Iterator[Notice]:
     """Which pulls tell the scale factor only, and what a fit over speed says."""
     from layerjam.identify.calibration.speed_law import on_speed
 
-    yield from on_speed(found)
-    for entry in found.fits if found.fit is None else ():
+    yield from on_speed(calibration)
+    for entry in calibration.fits if calibration.fit is None else ():
         if entry.stiffness is None:
             samples = count_of(entry.pull.rise_samples, "sample")
             yield Notice(

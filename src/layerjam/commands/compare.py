@@ -90,7 +90,7 @@ class Comparison(Result):
             yield f"    {row['source']}"
             if row["note"]:
                 yield f"    {row['note']}"
-        sheet = {name: self._shown(name) for name in self.sheet}
+        sheet = {name: self._value_text(name) for name in self.sheet}
         yield ""
         yield (
             f"one more sheet in {self.sheet['brake']} at {sheet['vacuum']}: "
@@ -105,7 +105,7 @@ class Comparison(Result):
         for kind, missing in self.none_found.items():
             yield f"  {kind}: {missing}"
 
-    def _shown(self, name: str) -> str:
+    def _value_text(self, name: str) -> str:
         return show(self.sheet[name], TABLE_UNITS[name]) if name in TABLE_UNITS else ""
 
     def draw(self) -> "Figure":
@@ -116,10 +116,10 @@ class Comparison(Result):
         return density_figures.density(rows, lines, self.sheet, list(self.none_found))
 
 
-def _brakes(value: Sequence[AnyBrake], given: Mapping[str, Any]) -> list[BrakeFile]:
+def _brakes(value: Sequence[AnyBrake], arguments: Mapping[str, Any]) -> list[BrakeFile]:
     from layerjam.device.load import devices
 
-    return [brake_file(brake, given.get("atmosphere")) for brake in value or devices()]
+    return [brake_file(brake, arguments.get("atmosphere")) for brake in value or devices()]
 
 
 @command(

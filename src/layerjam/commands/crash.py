@@ -37,7 +37,7 @@ HIC = QuantitySpec(
 )
 
 
-def _range(value: float | str, _given: Mapping[str, Any]) -> float:
+def _range(value: float | str, _arguments: Mapping[str, Any]) -> float:
     """m/s^2 of "250 g", "2450 m/s^2" or a number of m/s^2."""
     match = re.fullmatch(r"\s*(\d{1,9}(?:\.\d{1,9})?)\s*g\s*", str(value))
     return RANGE.si(float(match[1]) * STANDARD_GRAVITY if match else value, "range")
@@ -55,7 +55,7 @@ def _read(
     return read_log(file, [ACCELERATION] if sampling else [TIME, ACCELERATION], options), None, []
 
 
-def _meant(falling: bool, hic: Any) -> list[str]:
+def _crash_notices(falling: bool, hic: Any) -> list[str]:
     sentences: list[str] = []
     if falling:
         sentence = "the weight is taken off the velocity change: the sensor fell freely before"
@@ -176,6 +176,6 @@ def crash(
         reduction,
         log,
         judge(crash_checks(reduction), accept),
-        warnings=[*warnings, *log.said, *reduction.warnings, *_meant(falling, hic)],
+        warnings=[*warnings, *log.said, *reduction.warnings, *_crash_notices(falling, hic)],
         record=reduction,
     )

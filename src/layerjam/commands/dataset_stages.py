@@ -58,7 +58,7 @@ def derive(root: Path, recipe: Recipe, out: Path, tell: Progress) -> "tuple[Reci
         names={str(root / name): name for names in files.values() for name in names},
     )
     brake_files.write(content, out / crate.REPORT, say=lambda what: tell(what, 0.8))
-    (friction, pulls, tests), unused = _apart(root, files, content)
+    (friction, pulls, tests), unused = _split_uses(root, files, content)
     used_names = {name for names in files.values() for name in names}
     for name in campaign(root / crate.RAW, settings.options).measurements:
         if f"{crate.RAW}/{name}" not in used_names:
@@ -76,14 +76,14 @@ def derive(root: Path, recipe: Recipe, out: Path, tell: Progress) -> "tuple[Reci
 
 
 def describe(
-    root: Path, files: Iterable[str], recipe: Recipe, stated: Stated, content: "BrakeReport"
+    root: Path, files: Iterable[str], recipe: Recipe, statements: Stated, content: "BrakeReport"
 ) -> str:
     """Text of ro-crate-metadata.json for these files of a dataset in `root`."""
     brake, synthetic = content.file.name, content.synthetic
-    return json_text(crate.metadata(root, files, recipe, stated, brake, synthetic))
+    return json_text(crate.metadata(root, files, recipe, statements, brake, synthetic))
 
 
-def _apart(
+def _split_uses(
     root: Path, files: Mapping[str, Sequence[str]], content: "BrakeReport"
 ) -> tuple[list[tuple[str, ...]], dict[str, dict[str, str]]]:
     """The files that served each of USES, and {path: use and reason} of those refused."""
@@ -103,22 +103,22 @@ def _apart(
     return [groups.get(use, ()) for use in USES], unused
 
 
-def options_of(how: HowTested) -> dict[str, Any]:
+def options_of(methods: HowTested) -> dict[str, Any]:
     """Return {name in Python: value} of the options that differ from their defaults."""
     options = {
         f.name: getattr(record, f.name)
-        for record in (how.test, how.options)
+        for record in (methods.test, methods.options)
         for f in fields(record)
         if getattr(record, f.name) != f.default
     }
     for name in ("depth", "vacuum", "atmosphere"):
-        if getattr(how, name) != getattr(HowTested(), name):
-            options[name] = getattr(how, name)
-    reasons = how.left_out.reasons()
+        if getattr(methods, name) != getattr(HowTested(), name):
+            options[name] = getattr(methods, name)
+    reasons = methods.left_out.reasons()
     if reasons:
         options["exclude"] = reasons
-    if how.accept:
-        options["accept"] = how.accept
+    if methods.accept:
+        options["accept"] = methods.accept
     return dict(plain(options))
 
 

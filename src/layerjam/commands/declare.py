@@ -20,7 +20,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin
 
-from layerjam.commands.arguments import as_list, bind, check_kind, settings_of, typed, union
+from layerjam.commands.arguments import (
+    as_list,
+    bind,
+    check_kind,
+    command_line_name,
+    settings_of,
+    union,
+)
 from layerjam.commands.results import Result
 from layerjam.conversion import without_unit
 from layerjam.errors import Notice, QuantityError, UnknownNameError, explain_arguments
@@ -80,7 +87,7 @@ class Input(Help):
     convert: Callable[[Any, Mapping[str, Any]], Any] | None = None
 
 
-def accepted(convert: Callable[..., Any]) -> Any:
+def input_type(convert: Callable[..., Any]) -> Any:
     """Return the type of what an `Input` converts, as text if only type checkers know it."""
     kind = next(iter(convert.__annotations__.values()))
     with contextlib.suppress(NameError):
@@ -103,9 +110,9 @@ FLATTENED = "__layerjam_options__"
 @typing.dataclass_transform(kw_only_default=True, frozen_default=True)
 def options(cls: type[T]) -> type[T]:
     """A frozen record of parameters that belong together; each becomes an option of a command."""
-    made = explain_arguments(dataclass(frozen=True, kw_only=True)(cls))
-    setattr(made, FLATTENED, True)
-    return made
+    record = explain_arguments(dataclass(frozen=True, kw_only=True)(cls))
+    setattr(record, FLATTENED, True)
+    return record
 
 
 @dataclass(frozen=True)
@@ -168,7 +175,7 @@ class Parameter:
             return ""
         return "N" if self.spec.whole else "NUMBER" if self.spec.unit == "1" else "Q"
 
-    def read(self, value: Any, given: Mapping[str, Any], notices: list[Notice]) -> Any:
+    def read(self, value: Any, arguments: Mapping[str, Any], notices: list[Notice]) -> Any:
         """The value as the function takes it: SI floats, checked."""
         if value is None:
             if self.required or not (self.optional or self.default is None):
@@ -183,7 +190,7 @@ class Parameter:
         value = as_list(value, self.type)
         check_kind(value, self.type, self.label)
         if isinstance(self.help, Input) and self.help.convert is not None:
-            return self.help.convert(value, given)
+            return self.help.convert(value, arguments)
         return value
 
     def _quantity(self, spec: QuantitySpec, value: Any, notices: list[Notice]) -> Any:
@@ -240,7 +247,7 @@ def parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
     if isinstance(help_note, PythonOnly):
         plain = PYTHON_ONLY
     elif isinstance(help_note, Input) and help_note.convert is not None:
-        plain = accepted(help_note.convert)
+        plain = input_type(help_note.convert)
     required = default is inspect.Parameter.empty
     return Parameter(
         name=name,
@@ -256,7 +263,7 @@ def parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
     )
 
 
-def declared(group: Any, record: str = "") -> Iterator[Parameter]:
+def record_parameters(group: Any, record: str = "") -> Iterator[Parameter]:
     """Return the fields of an `options` record that are annotated by us."""
     hints = typing.get_type_hints(group, include_extras=True)
     for f in fields(group):
@@ -283,13 +290,13 @@ class Command:
         old: Sequence[str],
         computes: bool,
         record_endings: tuple[str, ...],
-        under: str = "",
+        parent: str = "",
     ) -> None:
         self.function, self.group, self.place = function, group, place
         self.examples, self.old, self.computes = tuple(examples), tuple(old), computes
         self.record_endings = record_endings
         self.python_name = function.__name__
-        self.name = typed(self.python_name, under)
+        self.name = command_line_name(self.python_name, parent)
         self.module = function.__module__
 
     @property
@@ -339,7 +346,7 @@ class Command:
                     parameter(name, kind, default, positional=positional, several=several)
                 )
                 continue
-            parameters += declared(group, name)
+            parameters += record_parameters(group, name)
         return tuple(parameters)
 
     @functools.cached_property
@@ -349,33 +356,35 @@ class Command:
         return {n: m for n, kind in kinds.items() for m in union(kind) if hasattr(m, FLATTENED)}
 
     def arguments(
-        self, args: Sequence[Any], named: Mapping[str, Any], notices: list[Notice]
+        self, args: Sequence[Any], keywords: Mapping[str, Any], notices: list[Notice]
     ) -> dict[str, Any]:
         """The arguments as the function takes them; raises as a call does."""
         flat = {p.name: p.record for p in self.parameters if p.record}
         options = ((o, p.name) for p in self.parameters for o in (p.option, *p.help.old))
         own_names = {o.lstrip("-").replace("-", "_"): name for o, name in options}
-        named = {own_names.get(name, name): value for name, value in named.items()}
-        loose = {k: v for k, v in named.items() if k in flat and k not in self.signature.parameters}
-        command_arguments = {k: v for k, v in named.items() if k not in loose}
+        keywords = {own_names.get(name, name): value for name, value in keywords.items()}
+        loose = {
+            k: v for k, v in keywords.items() if k in flat and k not in self.signature.parameters
+        }
+        command_arguments = {k: v for k, v in keywords.items() if k not in loose}
         for p in self.parameters:
             if p.several:
                 args = (*args, *command_arguments.pop(p.name, ()))
         required_sentences = {p.name: p.sentence for p in self.parameters if p.required}
-        given = bind(
+        bound = bind(
             self.python_name, self.signature, flat, required_sentences, args, command_arguments
         )
         for name, cls in self.records.items():
             mine = {k: v for k, v in loose.items() if flat[k] == name}
             inner = [p for p in self.parameters if p.record == name]
-            settings = settings_of(name, cls, given.get(name), mine, [p.name for p in inner])
-            given[name] = cls(
-                **{p.name: p.read(settings.get(p.name, p.default), given, notices) for p in inner}
+            settings = settings_of(name, cls, bound.get(name), mine, [p.name for p in inner])
+            bound[name] = cls(
+                **{p.name: p.read(settings.get(p.name, p.default), bound, notices) for p in inner}
             )
-        bindings = dict(given)
+        bindings = dict(bound)
         for p in self.parameters:
-            if not p.record and (p.name in given or p.default is not None):
-                bindings[p.name] = p.read(given.get(p.name, p.default), given, notices)
+            if not p.record and (p.name in bound or p.default is not None):
+                bindings[p.name] = p.read(bound.get(p.name, p.default), bound, notices)
         return bindings
 
     def _grid(self, values: dict[str, Any]) -> "Grid | None":
@@ -417,19 +426,19 @@ def command(
     old: Sequence[str] = (),
     computes: bool = True,
     record: tuple[str, ...] = (),
-    under: str = "",
+    parent: str = "",
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Declare a command of a group of GROUPS; the most used come first, by `place`.
 
     `old` are former names; a command that does not compute (`computes=False`) loads no JAX;
     `record` are the endings of the file that `--out` writes the result's record to. A command of
-    two words is declared `under` the first: the function export_c under "export" is "export c".
+    two words is declared `parent` the first: the function export_c under "export" is "export c".
     """
     if group not in GROUPS:
         raise UnknownNameError("group of commands", group, GROUPS)
 
     def declare(function: Callable[P, R]) -> Callable[P, R]:
-        instance = Command(function, group, place, examples, old, computes, record, under)
+        instance = Command(function, group, place, examples, old, computes, record, parent)
 
         @functools.wraps(function)
         def call(*args: P.args, **named: P.kwargs) -> R:

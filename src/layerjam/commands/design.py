@@ -29,7 +29,7 @@ MOST_IN_MEMORY = 300_000_000
 """More designs than these are left to `sweep`, which can be stopped and goes on."""
 NEAR_MISSES, SLOPES = 3, 4
 """Forbidden designs and sensitivities that are printed."""
-WHICH = QuantitySpec("1", "number of a design", whole=True)
+DESIGN_NUMBER = QuantitySpec("1", "number of a design", whole=True)
 Row = Mapping[str, Any]
 
 
@@ -192,7 +192,7 @@ def design(
     return best(DesignResult.of, search, search.all(progress), accept)
 
 
-def brake_of(made: DesignResult, number: int | None = None) -> BrakeFile:
+def brake_of(result: DesignResult, number: int | None = None) -> BrakeFile:
     """One brake of a result's design as a file: by the design's number, or the refined one.
 
     Of brakes in series and in parallel it is one. Numbers that were fitted or measured on the brake
@@ -203,20 +203,20 @@ def brake_of(made: DesignResult, number: int | None = None) -> BrakeFile:
     from layerjam.design.design_file import design_file, plain_name
     from layerjam.design.refine import replace_values
 
-    designed: Designed = made.record
-    spec, grid, refinement = designed.spec, designed.spec.grid, designed.refined
+    source: Designed = result.record
+    spec, grid, refinement = source.spec, source.spec.grid, source.refined
     if number is None:
         if refinement is None:
             raise QuantityError("design: none was found between the steps; give a number")
         number, values, row = refinement.number, refinement.values, refinement.design
     else:
-        WHICH.check(number, "number")
+        DESIGN_NUMBER.check(number, "number")
         if number >= grid.size:
             raise QuantityError(f"number: {number} is none of the {grid.size} designs, from 0 on")
-        refinement, values, row = None, {}, designed.search.design(int(number))
+        refinement, values, row = None, {}, source.search.design(int(number))
     point = replace_values(grid.point(int(number)), values)
     name = f"{plain_name(spec.name)}-{number}{'-refined' if refinement is not None else ''}"
-    acceptances = [Acceptance.of_row(acceptance) for acceptance in made.accepted]
+    acceptances = [Acceptance.of_row(acceptance) for acceptance in result.accepted]
     with precision():
         file = design_file(spec, point, grid.values(int(number)), name, acceptances)
         verdict = judge(design_checks(file, row["vacuum"], {}))
@@ -230,26 +230,26 @@ def brake_of(made: DesignResult, number: int | None = None) -> BrakeFile:
 
 
 def infeasible(
-    make: Callable[..., R], search: Search, why: Exclusion, found: SweepResult | None = None
+    make: Callable[..., R], search: Search, exclusion: Exclusion, sweep: SweepResult | None = None
 ) -> R:
     """The result where nothing meets the specification: shown by bounds, or by computing all."""
     return make(
         name=search.spec.name,
         feasible=False,
-        reason=why.reason,
+        reason=exclusion.reason,
         designs=search.spec.grid.size,
-        examined=0 if found is None else found.examined,
+        examined=0 if sweep is None else sweep.examined,
         feasible_designs=0,
-        killed_by=why.constraint,
-        reachable=why.reachable,
-        excludes=list(why.others),
+        killed_by=exclusion.constraint,
+        reachable=exclusion.reachable,
+        excludes=list(exclusion.others),
         warnings=list(_notices(search.spec)),
         record=Designed(search.spec, search),
     )
 
 
 def best(
-    make: Callable[..., R], search: Search, found: SweepResult, accept: Mapping[str, str] | None
+    make: Callable[..., R], search: Search, sweep: SweepResult, accept: Mapping[str, str] | None
 ) -> R:
     """The result from what a search found; `accept` are {check: reason}."""
     from layerjam.design.checks import design_checks
@@ -259,11 +259,11 @@ def best(
     from layerjam.design.robust import robustness
     from layerjam.design.verdict import binding, forbidden, why_lost, why_none
 
-    highlights = search.find_highlights(found)
+    highlights = search.find_highlights(sweep)
     if not highlights.best:
-        return infeasible(make, search, why_none(search, found, highlights), found)
+        return infeasible(make, search, why_none(search, sweep, highlights), sweep)
     spec = search.spec
-    numbers, front = found.numbers[highlights.best], found.numbers[highlights.front]
+    numbers, front = sweep.numbers[highlights.best], sweep.numbers[highlights.front]
     best_design, *others = (search.design(number) for number in numbers[:2])
     runner = others[0] if others else None
     refinements = [r for number in numbers if (r := refine(spec, int(number))) is not None]
@@ -281,14 +281,14 @@ def best(
         name=spec.name,
         feasible=True,
         designs=spec.grid.size,
-        examined=found.examined,
-        feasible_designs=found.feasible,
+        examined=sweep.examined,
+        feasible_designs=sweep.feasible,
         chosen=best_design,
         refined=None if refinement is None else refinement.design,
         runner_up=runner,
         runner_up_lost=None if runner is None else why_lost(best_design, runner, spec.objectives),
         binding=binding(best_design, spec),
-        forbidden=forbidden(search, found, highlights),
+        forbidden=forbidden(search, sweep, highlights),
         front_size=len(front),
         front=search.designs(front[:MOST_SHOWN]),
         sensitivities=sensitivities(spec, point, tuple(sorted({*search.wanted} & {*MERITS}))),
@@ -296,7 +296,7 @@ def best(
         warnings=[
             *_notices(spec),
             *_of_the_chosen(spec, file),
-            *_about(spec, len(front), runner is None, bool(chances)),
+            *_design_notices(spec, len(front), runner is None, bool(chances)),
         ],
         record=Designed(spec, search, refinement),
     )
@@ -311,10 +311,10 @@ def _of_the_chosen(spec: DesignSpecification, file: BrakeFile) -> Iterator[Notic
     yield from notices_of_gauge(file)
 
 
-def _about(
-    spec: DesignSpecification, on_front: int, alone: bool, scattered: bool
+def _design_notices(
+    spec: DesignSpecification, on_front: int, is_local: bool, scattered: bool
 ) -> Iterator[Notice]:
-    if alone:
+    if is_local:
         yield Notice(
             "no runner-up: every other design that fits has the same film and sheets",
             "no-runner-up",

@@ -17,9 +17,9 @@ from layerjam.toml_files.source import KINDS, Source
 from layerjam.units import QuantitySpec, get, quantities, show
 
 Fields = dict[str, tuple[QuantitySpec, bool]]
-BRAKE_FIELDS: Fields = {path: (spec, required) for path, spec, required in quantities(Brake)}
+BRAKE_FIELDS: Fields = {path: (spec, is_required) for path, spec, is_required in quantities(Brake)}
 """{dotted path: (specification, required)} of every number of a brake."""
-LINE_FIELDS: Fields = {path: (spec, required) for path, spec, required in quantities(Line)}
+LINE_FIELDS: Fields = {path: (spec, is_required) for path, spec, is_required in quantities(Line)}
 """The same of a line; a flow curve is no number."""
 BY_HAND = "set by hand"
 GEOMETRY = ("sheets", "film", "enclosure", "mount")
@@ -89,7 +89,7 @@ def edit_line(
 def _set(
     file: RecordFile[Any],
     changes: Mapping[str, Change] | None,
-    known: Fields,
+    fields: Fields,
     kind: str,
     source: str,
 ) -> dict[str, tuple[Any, Source] | None]:
@@ -98,12 +98,12 @@ def _set(
         raise UnknownNameError("kind", kind, KINDS)
     entries: dict[str, tuple[Any, Source] | None] = {}
     for path, value in (changes or {}).items():
-        if path not in known:
-            raise UnknownNameError("key", path, known)
+        if path not in fields:
+            raise UnknownNameError("key", path, fields)
         if value is None:
             entries[path] = None
             continue
-        spec, _ = known[path]
+        spec, _ = fields[path]
         was = "" if source else _was(file, path, spec)
         entries[path] = spec.si(value, path), Source(kind=kind, text=source or BY_HAND, was=was)
     return entries

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, command
-from layerjam.commands.files import FromFiles, taken, write_brake
+from layerjam.commands.files import FromFiles, use_each, write_brake
 from layerjam.commands.quantities import Accept, OutBrake, Overwrite, TargetBrake
 from layerjam.commands.reading import Partial, TableOptions, several
 from layerjam.commands.results import Judged, fact, number, result
@@ -33,7 +33,7 @@ SEVERAL_MATERIALS = Notice(
 )
 
 
-def _signed(part: float) -> str:
+def _signed_percent(part: float) -> str:
     return f"{part:+.1%}"
 
 
@@ -61,7 +61,9 @@ class SiliconeFit(FromFiles, Judged):
     modulus_100: float | None = number("Pa", "engineering stress at 100 % strain")
     modulus_100_sd: float | None = number("Pa", "SD over the specimens")
     data_sheet: float | None = number("Pa", "the same of the maker's data sheet")
-    difference: float | None = number("1", "modulus over the data sheet's, less 1", shown=_signed)
+    difference: float | None = number(
+        "1", "modulus over the data sheet's, less 1", shown=_signed_percent
+    )
     initial_modulus: float | None = number("Pa", "slope over the window of strain")
     initial_modulus_sd: float | None = number("Pa", "SD over the specimens")
     modulus_300: float | None = number("Pa", "engineering stress at 300 % strain")
@@ -73,7 +75,9 @@ class SiliconeFit(FromFiles, Judged):
     model_modulus: float | None = number("Pa", "initial modulus of the model")
     strain_range: Sequence[float] | None = number("1", "strains that were fitted", shown=_range)
     rmse: float | None = number("Pa", "root of the mean squared error")
-    error_at_100: float | None = number("1", "error of the model at 100 % strain", shown=_signed)
+    error_at_100: float | None = number(
+        "1", "error of the model at 100 % strain", shown=_signed_percent
+    )
     stable: bool | None = fact("whether the model is stable")
     models: Mapping[str, Any] | None = fact("every model", listed=False)
     window: Sequence[float] = number("1", "strain of the initial slope", listed=False)
@@ -156,17 +160,22 @@ def enclosure(
     _check(start, end, brake, out, material, sheets, hyperelastic)
     settings: dict[str, Any] = {"area": area, "gauge_length": gauge_length, "limit": fit_to}
     read_specimen = bound(read, window=(start, end), options=options, **settings)
-    specimens, refusals = taken(several(files), lambda path: [("", bound(read_specimen, path))])
-    specimens_by_path = {made[0].path: made for made in specimens}
+    specimens, refusals = use_each(several(files), lambda path: [("", bound(read_specimen, path))])
+    specimens_by_path = {
+        specimen_results[0].path: specimen_results for specimen_results in specimens
+    }
     names = {p: material_of(s, material, sheets) for p, (s, *_) in specimens_by_path.items()}
     warnings: list[str] = [w for s, m, *_ in specimens for w in (*s.warnings, *m.warnings)]
-    rows = {path: row_of(made, names[path], sheets) for path, made in specimens_by_path.items()}
+    rows = {
+        path: row_of(specimen_results, names[path], sheets)
+        for path, specimen_results in specimens_by_path.items()
+    }
     alike = len({n and n[0] for n in names.values()}) == 1
     values = pool(specimens, list(rows.values()), fit_to) if alike else {}
     warnings += [] if alike else [SEVERAL_MATERIALS]
     changes = _changes(values, specimens_by_path, brake, hyperelastic)
     verdict = judge(specimen_checks(rows, values, hyperelastic), accept, list(changes), out)
-    written, notices = _write(brake, out, changes, overwrite, bool(refusals), partial, verdict)
+    brake_path, notices = _write(brake, out, changes, overwrite, bool(refusals), partial, verdict)
     return SiliconeFit.of(
         values,
         verdict,
@@ -174,7 +183,7 @@ def enclosure(
         files=rows,
         understood={p: list(s.understood) for p, (s, *_) in specimens_by_path.items()},
         refused=refusals,
-        file=written,
+        file=brake_path,
         warnings=[*warnings, *notices],
         record=specimens_by_path,
     )
@@ -202,7 +211,7 @@ def _check(
 def _write(
     brake: BrakeFile | None,
     out: str | Path | None,
-    changed: Mapping[str, tuple[float, Source] | None],
+    changes: Mapping[str, tuple[float, Source] | None],
     overwrite: bool,
     refused: bool,
     partial: bool,
@@ -211,7 +220,7 @@ def _write(
     """Write the changed brake; its path, and that its scale factor belongs to the old enclosure."""
     if brake is None:
         return None, []
-    text = bound(updated_text, brake, changes=changed, accepted=verdict.decisions)
+    text = bound(updated_text, brake, changes=changes, accepted=verdict.decisions)
     path, notices = write_brake(out, text, overwrite, refused, partial, verdict)
     factor = brake.brake.scale_factor
     if path and factor != 1.0:
@@ -224,7 +233,10 @@ def _write(
 
 
 def _changes(
-    values: Mapping[str, Any], done: Mapping[str, Any], brake: BrakeFile | None, hyperelastic: bool
+    values: Mapping[str, Any],
+    results: Mapping[str, Any],
+    brake: BrakeFile | None,
+    hyperelastic: bool,
 ) -> dict[str, tuple[float, Source] | None]:
     """The modulus, and the chosen model if it is wanted, as a brake's file takes them."""
     from layerjam.identify.provenance import mark_synthetic
@@ -232,10 +244,10 @@ def _changes(
     if brake is None:
         return {}
 
-    modulus = _with_modulus(values, done)
+    modulus = _with_modulus(values, results)
     source = modulus["enclosure.modulus"][1]
     changes = {**modulus, **_with_model(values, brake, source, hyperelastic)}
-    return mark_synthetic(changes, any(specimen.synthetic for specimen, *_ in done.values()))
+    return mark_synthetic(changes, any(specimen.synthetic for specimen, *_ in results.values()))
 
 
 def _with_model(
@@ -267,14 +279,14 @@ def _with_model(
 
 
 def _with_modulus(
-    values: Mapping[str, Any], done: Mapping[str, Any]
+    values: Mapping[str, Any], results: Mapping[str, Any]
 ) -> dict[str, tuple[float, Source]]:
     """The mean 100 % modulus as a brake's file takes it; FitError if there is none."""
     from layerjam.identify.provenance import sha256
 
     if values.get("modulus_100") is None:
         raise FitError("out: no brake is written without one 100 % modulus of all the files")
-    names = ", ".join(f"{Path(p).name} (SHA-256 {sha256(p)[:12]})" for p in done)
+    names = ", ".join(f"{Path(p).name} (SHA-256 {sha256(p)[:12]})" for p in results)
     sd = values.get("modulus_100_sd")
     source = Source(
         kind="measured",

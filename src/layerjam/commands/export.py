@@ -64,7 +64,7 @@ class Exported(ExportedNumbers):
 @command(
     "share",
     place=30,
-    under="export",
+    parent="export",
     examples=("layerjam export c choi2018-kapton --out firmware",),
 )
 def export_c(
@@ -123,7 +123,7 @@ class ExportedFmu(Result, Export):
 @command(
     "share",
     place=31,
-    under="export",
+    parent="export",
     examples=(
         "layerjam export fmu choi2018-kapton --out kapton.fmu",
         "layerjam export fmu choi2018-kapton --out kapton.fmu --fmi 2 --sources-only",
@@ -241,7 +241,7 @@ class ExportedMujoco(ExportedNumbers):
 @command(
     "share",
     place=30,
-    under="export",
+    parent="export",
     examples=("layerjam export mujoco choi2018-kapton --out made --no-build",),
 )
 def export_mujoco(
@@ -299,7 +299,7 @@ def export_mujoco(
     )
 
 
-class _Built:
+class _CompiledPlugin:
     """A compiled plugin."""
 
     def __init__(self, file: Path) -> None:
@@ -307,11 +307,11 @@ class _Built:
         self.content = file.read_bytes()
 
 
-def _library() -> tuple[_Built, str]:
+def _library() -> tuple[_CompiledPlugin, str]:
     """The compiled plugin and MuJoCo's version."""
     from layerjam.interop.plugin import import_mujoco, plugin
 
     try:
-        return _Built(plugin()), str(import_mujoco().__version__)
+        return _CompiledPlugin(plugin()), str(import_mujoco().__version__)
     except CompilerError as error:
         raise CompilerError(f"{error}; or give --no-build") from None

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 S = TypeVar("S", bound=Measured)
 T = TypeVar("T")
-Opened = Sequence[tuple[str, Callable[[], T] | None]]
+SpecimenReaders = Sequence[tuple[str, Callable[[], T] | None]]
 CURVE, PICTURE = 10_000, 2_000
 """Samples of a pull, and of a record that is only drawn, that are kept once it has been read, so
 that a gigabyte of files does not have to fit into memory. Means over neighbours: maxima, slopes and
@@ -47,16 +47,16 @@ class FromFiles(Result):
     file: str | None = fact("brake file that was written")
 
 
-def each(
+def read_each(
     files: Sequence[Measured] | Measured,
     use: Callable[[Trace], T],
     options: ReadingOptions,
     progress: Progress | None = None,
-    without: Mapping[str, Collection[str]] | None = None,
+    excluded: Mapping[str, Collection[str]] | None = None,
 ) -> tuple[list[T], dict[str, str]]:
     """`use` of every trace and of every file that can be used, and {file: why} of the others.
 
-    What `use` returns is kept, so that it should not hold a long record. `without` names specimens
+    What `use` returns is kept, so that it should not hold a long record. `excluded` names specimens
     of files that are left out. A record that was exported twice counts once; the second is refused.
     """
     from layerjam.measure.readers.read import open_traces
@@ -77,30 +77,32 @@ def each(
         records.add(name, trace)
         return value
 
-    def opened(source: Measured) -> Opened[T]:
+    def open_source(source: Measured) -> SpecimenReaders[T]:
         if isinstance(source, Trace):
             return [("", partial(use_once, source))]
-        out = (without or {}).get(str(source), ())
+        out = (excluded or {}).get(str(source), ())
         return [
             (trace.label, None if trace.label in out else partial(_used, use_once, trace, options))
             for trace in open_traces(source, options)
         ]
 
-    return taken(_measurements(several(files)), opened, progress)
+    return use_each(_measurements(several(files)), open_source, progress)
 
 
-def _used(use: Callable[[Trace], T], one: UnreadSpecimen, options: ReadingOptions) -> T:
-    return use(one.read(options))
+def _used(use: Callable[[Trace], T], specimen: UnreadSpecimen, options: ReadingOptions) -> T:
+    return use(specimen.read(options))
 
 
-def taken(
-    sources: Sequence[S], opened: Callable[[S], Opened[T]], progress: Progress | None = None
+def use_each(
+    sources: Sequence[S],
+    open_source: Callable[[S], SpecimenReaders[T]],
+    progress: Progress | None = None,
 ) -> tuple[list[T], dict[str, str]]:
     """Return the results of each specimen of each source, and {source: reason} of those refused.
 
-    `opened` yields the specimens of a source with a function that reads each, None for one left
-    out. If none can be used, the reason of the first is raised. Ctrl-C continues with the results
-    so far; the other sources count as refused.
+    `open_source` yields the specimens of a source with a function that reads each, None for one
+    left out. If none can be used, the reason of the first is raised. Ctrl-C continues with the
+    results so far; the other sources count as refused.
     """
     results: list[T] = []
     refusals: dict[str, str] = {}
@@ -108,7 +110,7 @@ def taken(
 
     def take(name: str, source: S) -> None:
         try:
-            traces = opened(source)
+            traces = open_source(source)
             digest = _digest(source)
             if digest in known_files:
                 raise FitError(
@@ -116,7 +118,7 @@ def taken(
                 )
             known_files[digest] = name
         except LayerjamError as error:
-            refusals[name] = _why(error, name)
+            refusals[name] = _reason(error, name)
             return
         for number, (label, read_trace) in enumerate(traces, 1):
             if read_trace is None:
@@ -125,7 +127,7 @@ def taken(
             try:
                 results.append(read_trace())
             except LayerjamError as error:
-                refusals[own_name] = _why(error, name)
+                refusals[own_name] = _reason(error, name)
 
     names = [_name(source, number) for number, source in enumerate(sources, 1)]
     for count, (name, source) in enumerate(zip(names, sources, strict=True)):
@@ -145,19 +147,19 @@ def taken(
         if not refusals:
             raise FitError("no file was given")
         path, reason = next(iter(refusals.items()))
-        raise FileError(path, reason + _more(list(refusals)[1:], names))
+        raise FileError(path, reason + _count_refusals(list(refusals)[1:], names))
     return results, refusals
 
 
-def _more(refused: Sequence[str], files: Sequence[str]) -> str:
+def _count_refusals(refusals: Sequence[str], files: Sequence[str]) -> str:
     """How many more files and specimens were refused, as the end of a sentence."""
-    file_count = sum(name in files for name in refused)
+    file_count = sum(name in files for name in refusals)
     parts = [
-        f"{count} more {one if count == 1 else one + 's'}"
-        for count, one in ((file_count, "file"), (len(refused) - file_count, "specimen"))
+        f"{count} more {noun if count == 1 else noun + 's'}"
+        for count, noun in ((file_count, "file"), (len(refusals) - file_count, "specimen"))
         if count
     ]
-    was = "was" if len(refused) == 1 else "were"
+    was = "was" if len(refusals) == 1 else "were"
     return f" ({' and '.join(parts)} {was} refused too)" if parts else ""
 
 
@@ -174,7 +176,7 @@ def _digest(source: Measured) -> str:
     return hashlib.sha256(source.force.tobytes() + source.elongation.tobytes()).hexdigest()
 
 
-def _why(error: LayerjamError, path: str) -> str:
+def _reason(error: LayerjamError, path: str) -> str:
     """The reason alone where the error is about that file, else its whole sentence."""
     if not isinstance(error, FileError | FitError) or error.path != path:
         return str(error)
@@ -182,7 +184,7 @@ def _why(error: LayerjamError, path: str) -> str:
     return f"{line}{error.reason}"
 
 
-def understood(traces: Iterable[Trace]) -> dict[str, list[str]]:
+def describe_readings(traces: Iterable[Trace]) -> dict[str, list[str]]:
     """{file, and specimen where it holds several: what was made of it}."""
     return {
         f"{t.path}, specimen {t.specimen}" if t.specimen else t.path: list(t.understood)
@@ -222,10 +224,10 @@ def odd_facts(
         yield Notice(f"{sentence}{differs}", "other-brake")
 
 
-def _other_sheets(stated: Sheets, here: Sheets) -> str:
+def _other_sheets(file_sheets: Sheets, brake_sheets: Sheets) -> str:
     """The first dimension in which sheets are others, as the end of a sentence."""
     for field in fields(Sheets):
-        was, has = getattr(stated, field.name), getattr(here, field.name)
+        was, has = getattr(file_sheets, field.name), getattr(brake_sheets, field.name)
         if abs(was - has) > 0.01 * was:
             spec = spec_of(Sheets, field.name)
             return f", whose {spec.text} is {show(has, spec.unit)}, not {show(was, spec.unit)}"
@@ -258,16 +260,16 @@ def _odd_record(trace: Trace) -> Iterator[Notice]:
         )
 
 
-def _vacuum(trace: Trace, given: float | None, brake: Brake) -> float:
+def _vacuum(trace: Trace, default: float | None, brake: Brake) -> float:
     if trace.facts.vacuum is not None:
         return float(vacuum_within(trace.facts.vacuum, brake, "vacuum in its sidecar"))
-    if given is None:
+    if default is None:
         raise FitError(
             f"its vacuum is not stated; give --vacuum, or write "
             f'{Path(trace.path).name}.toml next to it with a line such as vacuum = "94.5 kPa", or '
             f"one {LIST} for the folder, or a pattern of its name (--names '*_{{vacuum}}_*')"
         )
-    return given
+    return default
 
 
 def pulls(
@@ -277,11 +279,11 @@ def pulls(
     options: ReadingOptions,
     test: Callable[[PullFeatures, float, Brake], object],
     progress: Progress | None = None,
-    without: Mapping[str, Collection[str]] | None = None,
+    specimens_out: Mapping[str, Collection[str]] | None = None,
 ) -> tuple[list[tuple[Trace, PullFeatures, float]], dict[str, str], list[str]]:
     """Pulls with their features and vacuums [Pa], refused files, and what is odd about the rest.
 
-    `test` raises for a pull that cannot be used; `without` are specimens left out by hand.
+    `test` raises for a pull that cannot be used; `specimens_out` are specimens left out by hand.
     """
     from layerjam.identify.pull.features import pull_features
 
@@ -302,7 +304,7 @@ def pulls(
         odd.extend(_odd_record(trace))
         return trace.thinned(PICTURE), pull.thinned(CURVE), pressure
 
-    used, refusals = each(files, use, options, progress, without)
+    used, refusals = read_each(files, use, options, progress, specimens_out)
     odd += [w for t, _, p in used for w in odd_facts(t, file, vacuum, p)]
     return used, refusals, odd
 

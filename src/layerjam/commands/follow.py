@@ -126,7 +126,7 @@ def follow(
 
     regulator, notices = regulator_of(line, HELD_AT * line.line.site.atmosphere, settings)
     if str(profile) in PROFILES:
-        target, slip = _drawn(str(profile), regulator.sample_time, swing)
+        target, slip = _read_profile(str(profile), regulator.sample_time, swing)
     elif swing != Swing():
         names = ", ".join(vars(swing))
         raise QuantityError(f"{names}: they go only with {' or '.join(PROFILES)}")
@@ -163,13 +163,13 @@ def follow(
     )
 
 
-def _rows(swept: "Bode") -> list[dict[str, float]]:
+def _rows(bode: "Bode") -> list[dict[str, float]]:
     names = ("frequency", "magnitude", "phase")
-    columns = (swept.frequency, swept.magnitude, swept.phase)
+    columns = (bode.frequency, bode.magnitude, bode.phase)
     return [dict(zip(names, map(float, row), strict=True)) for row in zip(*columns, strict=True)]
 
 
-def _drawn(profile: str, dt: float, swing: Swing) -> tuple[Any, Any]:
+def _read_profile(profile: str, dt: float, swing: Swing) -> tuple[Any, Any]:
     """Wanted force [N] and slip [m] at the samples."""
     from layerjam.control.follow import rehabilitation
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from layerjam.commands.declare import Help, Progress, command, options
-from layerjam.commands.files import PICTURE, FromFiles, each, understood, write_brake
+from layerjam.commands.files import PICTURE, FromFiles, describe_readings, read_each, write_brake
 from layerjam.commands.quantities import Accept, OutBrake, Overwrite, TargetBrake
 from layerjam.commands.reading import NORMAL_FORCE, FileOptions, Files, Partial
 from layerjam.commands.results import Judged, fact, number, result
@@ -159,43 +159,43 @@ def friction(
         repeat = reduce_repeat(trace, load, span, rule, accept_envelope)
         return trace.thinned(PICTURE), repeat, float(load)
 
-    used, refusals = each(files, use, options, progress)
+    used, refusals = read_each(files, use, options, progress)
     normal = _one_load(load for _, _, load in used)
     traces = [trace for trace, _, _ in used]
     odd = [w for trace in traces for w in trace.warnings]
     film = _film_range(traces, brake)
-    pooled = pool([r for _, r, _ in used], odd, normal, span, rule, accept_envelope, film)
-    verdict = judge(pooled.checks, accept, [f"film.{name}" for name in pooled.means], out)
-    warnings = [*pooled.warnings, *_odd_loads(traces, normal, test.normal_force is None, rule)]
-    warnings += _stick_slip_notices(pooled)
+    result = pool([r for _, r, _ in used], odd, normal, span, rule, accept_envelope, film)
+    verdict = judge(result.checks, accept, [f"film.{name}" for name in result.means], out)
+    warnings = [*result.warnings, *_odd_loads(traces, normal, test.normal_force is None, rule)]
+    warnings += _stick_slip_notices(result)
     pressure, notices = _pressure(normal, test, traces, brake.brake.site if brake else Site(), rule)
     warnings += notices
     path = None
     if brake is not None:
-        text, effects = with_friction(brake, pooled, Path(str(out)).stem, verdict.decisions)
+        text, effects = with_friction(brake, result, Path(str(out)).stem, verdict.decisions)
         path, lines = write_brake(out, lambda _: text, overwrite, bool(refusals), partial, verdict)
         warnings += effects if path else lines
     return Friction.of(
-        pooled,
+        result,
         verdict,
-        repeats=len(pooled.repeats),
+        repeats=len(result.repeats),
         standard=rule.name,
-        window=list(pooled.window),
-        intervals={name: values and values.as_dict() for name, values in pooled.over.items()},
-        stick_slip=plain(pooled.stick_slip),
+        window=list(result.window),
+        intervals={name: values and values.as_dict() for name, values in result.over.items()},
+        stick_slip=plain(result.stick_slip),
         pressure=pressure,
-        repeats_table=[_row(r, normal) for r in pooled.repeats],
-        understood=understood(traces),
+        repeats_table=[_row(r, normal) for r in result.repeats],
+        understood=describe_readings(traces),
         refused=refusals,
         file=path,
         warnings=warnings,
-        record=(traces, pooled),
+        record=(traces, result),
     )
 
 
-def _one_load(pressed: Iterable[float]) -> float:
+def _one_load(forces: Iterable[float]) -> float:
     """Return the normal force [N] of all tests; FitError if they differ."""
-    loads = sorted(set(pressed))
+    loads = sorted(set(forces))
     if len(loads) > 1:
         raise FitError(f"the files' normal forces differ: {', '.join(show(v, 'N') for v in loads)}")
     return loads[0]
@@ -256,8 +256,8 @@ def _pressure(
     return pressures | {"area_assumed": area is None}, notices
 
 
-def _stick_slip_notices(found: FrictionResult) -> Iterator[Notice]:
-    envelope = found.stick_slip
+def _stick_slip_notices(friction: FrictionResult) -> Iterator[Notice]:
+    envelope = friction.stick_slip
     if envelope is None:
         return
     consequence = (
@@ -271,7 +271,7 @@ def _stick_slip_notices(found: FrictionResult) -> Iterator[Notice]:
         f"{show(envelope.spacing, 'm', 3)}; {consequence}",
         "stick-slip",
     )
-    if not found.standard.first_maximum:
+    if not friction.standard.first_maximum:
         yield Notice(
             "static is the greatest force, here the highest of many teeth, and so above what "
             "they end at on average; --standard d1894 takes the first maximum",

@@ -15,14 +15,14 @@ from layerjam.commands.quantities import (
     Atmosphere,
     BrakeInput,
     Height,
-    Held,
+    HoldTime,
     Horizontal,
     LeakTime,
     Mass,
     RopeDamping,
     RopeStiffness,
     StopTravel,
-    Tuned,
+    TunedKeyword,
     Vacuum,
     VacuumShare,
     vacuum_within,
@@ -130,7 +130,7 @@ def drop(
     mass: Mass,
     speed: ArrivalSpeed | None = None,
     height: Height | None = None,
-    vacuum: Vacuum | Tuned | None = None,
+    vacuum: Vacuum | TunedKeyword | None = None,
     travel: StopTravel | None = None,
     rope_stiffness: RopeStiffness | None = None,
     rope_damping: RopeDamping | None = None,
@@ -141,7 +141,7 @@ def drop(
     log: LogOptions = LogOptions(),
     vacuum_share: VacuumShare | None = None,
     leak_time: LeakTime | None = None,
-    held: Held | None = None,
+    held: HoldTime | None = None,
     duration: Annotated[float | None, DURATION, Help("Follow the rebound for this long.")] = None,
     sensing: Sensing = Sensing(),
     warmth: Warmth = Warmth(),
@@ -195,24 +195,24 @@ def drop(
     return _not_tuned_for(bool(damping), leaks, stop, travel) if travel is not None else stop
 
 
-def not_tuned(found: TunedVacuum, speed: float | None = None) -> Stop:
+def not_tuned(tuning: TunedVacuum, speed: float | None = None) -> Stop:
     """The stop at a tuned vacuum that there is not: why, and nothing else."""
-    return Stop(speed=speed, feasible=False, reason=found.reason, warnings=found.warnings)
+    return Stop(speed=speed, feasible=False, reason=tuning.reason, warnings=tuning.warnings)
 
 
-def _not_tuned_for(damping: bool, leak: bool, made: Stop, travel: float) -> Stop:
+def _not_tuned_for(damping: bool, leak: bool, stop: Stop, travel: float) -> Stop:
     """The stop with a notice of what its tuned vacuum leaves out."""
     for is_there, key, words in (
         (damping, "damping", "for a rope without damping"),
         (leak, "leak", "without the leak"),
     ):
-        if is_there and made.slip is not None:
+        if is_there and stop.slip is not None:
             sentence = (
-                f"the vacuum is tuned {words}; with it the brake slips {show(made.slip, 'm')}, "
+                f"the vacuum is tuned {words}; with it the brake slips {show(stop.slip, 'm')}, "
                 f"not {show(travel, 'm')}"
             )
-            made = made.noting(Notice(sentence, f"tuned-without-{key}"))
-    return made
+            stop = stop.noting(Notice(sentence, f"tuned-without-{key}"))
+    return stop
 
 
 def _check(
@@ -273,12 +273,16 @@ def _with_brake(
     if isinstance(vacuum, History) or damping or until is not None:
         from layerjam.simulate.drop_in_time import drop_in_time
 
-        def tell(now: float) -> None:
+        def tell(time: float) -> None:
             if progress is not None and until is not None:
-                progress("the drop in time", now / until)
+                progress("the drop in time", time / until)
 
-        more: dict[str, Any] = {"rope_damping": damping, "duration": until, "progress": tell}
-        end, record = drop_in_time(brake, vacuum=vacuum, **case, **more)
+        damping_options: dict[str, Any] = {
+            "rope_damping": damping,
+            "duration": until,
+            "progress": tell,
+        }
+        end, record = drop_in_time(brake, vacuum=vacuum, **case, **damping_options)
     else:
         from layerjam.simulate.drop import drop as exactly
 
@@ -300,7 +304,7 @@ def _with_brake(
         )
     if until is not None:
         numbers |= {"slip_at_end": end.slip_at_end, "outcome_at_end": str(end.outcome_at_end)}
-    crashing, more, notices = _crash(record, brake.brake.site.gravity)
+    crashing, damping_options, notices = _crash(record, brake.brake.site.gravity)
     return Stop(
         slip=end.slip,
         **_peaks(end.peak_force, record.mass, record.gravity, brake.brake.site.gravity),
@@ -313,7 +317,7 @@ def _with_brake(
         else float(least_stiffness(record.vacuum, brake.brake)),
         warnings=[*record.warnings, *notices],
         crash=crashing,
-        **more,
+        **damping_options,
         **numbers,
     )
 
@@ -339,11 +343,11 @@ def _crash(record: DropRecord, g: float) -> tuple[Crash | None, dict[str, Any], 
     return crash_record, {"crash_force": force, "crash_g": peak_g}, [Notice(sentence, "crash")]
 
 
-def _peaks(force: float, mass: float, along: float, g: float) -> dict[str, Any]:
-    """A peak force [N] with what it means for a mass [kg] under gravity `along` the pull."""
+def _peaks(force: float, mass: float, gravity: float, g: float) -> dict[str, Any]:
+    """Return a peak force [N] and its decelerations of a mass [kg]; `gravity` is along the pull."""
     return {
         "peak_force": force,
-        "peak_deceleration": force / mass - along,
+        "peak_deceleration": force / mass - gravity,
         "peak_g": force / (mass * g) if g else None,
     }
 
@@ -410,7 +414,7 @@ def observed(
         notices = [] if sensing.plain() else [Notice(bounces, "first-pull")]
         return replace(
             stop,
-            **_judged(signal),
+            **_reading_values(signal),
             warnings=[*stop.warnings, *signal.warnings, *notices],
         )
     record = stop.record
@@ -421,12 +425,12 @@ def observed(
     warm = heating(float(stop.dissipated_energy or 0.0), stop.record.brake, warmth)
     return replace(
         stop,
-        **_judged(signal),
+        **_reading_values(signal),
         **warm.values,
         warnings=[*stop.warnings, *signal.warnings, *warm.warnings],
     )
 
 
-def _judged(shown: Reading) -> dict[str, Any]:
+def _reading_values(reading: Reading) -> dict[str, Any]:
     """Return the keys of a reading and its verdict."""
-    return {**shown.values, **(shown.judgement if shown.verdict else {})}
+    return {**reading.values, **(reading.judgement if reading.verdict else {})}

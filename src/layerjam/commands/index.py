@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from layerjam.commands.arguments import typed
+from layerjam.commands.arguments import command_line_name
 from layerjam.commands.declare import GROUPS, REGISTRY, Command
 from layerjam.errors import UnknownNameError
 
@@ -61,7 +61,7 @@ def _in_source(path: Path) -> Iterator[Entry]:
         keywords = {str(k.arg): ast.literal_eval(k.value) for k in call.keywords}
         doc = (ast.get_docstring(function) or "").split("\n\n")[0].replace("\n", " ")
         yield Entry(
-            name=typed(function.name, keywords.get("under", "")),
+            name=command_line_name(function.name, keywords.get("parent", "")),
             python_name=function.name,
             module=module,
             group=ast.literal_eval(call.args[0]),
@@ -73,7 +73,7 @@ def _in_source(path: Path) -> Iterator[Entry]:
 
 
 @functools.cache
-def _written() -> tuple[Entry, ...]:
+def _source_entries() -> tuple[Entry, ...]:
     folders = (HOME / "commands", HOME / "studies", HOME / "cli")
     files = sorted(path for folder in folders for path in folder.rglob("*.py"))
     return tuple(entry for path in files for entry in _in_source(path))
@@ -81,7 +81,7 @@ def _written() -> tuple[Entry, ...]:
 
 def commands() -> dict[str, Entry]:
     """{name: Entry} of every command, by group and then by place."""
-    entries = {entry.name: entry for entry in _written()}
+    entries = {entry.name: entry for entry in _source_entries()}
     for name, c in REGISTRY.items():
         if name not in entries:
             entries[name] = Entry(

@@ -172,7 +172,7 @@ def align(arguments: dict[str, Any], units: Mapping[str, str]) -> Grid | None:
                 f"has no named dimensions, but {next(iter(labelled_arrays))} has; label both, such "
                 f"as xarray.DataArray({bare[0]}, dims='{bare[0]}')",
             )
-        grid = _labelled(labelled_arrays, values, units)
+        grid = _label_axes(labelled_arrays, values, units)
         _check_size(grid.shape, arrays)
         arguments |= grid.inputs
         return grid
@@ -218,34 +218,34 @@ def _check_size(shape: tuple[int, ...], arrays: Mapping[str, Any]) -> None:
         )
 
 
-def _labelled(
-    labelled: Mapping[str, Any], values: Mapping[str, Any], units: Mapping[str, str]
+def _label_axes(
+    arrays_by_name: Mapping[str, Any], values: Mapping[str, Any], units: Mapping[str, str]
 ) -> Grid:
     import xarray
 
-    for name, array in labelled.items():
+    for name, array in arrays_by_name.items():
         if len(set(array.dims)) < array.ndim:
             raise QuantityError.of(name, f"two of its dimensions have one name: {array.dims}")
     try:
-        arrays = xarray.align(*labelled.values(), join="exact", copy=False)
+        arrays = xarray.align(*arrays_by_name.values(), join="exact", copy=False)
     except ValueError:
-        sizes_of = " and ".join(f"{name} {dict(a.sizes)}" for name, a in labelled.items())
+        sizes_of = " and ".join(f"{name} {dict(a.sizes)}" for name, a in arrays_by_name.items())
         raise QuantityError.of(
-            next(iter(labelled)),
+            next(iter(arrays_by_name)),
             f"coordinates of the arrays differ: {sizes_of}; along a dimension of one name all need "
             "the same coordinates",
         ) from None
-    by_name = dict(zip(labelled, xarray.broadcast(*arrays), strict=True))
+    by_name = dict(zip(arrays_by_name, xarray.broadcast(*arrays), strict=True))
     first = next(iter(by_name.values()))
     coordinates: dict[str, Coordinate] = {
         str(name): (tuple(map(str, coordinate.dims)), coordinate.values, coordinate.attrs)
         for name, coordinate in first.coords.items()
-        if name not in labelled
+        if name not in arrays_by_name
     }
     for name, value in values.items():
-        if name not in labelled:
+        if name not in arrays_by_name:
             coordinates[name] = ((), float(value), {"units": units[name]})
-    for name, array in labelled.items():
+    for name, array in arrays_by_name.items():
         if name not in first.dims or array.dims == (name,):
             attributes = {"units": units[name]}
             coordinates[name] = (tuple(map(str, array.dims)), array.values, attributes)

@@ -114,10 +114,10 @@ def leak(
     slow, fast = best.rate_interval()
     gas = float(np.mean(warm))
 
-    def held(rate: float) -> float | None:
+    def flow_at(rate: float) -> float | None:
         return None if volume is None else volume * rate
 
-    leaks = held(lean)
+    leaks = flow_at(lean)
     unsure = _unsure(fit, volume is None, logged, temperature is not None)
     return LeakFound.of(
         best,
@@ -125,9 +125,9 @@ def leak(
         read,
         judge(leak_checks(fit, best, logged), accept),
         **bounds(rate=(slow, fast), time_constant=(_period(fast), _period(slow))),
-        **bounds(leak_rate=(held(low), held(high))),
+        **bounds(leak_rate=(flow_at(low), flow_at(high))),
         time_constant=_period(best.rate),
-        conductance=held(best.rate),
+        conductance=flow_at(best.rate),
         leak_rate=leaks,
         leak_rate_sccm=None if leaks is None else sccm(leaks, gas),
         pressure_change_rate=-lean,
@@ -138,7 +138,7 @@ def leak(
         temperature_equivalent=fit.heat,
         samples=len(fit.time),
         models={n: _of_leak(f, fit, volume) for n, f in fit.fits.items()},
-        warnings=[*read.said, *fit.warnings, *unsure],
+        warnings=[*read.notices, *fit.warnings, *unsure],
         record=fit,
     )
 
@@ -148,7 +148,7 @@ def _period(rate: float) -> float | None:
     return 1 / rate if rate > 0 else None
 
 
-def _unsure(found: Leak, no_volume: bool, logged: bool, given: bool) -> Iterator[Notice]:
+def _unsure(result: Leak, no_volume: bool, logged: bool, given: bool) -> Iterator[Notice]:
     """Yield the unknown numbers, each with the measurement that would determine it."""
     if logged and given:
         sentence = "the log has a column of temperature, which counts, not --temperature"
@@ -158,7 +158,7 @@ def _unsure(found: Leak, no_volume: bool, logged: bool, given: bool) -> Iterator
     elif not (given or logged):
         sentence = "the gas is taken to have 20 °C for sccm; --temperature says otherwise"
         yield Notice(sentence, "temperature-assumed")
-    if not found.distinct:
+    if not result.distinct:
         yield Notice(
             "the log does not tell the leak's laws apart: the leak near the pressures measured is "
             "known, at others it depends on the law (see models)",
@@ -166,16 +166,16 @@ def _unsure(found: Leak, no_volume: bool, logged: bool, given: bool) -> Iterator
         )
 
 
-def _of_leak(fit: LeakFit, found: Leak, held: float | None) -> dict[str, Any]:
+def _of_leak(fit: LeakFit, result: Leak, volume_factor: float | None) -> dict[str, Any]:
     from layerjam.identify.logs.leak import flow
 
-    empty = flow(fit.model, 0.0, fit.rate, found.atmosphere)
+    empty = flow(fit.model, 0.0, fit.rate, result.atmosphere)
     return {
         "rate": fit.rate,
         "time_constant": _period(fit.rate),
-        "conductance": None if held is None else held * fit.rate,
+        "conductance": None if volume_factor is None else volume_factor * fit.rate,
         "rmse": fit.series.rmse,
-        "worse_by": fit.series.worse_by(found.fits[found.best].series),
+        "worse_by": fit.series.worse_by(result.fits[result.best].series),
         "correlation": fit.series.correlation,
-        "leak_rate_at_full_vacuum": None if held is None else held * empty,
+        "leak_rate_at_full_vacuum": None if volume_factor is None else volume_factor * empty,
     }

@@ -15,7 +15,7 @@ from layerjam.measure.options import ReadingOptions
 from layerjam.measure.trace import Trace
 
 Name = TypeVar("Name", str, tuple[str, str])
-OF = ", specimen "
+SPECIMEN_MARK = ", specimen "
 """Between a file and its specimen."""
 Specimens = Mapping[str, Collection[str]]
 """{file: specimens of it that are left out}."""
@@ -54,9 +54,9 @@ class LeftOut:
         for name, reason in zip(names, reasons, strict=True):
             if not reason.strip():
                 raise QuantityError.of("because", f"is empty for {name}; say why it is left out")
-        return _once((n, reason.strip()) for n, reason in zip(names, reasons, strict=True))
+        return _unique((n, reason.strip()) for n, reason in zip(names, reasons, strict=True))
 
-    def apart(
+    def split_excluded(
         self, files: Sequence[Measured] | Measured, options: ReadingOptions
     ) -> tuple[list[Measured], Specimens, list[dict[str, Any]]]:
         """Return the other files, specimens left out of these, and a list of everything left out.
@@ -66,8 +66,8 @@ class LeftOut:
         that is none of the files', a specimen that the file does not hold, and where nothing is
         left; FileError if a specimen is named of a file that cannot be read.
         """
-        sources, meanings = several(files), self._meant(several(files))
-        by_name = {_called(f): f for f in sources}
+        sources, meanings = several(files), self._reasons_by_source(several(files))
+        by_name = {_source_name(f): f for f in sources}
         labels_of: defaultdict[str, set[str]] = defaultdict(set)
         for path, label in meanings:
             if label:
@@ -77,100 +77,114 @@ class LeftOut:
         }
         paths = {path for path, label in meanings if not label}
         paths |= {path for path, labels in labels_of.items() if labels == in_file[path]}
-        sources_left = [f for f in sources if _called(f) not in paths]
+        sources_left = [f for f in sources if _source_name(f) not in paths]
         if meanings and not sources_left:
             raise QuantityError.of("exclude", "names every file; none is left")
         out = [
-            {"file": _named(path, label), "because": reason, "sha256": _digest(by_name[path])}
+            {
+                "file": _specimen_name(path, label),
+                "because": reason,
+                "sha256": _digest(by_name[path]),
+            }
             for (path, label), reason in meanings.items()
         ]
         return sources_left, labels_of, out
 
     def among(self, *groups: Sequence[Measured]) -> "Iterator[LeftOut]":
         """The same for each of several groups of files; a name must be in one of them."""
-        meanings = self._meant([*{_called(f): f for group in groups for f in group}.values()])
+        meanings = self._reasons_by_source(
+            [*{_source_name(f): f for group in groups for f in group}.values()]
+        )
         for group in groups:
-            paths = {_called(f) for f in group}
+            paths = {_source_name(f) for f in group}
             yield LeftOut(
-                exclude={_named(p, label): w for (p, label), w in meanings.items() if p in paths}
+                exclude={
+                    _specimen_name(p, label): w for (p, label), w in meanings.items() if p in paths
+                }
             )
 
-    def _meant(self, files: Sequence[Measured]) -> dict[tuple[str, str], str]:
+    def _reasons_by_source(self, files: Sequence[Measured]) -> dict[tuple[str, str], str]:
         """{(path, specimen or "" for the whole file): why}."""
-        return _once((_meant(name, files), reason) for name, reason in self.reasons().items())
+        return _unique(
+            (_find_source(name, files), reason) for name, reason in self.reasons().items()
+        )
 
 
 def left_out_row(source: Measured, reason: str) -> dict[str, Any]:
     """Return the row of a file that is left out: `file`, `because` and `sha256`."""
-    return {"file": _called(source), "because": reason, "sha256": _digest(source)}
+    return {"file": _source_name(source), "because": reason, "sha256": _digest(source)}
 
 
-def excluded_lines(excluded: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+def excluded_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Return the files left out, with reasons, as lines of text."""
-    if excluded:
+    if rows:
         yield from ("", "left out")
-    for row in excluded:
+    for row in rows:
         yield f"  {row['file']}: {row['because']}"
 
 
-def _texts(given: Sequence[str]) -> list[str]:
-    return [given] if isinstance(given, str) else list(given)
+def _texts(texts: Sequence[str]) -> list[str]:
+    return [texts] if isinstance(texts, str) else list(texts)
 
 
-def _once(pairs: Iterable[tuple[Name, str]]) -> dict[Name, str]:
+def _unique(pairs: Iterable[tuple[Name, str]]) -> dict[Name, str]:
     """A dictionary; QuantityError if two are of one name."""
     reasons_by_name: dict[Name, str] = {}
     for name, reason in pairs:
         if name in reasons_by_name:
-            twice = name if isinstance(name, str) else _named(*name)
+            twice = name if isinstance(name, str) else _specimen_name(*name)
             raise QuantityError.of("exclude", f"{twice} is named twice")
         reasons_by_name[name] = reason
     return reasons_by_name
 
 
-def _named(path: str, specimen: str) -> str:
-    return f"{path}{OF}{specimen}" if specimen else path
+def _specimen_name(path: str, specimen: str) -> str:
+    return f"{path}{SPECIMEN_MARK}{specimen}" if specimen else path
 
 
-def _called(source: Measured) -> str:
+def _source_name(source: Measured) -> str:
     """A path, or that of a trace with its specimen."""
-    return _named(source.path, source.specimen) if isinstance(source, Trace) else str(source)
+    return (
+        _specimen_name(source.path, source.specimen) if isinstance(source, Trace) else str(source)
+    )
 
 
-def _meant(name: str, files: Sequence[Measured]) -> tuple[str, str]:
+def _find_source(name: str, files: Sequence[Measured]) -> tuple[str, str]:
     """Path and specimen, "" for a whole file, that a name stands for."""
-    parts = name.split(OF)
+    parts = name.split(SPECIMEN_MARK)
     for count in range(len(parts), 0, -1):
-        source = _path(OF.join(parts[:count]), files)
+        source = _path(SPECIMEN_MARK.join(parts[:count]), files)
         if source is not None:
-            return source, OF.join(parts[count:])
-    paths = ", ".join(map(_called, files[:6])) + ", ..." * (len(files) > 6)
+            return source, SPECIMEN_MARK.join(parts[count:])
+    paths = ", ".join(map(_source_name, files[:6])) + ", ..." * (len(files) > 6)
     raise QuantityError.of("exclude", f"{name} is none of the files given: {paths}")
 
 
 def _path(name: str, files: Sequence[Measured]) -> str | None:
     """The one file of that path, or of that name; None if there is none."""
-    same = [f for f in files if _called(f) == name]
-    same = same or [f for f in files if Path(_called(f)).name == name]
+    same = [f for f in files if _source_name(f) == name]
+    same = same or [f for f in files if Path(_source_name(f)).name == name]
     if len(same) > 1:
-        paths = ", ".join(map(_called, same))
+        paths = ", ".join(map(_source_name, same))
         raise QuantityError.of("exclude", f"{name} is the name of several files: {paths}")
-    return _called(same[0]) if same else None
+    return _source_name(same[0]) if same else None
 
 
-def _specimens(source: Measured, named: Collection[str], options: ReadingOptions) -> set[str]:
+def _specimens(source: Measured, labels_out: Collection[str], options: ReadingOptions) -> set[str]:
     """The specimens that a file holds; QuantityError if it does not hold all those named."""
     from layerjam.measure.readers.read import open_traces
 
-    path, labels = _called(source), []
+    path, labels = _source_name(source), []
     if not isinstance(source, Trace):
-        labels = [one.label for one in open_traces(source, options)]
+        labels = [specimen.label for specimen in open_traces(source, options)]
     if len(labels) < 2:
         sentence = "is one specimen; leave it out by the file's name alone"
         raise QuantityError.of("exclude", f"{path} {sentence}")
-    for label in named:
+    for label in labels_out:
         if labels.count(label) != 1:
-            text = ", ".join(f"'{one[:30]}'" for one in labels[:6]) + ", ..." * (len(labels) > 6)
+            text = ", ".join(f"'{specimen[:30]}'" for specimen in labels[:6]) + ", ..." * (
+                len(labels) > 6
+            )
             count_word = "no" if label not in labels else "more than one"
             raise QuantityError.of(
                 "exclude", f"{path} holds {count_word} specimen '{label}': {text}"

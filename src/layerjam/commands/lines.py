@@ -26,9 +26,9 @@ def line_file(line: AnyLine, atmosphere: float | str | None = None) -> LineFile:
     return record_file(line, LineFile, load_line, atmosphere)
 
 
-def convert_line(value: AnyLine, given: Mapping[str, Any]) -> LineFile:
+def convert_line(value: AnyLine, arguments: Mapping[str, Any]) -> LineFile:
     """Return the line of an argument, at the atmosphere that another argument gives."""
-    return line_file(value, given.get("atmosphere"))
+    return line_file(value, arguments.get("atmosphere"))
 
 
 LineInput = Annotated[

@@ -6,20 +6,20 @@ from typing import Any
 
 
 @dataclass(frozen=True)
-class _Prefixed:
+class _PrefixedRecords:
     prefix: str
     records: tuple[object, ...]
 
 
-def prefixed(prefix: str, *records: object) -> object:
+def add_prefix(prefix: str, *records: object) -> object:
     """Records for `Result.of` whose field `slip` is the key `tuned_slip`, with "tuned_"."""
-    return _Prefixed(prefix, records)
+    return _PrefixedRecords(prefix, records)
 
 
 def value_of(name: str, records: Iterable[object]) -> Any:
     """Return the value of the first record or mapping with this name; MISSING if none has it."""
     for record in records:
-        if isinstance(record, _Prefixed):
+        if isinstance(record, _PrefixedRecords):
             mine = name.startswith(record.prefix)
             value = value_of(name.removeprefix(record.prefix), record.records) if mine else MISSING
         elif isinstance(record, Mapping):

@@ -14,7 +14,7 @@ from layerjam.simulate.quantities import VACUUM
 from layerjam.units import QuantitySpec, show
 
 SPEED = QuantitySpec("m/s", "speed of the crosshead", open_lo=True)
-NEAR = 0.03
+SAME_SHARE = 0.03
 """Part by which a held back vacuum or speed may differ from the one given."""
 Paths = Sequence[Measured] | Measured
 
@@ -43,7 +43,7 @@ class Measurements:
         ),
     ] = ()
 
-    def divided(
+    def split_pulls(
         self, reading: FileOptions, tell: Progress
     ) -> tuple[Sequence[Measured], Sequence[Measured]]:
         """Which pulls to calibrate on, and which to validate on."""
@@ -59,10 +59,10 @@ class Measurements:
             return calibration, [*held_back, *others]
         if choice:
             identities = {_identity(p) for p in choice}
-            rest = [p for p in pulls if _identity(p) not in identities]
-            if not (rest or others):
+            others_left = [p for p in pulls if _identity(p) not in identities]
+            if not (others_left or others):
                 raise QuantityError("--calibrate-on: names every pull, none is left to validate on")
-            return choice, [*rest, *others]
+            return choice, [*others_left, *others]
         return pulls, others or pulls
 
 
@@ -103,9 +103,9 @@ def _held_back(
     return kept_pulls, held_pulls
 
 
-def _is(value: float | None, wanted: float, what: str) -> bool:
-    tolerance = 0.0 if what == "repeat" else NEAR * wanted
-    return value is not None and abs(value - wanted) <= tolerance
+def _is(value: float | None, reference: float, quantity: str) -> bool:
+    tolerance = 0.0 if quantity == "repeat" else SAME_SHARE * reference
+    return value is not None and abs(value - reference) <= tolerance
 
 
 def _condition(text: str) -> tuple[str, float]:

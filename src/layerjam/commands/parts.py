@@ -43,7 +43,7 @@ class PartList(Result):
         """A line or two for each part; one part alone with all its sources."""
         if self.full:
             for part in self.record:
-                yield from _told(part)
+                yield from _number_lines(part)
             return
         family = ""
         for part in self.record:
@@ -51,7 +51,7 @@ class PartList(Result):
                 yield from ([""] if family else [])
                 family = part.family
                 yield f"{family}s"
-            yield from _listed(part)
+            yield from _summary_lines(part)
 
 
 @command(
@@ -76,13 +76,16 @@ def parts(
             f: {n: p for n, p in family.items() if n == name} for f, family in families.items()
         }
     return PartList.of(
-        {f"{f}s": [_shown(part) for part in family.values()] for f, family in families.items()},
+        {
+            f"{f}s": [_part_values(part) for part in family.values()]
+            for f, family in families.items()
+        },
         record=[part for family in families.values() for part in family.values()],
         full=name is not None,
     )
 
 
-def _shown(part: Part) -> dict[str, Any]:
+def _part_values(part: Part) -> dict[str, Any]:
     return {
         "name": part.name,
         "title": part.title,
@@ -95,7 +98,7 @@ def _shown(part: Part) -> dict[str, Any]:
     }
 
 
-def _listed(part: Part) -> Iterator[str]:
+def _summary_lines(part: Part) -> Iterator[str]:
     """Name, what is known and what is assumed of a part."""
     yield f"  {part.name}: {part.title}"
     numbers, assumed_numbers = _numbers(part, False), _numbers(part, True)
@@ -121,7 +124,7 @@ def _numbers(part: Part, guessed: bool) -> list[str]:
     return [f"{k.replace('_', ' ')} {_number(k, part.printed[k])}" for k in ends] + out
 
 
-def _told(part: Part) -> Iterator[str]:
+def _number_lines(part: Part) -> Iterator[str]:
     """Every number with its source."""
     yield f"{part.title} ({part.name}, {part.kind})"
     for key, value in {**part.values, **part.printed}.items():

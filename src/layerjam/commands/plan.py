@@ -24,8 +24,8 @@ from layerjam.commands.quantities import (
     vacuum_within,
     with_share,
 )
-from layerjam.commands.results import Judged, fact, number, prefixed, result
-from layerjam.commands.tuning import apart, tune
+from layerjam.commands.results import Judged, add_prefix, fact, number, result
+from layerjam.commands.tuning import format_distinct, tune
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
 from layerjam.fluid.file import LineFile
@@ -232,12 +232,12 @@ def plan(
         gravity=0.0 if horizontal else brake.brake.site.gravity,
     )
     highest = _check(case, line, brake, water)
-    reservoir = None if stored is None else _kept(stored, line.line)
+    reservoir = None if stored is None else _reservoir_pressure(stored, line.line)
     plan_record = make_plan(
         brake, line.line, case, stored=reservoir, water=water, leaks=leak_time is not None
     )
     full, tuned_spread = _spreads(plan_record, samples, seed)
-    fine, build = plan_record.full.within(travel), _build(plan_record)
+    fine, build = plan_record.full.stops_within(travel), _build(plan_record)
     return CollisionPlan.of(
         case,
         plan_record,
@@ -256,13 +256,13 @@ def plan(
     )
 
 
-def _stops(made: Plan) -> tuple[Any, ...]:
+def _stops(plan: Plan) -> tuple[Any, ...]:
     """Both stops, and how each was brought together with the line."""
-    full, tuned_coupling = made.full.coupled, made.tuned.coupled
-    later_stop = prefixed(
-        "tuned_", made.tuned, tuned_coupling, prefixed("coupling_", tuned_coupling)
+    full, tuned_coupling = plan.full.coupled, plan.tuned.coupled
+    later_stop = add_prefix(
+        "tuned_", plan.tuned, tuned_coupling, add_prefix("coupling_", tuned_coupling)
     )
-    return made.full, full, prefixed("coupling_", full), later_stop
+    return plan.full, full, add_prefix("coupling_", full), later_stop
 
 
 def _leaking(line: LineFile, leak_time: Any, water: bool) -> LineFile:
@@ -281,12 +281,12 @@ def _leaking(line: LineFile, leak_time: Any, water: bool) -> LineFile:
     return leaking_line
 
 
-def _kept(stored: float, line: Line) -> float:
+def _reservoir_pressure(vacuum: float, line: Line) -> float:
     """Absolute pressure of the reservoir [Pa]."""
     if line.reservoir is None:
         raise QuantityError.of("stored", "the line has no reservoir; leave it out")
-    vacuum_within(stored, line, "stored")
-    return line.site.atmosphere - stored
+    vacuum_within(vacuum, line, "stored")
+    return line.site.atmosphere - vacuum
 
 
 def _check(case: Arrival, line: LineFile, brake: BrakeFile, water: bool) -> float:
@@ -317,68 +317,75 @@ def _check(case: Arrival, line: LineFile, brake: BrakeFile, water: bool) -> floa
         ("standing", case.standing, highest, "Pa", sentence),
     ):
         if value > limit:
-            raise QuantityError.of(name, f"{apart(value, limit, unit)} is {consequence}")
+            raise QuantityError.of(name, f"{format_distinct(value, limit, unit)} is {consequence}")
     return highest
 
 
-def _reason(made: Plan) -> str:
+def _reason(plan: Plan) -> str:
     """Why the estimate does not stop within the travel."""
-    case = made.case
-    if made.needed is None:
+    case = plan.case
+    if plan.needed is None:
         numbers = {k: getattr(case, k) for k in ("mass", "speed", "travel", "rope_stiffness")}
-        tuning = tune(made.brake, **numbers, horizontal=not case.gravity)
+        tuning = tune(plan.brake, **numbers, horizontal=not case.gravity)
         return f"no vacuum of the site does it: {tuning.reason}"
-    if made.full.outcome is Outcome.SNAPS:
+    if plan.full.outcome is Outcome.SNAPS:
         return (
-            f"at {show(made.reached, 'Pa')} the brake snaps on a rope so soft; the tuned vacuum, "
-            f"{show(made.needed, 'Pa')}, does it"
+            f"at {show(plan.reached, 'Pa')} the brake snaps on a rope so soft; the tuned vacuum, "
+            f"{show(plan.needed, 'Pa')}, does it"
         )
-    enough = show_at_least(made.needed, "Pa", made.brake.brake.site.atmosphere)
+    enough = show_at_least(plan.needed, "Pa", plan.brake.brake.site.atmosphere)
+    vacuum = format_distinct(plan.reached, plan.needed, "Pa")
     return (
-        f"{apart(made.reached, made.needed, 'Pa')} is there after {show(case.warning, 's')}; "
+        f"{vacuum} is there after {show(case.warning, 's')}; "
         f"{enough} is needed to stop within {show(case.travel, 'm')}"
     )
 
 
-def _build(made: Plan) -> Build | None:
+def _build(plan: Plan) -> Build | None:
     """Return changes to build if too little vacuum comes in time and more would do."""
     from layerjam.control.plan_build import what_to_build
 
-    if made.full.within(made.case.travel) or made.needed is None or made.needed <= made.reached:
+    if (
+        plan.full.stops_within(plan.case.travel)
+        or plan.needed is None
+        or plan.needed <= plan.reached
+    ):
         return None
-    return what_to_build(made.standby, made.needed, made.case.warning)
+    return what_to_build(plan.standby, plan.needed, plan.case.warning)
 
 
-def _spreads(made: Plan, samples: int, seed: int) -> tuple[Spread, Spread]:
+def _spreads(plan: Plan, samples: int, seed: int) -> tuple[Spread, Spread]:
     """Return the uncertain collision at all the vacuum in time, and at the tuned one."""
     from layerjam.control.plan_spread import spread
 
-    full = spread(made.reached, made.brake.brake, made.case, samples, seed)
-    if made.capped:
+    full = spread(plan.reached, plan.brake.brake, plan.case, samples, seed)
+    if plan.capped:
         return full, full
-    return full, spread(made.tuned.vacuum, made.brake.brake, made.case, samples, seed)
+    return full, spread(plan.tuned.vacuum, plan.brake.brake, plan.case, samples, seed)
 
 
-def _chances(full: Spread, tuned: Spread) -> dict[str, float]:
+def _chances(full: Spread, tuned_spread: Spread) -> dict[str, float]:
     """Expected peaks and chances of both, and the greater of their errors."""
     out: dict[str, float] = {
         "samples": full.tried,
-        "expected_g_error": max(full.peak_g_error, tuned.peak_g_error),
-        "chance_error": max(full.beyond_error, full.out_error, tuned.beyond_error, tuned.out_error),
+        "expected_g_error": max(full.peak_g_error, tuned_spread.peak_g_error),
+        "chance_error": max(
+            full.beyond_error, full.out_error, tuned_spread.beyond_error, tuned_spread.out_error
+        ),
     }
-    for head, spread in (("full", full), ("tuned", tuned)):
+    for head, spread in (("full", full), ("tuned", tuned_spread)):
         numbers = (spread.peak_g, spread.peak_g_95, spread.beyond, spread.out)
         out |= {f"{head}_{key}": n for key, n in zip(SPREAD, numbers, strict=True)}
     return out
 
 
-def _sizes(made: Plan, build: Build | None) -> dict[str, Any]:
+def _sizes(plan: Plan, build: Build | None) -> dict[str, Any]:
     """Return sizes that would do, or a reason for each; one reason for all without a build."""
     from layerjam.control.plan_build import Size, valve_cv
     from layerjam.mechanics.pull import brake_force
 
     enough = "not needed: enough vacuum is there in time"
-    none = Size(None, NO_VACUUM if made.needed is None else enough)
+    none = Size(None, NO_VACUUM if plan.needed is None else enough)
     out: dict[str, Any] = {}
     for name in ("warning", "reservoir", "conductance", "standing"):
         size = none if build is None else getattr(build, name)
@@ -390,8 +397,8 @@ def _sizes(made: Plan, build: Build | None) -> dict[str, Any]:
         out["cv_needed"] = valve_cv(out["conductance_needed"])
     standing = out["standing_needed"]
     if standing is not None:
-        out["standing_needed_force"] = float(brake_force(0.0, standing, made.brake.brake))
-        out |= _waiting("standing_needed", standing, made.standby)
+        out["standing_needed_force"] = float(brake_force(0.0, standing, plan.brake.brake))
+        out |= _waiting("standing_needed", standing, plan.standby)
     return out
 
 
@@ -405,22 +412,22 @@ def _waiting(head: str, vacuum: float, standby: Standby) -> dict[str, float | No
     return {f"{head}_power": record.least_power, f"{head}_electric": record.electric_power}
 
 
-def _cost(made: Plan) -> dict[str, Any]:
+def _cost(plan: Plan) -> dict[str, Any]:
     """Heat of the stop, work of this jam and power of waiting."""
     from layerjam.fluid import energy
     from layerjam.fluid.network import RESERVOIR
 
-    line, water, heat = made.standby.line, made.standby.water, made.full.heat
-    start, end = made.rising.states[0], made.rising.states[-1]
-    work = energy.jam_work(made.reached, line, water, made.case.standing)
+    line, water, heat = plan.standby.line, plan.standby.water, plan.full.heat
+    start, end = plan.rising.states[0], plan.rising.states[-1]
+    work = energy.jam_work(plan.reached, line, water, plan.case.standing)
     refill = energy.refill_work(float(end[RESERVOIR]), float(start[RESERVOIR]), line)
-    electric = energy.electric_energy(made.case.warning, line)
+    electric = energy.electric_energy(plan.case.warning, line)
     return {
         "dissipated_energy": heat,
         "jam_work": work,
         "refill_work": 0.0 if water else refill,
         "pump_energy": electric,
-        **_waiting("standing", made.case.standing, made.standby),
+        **_waiting("standing", plan.case.standing, plan.standby),
         "heat_per_work": energy.per_joule(heat, work),
         "heat_per_pump_energy": energy.per_joule(heat, electric),
     }

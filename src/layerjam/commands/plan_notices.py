@@ -13,15 +13,15 @@ if TYPE_CHECKING:
     from layerjam.control.plan_build import Build
 
 
-def plan_notices(made: "Plan", build: "Build | None") -> Iterator[Notice]:
+def plan_notices(plan: "Plan", build: "Build | None") -> Iterator[Notice]:
     """Return the assumptions of a plan, and effects that it leaves out."""
     from layerjam.control.plan_spread import SHIFTS
     from layerjam.fluid.closed_forms import lowest
     from layerjam.simulate.coupled import MATTERS
 
-    case, standby = made.case, made.standby
+    case, standby = plan.case, plan.standby
     line, tank = standby.line, standby.line.reservoir
-    yield from stop_notices(made.brake)
+    yield from stop_notices(plan.brake)
     if case.mass_sd or case.speed_sd:
         yield Notice(
             "mass and speed: log-normal, independent; chances and expected peak by exact stops at "
@@ -42,7 +42,7 @@ def plan_notices(made: "Plan", build: "Build | None") -> Iterator[Notice]:
         yield from (Notice(sentence, "assumed-build") for sentence in build.assumed)
     if standby.water:
         yield ONLY_COMPLIANCE
-    modes = {"full": made.full} if made.capped else {"full": made.full, "tuned": made.tuned}
+    modes = {"full": plan.full} if plan.capped else {"full": plan.full, "tuned": plan.tuned}
     for name, mode in modes.items():
         if mode.coupled is not None and mode.coupled.matters:
             yield Notice(
@@ -50,12 +50,12 @@ def plan_notices(made: "Plan", build: "Build | None") -> Iterator[Notice]:
                 f"{MATTERS:.0%}; chances and sizes count at constant vacuum",
                 "coupling-matters",
             )
-    if made.needed is not None and made.tuned.vacuum > made.needed and not made.capped:
+    if plan.needed is not None and plan.tuned.vacuum > plan.needed and not plan.capped:
         yield Notice(
-            f"the idle vacuum cannot be let off in time to the tuned {show(made.needed, 'Pa')}; "
-            f"{show(made.tuned.vacuum, 'Pa')} is left",
+            f"the idle vacuum cannot be let off in time to the tuned {show(plan.needed, 'Pa')}; "
+            f"{show(plan.tuned.vacuum, 'Pa')} is left",
             "idle-vacuum-left",
         )
-    if made.rising.vacuum[-1] < case.standing * (1 - 1e-9):
+    if plan.rising.vacuum[-1] < case.standing * (1 - 1e-9):
         falls = "the vacuum falls during the warning: the leak is more than the pump takes out"
         yield Notice(falls, "vacuum-falls")

@@ -357,9 +357,9 @@ def _why_not(device: Any, slip: Any, force: Any, pressure: Any, low: Any, high: 
 
     missing = np.flatnonzero(~np.isfinite(np.ravel(pressure)))[0]
     cases = np.broadcast_arrays(slip, force, low, high)
-    x, wanted, least, greatest = (float(np.ravel(case)[missing]) for case in cases)
+    x, target, least, greatest = (float(np.ravel(case)[missing]) for case in cases)
     place = f"at {in_words(x, 'm')}"
-    if wanted < least:
+    if target < least:
         return (
             f"{place} the enclosure alone resists with {in_words(least, 'N')}; no vacuum makes it "
             "less"

@@ -24,7 +24,7 @@ ROOM = 293.15
 """Temperature [K] of the gas where none is given: 20 °C, assumed."""
 
 
-def temperature_of(text: float | str | None, _given: object = None) -> float | None:
+def temperature_of(text: float | str | None, _arguments: object = None) -> float | None:
     """Kelvin of "23 °C", "296 K" or a number of kelvin; QuantityError for what is none."""
     if text is None:
         return None
@@ -67,7 +67,7 @@ class PressureLog:
     absolute: Array
     reading: str
     atmosphere: float
-    said: list[str]
+    notices: list[str]
 
     @property
     def understood(self) -> list[str]:
@@ -110,6 +110,6 @@ def window(start: float | None, end: float | None) -> tuple[float | None, float 
     return start, end
 
 
-def span_text(found: Sequence[float]) -> str:
+def span_text(span: Sequence[float]) -> str:
     """A part of a log in words."""
-    return f"{found[0]:.4g} s to {found[1]:.4g} s"
+    return f"{span[0]:.4g} s to {span[1]:.4g} s"

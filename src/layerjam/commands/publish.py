@@ -163,7 +163,7 @@ class Recomputed(Result):
 
     def lines(self) -> Iterator[str]:
         """Yield the first differences of each file, the parts not compared, and the versions."""
-        published, here = self.versions["published"], self.versions["recomputed"]
+        original_versions, own_versions = self.versions["published"], self.versions["recomputed"]
         for file in dict.fromkeys(row["file"] for row in self.differs):
             rows = [row for row in self.differs if row["file"] == file]
             yield from ("", f"{file}: published, recomputed, relative difference")
@@ -178,8 +178,8 @@ class Recomputed(Result):
             yield from ("", "not compared:")
         yield from (f"  {file}: {reason}" for file, reason in self.not_compared.items())
         yield ""
-        for name in dict.fromkeys((*published, *here)):
-            was, has = published.get(name, "not stated"), here.get(name, "not here")
+        for name in dict.fromkeys((*original_versions, *own_versions)):
+            was, has = original_versions.get(name, "not stated"), own_versions.get(name, "not here")
             yield f"{name} {was}" + ("" if was == has else f", here {has}")
 
 
@@ -207,9 +207,12 @@ def recompute(
     from layerjam.commands.recomputing import recompute_dataset
 
     outcome = recompute_dataset(Path(dataset), progress or (lambda _what, _share: None))
-    published, here = outcome["versions"]["published"], outcome["versions"]["recomputed"]
+    original_versions, own_versions = (
+        outcome["versions"]["published"],
+        outcome["versions"]["recomputed"],
+    )
     notices = []
-    if not outcome["equal"] and published != here:
+    if not outcome["equal"] and original_versions != own_versions:
         sentence = "other versions computed this; the versions, not the data, may explain a "
         notices.append(Notice(f"{sentence}difference", "other-versions"))
     verdict = Verdict(decisions=outcome.pop("decisions"))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from layerjam.commands.dataset_stages import derive, describe, options_of
 from layerjam.commands.declare import Progress
-from layerjam.commands.left_out import OF
+from layerjam.commands.left_out import SPECIMEN_MARK
 from layerjam.commands.measurements import Measurements
 from layerjam.commands.quantities import AnyBrake, brake_file
 from layerjam.commands.report import HowTested
@@ -35,8 +35,8 @@ def write(
     brake: AnyBrake | None,
     line: str | Path | None,
     measurements: Measurements,
-    how: HowTested,
-    stated: Stated,
+    methods: HowTested,
+    statements: Stated,
     overwrite: bool,
     tell: Progress,
 ) -> tuple[BrakeFile, dict[str, Any]]:
@@ -47,22 +47,25 @@ def write(
     from layerjam.report import page
 
     page.check_extras()
-    notices = stated.notices()
+    notices = statements.notices()
     _writable(folder, out, overwrite)
     tell("looking at the files", 0.0)
-    measured = campaigns.campaign(folder, how.options)
-    file, uses = (_tested(brake, measured, how.atmosphere), _given(measured, measurements))
+    campaign = campaigns.campaign(folder, methods.options)
+    file, uses = (
+        _brake_of(brake, campaign, methods.atmosphere),
+        _relative_uses(campaign, measurements),
+    )
     line_text = None if line is None else load_line(line).text
     with (
         report_failure(out, "cannot be written"),
         hidden_folder(out.absolute().parent) as hidden,
     ):
         staging = hidden / "dataset"
-        _copy(measured, staging)
+        _copy(campaign, staging)
         texts = {BRAKE: file.text or file.render(file.name), LINE: line_text}
         write_files(staging, {name: text for name, text in texts.items() if text is not None})
         try:
-            recipe, content = _derive(staging, measured, uses, how, stated, tell)
+            recipe, content = _derive(staging, campaign, uses, methods, statements, tell)
         except FileError as err:
             raise _where_it_lies(err, staging, folder) from None
         stops = bool(content.verdict.failed)
@@ -78,8 +81,8 @@ def write(
         checksums=None if stops else str(out / checksums.NAME),
         fingerprint=None if stops else sha256(out / checksums.NAME),
         report=None if stops else str(out / REPORT / "report.html"),
-        licence=stated.licence,
-        authors=[vars(author) for author in stated.authors],
+        licence=statements.licence,
+        authors=[vars(author) for author in statements.authors],
         refused={name: reason for name, _, reason in content.refused},
         warnings=[*_notices(content), *notices],
         record=content,
@@ -109,40 +112,40 @@ def _notices(content: "BrakeReport") -> Iterator[Notice]:
 
 def _derive(
     staging: Path,
-    found: campaigns.Campaign,
-    given: Measurements,
-    how: HowTested,
-    stated: Stated,
+    campaign: campaigns.Campaign,
+    uses: Measurements,
+    methods: HowTested,
+    statements: Stated,
     tell: Progress,
 ) -> "tuple[Recipe, BrakeReport]":
     """Everything that follows from the raw files, written beside them."""
-    options = options_of(how)
+    options = options_of(methods)
     if "exclude" in options:
         exclusions = options["exclude"].items()
-        options["exclude"] = {_inside(found, name): reason for name, reason in exclusions}
-    friction, calibration_pulls, test_pulls = _divided(staging, given, how, tell)
+        options["exclude"] = {_inside(campaign, name): reason for name, reason in exclusions}
+    friction, calibration_pulls, test_pulls = _split_uses(staging, uses, methods, tell)
     recipe = Recipe(
         versions=versions(),
         brake=BRAKE,
         results=RESULTS,
         options=options,
-        stated=stated,
+        stated=statements,
         friction=friction,
         calibrate=calibration_pulls,
         validate=test_pulls,
     )
     recipe, content = derive(staging, recipe, staging, tell)
-    description = describe(staging, checksums.inside(staging), recipe, stated, content)
+    description = describe(staging, checksums.inside(staging), recipe, statements, content)
     write_files(staging, {METADATA: description})
     write_files(staging, {checksums.NAME: checksums.written(staging, checksums.inside(staging))})
     return recipe, content
 
 
-def _inside(found: campaigns.Campaign, name: str) -> str:
+def _inside(campaign: campaigns.Campaign, name: str) -> str:
     """A file, or a specimen of one, by its path inside the dataset; a bare name stays as it is."""
-    path, separator, specimen = name.partition(OF)
+    path, separator, specimen = name.partition(SPECIMEN_MARK)
     try:
-        (relative,) = campaigns.relative_paths(found.folder, [path])
+        (relative,) = campaigns.relative_paths(campaign.folder, [path])
     except FileError:
         return name
     return f"{RAW}/{relative}{separator}{specimen}"
@@ -163,63 +166,63 @@ def _writable(folder: Path, out: Path, overwrite: bool) -> None:
         raise FileError(out, f"lies in the campaign's own folder {folder}; name one outside it")
 
 
-def _tested(
-    brake: AnyBrake | None, found: campaigns.Campaign, atmosphere: float | None
+def _brake_of(
+    brake: AnyBrake | None, campaign: campaigns.Campaign, atmosphere: float | None
 ) -> BrakeFile:
     if brake is None:
-        brake_name = campaigns.brake_of(found)
-        inside = found.folder / brake_name
-        brake = inside if brake_name in found.brakes else brake_name
+        brake_name = campaigns.brake_of(campaign)
+        inside = campaign.folder / brake_name
+        brake = inside if brake_name in campaign.brakes else brake_name
     return brake_file(brake, atmosphere)
 
 
-def _given(found: campaigns.Campaign, asked: Measurements) -> Measurements:
+def _relative_uses(campaign: campaigns.Campaign, request: Measurements) -> Measurements:
     """The files by their use, as paths inside the campaign's folder."""
     lists = {
-        f.name: list(campaigns.relative_paths(found.folder, _listed(getattr(asked, f.name))))
-        for f in fields(asked)
+        f.name: list(campaigns.relative_paths(campaign.folder, _as_list(getattr(request, f.name))))
+        for f in fields(request)
         if f.name != "holdout"
     }
     if any(lists[use] for use in ("friction", "pulls", "validate")):
-        return Measurements(**lists, holdout=asked.holdout)
-    lists |= {"friction": list(found.friction), "pulls": list(found.pulls)}
-    if not (asked.holdout or lists["calibrate_on"]):
-        calibration_pulls, others = campaigns.split_calibration_pulls(found)
+        return Measurements(**lists, holdout=request.holdout)
+    lists |= {"friction": list(campaign.friction), "pulls": list(campaign.pulls)}
+    if not (request.holdout or lists["calibrate_on"]):
+        calibration_pulls, others = campaigns.split_calibration_pulls(campaign)
         lists |= {
             "pulls": calibration_pulls or others,
             "validate": others if calibration_pulls else [],
         }
-    return Measurements(**lists, holdout=asked.holdout)
+    return Measurements(**lists, holdout=request.holdout)
 
 
-def _listed(given: Any) -> list[Any]:
-    return [given] if isinstance(given, str | Path) else list(given)
+def _as_list(files: Any) -> list[Any]:
+    return [files] if isinstance(files, str | Path) else list(files)
 
 
-def _copy(found: campaigns.Campaign, staging: Path) -> None:
-    for name in found.files:
+def _copy(campaign: campaigns.Campaign, staging: Path) -> None:
+    for name in campaign.files:
         target = staging / RAW / name
         target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(found.folder / name, target)
+        shutil.copyfile(campaign.folder / name, target)
 
 
-def _divided(
-    staging: Path, given: Measurements, how: HowTested, tell: Progress
+def _split_uses(
+    staging: Path, uses: Measurements, methods: HowTested, tell: Progress
 ) -> list[tuple[str, ...]]:
     """Return the paths inside the dataset for each of USES."""
 
-    def there(names: Any) -> list[str]:
+    def staged(names: Any) -> list[str]:
         return [str(staging / RAW / name) for name in names]
 
     request = Measurements(
-        friction=there(given.friction),
-        pulls=there(given.pulls),
-        validate=there(given.validate),
-        calibrate_on=there(given.calibrate_on),
-        holdout=given.holdout,
+        friction=staged(uses.friction),
+        pulls=staged(uses.pulls),
+        validate=staged(uses.validate),
+        calibrate_on=staged(uses.calibrate_on),
+        holdout=uses.holdout,
     )
-    calibration_pulls, test_pulls = request.divided(how.options, tell)
+    calibration_pulls, test_pulls = request.split_pulls(methods.options, tell)
     return [
-        tuple(Path(str(p)).relative_to(staging).as_posix() for p in _listed(files))
+        tuple(Path(str(p)).relative_to(staging).as_posix() for p in _as_list(files))
         for files in (request.friction, calibration_pulls, test_pulls)
     ]

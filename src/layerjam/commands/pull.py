@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from layerjam.commands.declare import Help, Progress, command
-from layerjam.commands.files import CURVE, each, understood
+from layerjam.commands.files import CURVE, describe_readings, read_each
 from layerjam.commands.pressure_log import End, Start, window
 from layerjam.commands.quantities import Accept
 from layerjam.commands.reading import FileOptions, Files
@@ -75,7 +75,7 @@ class Pulls(Judged):
         return [Curve(np.concatenate(x), np.concatenate(y), measured=True)]
 
     @classmethod
-    def takes_beside(cls, other: type[Result]) -> bool:
+    def takes_beside(cls, kind: type[Result]) -> bool:
         """None: these are the curves of files, each with a panel of its own."""
         return False
 
@@ -107,7 +107,7 @@ def pull(
         part = _cut(trace, span)
         return part.thinned(CURVE), pull_summary(part, tare).thinned(CURVE)
 
-    used, refusals = each(files, use, options, progress)
+    used, refusals = read_each(files, use, options, progress)
     ripples = share_a_spacing([summary.ripple or summary.teeth for _, summary in used])
     used = [
         (trace, (ripple and summary.as_ripple) or summary)
@@ -115,7 +115,7 @@ def pull(
     ]
     warnings = [w for trace, _ in used for w in trace.warnings]
     warnings += [
-        Notice(f"{_called(trace)}: {note}", "pull")
+        Notice(f"{_trace_name(trace)}: {note}", "pull")
         for trace, summary in used
         for note in summary.notes
     ]
@@ -123,7 +123,7 @@ def pull(
         judge([_rises(used)], accept),
         pulls=[_row(trace, summary) for trace, summary in used],
         tare=tare,
-        understood=understood(t for t, _ in used),
+        understood=describe_readings(t for t, _ in used),
         refused=refusals,
         warnings=warnings,
         record=used,
@@ -155,7 +155,7 @@ def _rises(used: list[tuple[Trace, PullSummary]]) -> Check:
         if summary.second_rise is not None:
             time = _second_rise_time(trace, summary)
             begin = f" (second from {show(time, 's', 3)})" if time is not None else ""
-            places.append(f"{_called(trace)}{begin}")
+            places.append(f"{_trace_name(trace)}{begin}")
     return check(
         "rises",
         not places,
@@ -165,7 +165,7 @@ def _rises(used: list[tuple[Trace, PullSummary]]) -> Check:
     )
 
 
-def _called(trace: Trace) -> str:
+def _trace_name(trace: Trace) -> str:
     """The file, and the specimen where it holds several."""
     return f"{trace.path}, specimen {trace.specimen}" if trace.specimen else trace.path
 

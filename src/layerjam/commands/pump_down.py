@@ -128,10 +128,10 @@ def pump_down(
 
     if (with_volume is None) != (added_volume is None):
         raise QuantityError("added volume: give the second log and --added-volume, or neither")
-    names_given = _known(volume, flow, added_volume, compliance)
+    names_given = _given_names(volume, flow, added_volume, compliance)
     span = window(start, end)
 
-    def one(path: str | Path, shrink: float | None = 0.0) -> tuple[PumpDown, PressureLog]:
+    def fit_log(path: str | Path, shrink: float | None = 0.0) -> tuple[PumpDown, PressureLog]:
         read = read_pressure(path, options, atmosphere, zero)
         time, around = read.log["time"], read.atmosphere
         return (
@@ -139,17 +139,17 @@ def pump_down(
             read,
         )
 
-    first, read = one(file)
+    first, read = fit_log(file)
     single, constant, second = first, None, None
-    warnings = list(read.said)
+    warnings = list(read.notices)
     if compliance is not None:
         constant = first
-        single = _shrinking(first, compliance, volume, flow, lambda s: one(file, s)[0])
+        single = _shrinking(first, compliance, volume, flow, lambda s: fit_log(file, s)[0])
         if compliance == "fit" and not better_with_shrink(first, single):
             warnings.append(Notice(NO_COMPLIANCE, "no-compliance"))
     if with_volume is not None:
-        second, alternative = one(with_volume)
-        warnings += alternative.said
+        second, alternative = fit_log(with_volume)
+        warnings += alternative.notices
     if not names_given:
         warnings.append(Notice(PROPORTION, "flow-over-volume"))
     numbers = _of_pump(single, second, volume, flow, added_volume)
@@ -168,7 +168,7 @@ def pump_down(
     )
 
 
-def _known(volume: Any, flow: Any, added_volume: Any, compliance: Any) -> list[str]:
+def _given_names(volume: Any, flow: Any, added_volume: Any, compliance: Any) -> list[str]:
     """Return the quantities that are given beside the log; QuantityError if there are several."""
     numbers = {"volume": volume, "flow": flow, "added volume": added_volume}
     names = [name for name, value in numbers.items() if value is not None]
@@ -184,52 +184,52 @@ def _shrinking(
     compliance: Any,
     volume: float | None,
     flow: float | None,
-    fitted: Callable[[float | None], PumpDown],
+    fit_with: Callable[[float | None], PumpDown],
 ) -> PumpDown:
     """The fit with a volume that shrinks with vacuum, by `compliance` [m^3/Pa] or "fit"."""
     from layerjam.identify.logs.pump_down import with_compliance
 
     if compliance == "fit":
-        return fitted(None)
+        return fit_with(None)
     if volume is None and flow is None:
         raise QuantityError("compliance: needs --volume or --flow, or write --compliance fit")
     fit = constant
     for _ in range(12 if volume is None else 1):  # the volume follows from the flow, and back
-        fit = fitted(with_compliance(volume, flow, compliance, fit))
+        fit = fit_with(with_compliance(volume, flow, compliance, fit))
     return fit
 
 
 def _of_pump(
-    alone: PumpDown,
+    first: PumpDown,
     second: PumpDown | None,
     volume: float | None,
     flow: float | None,
-    added: float | None,
+    volume_added: float | None,
 ) -> dict[str, Any]:
     """Return the numbers of pump and volume that the fits determine."""
     from layerjam.identify.logs.pump_down import flow_of, from_two, volume_of
 
-    derived: dict[str, DerivedValue] = {}
-    if second is not None and added is not None:
-        derived["volume"], derived["flow"] = from_two(alone, second, added)
+    derivations: dict[str, DerivedValue] = {}
+    if second is not None and volume_added is not None:
+        derivations["volume"], derivations["flow"] = from_two(first, second, volume_added)
     elif volume is not None:
-        derived["flow"] = flow_of(alone, volume)
+        derivations["flow"] = flow_of(first, volume)
     elif flow is not None:
-        derived["volume"] = volume_of(alone, flow)
-    values = {name: entry.value for name, entry in derived.items()}
+        derivations["volume"] = volume_of(first, flow)
+    values = {name: entry.value for name, entry in derivations.items()}
     base = values.get("volume", volume)
     return {
-        **bounds(rate=alone.interval(2), ultimate_pressure=alone.interval(1)),
-        **bounds(compliance_ratio=alone.interval(3) if alone.shrink_fitted else None),
-        **bounds(**{name: entry.interval for name, entry in derived.items()}),
+        **bounds(rate=first.interval(2), ultimate_pressure=first.interval(1)),
+        **bounds(compliance_ratio=first.interval(3) if first.shrink_fitted else None),
+        **bounds(**{name: entry.interval for name, entry in derivations.items()}),
         **{"volume": volume, "flow": flow, **values},
         "rate_with_volume": second and second.rate,
-        "time_constant": 1 / alone.rate,
-        "ultimate_pressure": alone.ultimate,
-        "ultimate_vacuum": alone.atmosphere - alone.ultimate,
-        "start_pressure": alone.start,
-        "compliance_ratio": alone.shrink or None,
-        "compliance": alone.shrink * base if base and alone.shrink else None,
+        "time_constant": 1 / first.rate,
+        "ultimate_pressure": first.ultimate,
+        "ultimate_vacuum": first.atmosphere - first.ultimate,
+        "start_pressure": first.start,
+        "compliance_ratio": first.shrink or None,
+        "compliance": first.shrink * base if base and first.shrink else None,
     }
 
 

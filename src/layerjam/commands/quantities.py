@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
-from layerjam.commands.declare import ARRAY, Help, Input, OutFile, declared
+from layerjam.commands.declare import ARRAY, Help, Input, OutFile, record_parameters
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
@@ -76,10 +76,10 @@ VacuumShare = Annotated[
     float, SHARE, Help("Share of the vacuum that presses the sheets; all of it if not given.")
 ]
 LeakTime = Annotated[float, LEAK_TIME, Help("Time constant of the leak, as `leak` prints it.")]
-Held = Annotated[
+HoldTime = Annotated[
     float, HELD, Help("With a leak: from shutting the line off to the taut rope (0 s).")
 ]
-Tuned = Literal["tuned"]
+TunedKeyword = Literal["tuned"]
 Horizontal = Annotated[bool, Help("No gravity along the pull.")]
 Overwrite = Annotated[bool, Help("Replace files that exist.", old=("--force", "--replace"))]
 OutBrake = Annotated[
@@ -87,15 +87,17 @@ OutBrake = Annotated[
 ]
 
 
-def _accepted(
-    value: Sequence[str] | Mapping[str, str], _given: Mapping[str, Any]
+def _read_accept(
+    value: Sequence[str] | Mapping[str, str], _arguments: Mapping[str, Any]
 ) -> Mapping[str, str]:
     return read_acceptances(value)
 
 
 Accept = Annotated[
     Mapping[str, str] | None,
-    Input("Accept this failed check, with the reason.", metavar="CHECK=REASON", convert=_accepted),
+    Input(
+        "Accept this failed check, with the reason.", metavar="CHECK=REASON", convert=_read_accept
+    ),
 ]
 """`--accept CHECK="reason"`, repeatable; the function gets {check: reason}."""
 
@@ -110,23 +112,23 @@ def brake_file(brake: AnyBrake, atmosphere: float | str | None = None) -> BrakeF
 
 
 def record_file(
-    given: Any,
+    source: Any,
     kind: type[F],
     read: Callable[[str | Path], F],
     atmosphere: float | str | None,
 ) -> F:
     """The file of a brake or a line from its name, its path, a file or a bare record, checked."""
-    if isinstance(given, str | Path):
-        file = read(given)
-    elif isinstance(given, kind):
-        kind.check(given.record)
-        file = given
-    elif isinstance(given, kind.kind):
-        kind.check(given)
-        file = kind.of(given)
+    if isinstance(source, str | Path):
+        file = read(source)
+    elif isinstance(source, kind):
+        kind.check(source.record)
+        file = source
+    elif isinstance(source, kind.kind):
+        kind.check(source)
+        file = kind.of(source)
     else:
         raise QuantityError(
-            f"{kind.holds}: {type(given).__name__} is not a {kind.holds}; give a name of the "
+            f"{kind.holds}: {type(source).__name__} is not a {kind.holds}; give a name of the "
             f"catalogue, the path of its file, or what layerjam.{read.__name__} returns"
         )
     if atmosphere is None:
@@ -144,12 +146,12 @@ EXPORTS = (".csv", ".txt", ".tra", ".tsv", ".dat", ".xls", ".xlsx", ".ods")
 """Endings of measurements."""
 
 
-def _brake(value: AnyBrake, given: Mapping[str, Any]) -> BrakeFile:
+def _brake(value: AnyBrake, arguments: Mapping[str, Any]) -> BrakeFile:
     if isinstance(value, str | Path) and Path(value).suffix.lower() in EXPORTS:
         raise QuantityError.of(
             "brake", f"{value} is a measurement; the brake comes first, then the files"
         )
-    return brake_file(value, given.get("atmosphere"))
+    return brake_file(value, arguments.get("atmosphere"))
 
 
 BrakeInput = Annotated[
@@ -171,15 +173,18 @@ def with_share(file: BrakeFile, share: Any) -> BrakeFile:
     return replace(file, brake=brake, sources={**file.sources, **sources})
 
 
-def parse_options(cls: type[T], given: Mapping[str, Any]) -> T:
+def parse_options(cls: type[T], values: Mapping[str, Any]) -> T:
     """Return a record of `options` from text or SI numbers, checked, for other functions."""
-    by_name = {p.name: p for p in declared(cls)}
-    unknown = [name for name in given if name not in by_name]
+    by_name = {p.name: p for p in record_parameters(cls)}
+    unknown = [name for name in values if name not in by_name]
     if unknown:
         raise UnknownNameError(f"field of {cls.__name__}", unknown[0], by_name)
     notices: list[Notice] = []
     return cls(
-        **{name: p.read(given.get(name, p.default), given, notices) for name, p in by_name.items()}
+        **{
+            name: p.read(values.get(name, p.default), values, notices)
+            for name, p in by_name.items()
+        }
     )
 
 

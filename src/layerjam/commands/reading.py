@@ -31,13 +31,13 @@ AnyFiles = Sequence[Measured | DataFrame] | Measured | DataFrame
 
 def several(files: AnyFiles) -> list[Measured]:
     """Return the files as a list; one path, trace or data frame alone makes a list of one."""
-    return _measured(files, {})
+    return _as_measurements(files, {})
 
 
-def _measured(files: AnyFiles, given: Mapping[str, Any]) -> list[Measured]:
-    """Return paths and traces; data frames are read as `given` options say."""
+def _as_measurements(files: AnyFiles, arguments: Mapping[str, Any]) -> list[Measured]:
+    """Return paths and traces; data frames are read as `arguments` options say."""
     options = next(
-        (source for source in given.values() if isinstance(source, ReadingOptions)), None
+        (source for source in arguments.values() if isinstance(source, ReadingOptions)), None
     )
     sources = [files] if isinstance(files, str | Path | Trace | DataFrame) else list(files)
     return [
@@ -56,7 +56,7 @@ def _trace(frame: DataFrame, options: ReadingOptions, number: int) -> Trace:
 
 Files = Annotated[
     Sequence[Measured],
-    Input("Exports of a test machine.", metavar="FILE...", convert=_measured),
+    Input("Exports of a test machine.", metavar="FILE...", convert=_as_measurements),
 ]
 FileVacuum = Annotated[
     float | None, VACUUM, Help("Vacuum of files whose sidecar does not state it.")

@@ -38,7 +38,7 @@ class _Comparison:
     found: list[Difference] = field(default_factory=list)
     not_compared: dict[str, str] = field(default_factory=dict)
 
-    def file(self, name: str, recomputed: bytes) -> None:
+    def file(self, name: str, content: bytes) -> None:
         """Compare a published file; by its numbers alone if other versions wrote it."""
         path = self.root / name
         if not path.is_file():
@@ -46,18 +46,18 @@ class _Comparison:
                 self.found.append(Difference("the file", name, None, "computed"))
             return
         original = path.read_bytes()
-        self.numbers += count(name, recomputed)
-        differences = list(file_differences(name, original, recomputed))
+        self.numbers += count(name, content)
+        differences = list(file_differences(name, original, content))
         if differences and (others := self._others()):
             try:
-                differences = list(self._numbers(name, original, recomputed))
+                differences = list(self._numbers(name, original, content))
             except ValueError:
                 differences = [Difference("text", name, "cannot be read", None)]
             if not differences:
                 self.not_compared[name] = f"its words and drawings: {others}"
         self.found += differences
 
-    def description(self, recomputed: str) -> None:
+    def description(self, text: str) -> None:
         """Compare ro-crate-metadata.json, without the files whose checksum differs already."""
         path = self.root / METADATA
         try:
@@ -65,21 +65,21 @@ class _Comparison:
         except (ValueError, RecursionError):
             original = {}
         left_out = {crate.address(name) for name in self.changed}
-        was, here = (by_name(prune(d, left_out)) for d in (original, json.loads(recomputed)))
-        self.found += differences(was, here, METADATA, words=True)
+        was, own = (by_name(prune(d, left_out)) for d in (original, json.loads(text)))
+        self.found += differences(was, own, METADATA, words=True)
 
-    def _numbers(self, name: str, published: bytes, recomputed: bytes) -> Iterator[Difference]:
+    def _numbers(self, name: str, original: bytes, content: bytes) -> Iterator[Difference]:
         if name != RESULTS:
-            return number_differences(name, published, recomputed)
-        documents = (json.loads(text) for text in (published, recomputed))
-        was, here = ({s: document[s] for s in STAGES if document.get(s)} for document in documents)
-        return differences(was, here, name)
+            return number_differences(name, original, content)
+        documents = (json.loads(text) for text in (original, content))
+        was, own = ({s: document[s] for s in STAGES if document.get(s)} for document in documents)
+        return differences(was, own, name)
 
     def _others(self) -> str:
         """Which other versions wrote the dataset, in words; empty if these did."""
-        original, here = self.recipe.versions, versions()
+        original, own = self.recipe.versions, versions()
         differing = [
-            f"{n} {v}, here {here.get(n, 'none')}" for n, v in original.items() if here.get(n) != v
+            f"{n} {v}, here {own.get(n, 'none')}" for n, v in original.items() if own.get(n) != v
         ]
         if self.recipe.format < FORMAT:
             differing.append(f"form {self.recipe.format} of the recipe")

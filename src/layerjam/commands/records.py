@@ -149,7 +149,7 @@ def _database(db: str | None) -> Any:
 @command(
     "share",
     place=80,
-    under="records",
+    parent="records",
     examples=("layerjam records add my-brake.toml pull-1.csv --db lab.db",),
     computes=False,
 )
@@ -196,7 +196,7 @@ def records_add(
 @command(
     "share",
     place=81,
-    under="records",
+    parent="records",
     examples=("layerjam records list --db lab.db",),
     computes=False,
 )
@@ -215,16 +215,16 @@ def records_list(*, db: RecordsDatabase = None) -> RecordsListed:
     )
 
 
-def _none_yet(database: Any, found: Sequence[Any]) -> list[Notice]:
+def _none_yet(database: Any, records: Sequence[Any]) -> list[Notice]:
     """That there is nothing yet, so that a mistyped name is noticed."""
     text = f"{database.where}: there are no records yet; 'layerjam records add' makes them"
-    return [] if found else [Notice(text, "no-records")]
+    return [] if records else [Notice(text, "no-records")]
 
 
 @command(
     "share",
     place=82,
-    under="records",
+    parent="records",
     examples=("layerjam records show pull-2.csv --db lab.db",),
     computes=False,
 )
@@ -243,7 +243,7 @@ def records_show(ident: RecordId, *, db: RecordsDatabase = None) -> RecordShown:
 @command(
     "share",
     place=83,
-    under="records",
+    parent="records",
     examples=("layerjam records verify --db lab.db",),
     computes=False,
 )
@@ -269,7 +269,7 @@ def records_verify(
 @command(
     "share",
     place=84,
-    under="records",
+    parent="records",
     examples=('layerjam records withdraw pull-2.csv --why "the grip slipped" --db lab.db',),
     computes=False,
 )

@@ -142,8 +142,8 @@ def regulate(
     from layerjam.control.detection import detection_times
 
     if (fault is None) != (fault_at is None):
-        stated, missing = ("fault", "fault at") if fault_at is None else ("fault at", "fault")
-        raise QuantityError.of(missing, f"missing; {stated} is given, and they go together")
+        given_name, missing = ("fault", "fault at") if fault_at is None else ("fault at", "fault")
+        raise QuantityError.of(missing, f"missing; {given_name} is given, and they go together")
     vacuum_within(target, line.line, "target")
     law, notices = regulator_of(line, target, settings)
     step_fit = None
@@ -156,7 +156,7 @@ def regulate(
         raise QuantityError("reading, from, to: they go only with --step")
     constant = law.plant.time_constant(target)
     length = 12 * constant if duration is None else duration
-    injection, fault_text = _injected(fault, fault_at, law, target, length, line)
+    injection, fault_text = _fault_injection(fault, fault_at, law, target, length, line)
     loop = simulate(law, [(float(length), float(target))], injected=injection, seed=seed)
     checks = [*regulation_checks(law, target, loop)]
     if fault is not None:
@@ -177,26 +177,26 @@ def regulate(
         reachable=law.plant.reach,
         time_constant=constant,
         duration=length,
-        identified=None if step_fit is None else _seen(step_fit),
+        identified=None if step_fit is None else _identified_values(step_fit),
         detection={k: v if math.isfinite(v) else None for k, v in times.items()},
         warnings=notices,
         record=(law, loop),
     )
 
 
-def _seen(found: Identified) -> dict[str, Any]:
+def _identified_values(fit: Identified) -> dict[str, Any]:
     return {
-        "rate": found.plant.rate,
-        "pole": list(found.rate_interval),
-        "reach": list(found.reach_interval),
-        "noise": found.noise,
+        "rate": fit.plant.rate,
+        "pole": list(fit.rate_interval),
+        "reach": list(fit.reach_interval),
+        "noise": fit.noise,
     }
 
 
-def _injected(
+def _fault_injection(
     fault: str | None,
-    at: float | None,
-    made: Regulator,
+    start: float | None,
+    regulator: Regulator,
     target: float,
     length: float,
     file: LineFile,
@@ -204,22 +204,22 @@ def _injected(
     """Return the injected fault and its description; None and "" if there is none."""
     from layerjam.control.faults import FaultInjection, injection_of
 
-    if fault is None or at is None:
+    if fault is None or start is None:
         return FaultInjection(), None
-    if at >= length:
+    if start >= length:
         raise QuantityError.of(
-            "fault at", f"{show(at, 's')} is not allowed; the run ends at {show(length, 's')}"
+            "fault at", f"{show(start, 's')} is not allowed; the run ends at {show(length, 's')}"
         )
-    injection, words = injection_of(fault, at, made, target)
+    injection, words = injection_of(fault, start, regulator, target)
     if file.line.valve is None and injection.pump < 1:
         # the pump run backwards is the only way down
         injection = replace(injection, vent=injection.pump)
     return injection, words
 
 
-def _of_the_fault(fault: str, injected: FaultInjection, loop: ClosedLoop) -> Check:
+def _of_the_fault(fault: str, injection: FaultInjection, loop: ClosedLoop) -> Check:
     """Return the check that an injected fault is reported, and not before it begins."""
-    if loop.fault_time < injected.at:
+    if loop.fault_time < injection.at:
         sentence = (
             f"{loop.outcome} was reported at {show(loop.fault_time, 's')}, before the fault began"
         )

@@ -73,11 +73,13 @@ class RecordedStep:
     ] = None
 
 
-def regulator_of(file: LineFile, at: float, how: RegulatorSettings) -> tuple[Regulator, list[str]]:
+def regulator_of(
+    file: LineFile, vacuum: float, settings: RegulatorSettings
+) -> tuple[Regulator, list[str]]:
     """A regulator for a line, its leak and valve made linear at a vacuum [Pa]; what is assumed."""
     notices = [*file.warnings()]
-    plant = plant_of(file.line, vacuum=at, water=how.fluid == "water")
-    sensor = sensor_of(file, how.sensor_range, how.noise)
+    plant = plant_of(file.line, vacuum=vacuum, water=settings.fluid == "water")
+    sensor = sensor_of(file, settings.sensor_range, settings.noise)
     if not plant.vent or file.line.valve is None:
         notices.append(
             Notice(
@@ -90,12 +92,16 @@ def regulator_of(file: LineFile, at: float, how: RegulatorSettings) -> tuple[Reg
     regulator = Regulator(
         plant=plant,
         sensor=sensor,
-        kind=how.kind,
-        safe_state=how.safe_state or "",
+        kind=settings.kind,
+        safe_state=settings.safe_state or "",
         # without a valve there is no other way down
-        reversible=how.reversible or (file.line.valve is None and plant.backwards > 0),
-        tuned_at=at,
-        **_given(sample_time=how.sample_time, minimum_on=how.least_run, minimum_off=how.least_run),
+        reversible=settings.reversible or (file.line.valve is None and plant.backwards > 0),
+        tuned_at=vacuum,
+        **_without_none(
+            sample_time=settings.sample_time,
+            minimum_on=settings.least_run,
+            minimum_off=settings.least_run,
+        ),
     )
     return regulator, notices
 
@@ -106,7 +112,7 @@ def sensor_of(file: LineFile, span: float | None, noise: float | None = None) ->
         raise QuantityError.of(
             "sensor", f"{file.name} has none; give --sensor-range, the greatest vacuum it shows"
         )
-    return replace(file.line.sensor or Sensor(range=1.0), **_given(range=span, noise=noise))
+    return replace(file.line.sensor or Sensor(range=1.0), **_without_none(range=span, noise=noise))
 
 
 def _left_out(file: LineFile, plant: Plant) -> list[Notice]:
@@ -133,7 +139,7 @@ def _left_out(file: LineFile, plant: Plant) -> list[Notice]:
     return notices
 
 
-def _given(**values: Any) -> dict[str, Any]:
+def _without_none(**values: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not None}
 
 
@@ -154,7 +160,7 @@ def _check_step(plant: Plant) -> None:
 def tuned_by(
     regulator: Regulator,
     step: str | Path,
-    recorded: RecordedStep,
+    options: RecordedStep,
     atmosphere: float,
     keep_noise: bool,
 ) -> tuple[Regulator, Identified, list[str]]:
@@ -167,9 +173,9 @@ def tuned_by(
     from layerjam.commands.pressure_log import read_pressure, window
     from layerjam.measure.options import ReadingOptions
 
-    read = read_pressure(step, ReadingOptions(reading=recorded.reading), atmosphere)
+    read = read_pressure(step, ReadingOptions(reading=options.reading), atmosphere)
     log = read.log
-    first, last = window(recorded.start, recorded.end)
+    first, last = window(options.start, options.end)
     time = log["time"]
     inside = (time >= (-np.inf if first is None else first)) & (
         time <= (np.inf if last is None else last)
@@ -189,7 +195,7 @@ def tuned_by(
             f"{log.name}: {err}; a step is the pump at full command from rest (--from, --to), its "
             "pressure read as --reading says"
         ) from None
-    notices = [*read.said]
+    notices = [*read.notices]
     plant = replace(fit.plant, backwards=old.backwards)
     ratio = plant.rate / old.rate
     if not 1 / FAR_OFF < ratio < FAR_OFF:

@@ -82,7 +82,9 @@ class _Work:
     how: HowTested
     tell: Progress
 
-    def judged(self, stage: str, checks: Sequence[Check], numbers: Sequence[str] = ()) -> Verdict:
+    def judge_stage(
+        self, stage: str, checks: Sequence[Check], numbers: Sequence[str] = ()
+    ) -> Verdict:
         """Return the verdict of a stage, whose checks concern `numbers`; the report adds it."""
         failed_keys = {key_of(c.name) for c in checks if c.level == "failed"}
         accepted_here = {
@@ -100,20 +102,22 @@ class _Work:
         )
         return verdict
 
-    def keep(self, stage: str, found: Result, traces: Sequence[Trace], *left_out: str) -> None:
+    def keep(self, stage: str, result: Result, traces: Sequence[Trace], *left_out: str) -> None:
         """Take a command's result into the report, without warnings of the keys left out."""
         from layerjam.report.brake_tables import file_used
 
         report = self.report
-        values = {k: v for k, v in found.values.items() if k not in ("file", "refused", "excluded")}
-        report.stages[stage] = {**plain(values), "units": dict(found.units)}
+        values = {
+            k: v for k, v in result.values.items() if k not in ("file", "refused", "excluded")
+        }
+        report.stages[stage] = {**plain(values), "units": dict(result.units)}
         notices = (
-            w for w in found.warnings if getattr(w, "key", "") not in ("synthetic", *left_out)
+            w for w in result.warnings if getattr(w, "key", "") not in ("synthetic", *left_out)
         )
         report.warnings[stage] = list(dict.fromkeys(notices))
-        refusals: Mapping[str, str] = found.values["refused"]
+        refusals: Mapping[str, str] = result.values["refused"]
         report.refused += [(Path(p).name, stage, reason) for p, reason in refusals.items()]
-        exclusions: Sequence[Mapping[str, Any]] = found.values.get("excluded", ())
+        exclusions: Sequence[Mapping[str, Any]] = result.values.get("excluded", ())
         report.excluded += [(Path(e["file"]).name, stage, e["because"]) for e in exclusions]
         report.files += [file_used(trace, stage) for trace in traces]
 
@@ -215,7 +219,7 @@ class HowTested:
 def stages(
     brake: BrakeFile,
     measurements: Measurements,
-    how: HowTested,
+    methods: HowTested,
     tell: Progress,
     *,
     command: str,
@@ -236,24 +240,24 @@ def stages(
         brake_sha256=brake.sha256,
         names=names or {},
     )
-    work = _Work(report=content, how=how, tell=tell)
-    fitted_on, tested_on = measurements.divided(how.options, tell)
+    work = _Work(report=content, how=methods, tell=tell)
+    fitted_on, tested_on = measurements.split_pulls(methods.options, tell)
     tests = several(measurements.friction)
     if not (tests or fitted_on or tested_on):
         raise FitError("nothing was given to report: --friction, --pulls or --validate")
-    files_out = [*how.left_out.among(fitted_on, tested_on)]
+    files_out = [*methods.left_out.among(fitted_on, tested_on)]
     if tests:
         _friction(work, tests)
     if fitted_on:
         _calibration(work, fitted_on, files_out[0])
     if tested_on:
         _validation(work, tested_on, files_out[1])
-    judge(content.verdict.checks, how.accept)
+    judge(content.verdict.checks, methods.accept)
     content.earlier = remaining(brake.accepted, content.verdict.numbers)
     return content
 
 
-def _result(content: BrakeReport, written: Written | None) -> Report:
+def _result(content: BrakeReport, files: Written | None) -> Report:
     """Paths of the files, and the keys of each stage (None for a stage that was omitted)."""
     warnings: list[str] = [w for notices in content.warnings.values() for w in notices]
     if content.synthetic:
@@ -267,14 +271,14 @@ def _result(content: BrakeReport, written: Written | None) -> Report:
         warnings.append(Notice(sentence, "calibrated-on"))
     stages = {s: content.stages.get(s) for s in ("friction", "calibration", "validation")}
     return Report.of(
-        written,
+        files,
         content.verdict,
-        numbers=written and written.numbers,
+        numbers=files and files.numbers,
         **stages,
         calibrated_on_the_same=list(content.seen),
         excluded=[{"file": f, "stage": s, "because": reason} for f, s, reason in content.excluded],
         refused={name: reason for name, _, reason in content.refused},
-        warnings=[*warnings, *(written.warnings if written else ())],
+        warnings=[*warnings, *(files.warnings if files else ())],
         record=content,
     )
 
@@ -286,7 +290,7 @@ def _friction(work: _Work, files: Sequence[Measured]) -> None:
     stage = run_friction(files, test=work.how.test, options=work.how.options, progress=work.tell)
     traces, fit = work.report.friction = stage.record
     work.keep("friction", stage, traces)
-    verdict = work.judged("friction", fit.checks, [f"film.{kind}" for kind in fit.means])
+    verdict = work.judge_stage("friction", fit.checks, [f"film.{kind}" for kind in fit.means])
     name = work.report.file.name
     if fit.kinetic is None:
         stands = f"the kinetic friction of {name}'s file stands: these tests give none"
@@ -296,7 +300,7 @@ def _friction(work: _Work, files: Sequence[Measured]) -> None:
         work.take_over(BrakeFile.read(text, name))
 
 
-def _calibration(work: _Work, files: Sequence[Measured], without: LeftOut) -> None:
+def _calibration(work: _Work, files: Sequence[Measured], exclusions: LeftOut) -> None:
     from layerjam.identify.provenance import calibrated_text
 
     work.tell(f"calibration: {count_of(len(files), 'pull')}", 0.3)
@@ -305,12 +309,12 @@ def _calibration(work: _Work, files: Sequence[Measured], without: LeftOut) -> No
         files,
         depth=work.how.depth,
         vacuum=work.how.vacuum,
-        left_out=without,
+        left_out=exclusions,
         options=work.how.options,
         progress=work.tell,
     )
     file, fit = stage.record
-    verdict = work.judged("calibration", fit.checks, [*fit.sources])
+    verdict = work.judge_stage("calibration", fit.checks, [*fit.sources])
     text = calibrated_text(
         file,
         fit,
@@ -326,7 +330,7 @@ def _calibration(work: _Work, files: Sequence[Measured], without: LeftOut) -> No
     work.report.calibration = fit
 
 
-def _validation(work: _Work, files: Sequence[Measured], without: LeftOut) -> None:
+def _validation(work: _Work, files: Sequence[Measured], exclusions: LeftOut) -> None:
     """The validation into the report, also before calibration, and what was calibrated on."""
     from layerjam.identify.validation.table import validation_checks
 
@@ -336,7 +340,7 @@ def _validation(work: _Work, files: Sequence[Measured], without: LeftOut) -> Non
         report.file,
         files,
         vacuum=work.how.vacuum,
-        left_out=without,
+        left_out=exclusions,
         options=work.how.options,
         progress=work.tell,
     )
@@ -345,4 +349,4 @@ def _validation(work: _Work, files: Sequence[Measured], without: LeftOut) -> Non
     if report.calibration is not None or report.brake.scale_factor != 1.0:
         report.before = stage.before
     report.seen = [Path(p).name for p in stage.calibrated_on]
-    work.judged("validation", validation_checks(report.validation, len(report.seen)))
+    work.judge_stage("validation", validation_checks(report.validation, len(report.seen)))

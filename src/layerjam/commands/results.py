@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transf
 
 from layerjam.commands.arguments import check_kind
 from layerjam.commands.known import KnownResult
-from layerjam.commands.lookup import prefixed, value_of
-from layerjam.commands.wording import in_words, printable, superscripts, wrapped
+from layerjam.commands.lookup import add_prefix, value_of
+from layerjam.commands.wording import in_words, printable, superscripts, wrap_text
 from layerjam.device.load import takes_force, write_whole
 from layerjam.errors import FileError, LayerjamError, MissingExtraError, Notice, UnknownNameError
 from layerjam.outputs import ENDS, declare, fact, number
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from layerjam.report.chart import Curve, Pane
     from layerjam.toml_files.changes import RecordFile
 
-__all__ = ["Judged", "Result", "bounds", "fact", "key_of", "number", "prefixed", "result"]
+__all__ = ["Judged", "Result", "add_prefix", "bounds", "fact", "key_of", "number", "result"]
 T = TypeVar("T")
 PICTURES = (".svg", ".png", ".pdf")
 STOPPED = 130
@@ -76,7 +76,7 @@ class Result:
     def of(cls, *known: object, **given: Any) -> Self:
         """The result with what is `given`, its other keys from `known` by their names.
 
-        Each of `known` is a record, a mapping, `prefixed(...)`, or None; the first that has a name
+        Each of `known` is a record, a mapping, `add_prefix(...)`, or None; the first that has a name
         counts. A float that is not finite becomes None, which is not known, and so does what nobody
         has where it may be None. Raises TypeError for a key without value or default.
         """
@@ -190,9 +190,9 @@ class Result:
         return [pane.curves[0] for pane in self.panes()] if described else ()
 
     @classmethod
-    def takes_beside(cls, other: type[Result]) -> bool:
+    def takes_beside(cls, kind: type[Result]) -> bool:
         """Whether curves of another kind of result are drawn beside those of this one."""
-        return other is cls
+        return kind is cls
 
     @takes_force
     def plot(
@@ -233,8 +233,8 @@ class Result:
     def to_frame(self) -> pandas.DataFrame:
         """The record's columns as a data frame in SI, or one row with the numbers."""
         if hasattr(self.record, "to_frame"):
-            made: pandas.DataFrame = self.record.to_frame()
-            return made
+            data_frame: pandas.DataFrame = self.record.to_frame()
+            return data_frame
         import pandas
 
         numbers = self._numbers()
@@ -285,8 +285,8 @@ class Result:
             self.plot(path, overwrite=overwrite)
             return path
         if hasattr(self.record, "save"):
-            made: Path = self.record.save(path, overwrite=overwrite)
-            return made
+            target: Path = self.record.save(path, overwrite=overwrite)
+            return target
         endings = [".json", *(PICTURES if self.drawable() else ())]
         raise FileError(path, f"the ending '{path.suffix}' is not known; use {', '.join(endings)}")
 
@@ -372,28 +372,28 @@ class Result:
         wide = max((len(name) for name, _ in rows), default=0)
         out: list[str] = []
         for name, text in rows:
-            out += wrapped(text, f"{name:<{wide}}  ", width)
+            out += wrap_text(text, f"{name:<{wide}}  ", width)
         if self.grid is not None:
             out += [*([""] if rows else []), *self.grid.lines(self._numbers(), self.units)]
         for line in (*self.lines(), *self.check_lines()):
             # a command to type stays on one line, since a line break would end it
             is_whole = not line or line.startswith("  layerjam ")
-            out += [line] if is_whole else wrapped(line, "", width)
+            out += [line] if is_whole else wrap_text(line, "", width)
         refused: Mapping[str, str] = getattr(self, "refused", None) or {}
         if refused:
             out += ["", "refused:"]
             for path, why_not in refused.items():
-                out += wrapped(f"  {path}: {why_not}", "", width)
+                out += wrap_text(f"  {path}: {why_not}", "", width)
         for failed_row in self.failed_checks:
             # the reason is already among the checks
             reason = "" if isinstance(self, Judged) else f": {failed_row['reason']}"
-            out += wrapped(f"{failed_row['name']}{reason}", "FAILED: ", width)
+            out += wrap_text(f"{failed_row['name']}{reason}", "FAILED: ", width)
         if self.failed_checks:
             name = self.failed_checks[0]["name"]
             advice = f'nothing was written; to use the numbers anyway: --accept "{name}=REASON"'
-            out += wrapped(advice, "", width)
+            out += wrap_text(advice, "", width)
         for warning in dict.fromkeys(map(str, self.warnings)):
-            out += wrapped(warning, "note: ", width)
+            out += wrap_text(warning, "note: ", width)
         return "\n".join(printable(line) for line in out)
 
     def __eq__(self, other: object) -> bool:

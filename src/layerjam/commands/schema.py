@@ -88,9 +88,9 @@ def _key(cls: type[Result], f: Field[Any]) -> dict[str, Any]:
     return {**type_schema(_annotation(cls, f.name)), **entry}
 
 
-def schema_of(declared: Command) -> dict[str, Any]:
+def schema_of(command: Command) -> dict[str, Any]:
     """The JSON Schema (draft 2020-12) of a command's result; `unit` is the SI unit of a key."""
-    cls = declared.result
+    cls = command.result
     key_fields = cls.keys()
     keys = {key_of(f): _key(cls, f) for f in key_fields}
     common = {
@@ -119,7 +119,7 @@ def schema_of(declared: Command) -> dict[str, Any]:
     # present if a check judged the numbers, or those of a file that was read
     schema["properties"] = {**verdict_schema, **schema["properties"]}
     return {
-        "title": f"layerjam {declared.name} --json",
+        "title": f"layerjam {command.name} --json",
         "description": summary,
         **schema,
     }

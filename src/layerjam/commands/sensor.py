@@ -53,7 +53,7 @@ LOW_PASS = replace(spec_of(Accelerometer, "bandwidth"), example="400Hz")
 SAMPLING = replace(spec_of(Accelerometer, "sampling"), example="10kHz")
 
 
-def _rise(value: float | str, given: Mapping[str, Any]) -> float:
+def _rise(value: float | str, arguments: Mapping[str, Any]) -> float:
     if isinstance(value, str) and re.search(r"°|deg|[CF]\s*$", value):
         raise QuantityError(
             f"allowed rise: '{value[:40]}' is a temperature; a temperature rise is given in K"
@@ -160,7 +160,7 @@ def reading(
     *,
     gravity: float | None = None,
     accept: Mapping[str, str] | None = None,
-    **asked: Any,
+    **options: Any,
 ) -> Reading:
     """Reading of an accelerometer during a stop: ideal, adxl193 or a sensor of your own.
 
@@ -170,8 +170,8 @@ def reading(
     failed check; `accept` is {check: reason}. Raises QuantityError and UnknownNameError for names
     that are unknown, and numbers that are out of bounds or sampled too slowly.
     """
-    asked = {"filter_class" if k == "filter" else k: v for k, v in asked.items()}
-    chain = parse_options(Sensing, asked) if sensing is None else sensing
+    options = {"filter_class" if k == "filter" else k: v for k, v in options.items()}
+    chain = parse_options(Sensing, options) if sensing is None else sensing
     sensor = sensor_of(chain.accelerometer, chain.low_pass, chain.sampling)
     measurement = measure_acceleration(signal, sensor, channel_class(chain.filter_class))
     if gravity is None:
@@ -191,14 +191,17 @@ def reading(
     )
 
 
-def _checks(made: Seen, signal: Signal, sensor: Accelerometer) -> Iterator[Check]:
+def _checks(measurement: Seen, signal: Signal, sensor: Accelerometer) -> Iterator[Check]:
     """Return the checks of a sensor with a range and a rate; an ideal one has none."""
     if sensor.range is not None:
         fits = "the sensor's range contains the peak"
         limit = show(sensor.range, "m/s^2")
         sentence = f"the peak is beyond the sensor's range of {limit}, which replaces it"
         yield check(
-            "saturation", not made.saturated, sentence if made.saturated else fits, level="failed"
+            "saturation",
+            not measurement.saturated,
+            sentence if measurement.saturated else fits,
+            level="failed",
         )
     if sensor.sampling is None:
         return

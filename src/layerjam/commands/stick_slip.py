@@ -213,19 +213,19 @@ def _swing(record: StickSlipRecord) -> dict[str, float]:
     return out
 
 
-def _limits(at: Slide, bounds: Bounds, ratio: float) -> dict[str, float]:
+def _limits(slide: Slide, bounds: Bounds, ratio: float) -> dict[str, float]:
     """Return the speed and the stiffness that end stick–slip; infinite if none does."""
     from layerjam.mechanics.stick_slip.laws import stable_speed, stiffness_without_stick_slip
     from layerjam.simulate.stick_slip import critical_speed_of
 
-    drag = float(at.damping) + float(at.level) * float(at.viscous)
-    out = {"critical_speed": critical_speed_of(at)}
+    drag = float(slide.damping) + float(slide.level) * float(slide.viscous)
+    out = {"critical_speed": critical_speed_of(slide)}
     # without any damping sliding is never stable, only (jump law) never unstable
-    if drag and at.law is None:
+    if drag and slide.law is None:
         drop = bounds.static - bounds.kinetic
-        out["stable_speed"] = float(stable_speed(drop, at.stribeck, at.exponent, drag))
-    if float(at.stribeck) == 0.0 and at.law is None:
-        stiffness_needed = stiffness_without_stick_slip(at.speed, *bounds, at.mass, ratio)
+        out["stable_speed"] = float(stable_speed(drop, slide.stribeck, slide.exponent, drag))
+    if float(slide.stribeck) == 0.0 and slide.law is None:
+        stiffness_needed = stiffness_without_stick_slip(slide.speed, *bounds, slide.mass, ratio)
         out["stiffness_needed"] = float(stiffness_needed)
     return out
 

@@ -81,7 +81,7 @@ def sweep(
         todo = store.missing(total)
         designs_done = before = total - len(todo)
         try:
-            for index, data in _made(search, todo, store, scheduler):
+            for index, data in _compute_blocks(search, todo, store, scheduler):
                 store.put(index, data)
                 designs_done += 1
                 if progress is not None:
@@ -98,14 +98,14 @@ def sweep(
                 bytes=store.bytes(),
                 warnings=[Notice(notice, "stopped")],
             )
-        merged = store.finish(total)
+        sweep_result = store.finish(total)
         whole_chunk = functools.partial(
             make, complete=True, blocks_done=total, blocks_found=before, bytes=store.bytes()
         )
-        return best(whole_chunk, search, merged, accept)
+        return best(whole_chunk, search, sweep_result, accept)
 
 
-def _made(
+def _compute_blocks(
     search: "Search", todo: list[int], store: "Store", scheduler: str | None
 ) -> Iterator[tuple[int, bytes]]:
     """(index, content) of the blocks, computed here or on the cluster."""

@@ -75,11 +75,11 @@ class Tensile(Result):
         return force_figures.tensile(self.record)
 
     @classmethod
-    def takes_beside(cls, other: type[Result]) -> bool:
+    def takes_beside(cls, kind: type[Result]) -> bool:
         """Other pulls, computed or measured."""
         from layerjam.commands.pull import Pulls
 
-        return other in (cls, Pulls)
+        return kind in (cls, Pulls)
 
 
 @command(
@@ -151,10 +151,10 @@ def tensile(
             raise QuantityError(f"{name}: {STACK}")
     from layerjam.simulate.tensile import tensile as pull_lumped
 
-    return _shown(pull_lumped(brake, steps, leak_time=leak_time))
+    return _tensile_result(pull_lumped(brake, steps, leak_time=leak_time))
 
 
-def _shown(record: TensileRecord, notices: Sequence[Notice] = (), **more: Any) -> Tensile:
+def _tensile_result(record: TensileRecord, notices: Sequence[Notice] = (), **more: Any) -> Tensile:
     import numpy as np
 
     top = int(np.argmax(record.force))
@@ -197,12 +197,12 @@ def _stack(
     record, pull = tensile_stack(brake, steps, **layout, progress=lambda p: tell("pull", p))
     motion = motion_of(record, pull)
     if scatter is None:
-        return _shown(record, motion=motion)
+        return _tensile_result(record, motion=motion)
     count, start = 1000 if samples is None else samples, 1 if seed is None else seed
     tell("scatter", 0.0)
 
-    def share(done: int, asked: int) -> None:
-        tell("scatter", done / asked)
+    def share(count: int, total: int) -> None:
+        tell("scatter", count / total)
 
     pace = next(step.speed for step in steps.steps if isinstance(step, Pull | Return))
     brake_at_speed = replace(brake, brake=sliding_at(pace, brake.brake))
@@ -220,7 +220,7 @@ def _stack(
         samples_found = samples_found[np.isfinite(samples_found)]
         numbers[f"{name}_mean"] = float(samples_found.mean()) if len(samples_found) else None
         numbers[f"{name}_sd"] = float(samples_found.std(ddof=1)) if len(samples_found) > 1 else None
-    return _shown(record, notices, motion=motion, **numbers)
+    return _tensile_result(record, notices, motion=motion, **numbers)
 
 
 def _steps(

@@ -127,7 +127,7 @@ def tuning_case(
     usable = device.sheets.usable_travel
     if travel > usable:
         raise QuantityError(
-            f"travel: {apart(travel, usable, 'm')} is beyond the usable travel of "
+            f"travel: {format_distinct(travel, usable, 'm')} is beyond the usable travel of "
             f"{show(usable, 'm')}"
         )
     gravity = 0.0 if horizontal else device.site.gravity
@@ -155,10 +155,10 @@ def _ways_out(case: Case, reach: tuple[float, float] | None) -> dict[str, Any]:
         f"none of {tuned.TRAVELS} other travels, no 2 to {tuned.MOST_SHEETS} sheets and no 2 to "
         f"{tuned.MOST_BRAKES} brakes side by side"
     )
-    return {**out, "reason": f"{_why(case, reach)}; {' or '.join(ways) or none} would do"}
+    return {**out, "reason": f"{_reason(case, reach)}; {' or '.join(ways) or none} would do"}
 
 
-def _why(case: Case, reach: tuple[float, float] | None) -> str:
+def _reason(case: Case, reach: tuple[float, float] | None) -> str:
     """Why no vacuum stops it after just the travel, and which speeds some vacuum stops so."""
     from layerjam.mechanics.pull import least_stiffness
     from layerjam.simulate.drop import spring_of
@@ -180,16 +180,17 @@ def _why(case: Case, reach: tuple[float, float] | None) -> str:
     )
     if case.speed > high:
         reach_text = f"full vacuum stops up to {most_text}" if reach else range_text
-        return f"{apart(case.speed, high, 'm/s')} is too fast for {travel}: {reach_text}"
+        return f"{format_distinct(case.speed, high, 'm/s')} is too fast for {travel}: {reach_text}"
     if case.speed >= low:
         stiff = float(least_stiffness(case.brake.site.atmosphere, case.brake))
-        stiff = _rounded(stiff, 4, ROUND_CEILING)
+        stiff = _round_digits(stiff, 4, ROUND_CEILING)
         return (
             f"rope and brake together give {show(spring_of(case.brake, case.rope), 'N/m')}: on a "
             f"spring so soft the mass stops or the brake snaps before {travel} at "
             f"{show(case.speed, 'm/s')}; {range_text}; above {show(stiff, 'N/m')} it cannot snap"
         )
-    return f"{apart(case.speed, low, 'm/s')} is too slow for {travel}: {_slow(case)}; {range_text}"
+    speed = format_distinct(case.speed, low, "m/s")
+    return f"{speed} is too slow for {travel}: {_slow(case)}; {range_text}"
 
 
 def _slow(case: Case) -> str:
@@ -210,18 +211,18 @@ def _inside(case: Case, low: float, high: float) -> tuple[str, str]:
     from layerjam.simulate.tuned import tuning_vacuum
 
     for digits in range(4, 17):
-        ends = [_rounded(low, digits, ROUND_CEILING), _rounded(high, digits, ROUND_FLOOR)]
+        ends = [_round_digits(low, digits, ROUND_CEILING), _round_digits(high, digits, ROUND_FLOOR)]
         cases = [case.with_changes(speed=v) for v in ends]
         if ends[0] <= ends[1] and all(tuning_vacuum(c) is not None for c in cases):
             return show(ends[0], "m/s", digits), show(ends[1], "m/s", digits)
     return exact_text(low, "m/s"), exact_text(high, "m/s")
 
 
-def _rounded(value: float, digits: int, how: str) -> float:
-    return float(Context(prec=digits, rounding=how).create_decimal_from_float(value))
+def _round_digits(value: float, digits: int, rounding: str) -> float:
+    return float(Context(prec=digits, rounding=rounding).create_decimal_from_float(value))
 
 
-def apart(value: float, bound: float, unit: str) -> str:
+def format_distinct(value: float, bound: float, unit: str) -> str:
     """The value with as many digits as it takes to tell it from the bound."""
     pairs = [(show(value, unit, d), show(bound, unit, d)) for d in (4, 6, 9, 12, 17)]
     return next((ours for ours, theirs in pairs if ours != theirs), pairs[-1][0])

@@ -151,17 +151,17 @@ def _why_not(line: Line, target: float, low: float, water: bool) -> str:
     return f"{show(target, 'Pa')} is never reached: at {show(low, 'Pa')} {cause}"
 
 
-def _share(progress: Progress | None, what: str) -> Callable[[float], None] | None:
-    return None if progress is None else lambda share: progress(what, max(share, 1e-9))
+def _share(progress: Progress | None, label: str) -> Callable[[float], None] | None:
+    return None if progress is None else lambda share: progress(label, max(share, 1e-9))
 
 
-def _closed_fall(target: float, line: Line, by: str | None, water: bool) -> float | None:
+def _closed_fall(target: float, line: Line, device: str | None, water: bool) -> float | None:
     from layerjam.fluid import closed_forms as forms
 
-    if by == "valve":
+    if device == "valve":
         return None if line.leak.laminar else forms.fall_by_valve(target, line)
     is_alone = line.leak.laminar == 0 or water
-    return forms.fall_by_pump(target, line, water) if by is not None and is_alone else None
+    return forms.fall_by_pump(target, line, water) if device is not None and is_alone else None
 
 
 def _of_the_tube(line: Line, tube: Tube, rise: float, delay: float, lag: float) -> list[Notice]:

@@ -146,7 +146,7 @@ def validate(
         with_pulls,
     )
 
-    files, specimens_out, exclusions = left_out.apart(files, options)
+    files, specimens_out, exclusions = left_out.split_excluded(files, options)
     used, refusals, odd = pulls(files, brake, vacuum, options, compare, progress, specimens_out)
     curves = curves_of(used)
     validation, before = with_pulls(validate_curves(curves, brake.brake), curves, brake.brake), None

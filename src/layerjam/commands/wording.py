@@ -32,7 +32,7 @@ def printable(line: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in line)
 
 
-def wrapped(text: str, head: str, width: int) -> list[str]:
+def wrap_text(text: str, head: str, width: int) -> list[str]:
     """Return the lines of a text that is wrapped to `width` after the words `head`."""
     body = text.lstrip(" ")
     indent = " " * (len(text) - len(body))

@@ -178,6 +178,6 @@ class _Loop:
         )
         offset = self.injected.value if self.injected.sensor == "offset" else 0.0
         chains = (sound, sound._replace(offset=sound.offset + offset))
-        plants = (FaultInjection().on(plant), self.injected.on(plant))
+        plants = (FaultInjection().break_plant(plant), self.injected.break_plant(plant))
         settings = self.regulator.packed()
         loop()((seed, number), settings, law.fresh(), plants, chains, course, out, history)

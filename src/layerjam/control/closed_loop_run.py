@@ -61,16 +61,16 @@ def _law() -> dict[str, Any]:
     """The law's functions compiled, by name; no rounding is changed."""
     names: dict[str, Any] = {k: v for k, v in vars(law).items() if isinstance(v, int | float)}
     helpers = (
-        "moved",
-        "switched",
+        "move_drive",
+        "switch_pump",
         "safe",
         "command",
-        "given",
-        "expected",
+        "healthy_rise",
+        "healthy_rises",
         "excess",
         "pump_fault",
-        "vented",
-        "held",
+        "watch_vent",
+        "watch_target",
     )
     for name in (*helpers, "detect", "step"):
         plain = types.FunctionType(getattr(law, name).__code__, names, name)

@@ -16,7 +16,7 @@ import numpy as np
 from layerjam.control import law
 from layerjam.control.closed_loop_run import compiled_detect, factors
 from layerjam.control.faults import FaultInjection
-from layerjam.control.settings import Packed, Regulator
+from layerjam.control.settings import LawSettings, Regulator
 from layerjam.control.through_tube import advance
 from layerjam.mechanics.compilation import compile_loop
 from layerjam.mechanics.compiled import stamp_of
@@ -98,7 +98,7 @@ def _detection_time(
     plant = replace(regulator.plant, rate=regulator.plant.rate * (1 + pump))
     is_blocked, vacuum = fault.volume < 1, min(max(shows - zero, 0.0), plant.top)
     watch = regulator.packed()[1]
-    least = law.given(1.0, shows + zero_error, watch[0], *watch[1:3], *watch[18:21]) / dt
+    least = law.healthy_rise(1.0, shows + zero_error, watch[0], *watch[1:3], *watch[18:21]) / dt
     loss = plant.leak * max(shows, 0.5 * plant.top)
     net = least - loss
     if not net > loss:
@@ -114,10 +114,10 @@ def _detection_time(
     memory, gauge = list(law.fresh()[1]), vacuum
     if ran:
         gauge -= lag * float(plant.rise(vacuum))
-        memory[4] = law.given(1.0, shows - zero_error, watch[0], *watch[1:3], *watch[18:21])
+        memory[4] = law.healthy_rise(1.0, shows - zero_error, watch[0], *watch[1:3], *watch[18:21])
     memory[0] = gauge + shows - vacuum
     count, code = _trial()(
-        fault.on(plant),
+        fault.break_plant(plant),
         watch,
         tuple(memory),
         law.fresh()[0],
@@ -132,7 +132,7 @@ def _detection_time(
 
 def _strict(regulator: Regulator, step: float) -> tuple[float, ...]:
     """The detectors' settings at a sample of `step` [s], their limits raised by the noise."""
-    settings: Packed = replace(regulator, sample_time=step).packed()
+    settings: LawSettings = replace(regulator, sample_time=step).packed()
     watch = list(settings[1])
     noise = IN_NOISE * regulator.greatest_noise + regulator.sensor.resolution
     watch[5], watch[6], watch[14] = -math.inf, math.inf, math.inf

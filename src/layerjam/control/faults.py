@@ -41,7 +41,7 @@ class FaultInjection:
     sensor: str = ""
     value: float = 0.0
 
-    def on(self, plant: Plant) -> Rates:
+    def break_plant(self, plant: Plant) -> Rates:
         """The broken plant for the loop."""
         tube = plant.passage
         return Rates(
@@ -58,9 +58,9 @@ class FaultInjection:
 
 
 def injection_of(
-    fault: str, at: float, regulator: Regulator, target: float
+    fault: str, start: float, regulator: Regulator, target: float
 ) -> tuple[FaultInjection, str]:
-    """The fault to inject from `at` [s] on while `target` [Pa] is held, and what breaks in words.
+    """Return the fault to inject from `start` [s] on at a held `target` [Pa], and a description.
 
     Sizes are those from which the regulator's detectors promise an answer (`detection_times`). The
     leak is laminar, against a target above zero. Raises UnknownNameError.
@@ -69,25 +69,25 @@ def injection_of(
         raise UnknownNameError("fault", fault, PROVOKED)
     plant = regulator.plant
     if fault == "pump-dead":
-        return FaultInjection(at=at, pump=0.0), PROVOKED[fault]
+        return FaultInjection(at=start, pump=0.0), PROVOKED[fault]
     if fault == "pump-weak":
         share = regulator.weak_ratio / 2
-        return FaultInjection(at=at, pump=share), f"the pump gives {share:.0%} of its flow"
+        return FaultInjection(at=start, pump=share), f"the pump gives {share:.0%} of its flow"
     if fault == "line-blocked":
         left = 1 / (2 * regulator.blocked_ratio)
         return FaultInjection(
-            at=at, volume=left
+            at=start, volume=left
         ), f"the line is blocked, {left:.1%} of its volume is left"
     if fault == "leak":
         half = target / 2
         total = plant.rate * (plant.top - plant.weight * half) / half
         extra = max(total - plant.leak, 0.0)
-        return FaultInjection(at=at, leak=extra), (
+        return FaultInjection(at=start, leak=extra), (
             f"a leak opens against which the full pump holds {show(half, 'Pa')}"
         )
     if fault == "sensor-offset":
         value = OFFSET * regulator.largest_zero
-        return FaultInjection(at=at, sensor="offset", value=value), (
+        return FaultInjection(at=start, sensor="offset", value=value), (
             f"the sensor shows {show(value, 'Pa')} too much"
         )
-    return FaultInjection(at=at, sensor=fault.removeprefix("sensor-")), PROVOKED[fault]
+    return FaultInjection(at=start, sensor=fault.removeprefix("sensor-")), PROVOKED[fault]

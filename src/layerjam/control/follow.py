@@ -75,7 +75,7 @@ def _pad(values: Array) -> Array:
 
 
 def targets_for(
-    wanted: Array, slip: Array, brake: Brake, highest: float, pace: Array | None = None
+    forces: Array, slip: Array, brake: Brake, highest: float, pace: Array | None = None
 ) -> tuple[Array, Mask, list[str]]:
     """Return the vacuum [Pa] for each target force [N] at a slip [m], whether it exists, reasons.
 
@@ -87,22 +87,22 @@ def targets_for(
     wide = _pad(slip)
     moving = at_speed(np.zeros_like(wide) if pace is None else _pad(pace), brake)
     low, high = (np.asarray(f)[:count] for f in force_limits(wide, moving))
-    vacuum = np.asarray(vacuum_for_force(_pad(wanted), wide, moving))[:count]
+    vacuum = np.asarray(vacuum_for_force(_pad(forces), wide, moving))[:count]
     full = min(highest, brake.site.atmosphere)
-    few = wanted < low
+    few = forces < low
     much = ~few & ~(vacuum <= highest)
     reasons = []
     if few.any():
         i = int(np.argmax(few))
         reasons.append(
-            f"{show(float(wanted[i]), 'N')} at a slip of {show(float(slip[i]), 'm')} is less than "
+            f"{show(float(forces[i]), 'N')} at a slip of {show(float(slip[i]), 'm')} is less than "
             f"the enclosure alone pulls, {show(float(low[i]), 'N')}"
         )
     if much.any():
         i = int(np.argmax(much))
         top = float(np.asarray(brake_force(wide, full, moving))[i])
         reasons.append(
-            f"{show(float(wanted[i]), 'N')} at a slip of {show(float(slip[i]), 'm')} is more than "
+            f"{show(float(forces[i]), 'N')} at a slip of {show(float(slip[i]), 'm')} is more than "
             f"the brake gives at {show(highest, 'Pa')}, {show(min(top, float(high[i])), 'N')}"
         )
     target = np.where(few, LEAST, np.where(much, highest, vacuum))

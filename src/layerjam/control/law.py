@@ -18,15 +18,15 @@ LEAST_ROOM = 0.05
 
 def fresh() -> tuple[tuple[float, ...], tuple[float, ...]]:
     """The state at power-up: pump off, vent closed, nothing seen. It also clears a fault."""
-    far = 1e9
-    drive = (0.0, 0.0, 0.0, far, far, 0.0, 0.0, 0.0)
+    long_ago = 1e9
+    drive = (0.0, 0.0, 0.0, long_ago, long_ago, 0.0, 0.0, 0.0)
     return drive, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def step(
     settings: tuple[tuple[float, ...], tuple[float, ...]],
     state: tuple[tuple[float, ...], tuple[float, ...]],
-    measured: float,
+    measurement: float,
     target: float,
 ) -> tuple[tuple[tuple[float, ...], tuple[float, ...]], float, int, int]:
     """One sample: (state, pump command, vent command, fault code) from reading and target [Pa].
@@ -35,13 +35,13 @@ def step(
     or less releases. A fault stays until the state is replaced by `fresh()`.
     """
     regulator, watch = settings
-    drive, seen = state
-    fault, reading, seen = detect(watch, seen, drive, measured, target)
+    drive, memory = state
+    fault, reading, memory = detect(watch, memory, drive, measurement, target)
     if fault == HEALTHY:
         drive = command(regulator, drive, reading, target)
     else:
         drive = safe(regulator, drive)
-    return (drive, seen), drive[1], int(drive[2]), int(fault)
+    return (drive, memory), drive[1], int(drive[2]), int(fault)
 
 
 def command(
@@ -55,7 +55,7 @@ def command(
     integral, pump, vent, pump_age, vent_age, _ons, _opens, last = drive
     error = target - reading
     if target <= 0.0:
-        wanted, venting, integral = 0.0, 1.0, 0.0
+        effort, venting, integral = 0.0, 1.0, 0.0
     else:
         venting = 0.0
         if lowest == 0.0 and (error < -vent_band or (vent != 0.0 and error < -band)):
@@ -63,44 +63,44 @@ def command(
         if vent != venting and vent_age < vent_steps:
             venting = vent
         if venting != 0.0:
-            wanted = 0.0
+            effort = 0.0
         elif kind == BANG_BANG:
-            wanted = switched(pump, error, band, vent_band, lowest)
+            effort = switch_pump(pump, error, band, vent_band, lowest)
         else:
             if -band <= error <= band:
                 error = 0.0
-            ahead = top - fall * target
-            if ahead < LEAST_ROOM * top:
-                ahead = LEAST_ROOM * top
-            ahead = (hold * target + climb * (target - last)) / ahead
+            feedforward = top - fall * target
+            if feedforward < LEAST_ROOM * top:
+                feedforward = LEAST_ROOM * top
+            feedforward = (hold * target + climb * (target - last)) / feedforward
             if kind == SCHEDULED:
                 room = top - fall * reading
                 error *= top / (room if room > LEAST_ROOM * top else LEAST_ROOM * top)
-            summed = integral + integral_gain * error
-            wanted = ahead + gain * error + summed
+            new_integral = integral + integral_gain * error
+            effort = feedforward + gain * error + new_integral
             # conditional integration: the sum stands still while it would push further out
-            if wanted > 1.0:
-                wanted = 1.0
+            if effort > 1.0:
+                effort = 1.0
                 if error < 0.0:
-                    integral = summed
-            elif wanted < lowest:
-                wanted = lowest
+                    integral = new_integral
+            elif effort < lowest:
+                effort = lowest
                 if error > 0.0:
-                    integral = summed
+                    integral = new_integral
             else:
-                integral = summed
-            size = wanted if wanted > 0.0 else -wanted
+                integral = new_integral
+            size = effort if effort > 0.0 else -effort
             if size < least:
                 # half the least command is where it stops: a pump near it does not chatter
-                still = pump * wanted > 0.0 and size > 0.5 * least
-                wanted = 0.0 if not still else (least if wanted > 0.0 else -least)
-    if pump * wanted < 0.0:
-        wanted = 0.0
-    if wanted == 0.0 and pump != 0.0 and pump_age < on_steps:
-        wanted = least if pump > 0.0 else -least
-    elif wanted != 0.0 and pump == 0.0 and pump_age < off_steps:
-        wanted = 0.0
-    return moved(drive, integral, wanted, venting, target)
+                still = pump * effort > 0.0 and size > 0.5 * least
+                effort = 0.0 if not still else (least if effort > 0.0 else -least)
+    if pump * effort < 0.0:
+        effort = 0.0
+    if effort == 0.0 and pump != 0.0 and pump_age < on_steps:
+        effort = least if pump > 0.0 else -least
+    elif effort != 0.0 and pump == 0.0 and pump_age < off_steps:
+        effort = 0.0
+    return move_drive(drive, integral, effort, venting, target)
 
 
 def reached(regulator: tuple[float, ...], reading: float, target: float, noise: float) -> bool:
@@ -109,13 +109,13 @@ def reached(regulator: tuple[float, ...], reading: float, target: float, noise: 
     That is where the law lets pump and vent rest: it does not pump within its band below the
     target, and it vents only beyond its vent band above.
     """
-    near, band, vent_band = CLOSE * target, regulator[3], regulator[4]
-    below = (near if near > band else band) + noise
-    above = (near if near > vent_band else vent_band) + noise
+    tolerance, band, vent_band = CLOSE * target, regulator[3], regulator[4]
+    below = (tolerance if tolerance > band else band) + noise
+    above = (tolerance if tolerance > vent_band else vent_band) + noise
     return target - below <= reading <= target + above
 
 
-def switched(pump: float, error: float, band: float, vent_band: float, lowest: float) -> float:
+def switch_pump(pump: float, error: float, band: float, vent_band: float, lowest: float) -> float:
     """Bang-bang: on below target - band, off above target + band, as it was in between."""
     if error > band:
         return 1.0
@@ -128,10 +128,10 @@ def switched(pump: float, error: float, band: float, vent_band: float, lowest: f
 
 def safe(regulator: tuple[float, ...], drive: tuple[float, ...]) -> tuple[float, ...]:
     """Pump off; vent open for `release`, closed for `hold`."""
-    return moved(drive, 0.0, 0.0, regulator[14], drive[7])
+    return move_drive(drive, 0.0, 0.0, regulator[14], drive[7])
 
 
-def moved(
+def move_drive(
     drive: tuple[float, ...], integral: float, pump: float, vent: float, target: float
 ) -> tuple[float, ...]:
     """The drive with new commands; ages and switches are counted here."""
@@ -146,75 +146,85 @@ def moved(
 
 def detect(
     watch: tuple[float, ...],
-    seen: tuple[float, ...],
+    memory: tuple[float, ...],
     drive: tuple[float, ...],
-    measured: float,
+    measurement: float,
     target: float,
 ) -> tuple[float, float, tuple[float, ...]]:
     """(fault code, reading to go by, what was seen) from the last sample's drive and a reading."""
     (
         rise, top, fall, leak, lag, low, high, confirm, clear, none, weak, fast, lost_band,
-        lost_steps, same_steps, settle_steps, offset, fade_steps, most, less, bend, sound,
-        jump, zero,
+        lost_steps, same_steps, settle_steps, offset, fade_steps, flow_limit, flow_slope, bend,
+        sound, jump, zero,
     ) = watch  # fmt: skip
     (
-        reading, beyond, same, quiet, rate, owed, risen, ahead, reached, missing, settled, off,
-        opened, fault,
-    ) = seen  # fmt: skip
+        reading, range_samples, same, quiet, rate, owed, risen, surplus, has_reached, missing,
+        vent_samples, offset_samples, first_vacuum, fault,
+    ) = memory  # fmt: skip
     if fault != 0.0:
-        return fault, reading, seen
-    if measured != measured or target - target != 0.0:
+        return fault, reading, memory
+    if measurement != measurement or target - target != 0.0:
         fault = 1.0 * NOT_A_NUMBER
-        measured = reading
-    elif measured < low or measured >= high:
-        beyond += 1.0
-        measured = reading
-        if beyond >= confirm:
+        measurement = reading
+    elif measurement < low or measurement >= high:
+        range_samples += 1.0
+        measurement = reading
+        if range_samples >= confirm:
             fault = 1.0 * OUT_OF_RANGE
     else:
-        beyond = 0.0
-        change = measured - reading
-        same = same + 1.0 if change == 0.0 and measured > low else 0.0
+        range_samples = 0.0
+        change = measurement - reading
+        same = same + 1.0 if change == 0.0 and measurement > low else 0.0
         if same >= same_steps:
             fault = 1.0 * STUCK
         pump, vent = drive[1], drive[2]
-        least, largest, rate = expected(
-            pump, measured, zero, rate, lag, rise, top, fall, most, less, bend
+        least, largest, rate = healthy_rises(
+            pump, measurement, zero, rate, lag, rise, top, fall, flow_limit, flow_slope, bend
         )
         # an orifice leaks as much at a low vacuum
-        loss = leak * (measured if measured > 0.5 * top else 0.5 * top)
+        loss = leak * (measurement if measurement > 0.5 * top else 0.5 * top)
         # a vent closed just now still shows in a slow sensor
         pumping = pump > 0.0 and vent == 0.0 and drive[4] > fade_steps
-        ahead = excess(ahead + change, largest, loss, fast, sound) if pumping else 0.0
-        if ahead > jump:
+        surplus = excess(surplus + change, largest, loss, fast, sound) if pumping else 0.0
+        if surplus > jump:
             fault = 1.0 * BLOCKED
         if pumping and least > 2.0 * loss:
             quiet = quiet + least if change == 0.0 else 0.0
-            away = not -offset <= measured <= offset
+            off_zero = not -offset <= measurement <= offset
             owed, risen = owed + least - loss, risen + change
-            found, owed, risen, quiet = pump_fault(owed, risen, quiet, away, clear, none, weak)
-            fault = found if fault == 0.0 else fault
+            new_fault, owed, risen, quiet = pump_fault(
+                owed, risen, quiet, off_zero, clear, none, weak
+            )
+            fault = new_fault if fault == 0.0 else fault
         else:
-            owed, risen, quiet, ahead = 0.0, 0.0, 0.0, 0.0
+            owed, risen, quiet, surplus = 0.0, 0.0, 0.0, 0.0
 
         if vent != 0.0 and pump == 0.0:
-            found, settled, off, opened = vented(
-                measured, settled, off, opened, settle_steps, offset, confirm
+            new_fault, vent_samples, offset_samples, first_vacuum = watch_vent(
+                measurement,
+                vent_samples,
+                offset_samples,
+                first_vacuum,
+                settle_steps,
+                offset,
+                confirm,
             )
-            fault = found if found != 0.0 else fault
+            fault = new_fault if new_fault != 0.0 else fault
         else:
-            settled, off = 0.0, 0.0
+            vent_samples, offset_samples = 0.0, 0.0
 
-        reached, missing = held(target, drive[7], measured >= target - lost_band, reached, missing)
+        has_reached, missing = watch_target(
+            target, drive[7], measurement >= target - lost_band, has_reached, missing
+        )
         if missing > 0.0 and missing >= lost_steps:
             fault = 1.0 * LOST
-    return fault, measured, (
-        measured, beyond, same, quiet, rate, owed, risen, ahead, reached, missing, settled, off,
-        opened, fault,
+    return fault, measurement, (
+        measurement, range_samples, same, quiet, rate, owed, risen, surplus, has_reached, missing,
+        vent_samples, offset_samples, first_vacuum, fault,
     )  # fmt: skip
 
 
-def expected(
+def healthy_rises(
     pump: float,
     vacuum: float,
     zero: float,
@@ -223,50 +233,50 @@ def expected(
     rise: float,
     top: float,
     fall: float,
-    most: float,
-    less: float,
+    flow_limit: float,
+    flow_slope: float,
     bend: float,
 ) -> tuple[float, float, float]:
     """(least, largest rise in a sample of a healthy line, the largest one delayed by the lag)."""
     # a zero that is off hides how near the pump's end is
-    high = given(pump, vacuum - zero, rise, top, fall, most, less, bend)
-    low = given(pump, vacuum + zero, rise, top, fall, most, less, bend)
+    high = healthy_rise(pump, vacuum - zero, rise, top, fall, flow_limit, flow_slope, bend)
+    low = healthy_rise(pump, vacuum + zero, rise, top, fall, flow_limit, flow_slope, bend)
     # a sensor may be fast or slow: the smaller of both rises is owed, the greater is allowed
     rate += lag * (high - rate)
     least, largest = (rate, high) if rate < high else (high, rate)
     return least - (high - low), largest, rate
 
 
-def given(
+def healthy_rise(
     pump: float,
     vacuum: float,
     rise: float,
     top: float,
     fall: float,
-    most: float,
-    less: float,
+    flow_limit: float,
+    flow_slope: float,
     bend: float,
 ) -> float:
     """Rise of the vacuum by a healthy pump in a sample, limited by the flow through a tube."""
     gives = rise * pump * (top - fall * vacuum)
-    through = most - (less - bend * vacuum) * vacuum
+    through = flow_limit - (flow_slope - bend * vacuum) * vacuum
     return gives if gives < through else through
 
 
-def excess(ahead: float, rate: float, loss: float, fast: float, sound: float) -> float:
+def excess(surplus: float, rate: float, loss: float, fast: float, sound: float) -> float:
     """Greatest rise since any earlier sample beyond what a sound line gives, 0 at least.
 
     The history before a block therefore does not hide it. A sound line may have no leak at all.
     """
-    allowed = fast * (rate - loss)
-    if allowed < sound * rate:
-        allowed = sound * rate
-    ahead -= allowed
-    return ahead if ahead > 0.0 else 0.0
+    allowance = fast * (rate - loss)
+    if allowance < sound * rate:
+        allowance = sound * rate
+    surplus -= allowance
+    return surplus if surplus > 0.0 else 0.0
 
 
 def pump_fault(
-    owed: float, risen: float, quiet: float, away: bool, clear: float, none: float, weak: float
+    owed: float, risen: float, quiet: float, off_zero: bool, clear: float, none: float, weak: float
 ) -> tuple[float, float, float, float]:
     """(fault code, owed, risen, `quiet`: how much of it saw no change); 0 where enough has come.
 
@@ -278,40 +288,40 @@ def pump_fault(
         return 0.0, owed, risen, quiet
     fault = 1.0 * (NO_VACUUM if risen < none * owed else WEAK_PUMP)
     # a reading that never moved is a fault of the sensor; at zero it may be one of the pump
-    if away and quiet > 0.5 * owed:
+    if off_zero and quiet > 0.5 * owed:
         fault = 1.0 * STUCK
     return fault, owed, risen, quiet
 
 
-def vented(
-    measured: float,
-    settled: float,
-    off: float,
-    opened: float,
+def watch_vent(
+    measurement: float,
+    vent_samples: float,
+    offset_samples: float,
+    first_vacuum: float,
     settle_steps: float,
     offset: float,
     confirm: float,
 ) -> tuple[float, float, float, float]:
     """(fault code, samples with the vent open, of these with a reading, reading at its opening)."""
-    if settled == 0.0:
-        opened = measured
-    settled += 1.0
-    if settled <= settle_steps or -offset <= measured <= offset:
-        return 0.0, settled, 0.0, opened
-    off += 1.0
-    stays = opened > 2.0 * offset and measured > 0.5 * opened
+    if vent_samples == 0.0:
+        first_vacuum = measurement
+    vent_samples += 1.0
+    if vent_samples <= settle_steps or -offset <= measurement <= offset:
+        return 0.0, vent_samples, 0.0, first_vacuum
+    offset_samples += 1.0
+    stays = first_vacuum > 2.0 * offset and measurement > 0.5 * first_vacuum
     fault = 1.0 * (BLOCKED if stays else OFFSET)
-    return fault if off >= confirm else 0.0, settled, off, opened
+    return fault if offset_samples >= confirm else 0.0, vent_samples, offset_samples, first_vacuum
 
 
-def held(
-    target: float, last: float, there: bool, reached: float, missing: float
+def watch_target(
+    target: float, last: float, is_close: bool, has_reached: float, missing: float
 ) -> tuple[float, float]:
     """Whether the target has been reached, and for how many samples it has been left."""
     if target <= 0.0:
         return 0.0, 0.0
-    if there:
+    if is_close:
         return 1.0, 0.0
-    if target > last or reached == 0.0:
+    if target > last or has_reached == 0.0:
         return 0.0, 0.0
-    return reached, missing + 1.0
+    return has_reached, missing + 1.0

@@ -41,7 +41,7 @@ class Owed(NamedTuple):
     ratio: float = 1.0
     """The true rise over it at most, at any command of the pump."""
 
-    def at(self, vacuum: Any, command: Any = 1.0) -> Any:
+    def rise_at(self, vacuum: Any, command: Any = 1.0) -> Any:
         """The rise [Pa/s], the leak not yet taken off; vacuum [Pa] and command broadcast."""
         through = self.most - (self.less - self.bend * vacuum) * vacuum
         return np.minimum(command * self.rate * (self.top - self.weight * vacuum), through)
@@ -91,7 +91,7 @@ class Passage:
         a = self.atmosphere
         vacuum, command = np.linspace(0.0, min(self.vacuum, owed.top), GRID), _commands(switched)
         late = self.lag(command * rate, a - vacuum) - self.lag(rate, a)
-        return float((owed.at(vacuum, command) * late).max())
+        return float((owed.rise_at(vacuum, command) * late).max())
 
     def filling(self, vacuum: float) -> float:
         """Time constant [s] in which the chamber fills or empties through the tube."""
@@ -126,7 +126,7 @@ def owing(passage: Passage, rate: float, top: float, switched: bool = False) -> 
     bend, slope, limit = np.polyfit(vacuum / top, full, 2, w=1 / full)
     fit = Owed(unheld, top, 1.0, float(limit), float(-slope / top), float(bend / top**2))
     commands = _commands(switched)
-    ratio = passage.rise(vacuum, commands * rate, top) / fit.at(vacuum, commands)
+    ratio = passage.rise(vacuum, commands * rate, top) / fit.rise_at(vacuum, commands)
     low, high = float(ratio.min()), float(ratio.max())
     if not switched:  # the gentlest pump rises as the straight line does
         high = max(high, 1.0)

@@ -77,7 +77,7 @@ class Mode:
     coupled: CoupledStop | None
     """Stop with the line's dynamics; None if the volume does not depend on slip."""
 
-    def within(self, travel: float) -> bool:
+    def stops_within(self, travel: float) -> bool:
         """Whether it stopped after at most this slip [m]."""
         return self.outcome in STOPS and self.slip <= travel * (1 + 1e-9)
 
@@ -135,7 +135,7 @@ def _least_vacuum(stops: Callable[[Array], Any], atmosphere: float) -> float | N
 def _is_knife_edge(file: BrakeFile, case: Arrival, vacuum: float) -> bool:
     """Whether the slip jumps to the end of the overlap's travel just below the vacuum needed."""
     mode, below = (stop_at(file, case, vacuum * share) for share in (1.0, 1 - 1e-6))
-    return mode.slip < case.travel * (1 - 1e-3) and not below.within(case.travel)
+    return mode.slip < case.travel * (1 - 1e-3) and not below.stops_within(case.travel)
 
 
 def stop_at(
@@ -215,28 +215,28 @@ def plan(
     `leaks`: the line goes on leaking during the stop, even without a volume per slip.
     """
     standby = Standby(line, case.standing, stored, water)
-    rising = standby.warned(case.warning)
+    rising = standby.respond(case.warning)
     state = rising.states[-1]
-    reached = line.site.atmosphere - float(state[CHAMBER])
-    needed = needed_vacuum(file.brake, case)
-    edge = needed is not None and _is_knife_edge(file, case, needed)
+    vacuum = line.site.atmosphere - float(state[CHAMBER])
+    need = needed_vacuum(file.brake, case)
+    edge = need is not None and _is_knife_edge(file, case, need)
     opened = line.reservoir is not None and line.reservoir.delay < case.warning
     drive = Drive(store=1.0 if opened else 0.0)
-    full = tuned = stop_at(file, case, reached, During(line, drive, state, leaks), water)
-    capped = needed is None or needed >= reached
-    if needed is not None and not capped:
-        least = standby.vented(case.warning) if needed < case.standing else 0.0
+    full = tuned_mode = stop_at(file, case, vacuum, During(line, drive, state, leaks), water)
+    capped = need is None or need >= vacuum
+    if need is not None and not capped:
+        least = standby.vacuum_after_venting(case.warning) if need < case.standing else 0.0
         shut = During(line, Drive(pump=0.0), leaks=leaks)
-        tuned = stop_at(file, case, max(needed, least), shut, water)
+        tuned_mode = stop_at(file, case, max(need, least), shut, water)
     return Plan(
         case=case,
         brake=file,
         standby=standby,
         rising=rising,
-        reached=reached,
-        needed=needed,
+        reached=vacuum,
+        needed=need,
         full=full,
-        tuned=tuned,
+        tuned=tuned_mode,
         capped=capped,
         knife_edge=edge,
         safe_vacuum=safe_vacuum(file.brake, case) if edge else None,

@@ -117,7 +117,7 @@ def _tank(
 
     def excess(value: float) -> float:
         line = replace(standby.line, reservoir=replace(tank, **{name: value}))
-        return replace(standby, line=line).reached(warning) - vacuum
+        return replace(standby, line=line).vacuum_after(warning) - vacuum
 
     spec, high = spec_of(Reservoir, name), LARGEST[name]
     root = least(excess, spec.lo, high)
@@ -132,7 +132,7 @@ def _warning(standby: Standby, vacuum: float) -> Size:
         return Size(0.0)
     if vacuum >= reachable(standby.line, standby.water):
         return Size(None, _never(standby, vacuum))
-    time = least(lambda t: standby.reached(t) - vacuum, 1e-6, LONGEST)
+    time = least(lambda t: standby.vacuum_after(t) - vacuum, 1e-6, LONGEST)
     if time is not None:
         return Size(time)
     return Size(None, f"the pump takes more than {show(LONGEST, 's')} to {show(vacuum, 'Pa')}")
@@ -142,7 +142,7 @@ def _standing(standby: Standby, target: float, warning: float) -> Size:
     from scipy.optimize import brentq
 
     def excess(vacuum: float) -> float:
-        return replace(standby, vacuum=vacuum).reached(warning) - target
+        return replace(standby, vacuum=vacuum).vacuum_after(warning) - target
 
     if excess(0.0) >= 0:
         return Size(0.0)

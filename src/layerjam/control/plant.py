@@ -170,14 +170,14 @@ def match_line(line: Line, plant: Plant, *, vacuum: float) -> Line:
     laminar = plant.leak * volume * vacuum / leaking(pressure, site, 1.0, 0.0)
     flow = plant.rate * volume / line.pump.count
     valve = line.valve or Valve(conductance=1.0)
-    made = replace(
+    matched_line = replace(
         line,
         pump=replace(line.pump, flow=flow, curve=None, ultimate=max(site - plant.top, 0.0)),
         valve=replace(valve, conductance=plant.vent * volume / NORMAL),
         leak=Leak(laminar=laminar),
     )
-    validate(made)
-    return made
+    validate(matched_line)
+    return matched_line
 
 
 def check_target(plant: Plant, target: float, name: str = "target") -> None:

@@ -43,9 +43,9 @@ AT_START = 2.5
 """A decision step over what a tube brings late, at least."""
 SAFELY = 1.3
 """A blocked line rises at least this many times faster than any healthy one."""
-_FAR = 1e15
+_NEVER = 1e15
 
-Packed = tuple[tuple[float, ...], tuple[float, ...]]
+LawSettings = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -221,7 +221,7 @@ class Regulator:
             return self.blocked_ratio
         smaller, vacuum = 2 * self.blocked_ratio, np.linspace(0.0, tube.vacuum, 50)
         left = replace(tube, volume=smaller * tube.volume, passes=smaller * tube.passes)
-        ratio = left.rise(vacuum, smaller * plant.rate, plant.top) / self.owed.at(vacuum)
+        ratio = left.rise(vacuum, smaller * plant.rate, plant.top) / self.owed.rise_at(vacuum)
         half = min(self.blocked_ratio, 0.5 * float(ratio.min()))
         return max(self.sound, half)
 
@@ -291,7 +291,7 @@ class Regulator:
         """Whole samples that last at least `time` [s]."""
         return float(math.ceil(time / self.sample_time - 1e-9))
 
-    def packed(self) -> Packed:
+    def packed(self) -> LawSettings:
         """The tuples `law.step` takes as settings."""
         plant, gains, dt = self.plant.joined, self.gains(), self.sample_time
         owed = self.owed
@@ -313,7 +313,7 @@ class Regulator:
             -math.expm1(-dt / lag) if lag else 1.0, self.lowest_reading, self.sensor.range,
             float(self.confirm), self.decision, self.no_vacuum_ratio, self.weak_ratio,
             self.fast, self.lost_below, self.samples(self.lost_for),
-            max(self.samples(self.stuck_time), 50.0) if self.noisy else _FAR,
+            max(self.samples(self.stuck_time), 50.0) if self.noisy else _NEVER,
             self.samples(self.settles_in), self.largest_zero,
             self.samples(self.fades_in),
             owed.most * dt, owed.less * dt, owed.bend * dt, self.sound, self.jump, self.zero,

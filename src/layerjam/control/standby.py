@@ -28,7 +28,7 @@ class Standby:
     """Pressure in the reservoir [Pa absolute]; None: the balance of pump and leak."""
     water: bool = False
 
-    def warned(self, duration: float, samples: int = SAMPLES) -> Response:
+    def respond(self, duration: float, samples: int = SAMPLES) -> Response:
         """The line from the warning on, for a duration [s]."""
         line, a = self.line, self.line.site.atmosphere
         if self.water:
@@ -50,11 +50,11 @@ class Standby:
         time = np.append(first.time, opens + second.time[1:])
         return Response(line=line, time=time, states=np.vstack([first.states, second.states[1:]]))
 
-    def reached(self, duration: float) -> float:
+    def vacuum_after(self, duration: float) -> float:
         """Vacuum [Pa] after a warning of so long [s]."""
-        return float(self.warned(duration, samples=2).vacuum[-1])
+        return float(self.respond(duration, samples=2).vacuum[-1])
 
-    def vented(self, duration: float) -> float:
+    def vacuum_after_venting(self, duration: float) -> float:
         """Least vacuum [Pa] that venting for so long [s] leaves.
 
         By the vent valve after its delay, or the pumps run backwards; without either all of it

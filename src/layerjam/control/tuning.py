@@ -46,8 +46,8 @@ def simc(plant: Plant, *, sample_time: float, lag: float, vacuum: float = 0.0) -
     dead = 0.5 * sample_time + lag
     slow = max(dead, 4 * sample_time, 0.05 / plant.rate)
     room = max(plant.top - plant.weight * vacuum, LEAST_ROOM * plant.top)
-    held = plant.leak * vacuum / (plant.rate * room)
-    pole = plant.weight * plant.rate * min(held, 1.0) + plant.leak
+    leak_share = plant.leak * vacuum / (plant.rate * room)
+    pole = plant.weight * plant.rate * min(leak_share, 1.0) + plant.leak
     longest = 4 * (slow + dead)
     return Gains(
         gain=1.0 / (plant.rate * room * (slow + dead)),

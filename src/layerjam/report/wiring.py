@@ -134,13 +134,15 @@ class _Pen:
         for wire in self.circuit.wires:
             if wire.use in power or wire.label in ("GND", "VSYS"):
                 continue
-            series = self.circuit.behind(wire.use)[0] if wire.use else None
+            series = self.circuit.series_part(wire.use)[0] if wire.use else None
             begin, end = (x + 3.6 * bool(wire.shunt), y), (x + 3.6 * bool(wire.shunt) + 2.6, y)
             self.tag((x, y), wire.use or wire.label, "left")
             self.line((x, y), begin)
             self.line(begin, end) if series is None else self.part(series.ref, begin, end)
             self.text(end[0] + 0.2, y - 0.15, wire.to)
-            shunts = self.circuit.between(wire.use, "GND") if wire.use and wire.shunt else []
+            shunts = (
+                self.circuit.components_between(wire.use, "GND") if wire.use and wire.shunt else []
+            )
             for n, shunt in enumerate(shunts):
                 self.down(shunt.ref, (x + 0.6 + 1.8 * n, y), 1.9)
             y -= 3.6 if shunts else 1.15
@@ -198,8 +200,11 @@ class _Pen:
         switch = self.elements.NFet().anchor("drain").reverse().theta(0)
         ends = self.add(switch, bottom, None, f"Q{number}", "right").absanchors
         self.add(self.elements.Ground(), ends["source"])
-        net = self.circuit.behind(use)[1]
-        (series,), (pull,) = (self.circuit.between(use, net), self.circuit.between(net, "GND"))
+        net = self.circuit.series_part(use)[1]
+        (series,), (pull,) = (
+            self.circuit.components_between(use, net),
+            self.circuit.components_between(net, "GND"),
+        )
         corner = (ends["gate"][0] - 0.7, ends["gate"][1])
         self.line(ends["gate"], corner)
         self.down(pull.ref, corner)

@@ -18,7 +18,7 @@ from layerjam.errors import LayerjamError, MissingExtraError, QuantityError
 from layerjam.rig.address import Address, address_of
 from layerjam.rig.child import has_pipes, start
 from layerjam.rig.line import Line, Serial
-from layerjam.rig.plant import PlantThread, VirtualPlant, behind
+from layerjam.rig.plant import PlantThread, VirtualPlant, read_hardware
 from layerjam.rig.wiring import load_wiring
 
 HERE = Path(__file__).parent
@@ -38,7 +38,7 @@ def parts(board: str = "") -> dict[str, str]:
     files["law.py"] = Path(law.__file__).read_text("utf-8")
     if board:
         files["wired.py"] = (
-            f'"""The pins of the board."""\n\nWIRED = {load_wiring(board).wired()!r}\n'
+            f'"""The pins of the board."""\n\nWIRED = {load_wiring(board).firmware_pins()!r}\n'
         )
     digest = hashlib.sha256("".join(name + text for name, text in sorted(files.items())).encode())
     names = {code: name for code, name in FAULTS.items() if code}
@@ -85,7 +85,7 @@ class VirtualBoard:
     """
 
     def __init__(self, address: Address) -> None:
-        hardware = behind(address)
+        hardware = read_hardware(address)
         python = address.options.get("python", "")
         if python not in ("", "micropython", "cpython"):
             raise QuantityError.of(

@@ -19,7 +19,7 @@ from layerjam.rig.kinds import KINDS, NOT_HERE, NOTHING
 from layerjam.rig.line import LineError
 from layerjam.rig.link import SESSION, BoardLink
 from layerjam.rig.observer import Observer, Plan, draw_plan
-from layerjam.rig.plant import behind
+from layerjam.rig.plant import read_hardware
 from layerjam.rig.telemetry import records
 
 EMPTY = 50.0
@@ -84,12 +84,12 @@ class Campaign:
     """Platform of the firmware."""
 
 
-def select_faults(only: Sequence[str]) -> list[str]:
+def select_faults(names_wanted: Sequence[str]) -> list[str]:
     """Return the names of the faults to inject, by default all; UnknownNameError for others."""
-    for name in only:
+    for name in names_wanted:
         if name not in KINDS and name not in NOT_HERE:
             raise UnknownNameError("fault", name, [*KINDS, *NOT_HERE], quantity="only")
-    return [name for name in KINDS if name in only or not only]
+    return [name for name in KINDS if name in names_wanted or not names_wanted]
 
 
 def accelerate(text: str | Address) -> Address:
@@ -108,7 +108,7 @@ class Bed:
 
     def __init__(self, address: Address) -> None:
         self.address = address
-        self.behind = behind(address)
+        self.behind = read_hardware(address)
         self._bench: Bench | None = None
         self.board: VirtualBoard | None = None
 

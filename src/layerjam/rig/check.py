@@ -274,8 +274,8 @@ def decay(time: Array, rate: float, lag: float) -> Array:
     if x < 1e-9:
         return np.exp(-rate * time)
     x += 1e-6 * (abs(x - 1.0) < 1e-6)  # a removable singularity
-    settled: Array = np.exp(-rate * time) - x * np.exp(-time * rate / x)
-    return settled / (1.0 - x)
+    response: Array = np.exp(-rate * time) - x * np.exp(-time * rate / x)
+    return response / (1.0 - x)
 
 
 def _fit_pump(rise: tuple[Array, Array], after: tuple[Array, Array]) -> dict[str, float | None]:
@@ -341,10 +341,10 @@ def _fit(
     if len(times) <= len(guess):
         return None
     try:
-        found, spread = curve_fit(curve, times, values, guess, bounds=(0.0, np.inf))
+        parameters, spread = curve_fit(curve, times, values, guess, bounds=(0.0, np.inf))
     except RuntimeError:
         return None
-    return found.tolist(), np.sqrt(np.diag(spread)).tolist()
+    return parameters.tolist(), np.sqrt(np.diag(spread)).tolist()
 
 
 def _judge(data: Checked, plant: Plant | None, lag: float, tune: bool) -> Checked:
@@ -354,37 +354,37 @@ def _judge(data: Checked, plant: Plant | None, lag: float, tune: bool) -> Checke
     reasons += [FAULTS[key] for key in data.wiring]
     if not reasons and (data.rate is None or data.leak is None):
         reasons = ["the rise of the vacuum does not fit a pump's curve"]
-    expected = None
+    line_values = None
     if plant is not None:
         slow = plant.joined
-        expected = {"rate": slow.rate, "top": slow.top, "leak": slow.leak, "vent": slow.vent}
-        expected["lag"] = lag + plant.tube_lag
+        line_values = {"rate": slow.rate, "top": slow.top, "leak": slow.leak, "vent": slow.vent}
+        line_values["lag"] = lag + plant.tube_lag
     if not reasons and data.rate is not None and data.leak is not None:
         if data.leak >= data.rate:
             reasons.append(
                 f"the line leaks at {data.leak:.3g}/s, the pump fills it at {data.rate:.3g}/s"
             )
-        reasons += [] if tune or expected is None else _differences(data, expected)
+        reasons += [] if tune or line_values is None else _differences(data, line_values)
         if data.zero is not None and data.top is not None and abs(data.zero) > 0.05 * data.top:
             reasons.append(f"the reading with the vent open is {show(data.zero, 'Pa')}")
     reason = "; ".join(reasons) or None
-    return replace(data, feasible=not reasons, reason=reason, expected=expected)
+    return replace(data, feasible=not reasons, reason=reason, expected=line_values)
 
 
-def _differences(data: Checked, expected: dict[str, float]) -> Iterator[str]:
+def _differences(data: Checked, line_values: dict[str, float]) -> Iterator[str]:
     """Yield each value of the line that differs by more than the detectors allow for."""
     for name, value, share in (
         ("pump's rate", "rate", ALLOWED.pump),
         ("vent's rate", "vent", ALLOWED.vent),
     ):
-        measured, due = getattr(data, value), expected[value]
-        if measured is not None and abs(measured - due) > share * due:
+        measurement, due = getattr(data, value), line_values[value]
+        if measurement is not None and abs(measurement - due) > share * due:
             yield (
-                f"the {name} is {measured:.3g}/s, and the line's {due:.3g}/s; the detectors allow "
-                f"{share:.0%}"
+                f"the {name} is {measurement:.3g}/s, and the line's {due:.3g}/s; the detectors "
+                f"allow {share:.0%}"
             )
-    limit = max(expected["lag"], ALLOWED.lag)
+    limit = max(line_values["lag"], ALLOWED.lag)
     if data.lag is not None and data.lag > limit + SURE:
         yield f"the lag is {show(data.lag, 's')}; the detectors allow {show(limit, 's')}"
-    if data.leak is not None and data.leak > max(LEAKY * expected["leak"], TIGHT):
-        yield f"the leak is {data.leak:.3g}/s, and the line's {expected['leak']:.3g}/s"
+    if data.leak is not None and data.leak > max(LEAKY * line_values["leak"], TIGHT):
+        yield f"the leak is {data.leak:.3g}/s, and the line's {line_values['leak']:.3g}/s"

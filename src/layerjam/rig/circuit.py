@@ -56,7 +56,7 @@ class Component:
         except KeyError:
             raise AttributeError(f"{self.ref} has no {name}") from None
 
-    def at(self, sign: int) -> float:
+    def value_at(self, sign: int) -> float:
         """Return the value at the end of its tolerance: sign -1, 0 or 1."""
         return self.value * (1.0 + sign * self.tolerance)
 
@@ -110,12 +110,12 @@ class Circuit:
         """Wires, with the parts that are on them."""
         return tuple(_wire(self, entry) for entry in self.declared)
 
-    def between(self, first: str, *others: str) -> list[Component]:
+    def components_between(self, first: str, *others: str) -> list[Component]:
         """Return the components with two nodes: `first`, and one of `others`."""
-        pairs = [{first, other} for other in others]
+        pairs = [{first, node} for node in others]
         return [c for c in self.components.values() if len(c.nodes) == 2 and set(c.nodes) in pairs]
 
-    def behind(self, node: str) -> tuple[Component | None, str]:
+    def series_part(self, node: str) -> tuple[Component | None, str]:
         """Return the part in series with a pin, or None, and the node behind it."""
         for part in self.components.values():
             if len(part.nodes) == 2 and node in part.nodes and "GND" not in part.nodes:
@@ -124,8 +124,10 @@ class Circuit:
 
     def divider(self, use: str) -> tuple[Component, Component, Component]:
         """Return (upper resistor, lower resistor, capacitor) of a pin's divider."""
-        lower, capacitor = sorted(self.between(use, "GND"), key=lambda c: c.kind, reverse=True)
-        (upper,) = self.between(use, *self.rails)
+        lower, capacitor = sorted(
+            self.components_between(use, "GND"), key=lambda c: c.kind, reverse=True
+        )
+        (upper,) = self.components_between(use, *self.rails)
         return upper, lower, capacitor
 
     def conflicts(self) -> tuple[str, ...]:
@@ -145,7 +147,7 @@ def load_circuit(board: str | Path, circuit: Path = PICO) -> Circuit:
         for label, pin in data["socket"].items()
         if label != "count"
     }
-    known = ("ref", "kind", "nodes")
+    common_keys = ("ref", "kind", "nodes")
     return Circuit(
         file=load_wiring(board),
         pins=data["socket"]["count"],
@@ -158,7 +160,7 @@ def load_circuit(board: str | Path, circuit: Path = PICO) -> Circuit:
                 ref=row["ref"],
                 kind=row["kind"],
                 nodes=tuple(row["nodes"]),
-                numbers={key: value for key, value in row.items() if key not in known},
+                numbers={key: value for key, value in row.items() if key not in common_keys},
             )
             for row in data["component"]
         },
@@ -171,10 +173,10 @@ def load_circuit(board: str | Path, circuit: Path = PICO) -> Circuit:
 def _wire(circuit: Circuit, entry: Mapping[str, str]) -> Wire:
     use = entry.get("use")
     node = use or entry["pin"]
-    series, end = (None, node) if node in ("GND", *circuit.rails) else circuit.behind(node)
+    series, end = (None, node) if node in ("GND", *circuit.rails) else circuit.series_part(node)
     rail = circuit.rails.get(end) if use else None
     # a divider leads to a rail; at a gate the pull-down is behind the series resistor
-    shunts = circuit.between(node if end in circuit.rails else end, "GND")
+    shunts = circuit.components_between(node if end in circuit.rails else end, "GND")
     label = entry["pin"] if use is None else f"GP{getattr(circuit.file.wiring.pins, use)}"
     return Wire(
         pin=circuit.socket.get(label),
@@ -225,7 +227,7 @@ def _gates(circuit: Circuit) -> Iterator[str]:
     for wire in circuit.wires:
         if wire.use not in GATES:
             continue
-        down = circuit.between(circuit.behind(wire.use)[1], "GND")
+        down = circuit.components_between(circuit.series_part(wire.use)[1], "GND")
         if not down or down[0].value > PULL_DOWN:
             yield (
                 f"{wire.use}: {wire.label} needs a pull-down of 8.2 kΩ or less at the gate, and "
@@ -236,6 +238,6 @@ def _gates(circuit: Circuit) -> Iterator[str]:
 def _ratio(circuit: Circuit) -> Iterator[str]:
     """Yield a conflict if the board's file and the divider of the supply differ."""
     upper, lower, _ = circuit.divider("supply_adc")
-    ratio, stated = 1.0 + upper.value / lower.value, circuit.file.wiring.supply_ratio
-    if abs(ratio / stated - 1.0) > 1e-3:
-        yield f"supply_ratio is {stated:g}, and the resistors of the supply sense give {ratio:g}"
+    ratio, in_file = 1.0 + upper.value / lower.value, circuit.file.wiring.supply_ratio
+    if abs(ratio / in_file - 1.0) > 1e-3:
+        yield f"supply_ratio is {in_file:g}, and the resistors of the supply sense give {ratio:g}"

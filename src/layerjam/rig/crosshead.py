@@ -37,8 +37,8 @@ class Crosshead(Protocol):
     def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
         """Start a move."""
 
-    def done(self, elapsed: float) -> bool:
-        """Whether the move is over, `elapsed` [s] of the board's clock after it began.
+    def done(self, elapsed_time: float) -> bool:
+        """Whether the move is over, `elapsed_time` [s] of the board's clock after it began.
 
         Raises CrossheadLostError if it is long overdue.
         """
@@ -72,9 +72,9 @@ class Manual:
         self._step, self._bench, self._note, self._moves = step, bench, note, False
         self._ask(f"Ready to {step.text()}: press Enter and start the machine.")
 
-    def done(self, elapsed: float) -> bool:
+    def done(self, elapsed_time: float) -> bool:
         """Whether the second Enter came."""
-        if elapsed > WAITS:
+        if elapsed_time > WAITS:
             raise CrossheadLostError(f"nobody pressed Enter for {WAITS:g} s")
         if not self._pressed():
             return False
@@ -121,9 +121,9 @@ class Trigger:
         self._moves = True
         bench.tell("OUTP:SYNC ON")
 
-    def done(self, elapsed: float) -> bool:
+    def done(self, elapsed_time: float) -> bool:
         """Whether the machine's contact has closed."""
-        if elapsed > self._due and not self._closed:
+        if elapsed_time > self._due and not self._closed:
             raise CrossheadLostError(
                 f"the machine's contact did not close within {self._due:.3g} s"
             )
@@ -161,10 +161,10 @@ class Virtual:
         bench.tell("OUTP:SYNC ON")
         self._machine.go(step.end, step.speed)
 
-    def done(self, elapsed: float) -> bool:
+    def done(self, elapsed_time: float) -> bool:
         """Whether the samples show the end position."""
         has_arrived = self._seen == self._end
-        if elapsed > self._due and not has_arrived:
+        if elapsed_time > self._due and not has_arrived:
             raise CrossheadLostError(f"the virtual machine did not arrive within {self._due:.3g} s")
         return has_arrived
 
@@ -178,7 +178,7 @@ class Virtual:
     def positions(self, block: Block) -> list[tuple[int, float, float]]:
         """Return the machine's readings at each sample."""
         rows = zip(block.rows["seq"].tolist(), block.us.tolist(), strict=True)
-        readings = [(us, *self._machine.taken(seq)) for seq, us in rows]
+        readings = [(us, *self._machine.take_sample(seq)) for seq, us in rows]
         self._seen = readings[-1][1]
         return readings
 

@@ -77,43 +77,43 @@ def trip_voltages(circuit: Circuit) -> tuple[float, float]:
     for sign, reference in zip((-1, 1), REFERENCE, strict=True):
         pin = wiring.least_supply / wiring.supply_ratio * reference
         pin += sign * CONVERTER * wiring.reference_voltage
-        ratio = 1.0 + upper.at(sign) / lower.at(-sign)
-        ends.append(pin * ratio + sign * LEAKAGE * upper.at(1))
+        ratio = 1.0 + upper.value_at(sign) / lower.value_at(-sign)
+        ends.append(pin * ratio + sign * LEAKAGE * upper.value_at(1))
     return ends[0], ends[1]
 
 
 def pin_voltage(circuit: Circuit, use: str, volts: float, sign: int) -> float:
     """Return the voltage at a divider's pin [V], least (sign -1) or greatest (1)."""
     upper, lower = (
-        part.at(s) for part, s in zip(circuit.divider(use), (-sign, sign), strict=False)
+        part.value_at(s) for part, s in zip(circuit.divider(use), (-sign, sign), strict=False)
     )
     return lower / (upper + lower) * (volts + sign * LEAKAGE * upper)
 
 
 def _senses(circuit: Circuit) -> Iterator[Margin]:
     parts, stop = circuit.components, "estop_sense"
-    high, supplied = circuit.rails["12V"][1], circuit.rails["3V3"][0]
-    closed = pin_voltage(circuit, stop, trip_voltages(circuit)[0], -1)
-    yield Margin("emergency stop closed, at the pin", "V", closed, least=HIGH)
+    high, least_supply = circuit.rails["12V"][1], circuit.rails["3V3"][0]
+    closed_voltage = pin_voltage(circuit, stop, trip_voltages(circuit)[0], -1)
+    yield Margin("emergency stop closed, at the pin", "V", closed_voltage, least=HIGH)
     for use in (stop, "supply_adc", "accelerometer_adc"):
-        rail = circuit.rails[circuit.behind(use)[1]][1]
+        rail = circuit.rails[circuit.series_part(use)[1]][1]
         greatest = pin_voltage(circuit, use, rail, 1)
-        yield Margin(f"greatest voltage at {use}", "V", greatest, most=supplied)
+        yield Margin(f"greatest voltage at {use}", "V", greatest, most=least_supply)
     # the stop open: R7 pulls the node down, and the filter empties over R8 and R7, and R9
-    upper, lower, capacitor = (part.at(1) for part in circuit.divider(stop))
-    both = 1.0 / (1.0 / (upper + parts["R7"].at(1)) + 1.0 / lower)
-    opened, begin = LEAKAGE * both, pin_voltage(circuit, stop, high, 1)
-    yield Margin("emergency stop open, at the pin", "V", opened, most=LOW)
-    time = capacitor * both * math.log((begin - opened) / (LOW - opened))
+    upper, lower, capacitor = (part.value_at(1) for part in circuit.divider(stop))
+    both = 1.0 / (1.0 / (upper + parts["R7"].value_at(1)) + 1.0 / lower)
+    open_voltage, begin = LEAKAGE * both, pin_voltage(circuit, stop, high, 1)
+    yield Margin("emergency stop open, at the pin", "V", open_voltage, most=LOW)
+    time = capacitor * both * math.log((begin - open_voltage) / (LOW - open_voltage))
     yield Margin("time until an open stop is sensed", "s", time, most=SAMPLE)
-    yield Margin("heat of R7", "W", high**2 / parts["R7"].at(-1), most=parts["R7"].power)
+    yield Margin("heat of R7", "W", high**2 / parts["R7"].value_at(-1), most=parts["R7"].power)
 
 
 def _supplies(circuit: Circuit) -> Iterator[Margin]:
     parts, five = circuit.components, circuit.rails["5V"]
-    least, most = trip_voltages(circuit)
+    least, highest = trip_voltages(circuit)
     yield Margin("least supply that passes", "V", least, least=VALVE * NOMINAL)
-    yield Margin("greatest supply that is called low", "V", most, most=circuit.rails["12V"][0])
+    yield Margin("greatest supply that is called low", "V", highest, most=circuit.rails["12V"][0])
     yield Margin("input of U1", "V", least, least=parts["U1"].least_input)
     yield Margin("least voltage at VSYS", "V", five[0] - parts["D3"].forward, least=1.8)
     yield Margin("greatest voltage at VSYS", "V", five[1], most=5.5)
@@ -121,22 +121,22 @@ def _supplies(circuit: Circuit) -> Iterator[Margin]:
 
 def _gates(circuit: Circuit) -> Iterator[Margin]:
     for use in GATES:
-        gate = circuit.behind(use)[1]
-        (series,) = circuit.between(use, gate)
-        (down,) = circuit.between(gate, "GND")
+        gate = circuit.series_part(use)[1]
+        (series,) = circuit.components_between(use, gate)
+        (down,) = circuit.components_between(gate, "GND")
         (switch,) = (c for c in circuit.components.values() if c.nodes[1] == gate != c.nodes[-1])
-        on = OUTPUT * down.at(-1) / (down.at(-1) + series.at(1))
-        yield Margin(f"gate of {switch.ref}, on", "V", on, least=switch.gate)
-        reset = LEAKAGE * down.at(1)
+        gate_voltage = OUTPUT * down.value_at(-1) / (down.value_at(-1) + series.value_at(1))
+        yield Margin(f"gate of {switch.ref}, on", "V", gate_voltage, least=switch.gate)
+        reset = LEAKAGE * down.value_at(1)
         yield Margin(f"gate of {switch.ref}, in reset", "V", reset, most=switch.threshold)
-        peak = circuit.rails["3V3"][1] / series.at(-1)
+        peak = circuit.rails["3V3"][1] / series.value_at(-1)
         yield Margin(f"current into the gate of {switch.ref}", "A", peak, most=DRIVE)
 
 
 def switching_heat(circuit: Circuit) -> float:
     """Return the heat of Q1 from switching the running pump [W]; an edge lasts Q_gd / I_gate."""
     parts = circuit.components
-    edges = 2.0 * parts["Q1"].miller * parts["R1"].at(1) / (OUTPUT - PLATEAU)
+    edges = 2.0 * parts["Q1"].miller * parts["R1"].value_at(1) / (OUTPUT - PLATEAU)
     energy = 0.5 * circuit.rails["12V"][1] * parts["M1"].running * edges
     return energy * circuit.file.wiring.pump_frequency
 
@@ -167,11 +167,11 @@ def _power(circuit: Circuit) -> Iterator[Margin]:
     yield Margin("current of S1 while the pump starts", "A", starts, most=parts["S1"].current)
 
 
-def release_time(circuit: Circuit, volts: float, released: float = 0.3) -> float:
-    """Return the time [s] in which the valve's current falls to a share `released` of itself.
+def release_time(circuit: Circuit, volts: float, release_share: float = 0.3) -> float:
+    """Return the time [s] in which the valve's current falls to a share `release_share` of itself.
 
     `volts` is the voltage that its diode puts against it, 0.5 V, or more with a Zener diode.
     """
     coil = circuit.components["Y1"]
-    ratio = (NOMINAL + volts) / (released * NOMINAL + volts)
+    ratio = (NOMINAL + volts) / (release_share * NOMINAL + volts)
     return coil.inductance / coil.value * math.log(ratio)

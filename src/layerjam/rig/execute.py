@@ -114,7 +114,7 @@ class Execution:
         self.crosshead, self.stop, self._told = crosshead, stop, watch
         self.recorder = Recorder(bench, file)
         self.shots = None if rig is None else Shots(bench, file, rig)
-        self.watch = Watch.of(bench)
+        self.watch = Watch.from_bench(bench)
         self.done = [StepResult(text=step.text()) for step in procedure.steps]
         self.fault: str | None = None
         self.fault_us: int | None = None
@@ -181,8 +181,8 @@ class Execution:
         close = max(CLOSE * step.to, self.watch.regulator[3])
         limit = TIMES * self.watch.rise_time(self._vacuum, step.to - close) + EXTRA
         self.bench.target = step.to
-        done = stays(self.watch, step.to, self._noise, self.recorder.now)
-        if not self._until(done, limit, self._last_sample()):
+        is_steady = stays(self.watch, step.to, self._noise, self.recorder.now)
+        if not self._until(is_steady, limit, self._last_sample()):
             raise EndedError(
                 NOT_REACHED,
                 f"{show(step.to, 'Pa')} was not reached within {limit:.3g} s; the vacuum is "
@@ -210,7 +210,7 @@ class Execution:
             while not self.shots.waiting:
                 self._next()
             self.shots.let_fall()
-            while self.recorder.behind(self._next()):
+            while self.recorder.is_behind(self._next()):
                 pass  # the hold begins at the board's present sample
         self._until(lambda block: False, duration)
 

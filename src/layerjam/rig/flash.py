@@ -126,7 +126,9 @@ def flash(
     """
     # check all arguments before anything is sent
     load_wiring(board)
-    wiring = None if settings is None else json.dumps(load_wiring(settings).wired()).encode()
+    wiring = (
+        None if settings is None else json.dumps(load_wiring(settings).firmware_pins()).encode()
+    )
     image_data = None if image is None else image_of(image, board)
     digest = None if image_data is None else hashlib.sha256(image_data).hexdigest()
     if port.partition(":")[0] in ("sim", "tcp", "visa"):

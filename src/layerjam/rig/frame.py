@@ -51,20 +51,20 @@ def first(buffer: bytes) -> "tuple[tuple[int, int, bytes] | None, int]":
 
     Bytes outside frames are skipped; an incomplete frame is not consumed.
     """
-    at = 0
+    place = 0
     while True:
-        at = buffer.find(b"@", at)
-        if at < 0:
+        place = buffer.find(b"@", place)
+        if place < 0:
             return None, len(buffer)
-        head = buffer[at : at + HEAD]
+        head = buffer[place : place + HEAD]
         if len(head) < HEAD:
-            return None, at
+            return None, place
         size = length_of(head)
         if size >= 0:
-            end = at + HEAD + size + 1
+            end = place + HEAD + size + 1
             if len(buffer) < end:
-                return None, at
-            found = unpack(buffer[at:end])
-            if found is not None:
-                return found, end
-        at += 1
+                return None, place
+            frame = unpack(buffer[place:end])
+            if frame is not None:
+                return frame, end
+        place += 1

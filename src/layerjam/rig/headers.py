@@ -65,13 +65,13 @@ def headers() -> list[Header]:
     """All headers, in the order of NOTES; KeyError for one that has no note."""
     with tempfile.TemporaryDirectory(prefix="layerjam-headers-") as folder:
         stage(Path(folder))
-        done = subprocess.run(
+        process = subprocess.run(
             [sys.executable, "-S", "-E", "-s", "-B", "-c", SCRIPT, folder],
             capture_output=True,
             text=True,
             check=True,
         )
-    table = {header: (command, query) for header, command, query in json.loads(done.stdout)}
+    table = {header: (command, query) for header, command, query in json.loads(process.stdout)}
     out = []
     for group, notes in tomllib.loads(NOTES.read_text("utf-8")).items():
         for header, note in notes.items():
@@ -102,10 +102,10 @@ def bounds(param: Mapping[str, Any]) -> str:
     if "lo" not in param:
         return "`MIN`, `MAX` or `DEF`"
     unit = f" {param['unit']}" if param["unit"] else ""
-    known = param["default"]
-    text = f"{param['name']} {_shown(param['lo'])} to {_shown(param['hi'])}{unit}"
-    return text if known is None else f"{text}, default {_shown(known)}"
+    default = param["default"]
+    text = f"{param['name']} {_format_number(param['lo'])} to {_format_number(param['hi'])}{unit}"
+    return text if default is None else f"{text}, default {_format_number(default)}"
 
 
-def _shown(value: float | str) -> str:
+def _format_number(value: float | str) -> str:
     return value if isinstance(value, str) else f"{value:.10g}".replace("-", "−")

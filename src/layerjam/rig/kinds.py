@@ -44,16 +44,16 @@ class Case:
     sign."""
 
     @functools.cached_property
-    def detected(self) -> Mapping[str, float]:
+    def promised_times(self) -> Mapping[str, float]:
         """Detection times [s] that the law promises up to this target."""
         return detection_times(self.regulator, self.target)
 
     @property
     def lowest(self) -> float:
         """Vacuum [Pa] below which a loss shows in every reading, even with noise and zero."""
-        made = self.regulator
-        noise = IN_NOISE * made.greatest_noise + made.sensor.resolution
-        return self.target - made.lost_below - noise - made.zero
+        regulator = self.regulator
+        noise = IN_NOISE * regulator.greatest_noise + regulator.sensor.resolution
+        return self.target - regulator.lost_below - noise - regulator.zero
 
     @property
     def highest(self) -> float:
@@ -63,9 +63,9 @@ class Case:
     @functools.cached_property
     def strongest(self) -> Plant:
         """The strongest pump against the weakest vent, within the tolerances."""
-        plant, within = self.regulator.plant.joined, self.regulator.tolerances
+        plant, tolerances = self.regulator.plant.joined, self.regulator.tolerances
         return replace(
-            plant, rate=plant.rate * (1 + within.pump), vent=plant.vent * (1 - within.vent)
+            plant, rate=plant.rate * (1 + tolerances.pump), vent=plant.vent * (1 - tolerances.vent)
         )
 
     def falls(self, rate: float, end: float) -> float:
@@ -95,7 +95,7 @@ class FaultKind:
 
     def deadline(self, case: Case) -> float:
         """Return the time [s] to safe outputs, infinite if nothing is promised."""
-        return case.detected[self.answers] if self.promise is None else self.promise(case)
+        return case.promised_times[self.answers] if self.promise is None else self.promise(case)
 
     def called(self, name: str | None, case: Case) -> bool:
         """Whether the board may report this name; a second sensor may be the first to notice."""
@@ -151,7 +151,7 @@ def _samples(count: int) -> Callable[[Case], float]:
 
 def _leak_shows(case: Case) -> float:
     """Return the time until the healthy leak takes the vacuum out of the band, as a loss."""
-    return case.falls(case.regulator.plant.joined.leak, 0.0) + case.detected["VACUUM_LOST"]
+    return case.falls(case.regulator.plant.joined.leak, 0.0) + case.promised_times["VACUUM_LOST"]
 
 
 def _leaks_out(case: Case) -> float:
@@ -160,7 +160,7 @@ def _leaks_out(case: Case) -> float:
     half = case.target / 2
     inflow = max(plant.rate * (plant.top - plant.weight * half) / half, plant.leak)
     rate = pump * plant.weight + inflow
-    return case.falls(rate, pump * plant.top / rate) + case.detected["VACUUM_LOST"]
+    return case.falls(rate, pump * plant.top / rate) + case.promised_times["VACUUM_LOST"]
 
 
 def _open_shows(case: Case) -> float:
@@ -174,7 +174,7 @@ def _open_shows(case: Case) -> float:
     ends = plant.rate * plant.top / (plant.rate * plant.weight + out)
     weak = left * plant.rate * plant.top / (left * plant.rate * plant.weight + out)
     rises = -math.log(1 - weak / ends) / (plant.rate * plant.weight + out)
-    return rises + case.detected["WEAK_PUMP"]
+    return rises + case.promised_times["WEAK_PUMP"]
 
 
 def _lease(case: Case) -> float:

@@ -182,7 +182,7 @@ class VisaEnds:
         except self._error as error:
             raise OSError(str(error)) from None
 
-    def recv(self, _most: int) -> bytes:
+    def recv(self, _limit: int) -> bytes:
         """Return the bytes up to the next LF, or to the end of a message."""
         try:
             return bytes(self._resource.read_raw())

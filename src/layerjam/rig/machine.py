@@ -37,7 +37,7 @@ class SteppedBrake:
         self._step = jax.jit(functools.partial(step_state, spring=spring, brake=brake))
         self._state: Any = None
 
-    def to(self, elongation: float, vacuum: float, speed: float = 0.0) -> tuple[float, float]:
+    def step_to(self, elongation: float, vacuum: float, speed: float = 0.0) -> tuple[float, float]:
         """Return force [N] and slip [m] at an elongation [m] and a vacuum [Pa].
 
         `speed` [m/s] is that of the crosshead, for a brake with a speed law. The force is NaN if
@@ -76,7 +76,7 @@ class VirtualMachine:
         self._larger = chamber.volume_per_slip / chamber.volume
         self._exponent, self._atmosphere = line.polytropic, line.site.atmosphere
         self._shown: dict[int, tuple[float, float]] = {}
-        self._pulled.to(0.0, 0.0)  # compiles before the board waits for it
+        self._pulled.step_to(0.0, 0.0)  # compiles before the board waits for it
 
     @property
     def swell(self) -> float:
@@ -103,7 +103,7 @@ class VirtualMachine:
             return vacuum
         was = self.swell
         vacuum_now = min(max(vacuum, 0.0), self._atmosphere)
-        self.force, self.slip = self._pulled.to(self.elongation, vacuum_now, self._speed)
+        self.force, self.slip = self._pulled.step_to(self.elongation, vacuum_now, self._speed)
         absolute = (self._atmosphere - vacuum) * (was / self.swell) ** self._exponent
         return self._atmosphere - absolute if self.swell != was else vacuum
 
@@ -111,7 +111,7 @@ class VirtualMachine:
         """Store the readings at the board's sample of this number."""
         self._shown[number] = (self.elongation, self.force)
 
-    def taken(self, number: int) -> tuple[float, float]:
+    def take_sample(self, number: int) -> tuple[float, float]:
         """Return elongation [m] and force [N] at a sample; 0 before the first."""
         return self._shown.pop(number, (0.0, 0.0))
 

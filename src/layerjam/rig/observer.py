@@ -153,20 +153,20 @@ def draw_mismatch(hardware: Hardware, case: Case, leak: float, draw: random.Rand
     `leak` is the leak over the greatest healthy one.
     """
     regulator, plant, sensor = case.regulator, hardware.plant, hardware.sensor
-    within, zero = regulator.tolerances, regulator.zero
+    tolerances, zero = regulator.tolerances, regulator.zero
     return replace(
         hardware,
         plant=replace(
             plant,
-            rate=plant.rate * (1 + draw.uniform(-within.pump, within.pump)),
-            vent=plant.vent * (1 + draw.uniform(-within.vent, within.vent)),
+            rate=plant.rate * (1 + draw.uniform(-tolerances.pump, tolerances.pump)),
+            vent=plant.vent * (1 + draw.uniform(-tolerances.vent, tolerances.vent)),
             leak=plant.leak * leak,
         ),
         sensor=replace(
             sensor,
             offset=sensor.offset + draw.uniform(-zero, zero),
             lag=draw.uniform(0.0, regulator.slowest),
-            noise=sensor.noise * draw.uniform(1.0, within.noise),
+            noise=sensor.noise * draw.uniform(1.0, tolerances.noise),
         ),
         uneven=draw_uneven(draw, case.target),
     )
@@ -249,20 +249,20 @@ class Observer:
         elif self.since is None and plant.trace:
             self.since = plant.trace[-1][0]
         start = self.struck if self.event is None else self.event
-        elapsed = time - start if start is not None else 0.0
+        elapsed_time = time - start if start is not None else 0.0
         if self.plan.kind is HEALTHY:
-            if elapsed > self._settle + MARGIN:
+            if elapsed_time > self._settle + MARGIN:
                 self._end()
         elif not math.isfinite(self._deadline):
-            if elapsed > LONGEST or plant.vacuum < GONE * case.target:
+            if elapsed_time > LONGEST or plant.vacuum < GONE * case.target:
                 self._end()
         elif self.since is None or time - self.since < self._settle:
             margin = MARGIN if self.event is not None else PATIENCE
-            if elapsed > 2 * self._deadline + self._settle + margin:
+            if elapsed_time > 2 * self._deadline + self._settle + margin:
                 self._end()
         elif self._known:  # outputs that are safe by themselves must be named too
             margin = 0.0 if self.event is not None else FLOODED
-            if elapsed >= self._deadline + self._settle + margin:
+            if elapsed_time >= self._deadline + self._settle + margin:
                 self._end()
 
     @property

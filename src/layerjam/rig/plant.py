@@ -71,28 +71,28 @@ class VirtualAccelerometer:
         self._rate, self._begun, self._given = 8000, 0.0, 0
         self._signal: tuple[float, Array, Array] | None = None
 
-    def play(self, at: float, time: Array, force: Array) -> None:
-        """From the plant's time `at` [s] on a specific force [m/s^2]; shapes (N,), rising times.
+    def play(self, start: float, time: Array, force: Array) -> None:
+        """From the plant's time `start` [s] on a specific force [m/s^2]; shapes (N,), rising times.
 
         Before it the sensor is at rest, after it the last value stays.
         """
-        self._signal = (at, np.asarray(time, float), np.asarray(force, float))
+        self._signal = (start, np.asarray(time, float), np.asarray(force, float))
 
-    def start(self, rate: int, now: float) -> bytes:
+    def start(self, rate: int, plant_time: float) -> bytes:
         """Begin to sample; the scale, packed."""
-        self._rate, self._begun, self._given = rate, now, 0
+        self._rate, self._begun, self._given = rate, plant_time, 0
         return SCALE.pack(ZERO, GAIN, ACCELERATION_RANGE, float(rate))
 
     def samples(self, count: int) -> bytes:
         """The next samples, int16, little-endian."""
-        at = self._begun + (self._given + np.arange(count)) / self._rate
+        times = self._begun + (self._given + np.arange(count)) / self._rate
         self._given += count
         force = np.full(count, STANDARD_GRAVITY)
         if self._signal is not None:
             begin, time, values = self._signal
-            force = np.interp(at - begin, time, values, left=STANDARD_GRAVITY)
-        shown = np.clip(force, -ACCELERATION_RANGE, ACCELERATION_RANGE) / GAIN + ZERO
-        codes = np.round(shown + NOISE * self._draw.standard_normal(count))
+            force = np.interp(times - begin, time, values, left=STANDARD_GRAVITY)
+        voltage = np.clip(force, -ACCELERATION_RANGE, ACCELERATION_RANGE) / GAIN + ZERO
+        codes = np.round(voltage + NOISE * self._draw.standard_normal(count))
         return np.clip(codes, 0, CODES - 1).astype("<i2").tobytes()
 
 
@@ -114,7 +114,7 @@ class Hardware:
     """Flows that differ from the linear plant's, if any."""
 
 
-def behind(address: Address) -> Hardware:
+def read_hardware(address: Address) -> Hardware:
     """Return the line, sensor and valve that a `sim:` address states.
 
     Raises UnknownNameError for an unknown line, QuantityError for impossible values.
@@ -231,10 +231,14 @@ class VirtualPlant:
         """Return the rates of the plant with its present faults."""
         cache, hardware = self._broken, self.behind
         if cache is None or cache[0] is not self.injected or cache[1] is not hardware:
-            cache = self._broken = self.injected, hardware, self.injected.on(hardware.plant)
+            cache = self._broken = (
+                self.injected,
+                hardware,
+                self.injected.break_plant(hardware.plant),
+            )
         if self.machine is not None and self.machine.swell != 1.0:
             larger = replace(self.injected, volume=self.injected.volume * self.machine.swell)
-            return larger.on(hardware.plant)
+            return larger.break_plant(hardware.plant)
         return cache[2]
 
     def _move(self, dt: float) -> None:
@@ -347,10 +351,12 @@ class PlantThread(threading.Thread):
         try:
             while len(data := _exactly(self._child.receive, TOLD.size)) == TOLD.size:
                 pump, board_time, power, asks, count = TOLD.unpack(data)
-                elapsed = 0 if last is None else (board_time - last + WRAP // 2) % WRAP - WRAP // 2
-                plant.wraps += last is not None and elapsed > 0 and board_time < last
+                elapsed_time = (
+                    0 if last is None else (board_time - last + WRAP // 2) % WRAP - WRAP // 2
+                )
+                plant.wraps += last is not None and elapsed_time > 0 and board_time < last
                 last = board_time
-                plant.advance(elapsed * 1e-6)
+                plant.advance(elapsed_time * 1e-6)
                 plant.set_outputs(pump, bool(power))
                 if asks:
                     self._child.send(plant.answer(asks, count))

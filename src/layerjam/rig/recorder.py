@@ -133,14 +133,14 @@ class Recorder:
         self._most = FEW if slow else min(2 * self._most, FULL)
         return block
 
-    def behind(self, block: Block) -> bool:
+    def is_behind(self, block: Block) -> bool:
         """Whether the board had more samples than a block contained."""
         return len(block.rows) >= self._asked
 
     def begin(self, moves: Moves | None = None) -> None:
         """Record the samples that the board still has; time counts from the last of them."""
         block = self.pump(moves)
-        while self.behind(block):
+        while self.is_behind(block):
             self.pause(block)
             block = self.pump(moves)
         if not self.file.meta.get("begun"):
@@ -175,9 +175,11 @@ class Recorder:
         """Note a change of the host's calendar; the samples' time does not depend on it."""
         was, self._calendar = self._calendar, offset
         if was is not None and abs(offset - was) > JUMP:
-            way = "back" if offset < was else "forward"
+            direction = "back" if offset < was else "forward"
             seconds = abs(offset - was) / 1e9
-            self.file.note("note", f"the host's clock was set {way} by {seconds:.0f} s", self.now)
+            self.file.note(
+                "note", f"the host's clock was set {direction} by {seconds:.0f} s", self.now
+            )
 
     @contextlib.contextmanager
     def _hold_board(self) -> Iterator[None]:
@@ -194,8 +196,8 @@ class Recorder:
     def pause(self, block: Block) -> None:
         """Wait for the next block, but not behind a board that is ahead."""
         if self._throttle is not None:
-            self._throttle.credit = 0 if self.behind(block) else CREDIT
-        elif not self.behind(block):
+            self._throttle.credit = 0 if self.is_behind(block) else CREDIT
+        elif not self.is_behind(block):
             time.sleep(max(PACE - (time.monotonic() - self._told), 0.0))
         self._told = time.monotonic()
 
@@ -319,7 +321,7 @@ def log(
             raise
         finally:
             logging.recorder.bench.close()
-        simulated = bench.simulated
+        is_simulated = bench.simulated
         file.close(outcome)
     return Logged(
         outcome=outcome,
@@ -328,7 +330,7 @@ def log(
         gaps=counts[1],
         boots=counts[2],
         file=str(file.path),
-        simulated=simulated,
+        simulated=is_simulated,
     )
 
 

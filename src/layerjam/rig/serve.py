@@ -132,16 +132,16 @@ class Gateway:
         session: int,
         line: bytes,
         later: list[bytes],
-        more: Callable[[int], Awaitable[list[bytes]]],
+        more_lines: Callable[[int], Awaitable[list[bytes]]],
     ) -> bytes:
         """Return the board's response, also to a line that waits for a capture to end.
 
-        Meanwhile the client's lines from `more` go to `later`, unless they stop something; `more`
-        gets their number.
+        Meanwhile the client's lines from `more_lines` go to `later`, unless they stop something;
+        `more_lines` gets their number.
         """
         answer = await self.ask(session, line)
         while answer == PENDING:
-            for new in await more(len(later)):
+            for new in await more_lines(len(later)):
                 if STOP.fullmatch(new):
                     await self.ask(session, new)
                 else:
@@ -194,7 +194,7 @@ class Gateway:
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         splitter, is_greeted = Splitter(), False
 
-        async def more(count: int) -> list[bytes]:
+        async def more_lines(count: int) -> list[bytes]:
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(POLL):
                     data = await reader.read(4096)
@@ -220,7 +220,7 @@ class Gateway:
                 self._admit(client)
                 passes, answer = door.through(line, client.session != GUEST)
                 if passes:
-                    answer = await self.execute(client.session, line, lines, more)
+                    answer = await self.execute(client.session, line, lines, more_lines)
                 if answer:
                     writer.write(answer + b"\n")
                     await writer.drain()
@@ -239,7 +239,7 @@ class Gateway:
         came = asyncio.Event()
         loop.add_reader(master, came.set)
 
-        async def more(count: int) -> list[bytes]:
+        async def more_lines(count: int) -> list[bytes]:
             await asyncio.sleep(POLL)
             if count <= WAITING:  # the rest stays with the terminal
                 with contextlib.suppress(BlockingIOError):
@@ -253,7 +253,7 @@ class Gateway:
                 with contextlib.suppress(BlockingIOError):
                     lines = splitter.feed(os.read(master, 4096))
                     for line in lines:
-                        answer = await self.execute(session, line, lines, more)
+                        answer = await self.execute(session, line, lines, more_lines)
                         if answer:
                             await _write(loop, master, answer + b"\n")
         finally:

@@ -30,7 +30,7 @@ class Watch:
     zero: float
 
     @classmethod
-    def of(cls, bench: Bench) -> "Watch":
+    def from_bench(cls, bench: Bench) -> "Watch":
         """Return the values in the settings of a board."""
         first, second = bench.regulator
         return cls(
@@ -48,7 +48,7 @@ class Watch:
         """Return the time [s] from one vacuum [Pa] to another at full pump; infinite if never."""
         vacuum, count = begin, 0
         while vacuum < end:
-            gives = law.given(1.0, vacuum, self.rise, self.top, self.fall, *self.tube)
+            gives = law.healthy_rise(1.0, vacuum, self.rise, self.top, self.fall, *self.tube)
             gives -= self.leak * vacuum
             if gives <= 1e-9 * end:
                 return math.inf

@@ -136,15 +136,15 @@ def _run_for(
     due, first = start + VENTED, None
     try:
         bench.output = True
-        while (elapsed := plant.time - start) < lasting:
+        while (elapsed_time := plant.time - start) < lasting:
             if log.take():
                 _clear_fault(bench, log, faults)
                 bench.output = True
-            if first is None and elapsed >= min(WARM, lasting / 2):
+            if first is None and elapsed_time >= min(WARM, lasting / 2):
                 first = _used(bench, log, faults)
                 bench.output = True
             if plant.time >= due:
-                progress("hours", elapsed / lasting)
+                progress("hours", elapsed_time / lasting)
                 releases = draw.random() < RELEASES
                 target = 0.0 if releases else draw.uniform(LOWEST, 1.0) * highest
                 bench.target = target

@@ -89,9 +89,9 @@ class Door:
 
     def through(self, line: bytes, has_session: bool = True) -> tuple[bool, bytes]:
         """(whether the board receives the line, the answer if it does not, maybe empty)."""
-        given = GIVEN.fullmatch(line)
-        if given is not None:
-            if not self._token or hmac.compare_digest(given.group(2), self._token.encode()):
+        token_line = GIVEN.fullmatch(line)
+        if token_line is not None:
+            if not self._token or hmac.compare_digest(token_line.group(2), self._token.encode()):
                 self.open = True
             else:
                 self.wrong += 1

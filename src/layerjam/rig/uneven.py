@@ -45,9 +45,9 @@ class Uneven:
         """Flow through an orifice over that of the linear plant at a vacuum [Pa]."""
         if vacuum <= 0.0:
             return 1.0
-        return self._passed(vacuum) / self._passed(self.right_at)
+        return self._flow_per_vacuum(vacuum) / self._flow_per_vacuum(self.right_at)
 
-    def _passed(self, vacuum: float) -> float:
+    def _flow_per_vacuum(self, vacuum: float) -> float:
         return choked_share(1 - min(vacuum / ATMOSPHERE, 1.0)) / vacuum
 
 

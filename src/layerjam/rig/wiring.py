@@ -121,7 +121,7 @@ class WiringFile(RecordFile[Wiring]):
         reader.take()
         return cls.from_reader(reader)
 
-    def wired(self) -> dict[str, Any]:
+    def firmware_pins(self) -> dict[str, Any]:
         """Return the firmware's table: flat, in SI, without unknown values."""
         rows = ((path.rpartition(".")[2], v) for path, v in self.known_values.items())
         return {"name": self.title or self.name, **{key: v for key, v in rows if v is not None}}

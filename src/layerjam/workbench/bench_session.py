@@ -21,7 +21,7 @@ from layerjam.errors import LayerjamError, QuantityError
 from layerjam.fluid.file import LineFile
 from layerjam.rig.address import address_of
 from layerjam.rig.execute import ProcedureBench, RunResult, open_procedure_bench
-from layerjam.rig.plant import HEALTHY, behind
+from layerjam.rig.plant import HEALTHY, read_hardware
 from layerjam.rig.recorder import Block
 from layerjam.rig.stop import Stop
 from layerjam.rig.telemetry import PERIOD
@@ -209,7 +209,7 @@ def regulator_for(
     place = address_of(address)
     if place.simulated:
         options = {"at": exact_text(target, "Pa"), **place.options}
-        board = behind(replace(place, options=options))
+        board = read_hardware(replace(place, options=options))
         regulator = Regulator(
             plant=board.plant, sensor=board.sensor, kind=kind, safe_state=safe_state
         )

@@ -66,7 +66,7 @@ class Emulated:
         self.heard = bytearray()
         self.connected = 0
         self.usb.on_device_connected = self._enumerated
-        self.wired = load_wiring("pico").wired()
+        self.firmware_pins = load_wiring("pico").firmware_pins()
         self.vacuum = self.moved = 0.0
         self.plant: Plant | None = None
         self.status = 0
@@ -87,14 +87,14 @@ class Emulated:
 
     def supply(self, before: float, behind: float | None = None) -> None:
         """Voltages [V] before and behind the emergency stop; one where it is closed."""
-        ratio = self.wired["supply_ratio"]
+        ratio = self.firmware_pins["supply_ratio"]
         self.senses(before / ratio, (before if behind is None else behind) / ratio)
 
     def senses(self, supply: float, stop: float) -> None:
         """Voltages [V] at the pins that sense the supply and the emergency stop."""
-        self.chip.gpio[self.wired["estop_sense"]].set_input_value(stop > THRESHOLD)
-        share = min(supply / self.wired["reference_voltage"], 1.0)
-        self.chip.adc.channel_values[self.wired["supply_adc"] - 26] = int(share * 4095)
+        self.chip.gpio[self.firmware_pins["estop_sense"]].set_input_value(stop > THRESHOLD)
+        share = min(supply / self.firmware_pins["reference_voltage"], 1.0)
+        self.chip.adc.channel_values[self.firmware_pins["supply_adc"] - 26] = int(share * 4095)
 
     @property
     def time(self) -> float:
@@ -121,7 +121,7 @@ class Emulated:
         """Four bytes a reading: status and counts, then a temperature of 25 degC."""
         if not self.answer:
             self._breathe()
-            pascals = self.wired["sensor_range"]
+            pascals = self.firmware_pins["sensor_range"]
             raw = round(ZERO + SPAN * (0.5 - self.vacuum / (2 * pascals)))
             warmth = round((25 + 50) * 2047 / 200)
             self.answer = [self.status << 6 | raw >> 8, raw & 255, warmth >> 3, warmth << 5 & 255]
@@ -131,7 +131,7 @@ class Emulated:
     @property
     def pump(self) -> float:
         """The pump's share of full power, as its pin gives it; 0 where nothing drives the pin."""
-        number = self.wired["pump_gate"]
+        number = self.firmware_pins["pump_gate"]
         channel = self.chip.pwm.channels[number // 2 % 8]
         if self.chip.gpio[number].function_select != 4 or not channel.csr & 1:
             return 0.0
@@ -141,7 +141,7 @@ class Emulated:
     @property
     def vent(self) -> bool:
         """Whether the vent valve is given power."""
-        pin = self.chip.gpio[self.wired["vent_gate"]]
+        pin = self.chip.gpio[self.firmware_pins["vent_gate"]]
         return bool(pin.output_enable and pin.output_value)
 
     def run(self, seconds: float, until: Callable[[], bool] = lambda: False) -> bool:

@@ -35,7 +35,7 @@ def wired(board: Emulated) -> list[float]:
     adc, read, times = board.chip.adc, board.chip.adc._default_on_adc_read, []
 
     def shown(channel: int) -> None:
-        if channel == board.wired["accelerometer_adc"] - 26:
+        if channel == board.firmware_pins["accelerometer_adc"] - 26:
             times.append(board.time)
             adc.channel_values[channel] = signal(board.time)
         read(channel)
@@ -48,7 +48,7 @@ def test_a_record_by_dma_while_the_samples_go_on() -> None:
     board = Emulated()
     times = wired(board)
     board.boot()
-    contact = board.chip.gpio[board.wired["trigger_in"]]
+    contact = board.chip.gpio[board.firmware_pins["trigger_in"]]
     contact.set_input_value(True)
     said = board.ask("SENS:ACC:RATE 4 kHz;PRE 20 ms;POST 40 ms;:TRIG:SOUR EXT;:INIT;:SYST:ERR?")
     assert said == '0,"No error"'

@@ -29,7 +29,7 @@ def board() -> Iterator[Emulated]:
 
 def test_no_resistor_of_the_chip_is_on_the_senses(board: Emulated) -> None:
     for use in ("estop_sense", "supply_adc"):
-        pad = board.chip.gpio[board.wired[use]].pad_value
+        pad = board.chip.gpio[board.firmware_pins[use]].pad_value
         assert not pad & (PULL_DOWN | PULL_UP), (use, bin(pad))
 
 

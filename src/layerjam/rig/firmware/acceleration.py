@@ -7,17 +7,17 @@ from common import block, call, setting
 from scpi import Choice, Number, Rule
 
 
-def kept(header: str, number: Number, name: str, flags: str) -> tuple:
+def capture_setting(header: str, number: Number, name: str, flags: str) -> tuple:
     """The header of a number that the capture keeps under a name; none changes while it runs."""
 
     def put(bench, session, value) -> None:
         bench.capture.at_rest()
         setattr(bench.capture, name, value)
 
-    def now(bench):
+    def read_value(bench):
         return getattr(bench.capture, name)
 
-    return setting(header, number, put, now, flags)
+    return setting(header, number, put, read_value, flags)
 
 
 def source(bench, session, place: int) -> None:
@@ -30,7 +30,7 @@ def source_now(bench, session) -> str:
 
 
 def scale(bench, session) -> str:
-    return '"%s"' % str(binascii.hexlify(bench.capture.scaled()), "ascii").upper()
+    return '"%s"' % str(binascii.hexlify(bench.capture.pack_scale()), "ascii").upper()
 
 
 def data(bench, session, first: int, count: int) -> bytes:
@@ -38,25 +38,27 @@ def data(bench, session, first: int, count: int) -> bytes:
 
 
 CAPTURE = [
-    kept("SENSe:ACCeleration:RATE", Number("rate", "Hz", 500, 20000, 8000, whole=1), "rate", "SL"),
-    kept("SENSe:ACCeleration:PRE", Number("pre", "s", 0.0, 0.5, 0.1), "before", "SL"),
-    kept("SENSe:ACCeleration:POST", Number("post", "s", 0.01, 1.5, 0.5), "after", "SL"),
+    capture_setting(
+        "SENSe:ACCeleration:RATE", Number("rate", "Hz", 500, 20000, 8000, is_whole=1), "rate", "SL"
+    ),
+    capture_setting("SENSe:ACCeleration:PRE", Number("pre", "s", 0.0, 0.5, 0.1), "before", "SL"),
+    capture_setting("SENSe:ACCeleration:POST", Number("post", "s", 0.01, 1.5, 0.5), "after", "SL"),
     (
         "TRIGger:SOURce",
         Rule(source, (Choice("source", "IMMediate|BUS|ACCeleration|EXTernal"),), flags="L"),
         Rule(source_now),
     ),
-    kept("TRIGger:LEVel", Number("level", "g", 0.5, 200.0, 5.0), "level", "L"),
-    kept("TRIGger:FALL", Number("fall", "s", 0.0, 0.5, 0.03), "fall", "L"),
+    capture_setting("TRIGger:LEVel", Number("level", "g", 0.5, 200.0, 5.0), "level", "L"),
+    capture_setting("TRIGger:FALL", Number("fall", "s", 0.0, 0.5, 0.03), "fall", "L"),
     ("INITiate", Rule(call("bench.capture.start"), flags="L"), None),
-    ("FETCh:ACCeleration:STATe", None, Rule(call("bench.capture.shown"))),
+    ("FETCh:ACCeleration:STATe", None, Rule(call("bench.capture.state_text"))),
     ("FETCh:ACCeleration:SCALe", None, Rule(scale)),
     (
         "FETCh:ACCeleration:DATA",
         None,
         Rule(
             data,
-            (Number("first", "", 0, 16383, whole=1), Number("samples", "", 1, READ, whole=1)),
+            (Number("first", "", 0, 16383, is_whole=1), Number("samples", "", 1, READ, is_whole=1)),
         ),
     ),
 ]

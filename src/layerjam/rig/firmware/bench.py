@@ -27,7 +27,7 @@ LEASE = 2.0
 OVERRUN = 100000
 """A sample so late [us] is a fault."""
 SUPPLY_SAMPLES = 3
-APART = 0.05
+SENSOR_TOLERANCE = 0.05
 """Share of the range by which two sensors may differ."""
 DRIVEN = 5000000
 """Microseconds for which outputs may be driven by hand, from SAFE to SAFE."""
@@ -100,15 +100,15 @@ class Bench:
         self.ran = False
         self.reach = 0.0
         self.learn()
-        self.rest()
+        self.rest_outputs()
         for code in (trouble, 124 if self.cause == "WATCHDOG" else 0):
             if code:
                 self.tell(code)
 
-    def tell(self, code: int, more: str = "") -> None:
+    def tell(self, code: int, detail: str = "") -> None:
         """A device's own error, into every queue."""
         for session in self.sessions:
-            session.push(code, more)
+            session.push(code, detail)
 
     def learn(self) -> None:
         """Work out what the law's own plant reaches: full pump and leak in balance [Pa]."""
@@ -120,7 +120,7 @@ class Bench:
         lo, hi = 0.0, top
         for _ in range(HALVINGS):
             half = 0.5 * (lo + hi)
-            gives = law.given(1.0, half, rise, top, fall, watch[18], watch[19], watch[20])
+            gives = law.healthy_rise(1.0, half, rise, top, fall, watch[18], watch[19], watch[20])
             if gives > leak * half:
                 lo = half
             else:
@@ -179,65 +179,65 @@ class Bench:
 
     def set_output(self, pump: float, vent: int) -> None:
         """Pump -1 to 1, vent 1 for open; what its rest state does not do, the valve is given."""
-        rest = self.settings.rest
+        rest_state = self.settings.rest
         self.pump, self.vent = pump, vent
-        self.hal.output(pump, 0 if rest == 0 or vent == (rest == OPEN) else 1)
+        self.hal.output(pump, 0 if rest_state == 0 or vent == (rest_state == OPEN) else 1)
 
-    def rest(self) -> None:
+    def rest_outputs(self) -> None:
         """The safe state: pump off, and the vent without power."""
         self.set_output(0.0, 1 if self.settings.rest == OPEN else 0)
 
     def trip(self, code: int) -> None:
         """A fault: outputs safe at once, latched, and said to everybody."""
-        self.rest()
+        self.rest_outputs()
         self.state, self.fault = FAULT, code
         self.tell(code if code >= 100 else 100 + code)
 
-    def off(self) -> None:
+    def switch_off(self) -> None:
         """Outputs off; a latched fault stays."""
-        self.rest()
+        self.rest_outputs()
         if self.state in (RUN, DRIVE):
             self.state = SAFE
 
     def without_power(self) -> str:
         """Return the reason why pump and valve have no power, "" if they have."""
-        stopped = self.hal.estop()
+        is_stopped = self.hal.estop()
         if not self.hal.supply():
             return "the supply of pump and valve is low or off"
-        return "the emergency stop is open" if stopped else ""
+        return "the emergency stop is open" if is_stopped else ""
 
     def why_not(self) -> str:
         """Return the reason why the outputs cannot be switched on, or ""."""
-        made = self.settings
+        settings = self.settings
         if self.state == FAULT:
             return "a fault is latched" + CLEAR
-        if not made.safe:
+        if not settings.safe:
             return "OUTP:SAFE is not declared"
-        if not made.rest:
+        if not settings.rest:
             return "OUTP:VENT:REST is not declared"
-        if (made.safe == RELEASE) != (made.rest == OPEN):
+        if (settings.safe == RELEASE) != (settings.rest == OPEN):
             return "without power the vent does not go to the safe state"
-        if made.law is None:
+        if settings.law is None:
             return "no regulator; CONT:LAW"
-        if made.law[0][14] != (1.0 if made.safe == RELEASE else 0.0):
+        if settings.law[0][14] != (1.0 if settings.safe == RELEASE else 0.0):
             return "the regulator's safe state is another than OUTP:SAFE"
-        watch = made.law[1]
+        watch = settings.law[1]
         if not watch[5] <= self.reading < watch[6]:
             return "the sensor shows no vacuum within its range"
-        off = self.without_power()
-        if off:
-            return off
+        power_loss = self.without_power()
+        if power_loss:
+            return power_loss
         if self.target > self.reach:
             return "the target is beyond the regulator's reach"
         return ""
 
-    def on(self) -> None:
+    def switch_on(self) -> None:
         """Let the law run, from a fresh state."""
         if self.state == RUN:
             return
-        why = self.why_not()
-        if why or self.state == DRIVE:
-            raise ScpiError(-221, why or "DIAG:DRIV is running")
+        obstacle = self.why_not()
+        if obstacle or self.state == DRIVE:
+            raise ScpiError(-221, obstacle or "DIAG:DRIV is running")
         self.hal.arm()
         self.state_of_law = law.fresh()
         self.openings = []
@@ -254,9 +254,9 @@ class Bench:
             raise ScpiError(-221, "%.2f s of driving are left" % (self.allowed * 1e-6))
         if not self.settings.rest:
             raise ScpiError(-221, "OUTP:VENT:REST is not declared")
-        off = self.without_power()
-        if off:
-            raise ScpiError(-221, off)
+        power_loss = self.without_power()
+        if power_loss:
+            raise ScpiError(-221, power_loss)
         self.until = int(time * 1e6)
         self.state = DRIVE
         self.hal.arm()
@@ -264,26 +264,26 @@ class Bench:
 
     def tick(self, late: int) -> None:
         """One sample: read, judge, command, remember; `late` is how late it is [us]."""
-        begun = self.hal.ticks_us()
+        start = self.hal.ticks_us()
         self.hal.feed()
-        passed = ticks.diff(begun, self.last)
-        self.last = begun
-        self.micros = (self.micros + passed) & 0xFFFFFFFF
+        interval = ticks.diff(start, self.last)
+        self.last = start
+        self.micros = (self.micros + interval) & 0xFFFFFFFF
         self.count += 1
-        self.left = max(self.left - passed, 0)
+        self.left = max(self.left - interval, 0)
         reading, self.raw, self.warmth, diagnostic = self.hal.sensor()
         self.reading = (reading - self.settings.offset) * self.settings.gain
-        stopped = self.hal.estop()
+        is_stopped = self.hal.estop()
         self.low_supply = 0 if self.hal.supply() else self.low_supply + 1
         # the stop is sensed by the supply behind it: without supply nothing is known of it
-        stopped = stopped and not self.low_supply
+        is_stopped = is_stopped and not self.low_supply
         if self.state == RUN:
-            self.regulate(late, stopped, diagnostic)
+            self.regulate(late, is_stopped, diagnostic)
         elif self.state == DRIVE:
-            self.until -= passed
-            self.allowed -= passed
-            if stopped or self.left == 0 or self.until <= 0 or self.low_supply >= SUPPLY_SAMPLES:
-                self.off()
+            self.until -= interval
+            self.allowed -= interval
+            if is_stopped or self.left == 0 or self.until <= 0 or self.low_supply >= SUPPLY_SAMPLES:
+                self.switch_off()
             else:
                 self.set_output(*self.driven)
         self.watch_zero()
@@ -291,7 +291,7 @@ class Bench:
             self.tell(127, "of the accelerometer")
         if self.completing:
             self.complete()
-        flags = self.vent | (2 if self.pump < 0 else 0) | self.sync << 2 | (8 if stopped else 0)
+        flags = self.vent | (2 if self.pump < 0 else 0) | self.sync << 2 | (8 if is_stopped else 0)
         if self.contact is not None and self.contact():
             flags |= 16
         power = min(int(abs(self.pump) * 255 + 0.5), 255)
@@ -301,7 +301,7 @@ class Bench:
         ) and self.ring.lost == 1:  # fmt: skip
             self.tell(127)
         self.conditions(late)
-        self.slowest = max(self.slowest, ticks.diff(self.hal.ticks_us(), begun))
+        self.slowest = max(self.slowest, ticks.diff(self.hal.ticks_us(), start))
 
     def regulate(self, late: int, stopped: bool, diagnostic: int) -> None:
         """Handle a sample in RUN: faults first, then the law."""
@@ -333,19 +333,19 @@ class Bench:
 
     def disagree(self, watch) -> bool:
         """Whether a second sensor, where there is one, has shown something else for long enough."""
-        shown = None if self.second is None else self.second()
-        if shown is None:
+        second_reading = None if self.second is None else self.second()
+        if second_reading is None:
             return False
-        near = abs(shown - self.reading) <= APART * watch[6]
-        self.apart = 0 if near else self.apart + 1
+        is_near = abs(second_reading - self.reading) <= SENSOR_TOLERANCE * watch[6]
+        self.apart = 0 if is_near else self.apart + 1
         return self.apart >= watch[7]
 
     def watch_zero(self) -> None:
         """With the vent open for long enough, what the sensor shows is its zero."""
         self.vented = self.vented + 1 if self.vent and self.pump == 0.0 else 0
         self.zeroed = min(self.zeroed + 1, NEVER)
-        made = self.settings.law
-        if made is not None and self.vented > made[1][15] and self.reading == self.reading:
+        law = self.settings.law
+        if law is not None and self.vented > law[1][15] and self.reading == self.reading:
             self.zero, self.zeroed = self.reading, 0
 
     def complete(self) -> None:
@@ -364,17 +364,17 @@ class Bench:
         self.lateness[place if late <= OVERRUN else 4] += 1
         self.late += late > 1000
         self.worst = max(self.worst, late)
-        now = status.VENT_OPEN if self.vent else 0
+        operation = status.VENT_OPEN if self.vent else 0
         if self.capture.state == capture.WAITING:
-            now |= status.AWAITS
+            operation |= status.AWAITS
         elif self.capture.state == capture.RUNNING:
-            now |= status.CAPTURES
+            operation |= status.CAPTURES
         if self.state == RUN:
-            now |= status.OUTPUTS_ON
+            operation |= status.OUTPUTS_ON
             if not law.reached(self.settings.law[0], self.reading, self.target, 0.0):
-                now |= status.SETTLING
+                operation |= status.SETTLING
             if self.left < self.lease * 250000:
-                now |= status.LEASE_SHORT
+                operation |= status.LEASE_SHORT
         doubt = 0
         if late > 1000:
             doubt |= status.LATE
@@ -393,10 +393,10 @@ class Bench:
         if self.cause == "WATCHDOG":
             doubt |= status.BY_WATCHDOG
         # each on its own: sixteen followers are much for a chip, and seldom has one news
-        if now != self.operation:
-            self.operation = now
+        if operation != self.operation:
+            self.operation = operation
             for session in self.sessions:
-                session.operation.follow(now)
+                session.operation.follow(operation)
         if doubt != self.questionable:
             self.questionable = doubt
             for session in self.sessions:
@@ -404,11 +404,11 @@ class Bench:
 
     def self_test(self) -> int:
         """The sum of what is wrong: 1 sensor, 2 settings, 4 law, 8 supply, 16 e-stop, 32 flash."""
-        found = 0 if self.reading == self.reading else 1
-        found |= 32 if self.trouble == -314 else 2 if self.trouble else 0
-        found |= 0 if law_is_sound() else 4
-        found |= 8 if self.low_supply else 0
-        return found | (16 if self.hal.estop() and not self.low_supply else 0)
+        code = 0 if self.reading == self.reading else 1
+        code |= 32 if self.trouble == -314 else 2 if self.trouble else 0
+        code |= 0 if law_is_sound() else 4
+        code |= 8 if self.low_supply else 0
+        return code | (16 if self.hal.estop() and not self.low_supply else 0)
 
     def fault_text(self) -> str:
         """`5,"NO_VACUUM"`; `0,"HEALTHY"` where there is none."""

@@ -18,7 +18,7 @@ SPARE = 0.02
 """Seconds of the ring that a late look may cost."""
 STILL = 10
 """Looks at the beginning whose mean is the level at rest."""
-LEAST, MOST = 0.7, 1.3
+LEAST, GREATEST = 0.7, 1.3
 """Free fall takes 1 g away; so much [g] of it is taken for it, either way round."""
 GRAVITY = 9.80665
 READ = 2000
@@ -93,24 +93,24 @@ class Capture:
             self.stop()
             return True
         if self.state == WAITING:
-            at = self.found(count)
+            trigger = self.find_trigger(count)
             self.looked = count
             self.looks += 1
-            if at >= 0:
-                self.state, self.at = RUNNING, at
-                self.first = max(at - int(self.rate * self.before + 0.5), 0)
-                self.end = at + int(self.rate * self.after + 0.5)
-                self.micros = (micros - int((count - at) * 1e6 / self.scale[3])) & 0xFFFFFFFF
+            if trigger >= 0:
+                self.state, self.at = RUNNING, trigger
+                self.first = max(trigger - int(self.rate * self.before + 0.5), 0)
+                self.end = trigger + int(self.rate * self.after + 0.5)
+                self.micros = (micros - int((count - trigger) * 1e6 / self.scale[3])) & 0xFFFFFFFF
         elif count >= self.end:
             self.hal.capture_stop()
             self.state = DONE
         return False
 
-    def found(self, count: int) -> int:
+    def find_trigger(self, count: int) -> int:
         """Number of the sample that triggers, -1 while none does."""
         if self.source == IMMEDIATE:
-            at = int(self.rate * self.before + 0.5)
-            return at if count > at else -1
+            trigger = int(self.rate * self.before + 0.5)
+            return trigger if count > trigger else -1
         if self.source == BUS:
             return count if self.asked else -1
         if self.source == EXTERNAL:
@@ -131,7 +131,7 @@ class Capture:
             return -1
         gain = GRAVITY / abs(self.scale[1])
         if self.fall > 0.0 and not self.armed:
-            if LEAST * gain <= abs(mean - self.rest) <= MOST * gain:
+            if LEAST * gain <= abs(mean - self.rest) <= GREATEST * gain:
                 self.fallen += count / self.scale[3]
                 self.zero = mean
                 self.armed = self.fallen >= self.fall - 1e-6
@@ -141,12 +141,12 @@ class Capture:
         low, high = self.zero - self.level * gain, self.zero + self.level * gain
         if low <= min([min(part) for part in parts]) and high >= max([max(p) for p in parts]):
             return -1
-        at = begin
+        number = begin
         for part in parts:
             for value in part:
                 if not low <= value <= high:
-                    return at
-                at += 1
+                    return number
+                number += 1
         return -1
 
     def parts(self, begin: int, end: int) -> list:
@@ -167,14 +167,14 @@ class Capture:
         begin = self.first + first
         return b"".join([bytes(part) for part in self.parts(begin, begin + count)])
 
-    def shown(self) -> str:
+    def state_text(self) -> str:
         """State, samples of the record, samples before the trigger, board's time of it [us]."""
         known = self.state in (RUNNING, DONE)
         size = self.end - self.first if known else 0
         before = self.at - self.first if known else 0
         return "%s,%d,%d,%d" % (STATES[self.state], size, before, self.micros if known else 0)
 
-    def scaled(self) -> bytes:
+    def pack_scale(self) -> bytes:
         """Counts at 0, m/s^2 a count, range [m/s^2], rate [Hz]."""
         has = hasattr(self.hal, "capture_scale")
         return struct.pack("<4d", *(self.hal.capture_scale() if has else NOTHING))

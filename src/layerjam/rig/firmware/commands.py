@@ -11,7 +11,7 @@ import store
 from acceleration import CAPTURE
 from bench import FAULT as FAULTED
 from bench import RUN, SAFE, STATES, STEPS
-from common import COMMON, NO_NUMBER, block, call, quoted, setting, shown
+from common import COMMON, NO_NUMBER, block, call, format_number, quote, setting
 from scpi import Choice, Node, Number, Rule, ScpiError, Text, grow
 
 SWITCH = "OFF|ON"
@@ -39,12 +39,12 @@ def target(bench) -> float:
     return bench.target
 
 
-def output(bench, session, on: int) -> None:
-    if on:
+def output(bench, session, switch: int) -> None:
+    if switch:
         bench.may(session, "L")
-        bench.on()
+        bench.switch_on()
     else:
-        bench.off()
+        bench.switch_off()
 
 
 def output_now(bench, session) -> int:
@@ -52,7 +52,7 @@ def output_now(bench, session) -> int:
 
 
 def abort(bench, session) -> None:
-    bench.off()
+    bench.switch_off()
     bench.capture.stop()
 
 
@@ -66,14 +66,14 @@ def safe_state_now(bench, session) -> str:
 
 def vent_rest(bench, session, place: int) -> None:
     bench.settings.rest = place + 1
-    bench.rest()
+    bench.rest_outputs()
 
 
 def vent_rest_now(bench, session) -> str:
     return ("NONE", "OPEN", "CLOS")[bench.settings.rest]
 
 
-def tripped(bench, session) -> int:
+def is_tripped(bench, session) -> int:
     return 1 if bench.state == FAULTED else 0
 
 
@@ -83,8 +83,8 @@ def fault_clear(bench, session) -> None:
         bench.state = SAFE
 
 
-def sync(bench, session, on: int) -> None:
-    bench.sync = on
+def sync(bench, session, switch: int) -> None:
+    bench.sync = switch
 
 
 def law_set(bench, session, text: str, check: str) -> None:
@@ -95,10 +95,10 @@ def law_set(bench, session, text: str, check: str) -> None:
         raise ScpiError(-230, "the law has %d hexadecimal digits" % (16 * store.LAW))
     if crc != struct.pack(">I", binascii.crc32(raw)):
         raise ScpiError(-230, "the checksum is another")
-    made, wrong = store.law_of(raw)
+    law, wrong = store.law_of(raw)
     if wrong:
         raise ScpiError(-222, wrong)
-    bench.settings.law = made
+    bench.settings.law = law
     bench.learn()
     bench.target = min(bench.target, bench.reach)
 
@@ -111,37 +111,41 @@ def law_now(bench, session) -> str:
 
 
 def zero(bench, session) -> None:
-    made = bench.settings.law
-    if made is None or bench.vented <= made[1][15]:
+    law = bench.settings.law
+    if law is None or bench.vented <= law[1][15]:
         raise ScpiError(-221, "the vent is not open for long enough")
-    if not abs(bench.reading) <= 0.05 * made[1][6]:
+    if not abs(bench.reading) <= 0.05 * law[1][6]:
         raise ScpiError(-222, "the zero is within 5 % of the sensor's range")
     bench.settings.offset += bench.reading / bench.settings.gain
 
 
 def zero_now(bench, session) -> str:
-    age = NO_NUMBER if bench.zeroed > 1 << 39 else shown(bench.zeroed / STEPS)
-    return shown(bench.zero) + "," + age
+    age = NO_NUMBER if bench.zeroed > 1 << 39 else format_number(bench.zeroed / STEPS)
+    return format_number(bench.zero) + "," + age
 
 
 def calibrate(bench, session, offset: float, gain: float, name: str) -> None:
-    made = bench.settings
-    made.offset, made.gain, made.sensor = offset, gain, name
+    settings = bench.settings
+    settings.offset, settings.gain, settings.sensor = offset, gain, name
 
 
 def calibration(bench, session) -> str:
-    made = bench.settings
-    return "%s,%s,%s" % (shown(made.offset), shown(made.gain), quoted(made.sensor))
+    settings = bench.settings
+    return "%s,%s,%s" % (
+        format_number(settings.offset),
+        format_number(settings.gain),
+        quote(settings.sensor),
+    )
 
 
 def measure(bench, session) -> str:
-    return shown(bench.reading)
+    return format_number(bench.reading)
 
 
 def fetch_all(bench, session) -> str:
     return "%d,%s,%s,%s,%d,%s,%d" % (
-        bench.ring.next - 1, shown(bench.reading), shown(bench.target), shown(bench.pump),
-        bench.vent, STATES[bench.state], bench.fault,
+        bench.ring.next - 1, format_number(bench.reading), format_number(bench.target),
+        format_number(bench.pump), bench.vent, STATES[bench.state], bench.fault,
     )  # fmt: skip
 
 
@@ -150,10 +154,10 @@ def stream(bench, session, count: int = 100) -> bytes:
 
 
 def acknowledge(bench, session, seq: int) -> None:
-    held = bench.ring
-    if not held.acknowledge(seq, session.number):
-        first = held.place(session.number)
-        raise ScpiError(-222, "seq is %d to %d" % (first, held.next - 1))
+    ring = bench.ring
+    if not ring.acknowledge(seq, session.number):
+        first = ring.place(session.number)
+        raise ScpiError(-222, "seq is %d to %d" % (first, ring.next - 1))
 
 
 def stream_next(bench, session) -> int:
@@ -164,7 +168,7 @@ def stream_format(bench, session) -> str:
     return '"%s","%s"' % (ring.LAYOUT, ring.NAMES)
 
 
-SEQ = Number("seq", "", 0, 4294967295.0, whole=1)
+SEQ = Number("seq", "", 0, 4294967295.0, is_whole=1)
 TABLE = [
     setting(
         "[SOURce]:VACuum[:LEVel][:IMMediate]",
@@ -183,7 +187,7 @@ TABLE = [
         Rule(vent_rest, (Choice("vent without power", "OPEN|CLOSed"),), flags="SL"),
         Rule(vent_rest_now),
     ),
-    ("OUTPut:PROTection:TRIPped", None, Rule(tripped)),
+    ("OUTPut:PROTection:TRIPped", None, Rule(is_tripped)),
     ("OUTPut:PROTection:FAULt", None, Rule(call("bench.fault_text"))),
     ("OUTPut:PROTection:CLEar", Rule(fault_clear, flags="L"), None),
     ("OUTPut:SYNC", Rule(sync, (Choice("marker", SWITCH),), flags="L"), Rule(call("bench.sync"))),
@@ -207,7 +211,7 @@ TABLE = [
     (
         "FETCh:STReam",
         None,
-        Rule(stream, (Number("records", "", 1, ring.MOST, 100, whole=1),), 0),
+        Rule(stream, (Number("records", "", 1, ring.BLOCK, 100, is_whole=1),), 0),
     ),
     ("STReam:ACKnowledge", Rule(acknowledge, (SEQ,)), None),
     ("STReam:NEXT", None, Rule(stream_next)),
@@ -217,7 +221,7 @@ TABLE = [
         "DIAGnostic:DRIVe",
         Rule(
             call("bench.drive"),
-            (Number("pump", "", -1, 1), Number("vent", "", 0, 1, whole=1),
+            (Number("pump", "", -1, 1), Number("vent", "", 0, 1, is_whole=1),
              Number("time", "s", 0, 5)),
             flags="L",
         ),

@@ -15,12 +15,12 @@ VERSION = "0.1"
 NO_NUMBER = "9.91E37"
 
 
-def shown(value: float) -> str:
+def format_number(value: float) -> str:
     """A number as SCPI prints it."""
     return "%.9g" % value if value == value else NO_NUMBER
 
 
-def quoted(text: str) -> str:
+def quote(text: str) -> str:
     """A string as SCPI prints it, inner quotes doubled."""
     return '"' + text.replace('"', '""') + '"'
 
@@ -36,10 +36,10 @@ def call(path: str):
     root, *names = path.split(".")
 
     def do(bench, session, *values):
-        found = bench if root == "bench" else session
+        target = bench if root == "bench" else session
         for name in names:
-            found = getattr(found, name)
-        return found(*values) if callable(found) else found
+            target = getattr(target, name)
+        return target(*values) if callable(target) else target
 
     return do
 
@@ -56,8 +56,8 @@ def identity(bench, session) -> str:
 
 
 def events(bench, session) -> int:
-    seen, session.standard = session.standard, 0
-    return seen
+    event, session.standard = session.standard, 0
+    return event
 
 
 def enable(bench, session, mask: int) -> None:
@@ -74,7 +74,7 @@ def complete(bench, session) -> None:
 
 
 def reset(bench, session) -> None:
-    bench.off()
+    bench.switch_off()
     session.completes = False
     bench.capture.reset()
     bench.target, bench.sync = 0.0, 0
@@ -118,7 +118,7 @@ def lease(bench, session, time: float) -> None:
     bench.set_lease(time, session.number)
 
 
-def leased(bench) -> float:
+def lease_time(bench) -> float:
     return bench.lease
 
 
@@ -130,8 +130,8 @@ def boot(bench, session) -> str:
 def timing(bench, session) -> str:
     bins = ",".join([str(count) for count in bench.lateness])
     return "%d,%d,%s,%s,%s,%s" % (
-        bench.count, bench.late, shown(bench.worst * 1e-6), shown(bench.slowest * 1e-6),
-        shown(bench.hal.collected * 1e-6), bins,
+        bench.count, bench.late, format_number(bench.worst * 1e-6),
+        format_number(bench.slowest * 1e-6), format_number(bench.hal.collected * 1e-6), bins,
     )  # fmt: skip
 
 
@@ -155,7 +155,7 @@ def settings_default(bench, session) -> None:
     generation, bench.settings = bench.settings.generation, store.Settings()
     bench.settings.generation = generation
     bench.learn()
-    bench.rest()
+    bench.rest_outputs()
 
 
 def headers(bench, session) -> bytes:
@@ -163,7 +163,7 @@ def headers(bench, session) -> bytes:
 
 
 def restart(bench, session) -> None:
-    bench.rest()
+    bench.rest_outputs()
     bench.leaving = bench.count
 
 
@@ -183,22 +183,26 @@ def register(name: str) -> list:
     def mask(bench, session, value: int) -> None:
         getattr(session, name).enable = value & 32767  # bit 15 is always 0 (SCPI-99, 20.1)
 
-    def masked(bench, session) -> int:
+    def read_mask(bench, session) -> int:
         return getattr(session, name).enable
 
     head = "STATus:" + ("OPERation" if name == "operation" else "QUEStionable")
     return [
         (head + "[:EVENt]", None, Rule(event)),
         (head + ":CONDition", None, Rule(condition)),
-        (head + ":ENABle", Rule(mask, (Number("mask", "", 0, 65535, whole=1),)), Rule(masked)),
+        (
+            head + ":ENABle",
+            Rule(mask, (Number("mask", "", 0, 65535, is_whole=1),)),
+            Rule(read_mask),
+        ),
     ]
 
 
-def setting(header: str, param: Number, take, now, flags: str) -> tuple:
+def setting(header: str, param: Number, take, read_value, flags: str) -> tuple:
     """A header that sets a number and asks for it; the query also for MIN, MAX and DEF."""
 
     def ask(bench, session, word=None) -> str:
-        return shown(now(bench) if word is None else word)
+        return format_number(read_value(bench) if word is None else word)
 
     return header, Rule(take, (param,), flags=flags), Rule(ask, (Bound(param),), 0)
 
@@ -211,13 +215,13 @@ class Bound:
 
     def read(self, text: str, bench) -> float:
         """The bound."""
-        value = self.param.named(text.upper(), bench)
+        value = self.param.named_bound(text.upper(), bench)
         if value is None:
             raise ScpiError(-224 if text[:1].isalpha() else -104, "MIN, MAX or DEF")
         return value
 
 
-BYTE = (Number("mask", "", 0, 255, whole=1),)
+BYTE = (Number("mask", "", 0, 255, is_whole=1),)
 COMMON = [
     ("*CLS", Rule(call("session.clear")), None),
     ("*ESE", Rule(enable, BYTE), Rule(call("session.standard_enable"))),
@@ -238,7 +242,7 @@ COMMON = [
     ("SYSTem:LOCK:REQuest", None, Rule(lock)),
     ("SYSTem:LOCK:RELease", Rule(unlock, flags="L"), None),
     ("SYSTem:LOCK:OWNer", None, Rule(owner)),
-    setting("SYSTem:LEASe[:TIME]", Number("lease", "s", 0.2, 600.0, LEASE), lease, leased, "L"),
+    setting("SYSTem:LEASe[:TIME]", Number("lease", "s", 0.2, 600.0, LEASE), lease, lease_time, "L"),
     ("SYSTem:BOOT", None, Rule(boot)),
     ("SYSTem:TIMing", None, Rule(timing)),
     ("SYSTem:MEMory", None, Rule(memory)),

@@ -12,9 +12,9 @@ import outside
 from capture import NOTHING, ROOM
 
 CONTROL, QUEUE, TAKEN, DIVIDER = 0x4004C000, 0x4004C008, 0x4004C00C, 0x4004C010
-ENABLED, MANY, READY, INPUT, TURNS = 1, 8, 1 << 8, 12, 16
+ENABLED, START_MANY, READY, INPUT, TURNS = 1, 8, 1 << 8, 12, 16
 """Bits of the register CONTROL; the last two are positions of numbers."""
-QUEUED, ASKS, EMPTY, SPILT, ONE = 1, 1 << 3, 1 << 8, 1 << 11, 1 << 24
+QUEUED, ASKS, EMPTY, SPILT, THRESHOLD_ONE = 1, 1 << 3, 1 << 8, 1 << 11, 1 << 24
 """Bits of the register QUEUE: queue on, DMA request, empty, overflow; and a threshold of one."""
 CLOCK = 48000000
 PACE = 36
@@ -38,8 +38,8 @@ class Voltage:
         """Mean of some conversions, 0 to 65535; while a record is taken, of the last few."""
         converter = self.converter
         if converter.running:
-            held = converter.aside[converter.others.index(self.channel) :: len(converter.others)]
-            return sum(held) * FULL / ((CODES - 1) * len(held))
+            codes = converter.aside[converter.others.index(self.channel) :: len(converter.others)]
+            return sum(codes) * FULL / ((CODES - 1) * len(codes))
         total = 0
         for _ in range(reads):
             total += self.adc.read_u16()
@@ -49,30 +49,30 @@ class Voltage:
 class Converter:
     """The chip has one; `running` while it takes a record."""
 
-    def __init__(self, made: dict) -> None:
+    def __init__(self, pins: dict) -> None:
         self.running = False
         self.voltages: list[Voltage] = []
         self.others: list[int] = []
         self.counted = 0
         self.rate = 0.0
         self.begin = outside.place("FAST")
-        self.records = self.begin > 0 and made.get("accelerometer_full") is not None
+        self.records = self.begin > 0 and pins.get("accelerometer_full") is not None
         if self.records:
             self.store = outside.piece(self.begin, 2 * ROOM)
             # twice the room: DMA wraps at a multiple of the size
             self.spare = array.array("H", bytes(4 * ASIDE))
-            machine.ADC(machine.Pin(made["accelerometer_adc"]))
-            self.input = made["accelerometer_adc"] - FIRST
-            self.zero = made["accelerometer_zero"] * CODES
-            self.range = made["accelerometer_range"]
-            full = made["accelerometer_full"] - made["accelerometer_zero"]
+            machine.ADC(machine.Pin(pins["accelerometer_adc"]))
+            self.input = pins["accelerometer_adc"] - FIRST
+            self.zero = pins["accelerometer_zero"] * CODES
+            self.range = pins["accelerometer_range"]
+            full = pins["accelerometer_full"] - pins["accelerometer_zero"]
             self.gain = self.range / (full * CODES)
 
     def voltage(self, number: int) -> Voltage:
         """A pin that samples ask for, also while a record is taken."""
-        made = Voltage(self, number)
-        self.voltages.append(made)
-        return made
+        voltage = Voltage(self, number)
+        self.voltages.append(voltage)
+        return voltage
 
     def start(self, rate: int) -> None:
         """Sample the accelerometer from now on, at the nearest rate that the divider gives."""
@@ -80,36 +80,41 @@ class Converter:
         import uctypes
 
         self.stop()
-        begun, known = self.input, {made.channel: made for made in self.voltages}
-        self.others = sorted(known, key=lambda channel: (channel - begun) % CHANNELS)
+        first_channel, by_channel = (
+            self.input,
+            {voltage.channel: voltage for voltage in self.voltages},
+        )
+        self.others = sorted(by_channel, key=lambda channel: (channel - first_channel) % CHANNELS)
         turn = 1 + len(self.others)
-        where = uctypes.addressof(self.spare)
-        skipped = -where % (2 * ASIDE)
-        self.aside = memoryview(self.spare)[skipped // 2 : skipped // 2 + ASIDE]
-        for at in range(ASIDE):  # a sample may come before the first turns are through
-            self.aside[at] = known[self.others[at % len(self.others)]].adc.read_u16() >> 4
+        address = uctypes.addressof(self.spare)
+        padding = -address % (2 * ASIDE)
+        self.aside = memoryview(self.spare)[padding // 2 : padding // 2 + ASIDE]
+        for place in range(ASIDE):  # a sample may come before the first turns are through
+            self.aside[place] = (
+                by_channel[self.others[place % len(self.others)]].adc.read_u16() >> 4
+            )
         self.empty()
         divider = (CLOCK * 256 + rate * turn // 2) // (rate * turn) - 256
         self.rate = CLOCK * 256 / ((divider + 256) * turn)
         self.fast, self.rest = rp2.DMA(), rp2.DMA()
         self.lay(self.fast, self.begin, 1, RING_BITS, self.rest)
-        self.lay(self.rest, where + skipped, turn - 1, ASIDE_BITS, self.fast)
+        self.lay(self.rest, address + padding, turn - 1, ASIDE_BITS, self.fast)
         self.fast.active(1)
-        machine.mem32[QUEUE] = QUEUED | ASKS | ONE
+        machine.mem32[QUEUE] = QUEUED | ASKS | THRESHOLD_ONE
         machine.mem32[DIVIDER] = divider
-        turns = 1 << begun
+        turns = 1 << first_channel
         for channel in self.others:
             turns |= 1 << channel
         self.counted, self.running = 0, True
-        machine.mem32[CONTROL] = ENABLED | begun << INPUT | turns << TURNS | MANY
+        machine.mem32[CONTROL] = ENABLED | first_channel << INPUT | turns << TURNS | START_MANY
 
-    def lay(self, channel, where: int, count: int, bits: int, after) -> None:
+    def lay(self, channel, address: int, count: int, bits: int, after) -> None:
         """A DMA channel from the converter to a ring; so many numbers, then the other's go."""
         control = channel.pack_ctrl(
             size=1, inc_read=0, inc_write=1, ring_sel=1, ring_size=bits, treq_sel=PACE,
             chain_to=after.channel, high_pri=1,
         )  # fmt: skip
-        channel.config(read=TAKEN, write=where, count=count, ctrl=control)
+        channel.config(read=TAKEN, write=address, count=count, ctrl=control)
 
     def count(self) -> int:
         """How many samples there are since the start, looked at oftener than the ring is long.
@@ -119,8 +124,8 @@ class Converter:
         if self.running:
             if machine.mem32[QUEUE] & SPILT:
                 return -1
-            now = (self.fast.write - self.begin) >> 1
-            self.counted += (now - self.counted) % ROOM
+            written_samples = (self.fast.write - self.begin) >> 1
+            self.counted += (written_samples - self.counted) % ROOM
         return self.counted
 
     def part(self, first: int, last: int) -> array.array:

@@ -45,10 +45,10 @@ class Hal(hal_pipe.Hal):
         """The plant's answer, whole."""
         data = b""
         while len(data) < size:
-            more = os.read(self.plant_in, size - len(data))
-            if not more:
+            chunk = os.read(self.plant_in, size - len(data))
+            if not chunk:
                 break
-            data += more
+            data += chunk
         return data
 
     def write_plant(self, data: bytes) -> None:
@@ -69,16 +69,16 @@ class SocketHal(Hal):
     def open(self) -> None:
         """Call the host twice."""
         port, token = int(str(self.plant_in).split(":")[1]), str(self.plant_out)
-        self.line, self.plant = (self.called(port, token + which) for which in "LP")
+        self.line, self.plant = (self.connect(port, token + letter) for letter in "LP")
         self.line.setblocking(False)
 
-    def called(self, port: int, said: str):
+    def connect(self, port: int, greeting: str):
         """A connection to the host."""
-        made = socket.create_connection(("127.0.0.1", port), 15.0)
-        made.settimeout(None)
-        made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        made.sendall(said.encode())
-        return made
+        connection = socket.create_connection(("127.0.0.1", port), 15.0)
+        connection.settimeout(None)
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        connection.sendall(greeting.encode())
+        return connection
 
     def readable(self, us: int, sending: bool) -> bool:
         """Whether bytes came within so many microseconds; ends early where some may be sent."""
@@ -106,12 +106,12 @@ class SocketHal(Hal):
         data = b""
         while len(data) < size:
             try:
-                more = self.plant.recv(size - len(data))
+                chunk = self.plant.recv(size - len(data))
             except ConnectionError:
-                more = b""
-            if not more:
+                chunk = b""
+            if not chunk:
                 break
-            data += more
+            data += chunk
         return data
 
     def write_plant(self, data: bytes) -> None:

@@ -19,7 +19,7 @@ from scpi import ScpiError
 BEGIN = ticks.WRAP - 5000000
 LEAP = 2000
 """Microseconds that the clock goes on at most beyond the sample that is due."""
-MOST = 10000000
+LONGEST_STEP = 10000000
 SERVED = 20
 """Samples between two looks at the line at speed 0."""
 PATIENCE = 1000000
@@ -112,11 +112,11 @@ class Hal:
         """The board's clock [us], in 30 bits."""
         if self.speed > 0.0:
             host = self.host_us()
-            passed = (host - self.seen) * self.speed + self.part
+            elapsed_time = (host - self.seen) * self.speed + self.part
             self.seen = host
-            whole = int(passed)
-            self.part = passed - whole
-            self.now = ticks.add(self.now, min(whole, MOST))
+            whole_time = int(elapsed_time)
+            self.part = elapsed_time - whole_time
+            self.now = ticks.add(self.now, min(whole_time, LONGEST_STEP))
             if ticks.diff(self.now, self.due) > self.leap:
                 self.now = ticks.add(self.due, self.leap)
         return self.now
@@ -130,12 +130,12 @@ class Hal:
                 if left <= 0:
                     self.ring.reader = -1
                 elif self.readable(left, False):
-                    return self.received()
+                    return self.receive()
             self.waits += 1
             if self.waits >= SERVED or sending:
                 self.waits = 0
                 if reading and self.readable(0, False):
-                    return self.received()
+                    return self.receive()
             if ticks.diff(due, self.now) > 0:
                 self.now = due
             return b""
@@ -145,17 +145,17 @@ class Hal:
         if left <= 0 or not reading:
             left = 0
         if self.readable(int(left / self.speed), sending) and reading:
-            return self.received()
+            return self.receive()
         return b""
 
     def patience(self) -> int:
         """Host's microseconds left to who fetches samples, from the first that he delays."""
-        now = self.host_us()
+        host_time = self.host_us()
         if self.ring.fetched != self.fetched:
-            self.fetched, self.pressed = self.ring.fetched, now
-        return PATIENCE - (now - self.pressed)
+            self.fetched, self.pressed = self.ring.fetched, host_time
+        return PATIENCE - (host_time - self.pressed)
 
-    def received(self) -> bytes:
+    def receive(self) -> bytes:
         """Return the bytes that have arrived; the end of the pipe ends the board."""
         data = self.read_line()
         if data == b"":
@@ -166,7 +166,7 @@ class Hal:
         """Time and outputs, to the plant."""
         self.write_plant(struct.pack(OUT, self.pump, self.ticks_us(), self.power, kind, count))
 
-    def asked(self, kind: int, size: int, count: int = 0) -> bytes:
+    def query_plant(self, kind: int, size: int, count: int = 0) -> bytes:
         """The plant's answer; where there is none, the board ends."""
         self.tell(kind, count)
         data = self.read_plant(size)
@@ -176,7 +176,7 @@ class Hal:
 
     def sensor(self) -> tuple:
         """(vacuum [Pa] or NaN, raw counts, temperature [0.01 degC], diagnostic bits)."""
-        data = self.asked(ASKED, SIZE)
+        data = self.query_plant(ASKED, SIZE)
         vacuum, raw, warmth, flags, _, busy, second = struct.unpack(IN, data)
         self.estop_open = bool(flags & ESTOP)
         self.supply_low = bool(flags & SUPPLY_LOW)
@@ -248,7 +248,7 @@ class Hal:
     def capture_start(self, rate: int) -> None:
         """Have the plant sample its accelerometer from now on."""
         self.capture_ring = array.array("h", bytes(2 * ROOM))
-        data = self.asked(STARTED, struct.calcsize(SCALE), rate)
+        data = self.query_plant(STARTED, struct.calcsize(SCALE), rate)
         self.scale = struct.unpack(SCALE, data)
         self.sampled, self.since, self.passed = 0, self.now, 0
         self.captures = True
@@ -257,15 +257,15 @@ class Hal:
         """How many samples there are since then; those that came are put into the ring."""
         if not self.captures:
             return self.sampled
-        now = self.ticks_us()
-        self.passed += ticks.diff(now, self.since)
-        self.since = now
+        board_time = self.ticks_us()
+        self.passed += ticks.diff(board_time, self.since)
+        self.since = board_time
         left = int(self.passed * self.scale[3] * 1e-6) - self.sampled
         while left > 0:
-            at = self.sampled % ROOM
-            count = min(left, ROOM - at)
-            data = self.asked(SAMPLED, 2 * count, count)
-            self.capture_ring[at : at + count] = array.array("h", data)
+            place = self.sampled % ROOM
+            count = min(left, ROOM - place)
+            data = self.query_plant(SAMPLED, 2 * count, count)
+            self.capture_ring[place : place + count] = array.array("h", data)
             self.sampled, left = self.sampled + count, left - count
         return self.sampled
 

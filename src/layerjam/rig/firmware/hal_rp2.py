@@ -38,13 +38,13 @@ FULL = 65535
 
 def wiring() -> dict:
     """The pins that the image has, and over them what was put on this board's own flash."""
-    made = dict(wired.WIRED)
+    pins = dict(wired.WIRED)
     try:
         with open(WIRED) as file:
-            made.update(json.load(file))
+            pins.update(json.load(file))
     except OSError:
         pass
-    return made
+    return pins
 
 
 class Hal:
@@ -60,32 +60,32 @@ class Hal:
             outside.piece(begin_of_ring, ring.ROOM * ring.SIZE) if begin_of_ring else None
         )
         self.dog = None
-        made = self.made = wiring()
+        pins = self.made = wiring()
         pin = machine.Pin
-        self.vent = pin(made["vent_gate"], pin.OUT, value=0)
-        frequency = int(made["pump_frequency"])
-        self.pump = machine.PWM(pin(made["pump_gate"]), freq=frequency, duty_u16=0)
-        self.back = machine.PWM(pin(made["pump_back_gate"]), freq=frequency, duty_u16=0)
-        self.closed = pin(made["estop_sense"], pin.IN)
-        self.marker = pin(made["sync_out"], pin.OUT, value=0)
-        self.led = pin(made["led_out"], pin.OUT, value=0)
-        self.trigger = pin(made["trigger_in"], pin.IN, pin.PULL_UP)
-        self.converter = converter.Converter(made)
-        self.volts = self.converter.voltage(made["supply_adc"])
-        volts = made["least_supply"] / made["supply_ratio"]
-        self.least = int(volts / made["reference_voltage"] * FULL)
+        self.vent = pin(pins["vent_gate"], pin.OUT, value=0)
+        frequency = int(pins["pump_frequency"])
+        self.pump = machine.PWM(pin(pins["pump_gate"]), freq=frequency, duty_u16=0)
+        self.back = machine.PWM(pin(pins["pump_back_gate"]), freq=frequency, duty_u16=0)
+        self.closed = pin(pins["estop_sense"], pin.IN)
+        self.marker = pin(pins["sync_out"], pin.OUT, value=0)
+        self.led = pin(pins["led_out"], pin.OUT, value=0)
+        self.trigger = pin(pins["trigger_in"], pin.IN, pin.PULL_UP)
+        self.converter = converter.Converter(pins)
+        self.volts = self.converter.voltage(pins["supply_adc"])
+        volts = pins["least_supply"] / pins["supply_ratio"]
+        self.least = int(volts / pins["reference_voltage"] * FULL)
         self.other = None
-        if made.get("sensor_full") is not None:
-            self.other = __import__("sensor_adc").Sensor(made, self.converter)
-        if made["sensor_kind"] == "hsc":
-            self.part = __import__("sensor_hsc").Sensor(made)
+        if pins.get("sensor_full") is not None:
+            self.other = __import__("sensor_adc").Sensor(pins, self.converter)
+        if pins["sensor_kind"] == "hsc":
+            self.part = __import__("sensor_hsc").Sensor(pins)
         else:
             self.part, self.other = self.other, None
         if self.converter.records:
-            taken = self.converter
-            self.capture_start, self.capture_count = taken.start, taken.count
-            self.capture_part, self.capture_stop = taken.part, taken.stop
-            self.capture_scale = taken.scale
+            source = self.converter
+            self.capture_start, self.capture_count = source.start, source.count
+            self.capture_part, self.capture_stop = source.part, source.stop
+            self.capture_scale = source.scale
         self.shown = 0
         self.stdin: object = sys.stdin.buffer
         self.stdout: object = sys.stdout.buffer
@@ -108,10 +108,10 @@ class Hal:
         """Bytes of the line, or none where the time has come or something may be sent."""
         data = bytearray()
         poll = self.both if reading and sending else self.writing if sending else self.poll
-        late, looked = 0, False
+        late, has_polled = 0, False
         while True:
             left = ticks.diff(due, time.ticks_us())
-            if looked and not data and left < SHARP:
+            if has_polled and not data and left < SHARP:
                 time.sleep_us(max(left, 0))
                 return data
             if left <= 0:
@@ -122,9 +122,9 @@ class Hal:
                 time.sleep_us(max(left, 0))
                 return data
             wait = 0 if data or left < EARLY else (left - EARLY + 999) // 1000
-            events, looked = 0, True
-            for found in poll.ipoll(wait):
-                events = found[1]
+            events, has_polled = 0, True
+            for entry in poll.ipoll(wait):
+                events = entry[1]
             if events & select.POLLIN:
                 self.stdin.readinto(self.byte)
                 data.extend(self.byte)
@@ -208,8 +208,8 @@ class Hal:
 
     def since_save(self) -> int:
         """Microseconds since settings were kept; a long while where that is beyond the clock."""
-        passed = -1 if self.saved is None else time.ticks_diff(time.ticks_ms(), self.saved)
-        return 1 << 40 if passed < 0 else passed * 1000
+        milliseconds = -1 if self.saved is None else time.ticks_diff(time.ticks_ms(), self.saved)
+        return 1 << 40 if milliseconds < 0 else milliseconds * 1000
 
     def identity(self) -> tuple:
         """(model, serial)."""

@@ -33,9 +33,9 @@ def loop(hal) -> None:
             bench.tick(late)
             hal.show(bench.state, bench.sync)
             if hal.collects and bench.count % COLLECT == 0:
-                begun = hal.ticks_us()
+                start = hal.ticks_us()
                 gc.collect()
-                hal.collected = max(hal.collected, ticks.diff(hal.ticks_us(), begun))
+                hal.collected = max(hal.collected, ticks.diff(hal.ticks_us(), start))
             due = ticks.add(due, ticks.PERIOD)
             if late > 10 * ticks.PERIOD:
                 due = ticks.add(hal.ticks_us(), ticks.PERIOD)
@@ -46,8 +46,8 @@ def loop(hal) -> None:
         if port.outbox:
             port.took(hal.send(port.waiting()))
         if bench.leaving >= 0:
-            since = bench.count - bench.leaving
-            if since > PATIENT or (since > ANSWERED and not port.outbox):
+            waited_samples = bench.count - bench.leaving
+            if waited_samples > PATIENT or (waited_samples > ANSWERED and not port.outbox):
                 hal.reset()
 
 

@@ -84,12 +84,12 @@ class Port:
     def line(self, line: bytes) -> None:
         """One line without its LF."""
         if line[:1] == b"@":
-            found = frame.unpack(line + b"\n")
-            if found is None:
+            parts = frame.unpack(line + b"\n")
+            if parts is None:
                 self.spoilt()
             else:
                 self.framed = self.bench.count
-                self.frame(*found)
+                self.frame(*parts)
         elif self.bench.count - self.framed < QUIET:
             if line:  # a host that asks again ends what may be torn: mostly there is nothing
                 self.spoilt()
@@ -130,19 +130,19 @@ class Port:
         else:
             answer = b""
             self.bench.leave(number)
-        packed = frame.pack(number, count, answer)
-        self.done[number] = (count, payload, packed)
-        self.put(packed)
+        response = frame.pack(number, count, answer)
+        self.done[number] = (count, payload, response)
+        self.put(response)
 
     def execute(self, line: bytes, number: int) -> bytes:
         """The answer of one line, its error in the session's queue; PENDING if it waits."""
-        session, held = self.bench.sessions[number], None
+        session, pending = self.bench.sessions[number], None
         if line == frame.PENDING:
-            held, session.held = session.held, None
+            pending, session.held = session.held, None
         if len(line) > LONGEST:
             session.push(-363, "a line has at most %d bytes" % LONGEST)
             return b""
-        answer, error, commands = scpi.run(self.root, line, self.bench, session, held)
+        answer, error, commands = scpi.run(self.root, line, self.bench, session, pending)
         if error is not None:
             session.push(error.code, error.more)
         elif commands or session.held is None:  # asking again keeps nothing running
@@ -158,8 +158,8 @@ class Port:
 
     def spoilt(self) -> None:
         """A frame that is not intact is not answered; ten of them in ten seconds are said."""
-        now = self.bench.count
-        self.bad = self.bad[1 - CORRUPT :] + [now]
-        if len(self.bad) == CORRUPT and now - self.bad[0] <= CORRUPT_WINDOW:
+        sample = self.bench.count
+        self.bad = self.bad[1 - CORRUPT :] + [sample]
+        if len(self.bad) == CORRUPT and sample - self.bad[0] <= CORRUPT_WINDOW:
             self.bench.tell(126)
             self.bad = []

@@ -7,7 +7,7 @@ NAMES = "seq,board_us,vacuum,target,raw,temperature,pump,flags,state,fault"
 SIZE = struct.calcsize(LAYOUT)
 """Bytes of a record."""
 ROOM = 1000
-MOST = 200
+BLOCK = 200
 """Records in one answer at most."""
 
 
@@ -53,11 +53,11 @@ class Ring:
         self.fetched += 1
         first = self.places[session] = self.place(session)
         count = min(count, self.next - first)
-        at = first % ROOM
-        head = min(count, ROOM - at)
-        held = memoryview(self.store)
-        out = bytes(held[at * SIZE : (at + head) * SIZE])
-        return out + bytes(held[: (count - head) * SIZE]) if head < count else out
+        place = first % ROOM
+        head = min(count, ROOM - place)
+        records = memoryview(self.store)
+        out = bytes(records[place * SIZE : (place + head) * SIZE])
+        return out + bytes(records[: (count - head) * SIZE]) if head < count else out
 
     def acknowledge(self, seq: int, session: int) -> bool:
         """Move a session past the record `seq`; False if that is not one of those it has left."""
@@ -85,4 +85,4 @@ class Ring:
 
     def presses(self) -> bool:
         """Whether the records that the last reader is to fetch will soon be overwritten."""
-        return self.reader >= 0 and self.next - self.place(self.reader) > ROOM - MOST
+        return self.reader >= 0 and self.next - self.place(self.reader) > ROOM - BLOCK

@@ -49,10 +49,10 @@ TEXTS = {
 class ScpiError(Exception):
     """A line that is refused: (number, what is more to say)."""
 
-    def __init__(self, code: int, more: str = "") -> None:
-        super().__init__(code, more)
+    def __init__(self, code: int, detail: str = "") -> None:
+        super().__init__(code, detail)
         self.code = code
-        self.more = more
+        self.more = detail
 
 
 class Node:
@@ -76,27 +76,27 @@ class Rule:
 
 def numeral(text: str) -> int:
     """Length of the decimal number that a text begins with, 0 where there is none."""
-    size, at, digits = len(text), 0, 0
-    if at < size and text[at] in "+-":
-        at += 1
-    while at < size and text[at] in DIGITS:
-        at, digits = at + 1, digits + 1
-    if at < size and text[at] == ".":
-        at += 1
-        while at < size and text[at] in DIGITS:
-            at, digits = at + 1, digits + 1
+    size, place, digits = len(text), 0, 0
+    if place < size and text[place] in "+-":
+        place += 1
+    while place < size and text[place] in DIGITS:
+        place, digits = place + 1, digits + 1
+    if place < size and text[place] == ".":
+        place += 1
+        while place < size and text[place] in DIGITS:
+            place, digits = place + 1, digits + 1
     if not digits:
         return 0
-    if at < size and text[at] in "eE":
-        end = at + 1
+    if place < size and text[place] in "eE":
+        end = place + 1
         if end < size and text[end] in "+-":
             end += 1
         first = end
         while end < size and text[end] in DIGITS:
             end += 1
         if end > first:
-            at = end
-    return at
+            place = end
+    return place
 
 
 def non_decimal(text: str) -> "int | None":
@@ -123,12 +123,12 @@ class Number:
     """
 
     def __init__(
-        self, name: str, unit: str, lo, hi, default=None, whole: int = 0, empty: str = ""
+        self, name: str, unit: str, lo, hi, default=None, is_whole: int = 0, empty: str = ""
     ) -> None:
         self.name, self.unit, self.lo, self.hi = name, unit, lo, hi
-        self.default, self.whole, self.empty = default, whole, empty
+        self.default, self.whole, self.empty = default, is_whole, empty
 
-    def named(self, word: str, bench) -> object:
+    def named_bound(self, word: str, bench) -> object:
         """The bound that MIN, MAX or DEF stands for, None for another word."""
         if word in ("MIN", "MINIMUM"):
             return limit(self.lo, bench)
@@ -140,12 +140,12 @@ class Number:
 
     def read(self, text: str, bench) -> object:
         """The value in SI units."""
-        named = self.named(text.upper(), bench)
-        if named is not None:
-            return named
-        whole, suffix = non_decimal(text) if self.whole else None, ""
-        value = 0.0 if whole is None else float(whole)
-        if whole is None:
+        bound = self.named_bound(text.upper(), bench)
+        if bound is not None:
+            return bound
+        integer, suffix = non_decimal(text) if self.whole else None, ""
+        value = 0.0 if integer is None else float(integer)
+        if integer is None:
             end = numeral(text)
             if not end:
                 raise ScpiError(-104, self.name + " is a number")
@@ -189,8 +189,8 @@ class Choice:
 class Text:
     """A quoted string of at most so many characters."""
 
-    def __init__(self, name: str, most: int) -> None:
-        self.name, self.most = name, most
+    def __init__(self, name: str, limit: int) -> None:
+        self.name, self.most = name, limit
 
     def read(self, text: str, bench) -> object:
         """Return the text between the quotes, with doubled quotes made single."""
@@ -214,32 +214,34 @@ def grow(root: Node, header: str, command, query) -> None:
     nodes = [root]
     for piece in header.replace("[:", ":[").split(":"):
         word = piece.strip("[]")
-        reached = []
+        children = []
         for node in nodes:
             child = node.below.get(short(word)) or Node()
             node.below[short(word)] = node.below[word.upper()] = child
-            reached.append(child)
-        nodes = nodes + reached if piece[0] == "[" else reached
+            children.append(child)
+        nodes = nodes + children if piece[0] == "[" else children
     for node in nodes:
         node.command, node.query = command or node.command, query or node.query
 
 
-def end_of(line: str, at: int, mark: str) -> int:
-    """Return the first place of a mark outside quotes, from `at` on, or the line's end.
+def end_of(line: str, begin: int, mark: str) -> int:
+    """Return the first place of a mark outside quotes, from `begin` on, or the line's end.
 
     In leaps, not letter by letter: the law's 528 digits must not keep a sample waiting.
     """
     while True:
-        end = line.find(mark, at)
+        end = line.find(mark, begin)
         end = len(line) if end < 0 else end
         quotes = [
-            place for place in (line.find("'", at, end), line.find('"', at, end)) if place >= 0
+            place
+            for place in (line.find("'", begin, end), line.find('"', begin, end))
+            if place >= 0
         ]
         if not quotes:
             return end
         first = min(quotes)
-        at = line.find(line[first], first + 1) + 1
-        if not at:
+        begin = line.find(line[first], first + 1) + 1
+        if not begin:
             raise ScpiError(-151, "a quote is not closed")
 
 
@@ -259,18 +261,18 @@ def arguments(text: str) -> list:
 
 def header_of(unit: str) -> tuple:
     """(header, whether it is a query, what follows) of one unit."""
-    at = 0
-    while at < len(unit) and unit[at] in HEADER:
-        at += 1
-    head, query = unit[:at], unit[at : at + 1] == "?"
+    length = 0
+    while length < len(unit) and unit[length] in HEADER:
+        length += 1
+    head, query = unit[:length], unit[length : length + 1] == "?"
     if query:
-        at += 1
-    if not head or (at < len(unit) and unit[at] not in SPACE) or "*" in head[1:]:
+        length += 1
+    if not head or (length < len(unit) and unit[length] not in SPACE) or "*" in head[1:]:
         raise ScpiError(-101, head)
-    return head, query, unit[at:].strip(SPACE)
+    return head, query, unit[length:].strip(SPACE)
 
 
-def found(root: Node, path: Node, head: str) -> tuple:
+def find_node(root: Node, path: Node, head: str) -> tuple:
     """(node, node above it) that a header names, from the root or along the path."""
     if head[0] == "*":
         if ":" in head:
@@ -298,49 +300,49 @@ def found(root: Node, path: Node, head: str) -> tuple:
     return node, above
 
 
-def values(rule: Rule, given: list, bench) -> list:
+def values(rule: Rule, texts: list, bench) -> list:
     """The parameters read, as many as are allowed."""
-    if len(given) > len(rule.params):
+    if len(texts) > len(rule.params):
         raise ScpiError(-108)
-    if len(given) < rule.least:
-        raise ScpiError(-109, rule.params[len(given)].name)
-    return [param.read(text, bench) for param, text in zip(rule.params, given)]
+    if len(texts) < rule.least:
+        raise ScpiError(-109, rule.params[len(texts)].name)
+    return [param.read(text, bench) for param, text in zip(rule.params, texts)]
 
 
-def run(root: Node, line: bytes, bench, session, held=None) -> tuple:
-    """(answer, error or None, whether it commanded) of one line, or of the rest of a `held` one.
+def run(root: Node, line: bytes, bench, session, pending=None) -> tuple:
+    """(answer, error or None, whether it commanded) of one line, or of the rest of a `pending` one.
 
     The answer is that of the units before the error. A unit with the flag L or C commands. A unit
     with the flag W that has to wait stays in `session.held`, with the rest of its line.
     """
     out: list[bytes] = []
     text, path, commands = "", root, False
-    if held:
-        text, path, out = held
+    if pending:
+        text, path, out = pending
     try:
         if line and not text and not (min(line) >= 32 and max(line) < 127):
             for byte in line:
                 if not 32 <= byte < 127 and byte != 9:
                     raise ScpiError(-101, "byte %d" % byte)
         text = text or str(line, "ascii")
-        at, size = 0, len(text)
-        while at <= size:
-            begin, end = at, end_of(text, at, ";")
-            unit = text[at:end].strip(SPACE)
-            at = end + 1
+        place, size = 0, len(text)
+        while place <= size:
+            begin, end = place, end_of(text, place, ";")
+            unit = text[place:end].strip(SPACE)
+            place = end + 1
             if not unit:
                 continue
-            head, query, rest = header_of(unit)
-            node, path = found(root, path, head)
+            head, query, tail = header_of(unit)
+            node, path = find_node(root, path, head)
             rule = node.query if query else node.command
             if rule is None:
                 raise ScpiError(-113, head)
             bench.may(session, rule.flags)
-            given = values(rule, arguments(rest), bench)
+            values_read = values(rule, arguments(tail), bench)
             if "W" in rule.flags and bench.capture.busy():
                 session.held = text[begin:], path, out
                 return b"", None, commands
-            answer = rule.do(bench, session, *given)
+            answer = rule.do(bench, session, *values_read)
             commands = commands or "L" in rule.flags or "C" in rule.flags
             if answer is not None:
                 out.append(answer if isinstance(answer, bytes) else str(answer).encode())

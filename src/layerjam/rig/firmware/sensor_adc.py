@@ -9,10 +9,10 @@ WIRE = 0.01
 class Sensor:
     """`sensor_zero` and `sensor_full`: shares of the range at no vacuum and at `sensor_range`."""
 
-    def __init__(self, wired: dict, converter) -> None:
-        self.zero = wired["sensor_zero"]
-        self.pascals = wired["sensor_range"] / (wired["sensor_full"] - self.zero)
-        self.volts = converter.voltage(wired["sensor_adc"])
+    def __init__(self, pins: dict, converter) -> None:
+        self.zero = pins["sensor_zero"]
+        self.pascals = pins["sensor_range"] / (pins["sensor_full"] - self.zero)
+        self.volts = converter.voltage(pins["sensor_adc"])
 
     def read(self) -> tuple:
         """(vacuum [Pa] or NaN, counts of 16 bits, no temperature, 1 where a wire is broken)."""

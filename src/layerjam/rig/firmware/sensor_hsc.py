@@ -14,15 +14,15 @@ STALE, BROKEN = 2, 3
 class Sensor:
     """`range` is the greatest pressure between the ports; the brake is at port 1."""
 
-    def __init__(self, wired: dict) -> None:
-        self.range = wired["sensor_range"]
-        self.chosen = machine.Pin(wired["spi_cs"], machine.Pin.OUT, value=1)
+    def __init__(self, pins: dict) -> None:
+        self.range = pins["sensor_range"]
+        self.chosen = machine.Pin(pins["spi_cs"], machine.Pin.OUT, value=1)
         self.spi = machine.SPI(
             0,
             baudrate=BAUD,
-            sck=machine.Pin(wired["spi_sck"]),
-            mosi=machine.Pin(wired["spi_mosi"]),
-            miso=machine.Pin(wired["spi_miso"]),
+            sck=machine.Pin(pins["spi_sck"]),
+            mosi=machine.Pin(pins["spi_mosi"]),
+            miso=machine.Pin(pins["spi_miso"]),
         )
         self.got = bytearray(4)
 
@@ -31,12 +31,12 @@ class Sensor:
 
         Stale counts, those read twice, are the last ones still; the law finds a part that hangs.
         """
-        got = self.got
+        data = self.got
         self.chosen.value(0)
-        self.spi.readinto(got)
+        self.spi.readinto(data)
         self.chosen.value(1)
-        status, raw = got[0] >> 6, (got[0] & 63) << 8 | got[1]
-        warmth = ((got[2] << 3 | got[3] >> 5) * 20000) // 2047 - 5000
+        status, raw = data[0] >> 6, (data[0] & 63) << 8 | data[1]
+        warmth = ((data[2] << 3 | data[3] >> 5) * 20000) // 2047 - 5000
         if status not in (0, STALE):
             return float("nan"), raw, warmth, 1
         return self.range * (1.0 - 2.0 * (raw - LOWEST) / SPAN), raw, warmth, 0

@@ -61,7 +61,7 @@ class Session:
         self.held = None
         """Line that waits for it: its text from there on, the path, and the answers before."""
 
-    def push(self, code: int, more: str = "") -> None:
+    def push(self, code: int, detail: str = "") -> None:
         """One more error; its class shows in the standard event register."""
         if code > 0 or -399 <= code <= -300:
             self.standard |= DEVICE_ERROR
@@ -72,11 +72,13 @@ class Session:
         if len(self.errors) >= DEEP:
             self.errors[-1] = (-350, "")
         else:
-            self.errors.append((code, more))
+            self.errors.append((code, detail))
 
     def next(self, names: dict) -> str:
         """The oldest error, `0,"No error"` where there is none."""
-        return described(*self.errors.pop(0), names) if self.errors else described(0, "", names)
+        return (
+            format_error(*self.errors.pop(0), names) if self.errors else format_error(0, "", names)
+        )
 
     def byte(self) -> int:
         """The status byte; bit 6 sums up what `*SRE` lets through."""
@@ -97,10 +99,10 @@ class Session:
         self.errors = []
 
 
-def described(code: int, more: str, names: dict) -> str:
+def format_error(code: int, detail: str, names: dict) -> str:
     """An error as SCPI prints it; `names` are those of the law's faults."""
     text = names.get(code - 100) or DEVICE.get(code) if code > 0 else TEXTS.get(code)
     text = text or "Error"
-    if more:
-        text += ";" + more.replace('"', "'")
+    if detail:
+        text += ";" + detail.replace('"', "'")
     return '%d,"%s"' % (code, text[:240])

@@ -9,16 +9,17 @@ LAW = 39
 REGULATOR = 15
 MAGIC = b"LJ01"
 FIXED = "<4sIBBddB"
-FAR = 1e16
+HUGE = 1e16
 LIMITS = (
     (0, 2), (0, 1e3), (0, 1e3), (0, 1e5), (1e-9, 1.2e5), (-1, 0), (1e-6, 1), (0, 1e9), (0, 1e9),
     (0, 1e9), (0, 1e12), (0, 1e12), (10, 1.2e5), (0, 1), (0, 1),
     (1e-12, 1e6), (1, 1e6), (0, 1e3), (0, 1e3), (1e-12, 1), (-1e6, 0), (1e-3, 1e9), (1, 1e6),
-    (1e-9, 1e6), (0, 1), (0, 1), (1, 1e3), (1e-9, 1e6), (0, 1e9), (1, FAR), (0, 1e9),
-    (1e-9, 1e5), (0, 1e9), (-FAR, FAR), (-FAR, FAR), (-FAR, FAR), (0, 1e3), (1e-12, 1e7), (0, 1e5),
+    (1e-9, 1e6), (0, 1), (0, 1), (1, 1e3), (1e-9, 1e6), (0, 1e9), (1, HUGE), (0, 1e9),
+    (1e-9, 1e5), (0, 1e9), (-HUGE, HUGE), (-HUGE, HUGE), (-HUGE, HUGE), (0, 1e3), (1e-12, 1e7),
+    (0, 1e5),
 )  # fmt: skip
 """Least and greatest of each number of the law's settings, in their order."""
-WHOLE = (0, 5, 14)
+INTEGER_PLACES = (0, 5, 14)
 """Those that are a kind or a yes and no."""
 
 
@@ -60,12 +61,12 @@ def law_of(raw: bytes) -> tuple:
         lo, hi = LIMITS[place]
         if not lo <= value <= hi or math.isnan(value):
             return None, "number %d of the law is %g to %g" % (place, lo, hi)
-        if place in WHOLE and value != int(value):
+        if place in INTEGER_PLACES and value != int(value):
             return None, "number %d of the law is whole" % place
     return (tuple(numbers[:REGULATOR]), tuple(numbers[REGULATOR:])), ""
 
 
-def unpacked(raw: bytes) -> "Settings | None":
+def unpack_settings(raw: bytes) -> "Settings | None":
     """The settings of one file, None if it is not whole."""
     size = struct.calcsize(FIXED)
     if raw is None or len(raw) < size + 4 or raw[:4] != MAGIC:
@@ -73,28 +74,32 @@ def unpacked(raw: bytes) -> "Settings | None":
     body, (check,) = raw[:-4], struct.unpack("<I", raw[-4:])
     if check != binascii.crc32(body):
         return None
-    made = Settings()
-    _, made.generation, made.safe, made.rest, made.offset, made.gain, name = struct.unpack(
-        FIXED, body[:size]
+    settings = Settings()
+    _, settings.generation, settings.safe, settings.rest, settings.offset, settings.gain, name = (
+        struct.unpack(FIXED, body[:size])
     )
-    made.sensor = str(body[size : size + name], "ascii")
+    settings.sensor = str(body[size : size + name], "ascii")
     law, wrong = body[size + name :], ""
     if law:
-        made.law, wrong = law_of(law) if len(law) == 8 * LAW else (None, "its length")
-    return None if wrong else made
+        settings.law, wrong = law_of(law) if len(law) == 8 * LAW else (None, "its length")
+    return None if wrong else settings
 
 
 def load(hal) -> tuple:
     """Return (settings, error or 0) of the newer of two slots; -314 if no slot is intact."""
     raw = [hal.load(0), hal.load(1)]
-    good = [made for made in [unpacked(one) for one in raw if one is not None] if made]
+    good = [
+        settings
+        for settings in [unpack_settings(slot) for slot in raw if slot is not None]
+        if settings
+    ]
     if not good:
         return Settings(), -314 if raw != [None, None] else 0
     newest = good[0]
-    for made in good[1:]:
-        if made.generation > newest.generation:
-            newest = made
-    torn = sum(1 for one in raw if one is not None) > len(good)
+    for settings in good[1:]:
+        if settings.generation > newest.generation:
+            newest = settings
+    torn = sum(1 for slot in raw if slot is not None) > len(good)
     return newest, 125 if torn else 0
 
 

@@ -20,7 +20,7 @@ from pathlib import Path
 from layerjam.rig import uf2
 from layerjam.rig.board import law_hash, parts
 
-HERE = Path(__file__).parent
+FOLDER = Path(__file__).parent
 SUITE = "trixie"
 SOURCES = {"micropython": "1.25.0+ds-1"}
 """Debian source: version."""
@@ -74,8 +74,8 @@ MANIFEST = 'freeze("$(PORT_DIR)/modules")\nfreeze({folder!r})\n'
 
 def recipe_hash() -> str:
     """SHA-256 of this file and the board's definition: what the image is made by."""
-    held = [HERE / name for name in ("build.py", "mpconfigboard.cmake", "mpconfigboard.h")]
-    return hashlib.sha256(b"".join(path.read_bytes() for path in held)).hexdigest()
+    paths = [FOLDER / name for name in ("build.py", "mpconfigboard.cmake", "mpconfigboard.h")]
+    return hashlib.sha256(b"".join(path.read_bytes() for path in paths)).hexdigest()
 
 
 def sources() -> dict[str, str]:
@@ -92,9 +92,9 @@ def current(out: Path) -> bool:
     image, facts = out / "layerjam-pico.uf2", out / "layerjam-pico.json"
     if not image.exists() or not facts.exists():
         return False
-    said = json.loads(facts.read_text("utf-8"))
-    whole = hashlib.sha256(image.read_bytes()).hexdigest()
-    return {**sources(), "image_sha256": whole}.items() <= said.items()
+    facts_of_image = json.loads(facts.read_text("utf-8"))
+    digest = hashlib.sha256(image.read_bytes()).hexdigest()
+    return {**sources(), "image_sha256": digest}.items() <= facts_of_image.items()
 
 
 class BuildError(Exception):
@@ -103,73 +103,73 @@ class BuildError(Exception):
 
 def run(command: Sequence[str], folder: Path, log: Path, **more: str) -> str:
     """Return the output of a command; BuildError with its last lines if it fails."""
-    done = subprocess.run(
+    process = subprocess.run(
         command, cwd=folder, capture_output=True, text=True, check=False, env={**os.environ, **more}
     )
     with log.open("a", encoding="utf-8") as file:
-        file.write(f"$ {' '.join(command)}\n{done.stdout}{done.stderr}\n")
-    if done.returncode:
-        last = "\n".join((done.stdout + done.stderr).strip().splitlines()[-12:])
+        file.write(f"$ {' '.join(command)}\n{process.stdout}{process.stderr}\n")
+    if process.returncode:
+        last = "\n".join((process.stdout + process.stderr).strip().splitlines()[-12:])
         raise BuildError(
-            f"{command[0]} ended with {done.returncode}; all of it is in {log}\n{last}"
+            f"{command[0]} ended with {process.returncode}; all of it is in {log}\n{last}"
         )
-    return done.stdout
+    return process.stdout
 
 
 def mirrors(log: Path) -> list[str]:
     """Where this machine's apt fetches Debian's main packages from."""
-    listed = run(
+    output = run(
         ["apt-get", "indextargets", "--format", "$(REPO_URI)", "Created-By: Packages",
          "Component: main", "Origin: Debian", "Label: Debian"],
         Path("/"), log,
     )  # fmt: skip
-    found = list(dict.fromkeys(line.strip() for line in listed.splitlines() if line.strip()))
-    if not found:
+    addresses = list(dict.fromkeys(line.strip() for line in output.splitlines() if line.strip()))
+    if not addresses:
         raise BuildError("apt knows no mirror of Debian here; run 'apt-get update' as root first")
-    return found
+    return addresses
 
 
 def fetch(work: Path, log: Path) -> Path:
     """A folder with what Debian 13 has, fetched once; the machine's own apt is not touched."""
-    wanted = {**SOURCES, **BINARIES}
-    held, done = work / "debian", work / "debian" / "fetched.json"
-    if done.exists() and json.loads(done.read_text()) == wanted:
-        return held
-    shutil.rmtree(held, ignore_errors=True)
+    versions = {**SOURCES, **BINARIES}
+    packages, marker = work / "debian", work / "debian" / "fetched.json"
+    if marker.exists() and json.loads(marker.read_text()) == versions:
+        return packages
+    shutil.rmtree(packages, ignore_errors=True)
     for name in ("lists/partial", "archives/partial"):
-        (held / name).mkdir(parents=True)
-    (held / "debian.sources").write_text(
+        (packages / name).mkdir(parents=True)
+    (packages / "debian.sources").write_text(
         f"Types: deb deb-src\nURIs: {' '.join(mirrors(log))}\nSuites: {SUITE}\n"
         f"Components: main\nSigned-By: {KEYS}\n",
         encoding="utf-8",
     )
     options = {
-        "Dir::Etc::SourceList": held / "debian.sources",
+        "Dir::Etc::SourceList": packages / "debian.sources",
         "Dir::Etc::SourceParts": "/dev/null",
-        "Dir::State::Lists": held / "lists",
-        "Dir::Cache": held,
+        "Dir::State::Lists": packages / "lists",
+        "Dir::Cache": packages,
         "APT::Sandbox::User": "root",
     }
     apt = ["apt-get", "-q"]
     for name, value in options.items():
         apt += ["-o", f"{name}={value}"]
-    run([*apt, "update"], held, log)
+    run([*apt, "update"], packages, log)
     source = [f"{name}={version}" for name, version in SOURCES.items()]
-    run([*apt, "source", "--download-only", *source], held, log)
-    run([*apt, "download", *(f"{n}={v}" for n, v in BINARIES.items())], held, log)
-    done.write_text(json.dumps(wanted), encoding="utf-8")
-    return held
+    run([*apt, "source", "--download-only", *source], packages, log)
+    run([*apt, "download", *(f"{n}={v}" for n, v in BINARIES.items())], packages, log)
+    marker.write_text(json.dumps(versions), encoding="utf-8")
+    return packages
 
 
-def unpack(held: Path, work: Path, log: Path) -> tuple[Path, Path]:
+def unpack(packages: Path, work: Path, log: Path) -> tuple[Path, Path]:
     """(MicroPython's tree, the maker's library), as Debian has them but for CHANGES."""
     tree, library = work / "micropython", work / "library"
     for folder in (tree, library):
         shutil.rmtree(folder, ignore_errors=True)
     library.mkdir()
-    (described,) = held.glob("micropython_*.dsc")
-    run(["dpkg-source", "--no-check", "-x", str(described), str(tree)], work, log)
-    for package in sorted(held.glob("*.deb")):
+    (description,) = packages.glob("micropython_*.dsc")
+    run(["dpkg-source", "--no-check", "-x", str(description), str(tree)], work, log)
+    for package in sorted(packages.glob("*.deb")):
         run(["dpkg-deb", "-x", str(package), str(library)], work, log)
     for name, changes in CHANGES.items():
         text = (work / name).read_text(encoding="utf-8")
@@ -181,7 +181,7 @@ def unpack(held: Path, work: Path, log: Path) -> tuple[Path, Path]:
     return tree, library
 
 
-def compiled(tree: Path, library: Path, work: Path, log: Path, jobs: int) -> Path:
+def compile_program(tree: Path, library: Path, work: Path, log: Path, jobs: int) -> Path:
     """The program as it lies in the flash, firmware and law frozen in."""
     frozen, board = work / "frozen", work / BOARD
     for folder in (frozen, board):
@@ -193,36 +193,36 @@ def compiled(tree: Path, library: Path, work: Path, log: Path, jobs: int) -> Pat
     manifest = work / "manifest.py"
     manifest.write_text(MANIFEST.format(folder=str(frozen)), encoding="utf-8")
     for name in ("mpconfigboard.h", "mpconfigboard.cmake"):
-        shutil.copy(HERE / name, board / name)
-    sdk = one(library, "pico_sdk_init.cmake").parent
-    usb = one(library, "src/tusb.h").parents[1]
+        shutil.copy(FOLDER / name, board / name)
+    sdk = find_file(library, "pico_sdk_init.cmake").parent
+    usb = find_file(library, "src/tusb.h").parents[1]
     shutil.rmtree(tree / "lib" / "tinyusb", ignore_errors=True)
     (tree / "lib" / "tinyusb").symlink_to(usb)
     # the same sources give the same image, whenever and wherever they are compiled
-    when = run(
+    epoch = run(
         ["dpkg-parsechangelog", "-l", str(tree / "debian/changelog"), "-STimestamp"], work, log
     )
-    same = {"SOURCE_DATE_EPOCH": when.strip(), "GIT_DIR": "/nonexistent"}
+    same = {"SOURCE_DATE_EPOCH": epoch.strip(), "GIT_DIR": "/nonexistent"}
     run(["make", "-C", str(tree / "mpy-cross"), f"-j{jobs}"], work, log, **same)
-    made = work / "build"
-    shutil.rmtree(made, ignore_errors=True)
+    build = work / "build"
+    shutil.rmtree(build, ignore_errors=True)
     run(
-        ["cmake", "-S", str(tree / "ports" / "rp2"), "-B", str(made), "-DPICO_NO_PICOTOOL=1",
+        ["cmake", "-S", str(tree / "ports" / "rp2"), "-B", str(build), "-DPICO_NO_PICOTOOL=1",
          f"-DMICROPY_BOARD={BOARD}", f"-DMICROPY_BOARD_DIR={board}", "-DPICO_BUILD_DOCS=0",
          f"-DMICROPY_LIB_DIR={tree}",
          f"-DMICROPY_FROZEN_MANIFEST={manifest}", f"-DPICO_SDK_PATH_OVERRIDE={sdk}"],
         work, log, **same,
     )  # fmt: skip
-    run(["cmake", "--build", str(made), f"-j{jobs}"], work, log, **same)
-    return made / "firmware.bin"
+    run(["cmake", "--build", str(build), f"-j{jobs}"], work, log, **same)
+    return build / "firmware.bin"
 
 
-def one(folder: Path, name: str) -> Path:
+def find_file(folder: Path, name: str) -> Path:
     """The file of that name under a folder."""
-    found = sorted(folder.rglob(name))
-    if not found:
+    paths = sorted(folder.rglob(name))
+    if not paths:
         raise BuildError(f"Debian's packages hold no {name}")
-    return found[0]
+    return paths[0]
 
 
 def main() -> int:
@@ -233,24 +233,24 @@ def main() -> int:
     words.add_argument(
         "--if-changed", action="store_true", help="build only where the image is of other sources"
     )
-    said = words.parse_args()
-    if said.if_changed and current(said.out):
+    args = words.parse_args()
+    if args.if_changed and current(args.out):
         return 0
-    work = said.out.resolve() / "work"
+    work = args.out.resolve() / "work"
     work.mkdir(parents=True, exist_ok=True)
-    log, begun = work / "build.log", time.monotonic()
+    log, start = work / "build.log", time.monotonic()
     log.unlink(missing_ok=True)
     made_of = sources()
     missing = [tool for tool in TOOLS if shutil.which(tool) is None]
     try:
         if missing:
             raise BuildError(f"not here: {' '.join(missing)}; apt-get install {NEEDED}")
-        held = fetch(work, log)
-        program = compiled(*unpack(held, work, log), work, log, said.jobs)
+        packages = fetch(work, log)
+        program = compile_program(*unpack(packages, work, log), work, log, args.jobs)
     except BuildError as error:
         print(error, file=sys.stderr)
         return 1
-    image = said.out / "layerjam-pico.uf2"
+    image = args.out / "layerjam-pico.uf2"
     image.write_bytes(uf2.encode_uf2(program.read_bytes(), uf2.RP2040))
     facts = {
         "image": image.name,
@@ -258,9 +258,9 @@ def main() -> int:
         "program_bytes": program.stat().st_size,
         **made_of,
         "debian": {**SOURCES, **BINARIES},
-        "seconds": round(time.monotonic() - begun, 1),
+        "seconds": round(time.monotonic() - start, 1),
     }
-    (said.out / "layerjam-pico.json").write_text(json.dumps(facts, indent=2) + "\n")
+    (args.out / "layerjam-pico.json").write_text(json.dumps(facts, indent=2) + "\n")
     print(json.dumps(facts, indent=2))
     return 0
 
