@@ -139,9 +139,9 @@ def without_unit(value: Any, si: str, name: str) -> Any:
         kind = type(value).__name__
         raise QuantityError.of(name, f"a {kind} holds several quantities; give one of its columns")
     if hasattr(value, "magnitude") and hasattr(value, "units"):  # pint, of any registry
-        return _converted(value, "magnitude", si, name)
+        return _convert(value, "magnitude", si, name)
     if hasattr(value, "to_value") and hasattr(value, "unit"):  # astropy
-        return _converted(value, "value", si, name)
+        return _convert(value, "value", si, name)
     if hasattr(value, "dims") and hasattr(value, "copy"):
         data = without_unit(value.data, si, name)
         plain = value if data is value.data else value.copy(data=data)
@@ -158,7 +158,7 @@ def without_unit(value: Any, si: str, name: str) -> Any:
     return value
 
 
-def _converted(value: Any, number: str, si: str, name: str) -> Any:
+def _convert(value: Any, number: str, si: str, name: str) -> Any:
     """Return the number of a quantity object in the SI unit `si`."""
     try:
         return getattr(value.to("" if si == "1" else _pint_name(si)), number)

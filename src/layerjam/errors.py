@@ -128,20 +128,20 @@ def explain_arguments(target: T) -> T:
 
 
 def _explain_arguments(
-    call: Callable[..., Any], is_class: bool, args: tuple[Any, ...], named: Mapping[str, Any]
+    call: Callable[..., Any], is_class: bool, args: tuple[Any, ...], keywords: Mapping[str, Any]
 ) -> str:
     parameters = dict(inspect.signature(call).parameters)
     if parameters.pop("self", None):
         args = args[1:]
     if any(p.kind is p.VAR_KEYWORD for p in parameters.values()):
         return "takes values by name alone, such as width='14 mm'"
-    unknown = [name for name in named if name not in parameters]
+    unknown = [name for name in keywords if name not in parameters]
     if unknown:
         suggestions = difflib.get_close_matches(unknown[0], parameters, n=2) or parameters
         kind = "field" if is_class else "parameter"
         return f"has no {kind} '{unknown[0]}'; did you mean {' or '.join(suggestions)}?"
-    required = [name for name, p in parameters.items() if p.default is p.empty]
-    missing = [name for name in required if name not in named]
+    needed_names = [name for name, p in parameters.items() if p.default is p.empty]
+    missing = [name for name in needed_names if name not in keywords]
     if missing and not args:
         return f"needs {', '.join(missing)}"
     return f"takes {', '.join(parameters)}"

@@ -9,7 +9,7 @@ from typing import Any, TypeVar, dataclass_transform
 from layerjam.units import QuantitySpec
 
 T = TypeVar("T")
-Shown = Callable[[Any], str]
+Formatter = Callable[[Any], str]
 ENDS = ("low", "high")
 """Ends of the names of an interval's bounds."""
 
@@ -19,7 +19,7 @@ def number(
     text: str,
     *,
     default: Any = MISSING,
-    shown: Shown | None = None,
+    shown: Formatter | None = None,
     listed: bool = True,
     interval: bool = False,
 ) -> Any:
@@ -37,7 +37,7 @@ def fact(
     text: str,
     *,
     default: Any = MISSING,
-    shown: Shown | None = None,
+    shown: Formatter | None = None,
     listed: bool = True,
     key: str = "",
 ) -> Any:
@@ -52,13 +52,13 @@ def _field(
     spec: QuantitySpec | None,
     text: str,
     default: Any,
-    shown: Shown | None,
+    formatter: Formatter | None,
     listed: bool,
     key: str = "",
     interval: bool = False,
 ) -> Any:
-    about = {"result": text, "quantity": spec, "shown": shown, "listed": listed, "key": key}
-    return field(default=default, metadata={**about, "interval": interval})
+    facts = {"result": text, "quantity": spec, "shown": formatter, "listed": listed, "key": key}
+    return field(default=default, metadata={**facts, "interval": interval})
 
 
 def declare(cls: type[T]) -> type[T]:
@@ -68,15 +68,17 @@ def declare(cls: type[T]) -> type[T]:
     comes at this place. The ends follow a quantity with an interval.
     """
     bases = [base for base in reversed(cls.__mro__[1:]) if is_dataclass(base)]
-    known = {f.name: f for base in bases for f in fields(base)}
+    inherited = {f.name: f for base in bases for f in fields(base)}
     kinds: dict[str, Any] = {}
     for name, kind in get_annotations(cls).items():
         kinds[name] = kind
-        own = vars(cls).get(name)
-        if own is None and name in known:
-            setattr(cls, name, field(default=known[name].default, metadata=known[name].metadata))
-        elif isinstance(own, Field) and own.metadata.get("interval"):
-            unit = own.metadata["quantity"].unit
+        declared_field = vars(cls).get(name)
+        if declared_field is None and name in inherited:
+            setattr(
+                cls, name, field(default=inherited[name].default, metadata=inherited[name].metadata)
+            )
+        elif isinstance(declared_field, Field) and declared_field.metadata.get("interval"):
+            unit = declared_field.metadata["quantity"].unit
             for end in ENDS:
                 kinds[f"{name}_{end}"] = kind
                 text = "end of the 95 % interval"

@@ -124,11 +124,11 @@ class Acceptance:
         )
 
 
-def remaining(earlier: Iterable[Acceptance], replaced: Collection[str]) -> tuple[Acceptance, ...]:
-    """Return the acceptances that still apply after the numbers `replaced` have new values."""
+def remaining(earlier: Iterable[Acceptance], new_paths: Collection[str]) -> tuple[Acceptance, ...]:
+    """Return the acceptances that still apply after the numbers `new_paths` have new values."""
     result = []
     for entry in earlier:
-        numbers = tuple(path for path in entry.numbers if path not in replaced)
+        numbers = tuple(path for path in entry.numbers if path not in new_paths)
         if numbers or not entry.numbers:
             result.append(replace(entry, numbers=numbers))
     return tuple(result)

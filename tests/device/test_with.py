@@ -19,7 +19,7 @@ from layerjam.kernel.parameters import parameters
 from layerjam.mechanics.friction import sheet_friction
 from layerjam.mechanics.stiffness import stiffness_before_slip
 from layerjam.toml_files.changes import names
-from layerjam.toml_files.shipped import shipped
+from layerjam.toml_files.shipped import shipped_files
 from layerjam.units import quantities, quantity, record
 from strategies import unchecked
 
@@ -147,7 +147,7 @@ def test_a_line_with_twice_the_pump_rises_in_half_the_time():
 
 
 def test_what_ships_is_handed_out_as_a_copy_or_read_only():
-    texts = shipped("layerjam.device", "catalogue", "brakes")
+    texts = shipped_files("layerjam.device", "catalogue", "brakes")
     texts.clear()
     materials()["films"].clear()
     assert load("choi2018-kapton") == KAPTON and materials()["films"]

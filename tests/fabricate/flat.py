@@ -23,7 +23,7 @@ def sheets(draw: st.DrawFn) -> Outline:
     return sheet(
         clamped + width + draw(st.floats(0, 400)),
         width,
-        clamped=clamped,
+        clamp_length=clamped,
         hole=draw(st.floats(2, min(5, width / screws - 2))),
         screws=screws,
         tip_radius=draw(st.floats(0, width / 2 - 0.01)),

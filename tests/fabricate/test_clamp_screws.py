@@ -101,7 +101,7 @@ def test_build_and_mount_must_agree(tmp_path) -> None:
     with pytest.raises(FileError, match=r"sheets 13 mm wide get 1; write screws = 2 in \[mount\]"):
         choices(KAPTON, shop)
     with pytest.raises(QuantityError, match=r"build\.screws: 2 contradicts"):
-        choices(KAPTON, given={"screws": 2})
+        choices(KAPTON, overrides={"screws": 2})
     assert choices(KAPTON.with_(screws=2), shop).build.screws == 2
 
 

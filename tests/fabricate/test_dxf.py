@@ -16,7 +16,7 @@ from layerjam.fabricate.dxf import Frame, dxf
 from layerjam.fabricate.jigs import coupon
 from layerjam.fabricate.outline import Outline, sheet
 
-SHEET = sheet(85, 13, clamped=6, hole=3)
+SHEET = sheet(85, 13, clamp_length=6, hole=3)
 
 
 @settings(max_examples=15)

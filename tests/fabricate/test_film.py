@@ -24,7 +24,7 @@ KAPTON, PTFE = load("choi2018-kapton"), load("choi2018-ptfe")
 
 
 def made(file: BrakeFile = KAPTON, copies: int = 1, **build: object) -> Film:
-    chosen = choices(file, given=build).build
+    chosen = choices(file, overrides=build).build
     found = lengths(file.brake, chosen)
     agree_drawn(file.brake, chosen, found)
     return film(file, chosen, found, copies)
@@ -245,4 +245,6 @@ def test_the_kerf_of_a_build_reaches_the_pieces_and_not_the_service() -> None:
     files = {name: burnt.files()[name] for name in ("cut/sheet.dxf", "cut/spacer.svg")}
     assert files == {name: plain.files()[name] for name in files}
     assert burnt.pieces[0].parts[0].length == pytest.approx(85.2)
-    assert replace(Build(), kerf=0.2e-3).kerf == choices(KAPTON, given={"kerf": 0.2e-3}).build.kerf
+    assert (
+        replace(Build(), kerf=0.2e-3).kerf == choices(KAPTON, overrides={"kerf": 0.2e-3}).build.kerf
+    )

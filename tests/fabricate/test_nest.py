@@ -19,7 +19,7 @@ def wanted(draw: st.DrawFn) -> list[CutPart]:
     clamps = [draw(st.floats(6, 20)), draw(st.floats(6, 20))]
     parts = []
     for side, (long, clamped) in enumerate(zip(lengths, clamps, strict=True)):
-        shape = sheet(long, width, clamped=clamped, hole=2.5, tip_radius=1)
+        shape = sheet(long, width, clamp_length=clamped, hole=2.5, tip_radius=1)
         parts.append(CutPart(f"sheet-{side}", shape.add_kerf(kerf), (count + 1 - side) // 2))
         filler = spacer(clamped, width, hole=2.5)
         parts.append(CutPart(f"spacer-{side}", filler.add_kerf(kerf), (count + side) // 2))
@@ -54,7 +54,7 @@ def test_on_a_given_stock(parts: list[CutPart], margin: float, gap: float) -> No
 @settings(max_examples=25)
 @given(wanted(), st.floats(1, 10), st.floats(1, 8))
 def test_on_the_least_rectangle(parts: list[CutPart], margin: float, gap: float) -> None:
-    pieces = nest_least(parts, margin=margin, gap=gap, most=(1169, 797))
+    pieces = nest_least(parts, margin=margin, gap=gap, bounds=(1169, 797))
     _judge(pieces, parts, margin, gap)
     for piece in pieces:
         assert piece.length <= 1169 + 1e-6 and piece.width <= 797 + 1e-6
@@ -75,10 +75,10 @@ def test_on_the_least_rectangle(parts: list[CutPart], margin: float, gap: float)
 
 def test_the_paper_s_brake_fits_a_sheet_of_office_paper() -> None:
     parts = [
-        CutPart("sheet", sheet(85, 13, clamped=6, hole=3), 11),
+        CutPart("sheet", sheet(85, 13, clamp_length=6, hole=3), 11),
         CutPart("spacer", spacer(6, 13, hole=3), 11),
     ]
-    (piece,) = nest_least(parts, margin=5, gap=3, most=(1169, 797))
+    (piece,) = nest_least(parts, margin=5, gap=3, bounds=(1169, 797))
     assert piece.length < 210 and piece.width < 297
     assert dict(piece.counts) == {"sheet": 11, "spacer": 11}
     lined = sum(p.outline.area() * p.count for p in parts) / (piece.length * piece.width)
@@ -86,18 +86,18 @@ def test_the_paper_s_brake_fits_a_sheet_of_office_paper() -> None:
 
 
 def test_a_part_that_no_stock_holds_is_named() -> None:
-    part = CutPart("sheet", sheet(85, 13, clamped=6, hole=3), 2)
+    part = CutPart("sheet", sheet(85, 13, clamp_length=6, hole=3), 2)
     assert too_large([part], (95, 23), 5) is None
     assert too_large([part], (90, 23), 5) == ("sheet", "length", 5)
     assert too_large([part], (95, 20), 5) == ("sheet", "width", 3)
     with pytest.raises(ValueError, match="larger than the stock"):
         nest([part], stock=(90, 23), margin=5, gap=3)
     # without a stock it gets what it needs
-    (long,) = nest_least([part], margin=5, gap=3, most=(50, 50))
+    (long,) = nest_least([part], margin=5, gap=3, bounds=(50, 50))
     assert (long.length, long.width) == pytest.approx((95, 39))
 
 
 def test_many_sheets_take_a_moment() -> None:
-    part: Outline = sheet(300, 100, clamped=10, hole=3)
+    part: Outline = sheet(300, 100, clamp_length=10, hole=3)
     pieces = nest([CutPart("sheet", part, 3000)], stock=(640, 450), margin=5, gap=3)
     assert len(pieces) == 375

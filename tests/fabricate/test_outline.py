@@ -16,7 +16,7 @@ from layerjam.fabricate.outline import Outline, around, sheet, spacer
 
 
 def test_the_paper_s_sheet_has_the_specification_s_numbers() -> None:
-    part = sheet(85, 13, clamped=6, hole=3)
+    part = sheet(85, 13, clamp_length=6, hole=3)
     assert part.area() == pytest.approx(1097.39491, abs=5e-6)
     assert part.cut_length() == pytest.approx(204.13717, abs=5e-6)
     # 0.0255 g each of 0.254 mm film of 1420 kg/m³, as the specification's table has it
@@ -70,12 +70,12 @@ def test_the_kerf_is_an_exact_offset(part: Outline, kerf: float) -> None:
 
 
 def test_no_kerf_changes_nothing() -> None:
-    part = sheet(85, 13, clamped=6, hole=3)
+    part = sheet(85, 13, clamp_length=6, hole=3)
     assert part.add_kerf(0.0) is part
 
 
 def test_holes_stand_in_a_row_across_the_clamp() -> None:
-    part = sheet(85, 40, clamped=8, hole=3, screws=4)
+    part = sheet(85, 40, clamp_length=8, hole=3, screws=4)
     assert [(h.x, h.y) for h in part.holes] == [(4, -15), (4, -5), (4, 5), (4, 15)]
 
 

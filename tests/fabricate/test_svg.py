@@ -37,7 +37,7 @@ def test_lengths_are_in_mm(part: Outline) -> None:
 
 
 def test_the_picture_is_upright_and_holds_all() -> None:
-    part = sheet(85, 20, clamped=6, hole=3, screws=2).translate(5, 30)
+    part = sheet(85, 20, clamp_length=6, hole=3, screws=2).translate(5, 30)
     part = Outline(**{**vars(part), "holes": part.holes[:1]})
     (hole,) = re.findall(rb'<circle cx="([^"]+)" cy="([^"]+)" r="([^"]+)"', svg([part]))
     x, y, radius = map(float, hole)

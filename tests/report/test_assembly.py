@@ -37,7 +37,7 @@ class Read(NamedTuple):
 
 
 def made(file: BrakeFile = KAPTON, parallel: int = 1, series: int = 1, **build: Any) -> Drawing:
-    chosen = choices(file, given=build)
+    chosen = choices(file, overrides=build)
     return drawing(file, chosen, greatest_force(file.brake), parallel, series)
 
 

@@ -160,7 +160,7 @@ def test_a_table_that_continues_repeats_its_header() -> None:
         title="t", lead="", parts=[Part(id="p", title="P", tables=[table])], footer="f",
         mark="Report 1", more={"date": DAY},
     )  # fmt: skip
-    with pypdfium2.PdfDocument(io.BytesIO(pdf(content.shown(), {}))) as document:
+    with pypdfium2.PdfDocument(io.BytesIO(pdf(content.template_data(), {}))) as document:
         texts = [document[i].get_textpage().get_text_range() for i in range(len(document))]
     with_rows = [text for text in texts if "pull-" in text.replace("\u200b", "")]
     assert len(with_rows) > 1

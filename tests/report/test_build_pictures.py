@@ -112,7 +112,7 @@ def test_every_part_is_seen_where_its_name_points(name: str) -> None:
             if isinstance(label.target, Body):
                 column, row = label.place(shot)
                 assert shot.where(label.target) is not None, (shown, label.words)
-                assert shot.seen(label.target)[int(row), int(column)], (shown, label.words)
+                assert shot.visible_mask(label.target)[int(row), int(column)], (shown, label.words)
 
 
 def test_the_section_states_the_lengths() -> None:

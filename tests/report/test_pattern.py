@@ -30,10 +30,10 @@ def _pages(data: bytes) -> Iterator[list[pypdfium2.PdfPage]]:
 
 def _pieces(count: int, kerf: float, length: float = 85, width: float = 13) -> list[Piece]:
     parts = [
-        CutPart("sheet", sheet(length, width, clamped=6, hole=3).add_kerf(kerf), count),
+        CutPart("sheet", sheet(length, width, clamp_length=6, hole=3).add_kerf(kerf), count),
         CutPart("spacer", spacer(6, width, hole=3).add_kerf(kerf), count),
     ]
-    return nest_least(parts, margin=5, gap=3, most=(1169, 777))
+    return nest_least(parts, margin=5, gap=3, bounds=(1169, 777))
 
 
 def _boxes(page: pypdfium2.PdfPage) -> list[list[float]]:

@@ -135,17 +135,17 @@ def test_numbers_stand_right_although_the_first_is_not_stated() -> None:
         Contribution(what="repeats", basis="one", standard=None, sensitivity=1.0, supply="more"),
         Contribution(what="load cell", basis="limit", standard=0.004, sensitivity=1.0),
     )
-    assert budget_table(Budget(contributions=lines)).shown()["right"] == [
+    assert budget_table(Budget(contributions=lines)).template_data()["right"] == [
         False, False, True, True, True
     ]  # fmt: skip
     part = circumstances([("a.csv", Facts(number="17", load_cell_limit=0.005))])
-    assert part.tables[0].shown()["right"] == [False, False]
+    assert part.tables[0].template_data()["right"] == [False, False]
 
 
 def test_a_page_prints_minus_signs_and_a_space_before_percent() -> None:
     """Sentences of commands have the hyphen of a keyboard; file names and options keep theirs."""
     said = "pull-3.csv: the law is -0.2% off (95 % interval -3.3% to -0.9%); --area -3 mm, ±1.5%"
-    part = Part(id="p", title="P", text=[said]).shown()
+    part = Part(id="p", title="P", text=[said]).template_data()
     assert part["text"] == [
         "pull-3.csv: the law is −0.2 % off (95 % interval −3.3 % to −0.9 %); --area −3 mm, ±1.5 %"
     ]

@@ -226,7 +226,7 @@ def test_the_part_is_opened_and_refuses_in_words():
             pages[0].desk.put("brake", "cutter", "laser")
             await user.should_see("It cannot be built as drawn", retries=100)
             await user.should_see("C15: ")
-            await pages[0].settled()
+            await pages[0].wait_until_idle()
             assert not pages[0].making.button.enabled
 
     asyncio.run(drive())

@@ -166,7 +166,7 @@ def test_the_page_stands_and_follows_its_controls():
             # the same button for another mass sets a third of that one
             page.desk.put("drop", "mass", 0.98)
             await asyncio.sleep(0)
-            await page.settled()
+            await page.wait_until_idle()
             user.find(kind=ui.button, content="3 brakes").click()
             assert page.value("mass") == pytest.approx(0.98 / 3)
 

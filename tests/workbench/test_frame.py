@@ -23,7 +23,7 @@ from layerjam.workbench.charts import POINTS, thin
 from layerjam.workbench.controls import Control, number
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.pages.all import TABS
-from layerjam.workbench.runner import Runner, Stopped
+from layerjam.workbench.runner import ComputationStopped, Runner
 from layerjam.workbench.server import LOCAL, RequestGuard, check_free, is_loopback
 from layerjam.workbench.state import LARGEST, State, from_link, to_link
 
@@ -300,7 +300,7 @@ def test_problems_are_words_and_a_stopped_run_says_so():
         raise QuantityError("slip: 80 mm is beyond\nthe overlap")
 
     def stopped():
-        raise Stopped
+        raise ComputationStopped
 
     scene(refused)
     scene(stopped)
@@ -308,5 +308,5 @@ def test_problems_are_words_and_a_stopped_run_says_so():
     runner = Runner(lambda: None, lambda *_: None, elsewhere)
     runner.tell("fit", 0.5)
     runner.stop()
-    with pytest.raises(Stopped):
+    with pytest.raises(ComputationStopped):
         runner.tell("fit", 0.6)

@@ -26,7 +26,7 @@ from layerjam.workbench.pages import laboratory, laboratory_chain
 from layerjam.workbench.pages import laboratory_files as files_of
 from layerjam.workbench.pages.laboratory_chain import Campaign, Chain, stem_of, taken_roles
 from layerjam.workbench.pages.laboratory_files import practice_files, read_row
-from layerjam.workbench.runner import Stopped
+from layerjam.workbench.runner import ComputationStopped
 from layerjam.workbench.said import check_edit, edits_of, put_edits, sidecar_text
 from layerjam.workbench.uploads import UploadError, Uploads, clean, in_users_toml, is_sidecar
 from workbench.standing import standing
@@ -281,9 +281,9 @@ def test_sampling_is_never_begun_unasked_and_can_be_stopped(campaign):
 
     def stop(what: str, share: float) -> None:
         if what.startswith("calibrate"):
-            raise Stopped
+            raise ComputationStopped
 
-    with pytest.raises(Stopped):
+    with pytest.raises(ComputationStopped):
         chain.run(campaign_of(rows, tab, **asked, tell=stop), "sample")
     assert "stopped" in chain.instead["calibrate"]
     chain.run(campaign_of(rows, tab, **asked))
@@ -299,10 +299,10 @@ def test_a_step_that_was_stopped_takes_those_that_rest_on_it_along(campaign):
 
     def stop(what: str, share: float) -> None:
         if what == "calibrate: drawing":
-            raise Stopped
+            raise ComputationStopped
 
     fewer = [row for row in rows if row is not [r for r in rows if r.role == "calibrate"][-1]]
-    with pytest.raises(Stopped):
+    with pytest.raises(ComputationStopped):
         chain.run(campaign_of(fewer, tab, tell=stop))
     assert list(chain.done) == ["friction", "calibrate"]
     assert chain.done["friction"].call == before[0] and chain.done["calibrate"].call != before[1]

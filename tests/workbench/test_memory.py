@@ -64,7 +64,7 @@ def test_a_tab_that_is_gone_is_let_go_of():
         async with standing(Laboratory) as (user, pages):
             while not (pages and pages[0].built):
                 await asyncio.sleep(0.05)
-            await pages[0].settled()
+            await pages[0].wait_until_idle()
             seen = weakref.ref(pages.pop().desk)
             assert seen() is not None
             settle()

@@ -152,11 +152,11 @@ def test_pin_drag_unpin_and_undo_on_the_page():
             assert page.desk.state.pins == ()
             page.desk.undo()
             assert len(page.desk.state.pins) == 1
-            await page.settled()
+            await page.wait_until_idle()
             for k in range(MAX_PINS + 2):
                 page.desk.put("pull", "vacuum", 20e3 + 1e3 * k)
                 await asyncio.sleep(0)
-                await page.settled()
+                await page.wait_until_idle()
                 page.panel.pin()
             assert len(page.desk.state.pins) == MAX_PINS
 

@@ -139,7 +139,7 @@ def test_the_button_is_there_with_the_band_and_pins_it():
             assert BAND in pin.options
             page.desk.put("pull", "vacuum", 50e3)
             await user.should_see("94.5 kPa", retries=100)
-            await page.settled()
+            await page.wait_until_idle()
             assert sum("areaStyle" in s for s in page.panel.chart.options["series"]) == 2
 
     asyncio.run(use())

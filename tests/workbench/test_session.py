@@ -116,7 +116,7 @@ def test_a_dropped_session_is_opened_and_another_json_is_not():
                     break
                 await asyncio.sleep(0.02)
             assert page.desk.state == STATE
-            await page.settled()
+            await page.wait_until_idle()
             (pinned,) = page.panel.shown.pins
             assert pinned.answer.call.subjects[0].name == PTFE
 

@@ -50,7 +50,7 @@ async def stop_during(user, page, held, change) -> None:
     await user.should_see(kind=ui.button, content="Stop", retries=100)
     user.find(kind=ui.button, content="Stop").click()
     held["released"].set()
-    await page.settled()
+    await page.wait_until_idle()
     held["armed"].clear()
 
 
@@ -81,7 +81,7 @@ def test_figure_python_and_pin_are_one(
         async with standing(kind, link) as (user, pages):
             await user.should_see(seen, retries=600)
             page = pages[-1]
-            await page.settled()
+            await page.wait_until_idle()
             shown, drawn = page.panel.shown, page.panel.chart.options["series"]
             await stop_during(user, page, held, lambda: page.desk.put(kind.name, key, value))
             await user.should_see("stopped", retries=100)
@@ -102,11 +102,11 @@ def test_figure_python_and_pin_are_one(
             (pin,) = page.desk.state.pins
             assert pin.options.items() >= before.items()
             assert call_of(pin) == shown.call
-            await page.settled()
+            await page.wait_until_idle()
             # and with the next computation all of them follow
             page.refresh()
             await asyncio.sleep(0)
-            await page.settled()
+            await page.wait_until_idle()
             assert page.panel.shown.call.options[key] != before.get(key)
 
     asyncio.run(use())

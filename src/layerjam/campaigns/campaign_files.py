@@ -80,7 +80,7 @@ def write_campaign(
     }
     texts |= {brake_of(s): s.copied for s in campaign.subjects if s.copied}
     paths: dict[int, Path] = {}
-    samples, interrupted = 0, False
+    samples, was_interrupted = 0, False
     try:
         for name, text in texts.items():
             write_whole(folder / name, text, overwrite)
@@ -89,13 +89,13 @@ def write_campaign(
             samples += len(trace)
             tell("writing files", len(paths) / len(campaign.tests))
     except KeyboardInterrupt:
-        interrupted = True
+        was_interrupted = True
     names = {name_of(campaign, t) for t in campaign.tests}
     names |= {f"{name}.toml" for name in names} | {*texts}
     strangers = sum(1 for p in folder.iterdir() if p.name not in names)
     files = tuple(paths[n] for n in sorted(paths))
     return CampaignFiles(
-        folder=folder, files=files, samples=samples, stopped=interrupted, strangers=strangers
+        folder=folder, files=files, samples=samples, stopped=was_interrupted, strangers=strangers
     )
 
 

@@ -89,8 +89,10 @@ class Commands(TyperGroup):
                 with formatter.section(title):
                     _list(formatter, members, wide)
         words = f"layerjam {self.first}".rstrip()
-        more = len(self._names()) - len(entries)
-        others = f" layerjam help all lists the other {more} commands." if more else ""
+        hidden_count = len(self._names()) - len(entries)
+        others = (
+            f" layerjam help all lists the other {hidden_count} commands." if hidden_count else ""
+        )
         formatter.write_paragraph()
         formatter.write_text(f"{words} COMMAND --help explains a command.{others}")
 
@@ -257,8 +259,8 @@ def _with_split_quantity(message: str, words: Sequence[str]) -> str:
     for option, number, unit in zip(words, words[1:], words[2:], strict=False):
         typed = option.startswith("-") and number.replace(".", "", 1).isdigit()
         if typed and any(unit in units for units in FACTORS.values()):
-            joined = f'{option} {number}{unit} or {option} "{number} {unit}"'
-            return f"{option} {number} {unit}: write number and unit as one word: {joined}"
+            remedy = f'{option} {number}{unit} or {option} "{number} {unit}"'
+            return f"{option} {number} {unit}: write number and unit as one word: {remedy}"
     return message
 
 

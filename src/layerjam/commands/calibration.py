@@ -255,8 +255,8 @@ def calibrate(
     traces = [t for t, _, _ in used]
     source = made_from(brake, traces)
     verdict = judge(fit.checks, accept, list(fit.sources), out)
-    record = {"excluded": exclusions, "files": source["files"], "accepted": verdict.decisions}
-    text = bound(calibrated_text, brake, fit, depth, **record)
+    facts = {"exclusions": exclusions, "files": source["files"], "acceptances": verdict.decisions}
+    text = bound(calibrated_text, brake, fit, depth, **facts)
     path, notices = write_brake(out, text, overwrite, bool(refusals), partial, verdict)
     return BrakeCalibration.of(
         fit.values,

@@ -176,6 +176,6 @@ def crash(
         reduction,
         log,
         judge(crash_checks(reduction), accept),
-        warnings=[*warnings, *log.said, *reduction.warnings, *_crash_notices(falling, hic)],
+        warnings=[*warnings, *log.notices, *reduction.warnings, *_crash_notices(falling, hic)],
         record=reduction,
     )

@@ -220,7 +220,7 @@ def _write(
     """Write the changed brake; its path, and that its scale factor belongs to the old enclosure."""
     if brake is None:
         return None, []
-    text = bound(updated_text, brake, changes=changes, accepted=verdict.decisions)
+    text = bound(updated_text, brake, changes=changes, acceptances=verdict.decisions)
     path, notices = write_brake(out, text, overwrite, refused, partial, verdict)
     factor = brake.brake.scale_factor
     if path and factor != 1.0:

@@ -89,7 +89,7 @@ def read_pressure(
     around = Site().atmosphere if atmosphere is None else atmosphere
     log = read_log(file, [TIME, PRESSURE, *[TEMPERATURE] * warm], options)
     kind, says = log.pressure_reference(options.reading)
-    sentences: list[str] = [*log.said]
+    sentences: list[str] = [*log.notices]
     if says not in (None, kind):
         sentences.append(f"{log.name}: its column says {says}; --reading {kind} counts")
     value = log["pressure"] - (zero or 0.0)

@@ -110,7 +110,7 @@ def publish(
     to be replaced with `overwrite`.
     """
     from layerjam.commands.publishing import write
-    from layerjam.dataset.people import Stated, author_of
+    from layerjam.dataset.people import Statements, author_of
 
     with MissingExtraError.raise_if_missing("a published dataset (pypdfium2)", "publish"):
         import pypdfium2  # noqa: F401
@@ -123,7 +123,7 @@ def publish(
         accept=accept,
         options=options,
     )
-    facts = Stated(
+    facts = Statements(
         name=title or f"Tests of a layer-jamming brake: {Path(campaign).resolve().name}",
         licence=licence,
         authors=[author_of(text) for text in ([author] if isinstance(author, str) else author)],

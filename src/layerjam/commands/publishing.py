@@ -16,7 +16,7 @@ from layerjam.commands.report import HowTested
 from layerjam.dataset import campaign as campaigns
 from layerjam.dataset import checksums
 from layerjam.dataset.crate import BRAKE, LINE, METADATA, RAW, REPORT, RESULTS
-from layerjam.dataset.people import Stated
+from layerjam.dataset.people import Statements
 from layerjam.dataset.recipe import RECIPE, Recipe, versions
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FileError, Notice
@@ -36,7 +36,7 @@ def write(
     line: str | Path | None,
     measurements: Measurements,
     methods: HowTested,
-    statements: Stated,
+    statements: Statements,
     overwrite: bool,
     tell: Progress,
 ) -> tuple[BrakeFile, dict[str, Any]]:
@@ -115,7 +115,7 @@ def _derive(
     campaign: campaigns.Campaign,
     uses: Measurements,
     methods: HowTested,
-    statements: Stated,
+    statements: Statements,
     tell: Progress,
 ) -> "tuple[Recipe, BrakeReport]":
     """Everything that follows from the raw files, written beside them."""
@@ -137,7 +137,9 @@ def _derive(
     recipe, content = derive(staging, recipe, staging, tell)
     description = describe(staging, checksums.inside(staging), recipe, statements, content)
     write_files(staging, {METADATA: description})
-    write_files(staging, {checksums.NAME: checksums.written(staging, checksums.inside(staging))})
+    write_files(
+        staging, {checksums.NAME: checksums.format_checksums(staging, checksums.inside(staging))}
+    )
     return recipe, content
 
 

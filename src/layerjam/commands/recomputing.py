@@ -93,7 +93,7 @@ def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
     """
     with open_root(source) as root, tempfile.TemporaryDirectory(prefix="layerjam-again-") as folder:
         recipe, (checksums_listed, strange) = read_recipe(root), checksums.read(root)
-        changed_files = checksums.changed(root, checksums_listed)
+        changed_files = checksums.find_changed(root, checksums_listed)
         names_left = {checksums.NAME, *((METADATA,) if recipe.format < FORMAT else ())}
         added_files = [
             n for n in checksums.everything(root) if n not in {*checksums_listed, *names_left}

@@ -31,7 +31,7 @@ from layerjam.report.folder import plain
 from layerjam.verdict import Check, Verdict, judge, key_of, remaining
 
 if TYPE_CHECKING:
-    from layerjam.report.brake_files import Written
+    from layerjam.report.brake_files import ReportFiles
     from layerjam.report.brake_report import BrakeReport
 
 
@@ -257,7 +257,7 @@ def stages(
     return content
 
 
-def _result(content: BrakeReport, files: Written | None) -> Report:
+def _result(content: BrakeReport, files: ReportFiles | None) -> Report:
     """Paths of the files, and the keys of each stage (None for a stage that was omitted)."""
     warnings: list[str] = [w for notices in content.warnings.values() for w in notices]
     if content.synthetic:
@@ -320,9 +320,9 @@ def _calibration(work: _Work, files: Sequence[Measured], exclusions: LeftOut) ->
         fit,
         work.how.depth,
         file.name,
-        excluded=stage.excluded,
+        exclusions=stage.excluded,
         files=stage.made_from["files"],
-        accepted=verdict.decisions,
+        acceptances=verdict.decisions,
         date=work.report.date,
     )
     work.take_over(BrakeFile.read(text, file.name))

@@ -76,9 +76,9 @@ class Result:
     def of(cls, *known: object, **given: Any) -> Self:
         """The result with what is `given`, its other keys from `known` by their names.
 
-        Each of `known` is a record, a mapping, `add_prefix(...)`, or None; the first that has a name
-        counts. A float that is not finite becomes None, which is not known, and so does what nobody
-        has where it may be None. Raises TypeError for a key without value or default.
+        Each of `known` is a record, a mapping, `add_prefix(...)`, or None; the first that has a
+        name counts. A float that is not finite becomes None, which is not known, and so does what
+        nobody has where it may be None. Raises TypeError for a key without value or default.
         """
         for f in cls.keys():  # noqa: SIM118
             value = value_of(f.name, (given, *known))

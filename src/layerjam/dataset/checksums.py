@@ -21,7 +21,7 @@ def everything(folder: Path) -> list[str]:
     return sorted(p.relative_to(folder).as_posix() for p in paths)
 
 
-def written(folder: Path, names: Iterable[str]) -> str:
+def format_checksums(folder: Path, names: Iterable[str]) -> str:
     """Return the list for some files of a folder."""
     return "".join(f"{sha256(folder / name)}  {name}\n" for name in names)
 
@@ -47,7 +47,7 @@ def read(folder: Path) -> tuple[dict[str, str], list[tuple[int, str]]]:
     return digests, strange
 
 
-def changed(folder: Path, digests: Mapping[str, str]) -> list[str]:
+def find_changed(folder: Path, digests: Mapping[str, str]) -> list[str]:
     """Return the files that are missing, or whose digest differs from the list."""
     return sorted(
         name

@@ -7,7 +7,7 @@ from urllib.parse import quote
 
 from layerjam._version import __version__
 from layerjam.dataset import checksums
-from layerjam.dataset.people import SPDX, Stated
+from layerjam.dataset.people import SPDX, Statements
 from layerjam.dataset.recipe import RECIPE, Recipe
 from layerjam.errors import count_of
 from layerjam.identify.provenance import sha256
@@ -35,10 +35,14 @@ CONTEXT = ["https://w3id.org/ro/crate/1.1/context", {"sha256": "https://schema.o
 
 
 def readme(
-    recipe: Recipe, stated: Stated, brake: str, synthetic: bool, entries: Iterable[Acceptance]
+    recipe: Recipe,
+    statements: Statements,
+    brake: str,
+    synthetic: bool,
+    entries: Iterable[Acceptance],
 ) -> str:
     """Return README.md for a reader who does not know the dataset; `brake` is the brake's name."""
-    lines = [f"# {stated.name}", ""]
+    lines = [f"# {statements.name}", ""]
     if synthetic:
         lines += ["**Synthetic**: files here were written by a program, not measured.", ""]
     for entry in entries:
@@ -58,7 +62,7 @@ def readme(
         f'    pip install "layerjam[publish]=={recipe.versions["layerjam"]}"',
         "    layerjam recompute .",
         "",
-        f"Licence: {stated.licence or NO_LICENCE}",
+        f"Licence: {statements.licence or NO_LICENCE}",
         "",
     ]
     return "\n".join(lines)
@@ -77,23 +81,23 @@ def metadata(
     folder: Path,
     files: Iterable[str],
     recipe: Recipe,
-    stated: Stated,
+    statements: Statements,
     brake: str,
     synthetic: bool,
 ) -> dict[str, Any]:
     """Return ro-crate-metadata.json for files of a folder; `brake` is the brake's name."""
     names = sorted({*files, checksums.NAME} - {METADATA})
     kind = "Synthetic tests" if synthetic else "Tests"
-    people = [{"@id": p.id, "@type": "Person", "name": p.name} for p in stated.authors]
+    people = [{"@id": p.id, "@type": "Person", "name": p.name} for p in statements.authors]
     root: dict[str, Any] = {
         "@id": "./",
         "@type": "Dataset",
-        "name": stated.name,
+        "name": statements.name,
         "description": f"{kind} of the layer-jamming brake {brake}: {_counts(recipe)}, with all "
         "that was computed from them.",
-        "datePublished": stated.date,
+        "datePublished": statements.date,
         "keywords": "layer jamming, soft robotics, friction, brake",
-        "license": NO_LICENCE if stated.licence is None else {"@id": SPDX + stated.licence},
+        "license": NO_LICENCE if statements.licence is None else {"@id": SPDX + statements.licence},
         "hasPart": _references(map(address, names)),
         "mentions": {"@id": "#computed"},
     }
@@ -105,8 +109,8 @@ def metadata(
         root,
         *(_file_entry(folder, name) for name in names),
         *people,
-        *_licence(stated),
-        *_computation(recipe, stated, names),
+        *_licence(statements),
+        *_computation(recipe, statements, names),
     ]
     return {"@context": CONTEXT, "@graph": graph}
 
@@ -120,8 +124,8 @@ def address(name: str) -> str:
     return quote(name)
 
 
-def _licence(stated: Stated) -> list[dict[str, str]]:
-    name = stated.licence
+def _licence(statements: Statements) -> list[dict[str, str]]:
+    name = statements.licence
     if name is None:
         return []
     return [{"@id": SPDX + name, "@type": "CreativeWork", "name": name, "identifier": name}]
@@ -141,7 +145,9 @@ def _file_entry(folder: Path, name: str) -> dict[str, str]:
     return entry | {"contentSize": size, "sha256": sha256(path)}
 
 
-def _computation(recipe: Recipe, stated: Stated, names: Sequence[str]) -> list[Mapping[str, Any]]:
+def _computation(
+    recipe: Recipe, statements: Statements, names: Sequence[str]
+) -> list[Mapping[str, Any]]:
     """Return the computation: its raw files, its results, and the programs."""
     others = ", ".join(f"{k} {v}" for k, v in recipe.versions.items() if k != "layerjam")
     raw = [recipe.brake, *recipe.friction, *recipe.calibrate, *recipe.validate]
@@ -158,7 +164,7 @@ def _computation(recipe: Recipe, stated: Stated, names: Sequence[str]) -> list[M
         "@id": "#computed",
         "@type": "CreateAction",
         "name": "friction, calibration and validation from the raw files",
-        "endTime": stated.date,
+        "endTime": statements.date,
         "instrument": {"@id": program["@id"]},
         "object": _references(map(address, raw)),
         "result": _references(results),

@@ -42,7 +42,7 @@ class Author:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stated:
+class Statements:
     """Statements of the user about a dataset: name, SPDX licence, authors, and day (ISO)."""
 
     name: str

@@ -25,12 +25,12 @@ def design_file(
     point: Point,
     values: Mapping[str, Any],
     name: str,
-    accepted: Sequence[Acceptance] = (),
+    acceptances: Sequence[Acceptance] = (),
 ) -> BrakeFile:
     """Return one brake of a design, read back from its own text.
 
-    `values` are the design in words. `accepted` are the failed checks of the design that somebody
-    accepted. Acceptances of the base brake stay if its numbers stay.
+    `values` are the design in words. `acceptances` are the failed checks of the design that
+    somebody accepted. Acceptances of the base brake stay if its numbers stay.
     """
     base, brake = spec.brake, design_brake(spec, point)
     film = str(values["film"])
@@ -51,14 +51,14 @@ def design_file(
     making, making_sources = _making(film, base)
     changes = {path for path, source in sources.items() if source != base.sources.get(path)}
     earlier = remaining(base.accepted, changes - {*CARRIED})
-    retained = [entry for entry in earlier if entry not in accepted]
+    earlier_kept = [entry for entry in earlier if entry not in acceptances]
     file = BrakeFile(
         name=name,
         brake=brake,
         making=making,
         sources=sources | making_sources,
         text="",
-        accepted=(*retained, *accepted),
+        accepted=(*earlier_kept, *acceptances),
         title=f"{spec.name}, designed from {base.name}",
     )
     return BrakeFile.read(file.render(name), name)

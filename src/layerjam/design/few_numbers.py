@@ -60,7 +60,7 @@ Number = str | float
 
 def hold(
     brake: BrakeFile,
-    called: str,
+    brake_name: str,
     *,
     force: Number,
     mass: Number,
@@ -74,8 +74,8 @@ def hold(
 ) -> DesignRequest:
     """Return the request for a brake that resists `force` at most at `vacuum`, light if `mass`.
 
-    `called` is the name of the base brake in the request, `when` a key of FORCES and `prefer` one
-    of PREFERENCES; the slip is at least `travel`. Raises QuantityError for numbers out of
+    `brake_name` is the name of the base brake in the request, `when` a key of FORCES and `prefer`
+    one of PREFERENCES; the slip is at least `travel`. Raises QuantityError for numbers out of
     bounds, a length that the brake's free and clamped parts alone use up, or a stress margin if the
     film's strength is not known.
     """
@@ -95,14 +95,14 @@ def hold(
     return DesignRequest(
         name=plain_name(f"hold-{force_text}".replace(" ", "")),
         title=f"Hold {force_text} with little mass",
-        brake=called,
+        brake=brake_name,
         constraints=(
             Constraint(FORCES[when], False, values["force"]),
             *limits,
             *_margin(brake, values["stress_margin"]),
         ),
         objectives=(PREFERENCES[prefer],),
-        film=_films(called),
+        film=_films(brake_name),
         vary={
             "count": Range(3, 61, 2),
             "width": _range(values["width"] / 4, values["width"]),
@@ -115,7 +115,7 @@ def hold(
 
 def stop(
     brake: BrakeFile,
-    called: str,
+    brake_name: str,
     *,
     mass: Number,
     speed: Number,
@@ -147,14 +147,14 @@ def stop(
         name="stop",
         title=f"Stop {texts['mass']} from {texts['speed']} within {texts['travel']} of slip and "
         f"below {texts['force']}",
-        brake=called,
+        brake=brake_name,
         constraints=(
             *(Constraint(name, True, value) for name, value in most.items()),
             *_margin(brake, margin),
         ),
         objectives=(PREFERENCES[prefer],),
         stop=StopRequirement(**values, horizontal=True),
-        film=_films(called),
+        film=_films(brake_name),
         vary={
             "count": Range(5, 37, 4),
             "width": tuple(sorted({float(f"{min(w, most.get('width', w)):.12g}") for w in widths})),

@@ -39,8 +39,10 @@ def robustness(spec: DesignSpecification, point: Point) -> dict[str, Chance]:
         static=log_normal(shares[0], float(film.static), scatter.static * float(film.static)),
         kinetic=log_normal(shares[1], float(film.kinetic), scatter.kinetic * float(film.kinetic)),
     )
-    point, given = point._replace(stock=film_samples), spec.evaluation
-    out = all_merits(point, given.base, given.stick_slip, given.stop, spec.grid.most_in_row)
+    point, evaluation = point._replace(stock=film_samples), spec.evaluation
+    out = all_merits(
+        point, evaluation.base, evaluation.stick_slip, evaluation.stop, spec.grid.most_in_row
+    )
     all_hold = np.ones(scatter.samples, bool)
     chances: dict[str, Chance] = {}
     for c in spec.constraints:
@@ -62,6 +64,6 @@ def _share(holds: Any) -> tuple[float, float]:
 
 def _range(value: Any) -> tuple[float, float]:
     # without a stop the slip is not finite: it counts as beyond every limit
-    ordered = np.sort(np.where(np.isnan(value), np.inf, value))
-    low, high = (float(ordered[int(part * len(ordered))]) for part in (0.05, 0.95))
+    samples = np.sort(np.where(np.isnan(value), np.inf, value))
+    low, high = (float(samples[int(part * len(samples))]) for part in (0.05, 0.95))
     return (low if math.isfinite(low) else math.nan, high if math.isfinite(high) else math.nan)

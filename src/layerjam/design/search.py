@@ -218,12 +218,14 @@ class Search:
     def sum(self, parts: Iterable[SweepResult]) -> SweepResult:
         """Return the sum of several runs, in their order."""
         columns = zip(*(vars(part).values() for part in parts), strict=True)
-        examined, built, feasible, failed, low, high, numbers, quantities = columns
+        examined_counts, built_counts, feasible, failed_counts, low, high, numbers, quantities = (
+            columns
+        )
         run = SweepResult(
-            examined=sum(examined),
-            built=sum(built),
+            examined=sum(examined_counts),
+            built=sum(built_counts),
             feasible=sum(feasible),
-            failed=np.sum(failed, axis=0),
+            failed=np.sum(failed_counts, axis=0),
             low=np.min(low, axis=0),
             high=np.max(high, axis=0),
             numbers=np.concatenate(numbers),
@@ -303,25 +305,25 @@ def _front_kernel() -> Any:
     @numba.njit(nogil=True, cache=False)  # type: ignore[untyped-decorator]
     def kept_of(costs):  # type: ignore[no-untyped-def]
         rows, objectives = costs.shape
-        kept = np.empty(rows, np.int64)
-        held = 0
+        front = np.empty(rows, np.int64)
+        count = 0
         for i in range(rows):
             beaten = False
-            for j in range(held):
-                other = kept[j]
+            for j in range(count):
+                rival = front[j]
                 worse = True
                 for k in range(objectives):
-                    if costs[other, k] > costs[i, k]:
+                    if costs[rival, k] > costs[i, k]:
                         worse = False
                         break
                 if worse:
                     beaten = True
                     # what beats one often beats the next
-                    kept[j], kept[j // 2] = kept[j // 2], kept[j]
+                    front[j], front[j // 2] = front[j // 2], front[j]
                     break
             if not beaten:
-                kept[held] = i
-                held += 1
-        return kept[:held]
+                front[count] = i
+                count += 1
+        return front[:count]
 
     return kept_of

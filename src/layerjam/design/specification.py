@@ -27,7 +27,7 @@ from layerjam.device.workshop import FilmCutting
 from layerjam.errors import QuantityError, UnknownNameError
 from layerjam.fluid.file import LineFile, lines, load_line
 from layerjam.toml_files.reader import DESCRIBING, Reader
-from layerjam.toml_files.shipped import shipped, text_of
+from layerjam.toml_files.shipped import shipped_files, text_of
 from layerjam.toml_files.toml import parse_toml
 from layerjam.toml_files.values import entries
 from layerjam.units import show
@@ -38,7 +38,7 @@ F = TypeVar("F", bound=BrakeFile | LineFile)
 
 def examples() -> dict[str, str]:
     """Return {name: TOML text} of the specifications that come with the program."""
-    return shipped("layerjam.design", "examples")
+    return shipped_files("layerjam.design", "examples")
 
 
 def load_spec(spec: str | Path) -> DesignSpecification:
@@ -50,16 +50,16 @@ def load_spec(spec: str | Path) -> DesignSpecification:
 
 
 def read_spec(
-    text: str, path: object, beside: Mapping[str, BrakeFile | LineFile] | None = None
+    text: str, path: object, records: Mapping[str, BrakeFile | LineFile] | None = None
 ) -> DesignSpecification:
     """Return a specification from TOML text; raises FileError with file and line.
 
-    With `beside` no file is opened: names refer to these records or to the catalogue.
+    With `records` no file is opened: names refer to these records or to the catalogue.
     """
     reader = reader_of(text, path)
     request = read_request(reader)
     with reader.locate_errors():
-        return specification(request, FileFinder(Path(str(path)).parent, beside), text)
+        return specification(request, FileFinder(Path(str(path)).parent, records), text)
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class FileFinder:
     """
 
     folder: Path = Path()
-    beside: Mapping[str, BrakeFile | LineFile] | None = None
+    records: Mapping[str, BrakeFile | LineFile] | None = None
 
     def brake(self, name: str, quantity: str = "brake") -> BrakeFile:
         """Return the brake of this name; UnknownNameError names `quantity`."""
@@ -88,14 +88,14 @@ class FileFinder:
         names: Sequence[str],
         kind: type[F],
     ) -> F:
-        beside = self.beside
-        if beside is not None:
-            record = beside.get(name)
+        records = self.records
+        if records is not None:
+            record = records.get(name)
             if isinstance(record, kind):
                 return record
             if name not in names:
                 word = "line" if quantity == "line" else "brake"
-                raise UnknownNameError(word, name, [*beside, *names], quantity=name)
+                raise UnknownNameError(word, name, [*records, *names], quantity=name)
             return reader(name)
         path = self.folder / name
         try:

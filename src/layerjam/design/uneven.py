@@ -11,17 +11,17 @@ WITH_FACTOR = ("max_force", "holding_force", "force_density", "energy_capacity",
 
 def uneven(files: Sequence[BrakeFile]) -> list[Notice]:
     """Return a notice if some of the compared brakes are calibrated and some are not."""
-    with_pulls, uncalibrated = (
+    with_pulls, without_pulls = (
         list(dict.fromkeys(f.name for f in files if f.calibrated is is_so))
         for is_so in (True, False)
     )
-    if not (with_pulls and uncalibrated):
+    if not (with_pulls and without_pulls):
         return []
-    is_single = len(uncalibrated) == 1
+    is_single = len(without_pulls) == 1
     return [
         Notice(
             f"{', '.join(with_pulls)} {'is' if len(with_pulls) == 1 else 'are'} calibrated, "
-            f"{', '.join(uncalibrated)} {'is' if is_single else 'are'} not: the forces of "
+            f"{', '.join(without_pulls)} {'is' if is_single else 'are'} not: the forces of "
             f"{'that brake' if is_single else 'those brakes'} rest on a scale factor that no pull "
             "gave (the paper's two are 0.875 and 1.24), so differences of some 20 % mean nothing",
             "calibrated-with-uncalibrated",

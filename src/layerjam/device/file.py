@@ -16,7 +16,7 @@ from layerjam.device.workshop import FilmCutting, Making, check_build
 from layerjam.errors import Notice, QuantityError, UnknownNameError
 from layerjam.toml_files.changes import RecordFile, paths_of, values_of
 from layerjam.toml_files.reader import DESCRIBING, Reader
-from layerjam.toml_files.shipped import shipped
+from layerjam.toml_files.shipped import shipped_files
 from layerjam.toml_files.source import Source
 from layerjam.toml_files.toml import parse_toml
 from layerjam.toml_files.values import Entry, entries
@@ -179,7 +179,9 @@ def _check_effects(brake: Brake) -> None:
 
 def materials() -> dict[str, dict[str, str]]:
     """Return {"films": {name: TOML text}, "silicones": ...} of the catalogue."""
-    return {folder: shipped("layerjam.device", "catalogue", folder) for folder in _USE.values()}
+    return {
+        folder: shipped_files("layerjam.device", "catalogue", folder) for folder in _USE.values()
+    }
 
 
 def film_cutting(use: str) -> tuple[FilmCutting, Mapping[str, Source]]:
@@ -221,12 +223,12 @@ def updated_text(
     name: str,
     changes: Mapping[str, tuple[float, Source] | None],
     made_by: Mapping[str, Any] | None = None,
-    accepted: Sequence[Acceptance] = (),
+    acceptances: Sequence[Acceptance] = (),
 ) -> str:
     """Return the file's text with a new name and some values changed; all else stays.
 
     `made_by` becomes the [made_by] table, which only describes; it gets the digest of the file that
-    was changed. `accepted` are the failed checks that somebody accepted.
+    was changed. `acceptances` are the failed checks that somebody accepted.
     """
     _check_effects(file.brake)
     if made_by is not None:
@@ -236,5 +238,5 @@ def updated_text(
     if held and "scale_factor" in changes and file.brake.mount.spacers is None:
         edits["amplification_held"] = None  # it belonged to the old one
     return update_text(
-        file.text, file.fields, edits, name=name, tables={"made_by": made_by}, new=accepted
+        file.text, file.fields, edits, name=name, tables={"made_by": made_by}, new=acceptances
     )

@@ -112,15 +112,15 @@ def uniaxial_stress(strain: Any, rubber: Hyperelastic, xp: Any) -> Any:
     `xp` is the library that computes it: NumPy or JAX's.
     """
     stretch, shear = 1 + strain, 0.0
-    over = strain**2 * (stretch + 2) / stretch
-    for coefficient, by in (
+    excess = strain**2 * (stretch + 2) / stretch
+    for coefficient, term in (
         (rubber.c10, 1.0),
         (rubber.c01, 1 / stretch),
-        (rubber.c20, 2 * over),
-        (rubber.c30, 3 * over**2),
+        (rubber.c20, 2 * excess),
+        (rubber.c30, 3 * excess**2),
     ):
         if coefficient is not None:
-            shear = shear + coefficient * by
+            shear = shear + coefficient * term
     total = 2 * strain * (stretch**2 + stretch + 1) / stretch**2 * shear
     log = xp.log1p(strain)
     for mu, alpha in ogden_terms(rubber):

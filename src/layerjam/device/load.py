@@ -13,7 +13,7 @@ from layerjam.device.brake import Brake, validate
 from layerjam.device.file import BrakeFile, materials
 from layerjam.errors import FileError
 from layerjam.system import check_name, report_failure
-from layerjam.toml_files.shipped import shipped, text_of
+from layerjam.toml_files.shipped import shipped_files, text_of
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -22,7 +22,7 @@ READING = "-eq9"
 
 
 def _texts() -> dict[str, str]:
-    return shipped("layerjam.device", "catalogue", "brakes")
+    return shipped_files("layerjam.device", "catalogue", "brakes")
 
 
 def catalogue() -> list[str]:

@@ -29,12 +29,12 @@ def cap(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
         *_neck(lengths, build, back_depth),
         *_head(lengths, build, end),
     ]
-    raised, half = lengths.air_axis, lengths.head / 2
+    axis_height, half = lengths.air_axis, lengths.head / 2
     bore = mm(build.air_bore)
     free = mm(build.back) + neck + lengths.port_length / 2
     prisms += [
-        cut("x", -port, -side.tray, Ellipse.circle((0, raised), bore)),
-        cut("y", 0, half, Ellipse.circle((raised, -port), lengths.port)),
+        cut("x", -port, -side.tray, Ellipse.circle((0, axis_height), bore)),
+        cut("y", 0, half, Ellipse.circle((axis_height, -port), lengths.port)),
     ]
     return solid(name, prisms, crossing(bore / 2, lengths.port / 2, free))
 
@@ -58,14 +58,14 @@ def _tray(lengths: Lengths, build: Build, side: Side) -> Iterator[Prism]:
         yield cut("z", ceiling, -lengths.stack / 2, hole)
 
 
-def _neck(lengths: Lengths, build: Build, back: float) -> Iterator[Prism]:
+def _neck(lengths: Lengths, build: Build, back_wall: float) -> Iterator[Prism]:
     """Yield the round neck that the cable tie closes: two collars and a groove between them."""
     length, slot, depth = mm(build.neck_length), mm(build.tie_slot), mm(build.tie_depth)
     a, b = lengths.neck_a, lengths.neck_b
-    first, last = -back - (length + slot) / 2, -back - (length - slot) / 2
-    yield add("x", -back - length, first, Ellipse((0, 0), a, b))
+    first, last = -back_wall - (length + slot) / 2, -back_wall - (length - slot) / 2
+    yield add("x", -back_wall - length, first, Ellipse((0, 0), a, b))
     yield add("x", first, last, Ellipse((0, 0), a - depth, b - depth))
-    yield add("x", last, -back, Ellipse((0, 0), a, b))
+    yield add("x", last, -back_wall, Ellipse((0, 0), a, b))
 
 
 def _head(lengths: Lengths, build: Build, end: float) -> Iterator[Prism]:
@@ -100,11 +100,11 @@ def plate(lengths: Lengths, build: Build, side: Side, name: str) -> Solid:
     """Return the clamp plate of one side, open at front and back above its screws."""
     fit, thread = mm(build.fit), lengths.thread
     low, high = lengths.stack / 2, lengths.stack / 2 + lengths.plate_height
-    half, back = lengths.slot / 2 - fit, -(side.tray - fit)
-    prisms = [add("x", back, 0, Box((-half, low), (half, high)))]
+    half, depth = lengths.slot / 2 - fit, -(side.tray - fit)
+    prisms = [add("x", depth, 0, Box((-half, low), (half, high)))]
     head, floor = thread.head + fit, low + lengths.floor
     for y in screw_places(lengths, side):
-        prisms.append(cut("x", back, 0, Box((y - head / 2, floor), (y + head / 2, high))))
+        prisms.append(cut("x", depth, 0, Box((y - head / 2, floor), (y + head / 2, high))))
         hole = Ellipse.circle((-side.clamped / 2, y), thread.clearance)
         prisms.append(cut("z", low, floor, hole))
     return solid(name, prisms)

@@ -390,9 +390,10 @@ def mass_checks(brake: Brake, rows: Sequence[MassRow]) -> Iterator[Check]:
         ("sheets", sheets, brake.sheets.count * sheet_mass(brake)),
         ("enclosure from cap to cap", row_of["enclosure, cap to cap"].mass, enclosure_mass(brake)),
     )
-    for (part, drawn, model), bound in zip(pairs, (MASS_BOUND, *[PART_BOUND] * 2), strict=True):
-        error = drawn / model - 1
-        text = f"{part}: {show(drawn, 'kg')} as drawn, {error:+.1%} against {show(model, 'kg')} of "
+    for (part, part_mass, model), bound in zip(pairs, (MASS_BOUND, *[PART_BOUND] * 2), strict=True):
+        error = part_mass / model - 1
+        text = f"{part}: {show(part_mass, 'kg')} as drawn, {error:+.1%} against "
+        text += f"{show(model, 'kg')} of "
         yield Check(
             code="C14",
             key=f"mass-{part.split()[0]}",

@@ -46,12 +46,12 @@ class Choices:
 
 
 def choices(
-    file: BrakeFile, workshop: str | Path | None = None, given: Mapping[str, Any] | None = None
+    file: BrakeFile, workshop: str | Path | None = None, overrides: Mapping[str, Any] | None = None
 ) -> Choices:
     """Return the choices of the command, else of the brake's file, else of a workshop.
 
-    `workshop` is the path of a TOML file with a table [build]; `given` maps keys of [build] to SI
-    values. Raises FileError or QuantityError for values out of bounds or in conflict.
+    `workshop` is the path of a TOML file with a table [build]; `overrides` maps keys of [build] to
+    SI values. Raises FileError or QuantityError for values out of bounds or in conflict.
     """
     values: dict[str, Any] = {}
     sources: dict[str, Source] = {}
@@ -66,7 +66,7 @@ def choices(
         if path in _BUILD:
             values[path] = getattr(file.making.build, path.removeprefix("build."))
             sources[path] = source
-    for name, value in (given or {}).items():
+    for name, value in (overrides or {}).items():
         if value is not None:
             values[f"build.{name}"] = value
             sources[f"build.{name}"] = TYPED

@@ -60,14 +60,14 @@ class Drawing:
     accepted: Sequence[Acceptance] = ()
     """Failed checks of the brake's file and of the build that somebody accepted."""
 
-    def stating(self, accepted: Sequence[Acceptance]) -> "Drawing":
+    def stating(self, acceptances: Sequence[Acceptance]) -> "Drawing":
         """Return the build with these accepted checks stated in its files."""
         sentences = [
             " ".join(f"Check {row.check} failed; accepted on {row.date}: {row.reason}".split())
-            for row in accepted
+            for row in acceptances
         ]
         film = replace(self.film, notes=[*self.film.notes, *sentences])
-        return replace(self, film=film, accepted=tuple(accepted))
+        return replace(self, film=film, accepted=tuple(acceptances))
 
     @property
     def brakes(self) -> int:
@@ -127,14 +127,14 @@ class Drawing:
 
 
 def drawing(
-    file: BrakeFile, chosen: Choices, force: float, parallel: int = 1, series: int = 1
+    file: BrakeFile, choices: Choices, force: float, parallel: int = 1, series: int = 1
 ) -> Drawing:
     """Return the build of a brake whose greatest force is `force` [N].
 
     Raises QuantityError for choices in conflict, CannotBuildError if no lengths fit. Other reasons
     not to build are in `checks`.
     """
-    brake, build, casting = file.brake, chosen.build, file.making.enclosure
+    brake, build, casting = file.brake, choices.build, file.making.enclosure
     sizes = lengths(brake, build)
     rules.agree_drawn(brake, build, sizes)
     solids = parts(sizes, build)
@@ -149,7 +149,7 @@ def drawing(
     ]
     return Drawing(
         file=file,
-        choices=chosen,
+        choices=choices,
         lengths=sizes,
         parts=solids,
         film=cut,

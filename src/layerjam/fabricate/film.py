@@ -86,7 +86,7 @@ def film(file: BrakeFile, build: Build, lengths: Lengths, copies: int = 1) -> Fi
     if excess is None and stock:
         pieces = nest(cut, stock=stock, margin=margin, gap=gap)
     elif excess is None:
-        pieces = nest_least(cut, margin=margin, gap=gap, most=bed or LARGEST)
+        pieces = nest_least(cut, margin=margin, gap=gap, bounds=bed or LARGEST)
     checks = [_stock_check(pieces, excess, stock), _bed_check(pieces, excess, bed, stock)]
     checks += [*hole_checks(parts, lengths), cutting.laser_check(file, build.cutter)]
     area = sum(piece.length * piece.width for piece in pieces)
@@ -120,7 +120,7 @@ def _sheet(build: Build, lengths: Lengths, side: Side) -> Outline:
     return sheet(
         lengths.sheet_length,
         lengths.width,
-        clamped=side.clamped,
+        clamp_length=side.clamped,
         hole=lengths.hole,
         screws=lengths.screws,
         tip_radius=tip,

@@ -206,7 +206,7 @@ def lengths(brake: Brake, build: Build) -> Lengths:
     neck_a, neck_b = _neck(width / heights[2], (1 + build.neck_stretch) * girth, flattest)
     bore = M5_BORE if build.port == M5 else mm(float(build.port)) + GLUED
     port_length = bore + 2 * PORT_WALL
-    raised = np.maximum(0.0, mm(build.air_bore) / 2 + SPARE - stack / 2)
+    axis_height = np.maximum(0.0, mm(build.air_bore) / 2 + SPARE - stack / 2)
     head = mm(build.pin) + 2 * mm(build.pin_wall)
     left, right = (_side(brake, build, name) for name in ("left", "right"))
     free = sum(map(mm, (sheets.free_left, sheets.overlap, sheets.free_right)))
@@ -236,8 +236,8 @@ def lengths(brake: Brake, build: Build) -> Lengths:
         neck_b=neck_b,
         girth=girth,
         head=head,
-        head_height=port_length + 2 * raised,
-        air_axis=raised,
+        head_height=port_length + 2 * axis_height,
+        air_axis=axis_height,
         port=bore,
         port_length=port_length,
         inner_width=inner[0],

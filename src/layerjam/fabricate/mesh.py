@@ -89,8 +89,8 @@ def _sort(name: str, corners: NDArray[np.float64], triangles: NDArray[np.int64])
     order = np.lexsort(corners.T[::-1])
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))
-    ranked = rank[triangles]
-    first = ranked.argmin(axis=1)
-    rows = np.arange(len(ranked))[:, None]
-    ranked = ranked[rows, (first[:, None] + np.arange(3)) % 3]
-    return Mesh(name, corners[order], ranked[np.lexsort(ranked.T[::-1])])
+    ranks = rank[triangles]
+    first = ranks.argmin(axis=1)
+    rows = np.arange(len(ranks))[:, None]
+    ranks = ranks[rows, (first[:, None] + np.arange(3)) % 3]
+    return Mesh(name, corners[order], ranks[np.lexsort(ranks.T[::-1])])

@@ -61,16 +61,16 @@ def nest(
 
 
 def nest_least(
-    parts: Sequence[CutPart], *, margin: float, gap: float, most: tuple[float, float]
+    parts: Sequence[CutPart], *, margin: float, gap: float, bounds: tuple[float, float]
 ) -> list[Piece]:
     """Return the parts on the smallest rectangle that holds all, if no stock is given.
 
-    If that would be larger than `most` (length, width), the result is pieces of `most` and a
-    smallest last one. A part longer or wider than `most` gets the size it needs.
+    If that would be larger than `bounds` (length, width), the result is pieces of `bounds` and a
+    smallest last one. A part longer or wider than `bounds` gets the size it needs.
     """
     longest = max(part.outline.length for part in parts) + 2 * margin
     widest = max(part.outline.width for part in parts) + 2 * margin
-    limit = max(most[0], longest), max(most[1], widest)
+    limit = max(bounds[0], longest), max(bounds[1], widest)
     steps = {part.outline.length + gap: part.count for part in parts}
     lengths = _sums(steps, 2 * margin - gap, longest, limit[0])
     tries = [_Filling(parts, (length, limit[1]), margin, gap) for length in lengths]

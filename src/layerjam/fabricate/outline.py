@@ -191,17 +191,17 @@ def around(parts: Sequence[Outline]) -> tuple[float, float, float, float]:
     return (*low, *high)
 
 
-def clamp_holes(clamped: float, width: float, screws: int, hole: float) -> list[Circle]:
+def clamp_holes(clamp_length: float, width: float, screws: int, hole: float) -> list[Circle]:
     """Return the screw holes of a sheet or a spacer [mm], in a row across the clamped end."""
     row = (width * ((i + 0.5) / screws - 0.5) for i in range(screws))
-    return [Circle(clamped / 2, y, hole) for y in row]
+    return [Circle(clamp_length / 2, y, hole) for y in row]
 
 
 def sheet(
     length: float,
     width: float,
     *,
-    clamped: float,
+    clamp_length: float,
     hole: float,
     screws: int = 1,
     tip_radius: float = 1.0,
@@ -213,18 +213,18 @@ def sheet(
         width=width,
         start=clamp_radius,
         end=tip_radius,
-        holes=clamp_holes(clamped, width, screws, hole),
+        holes=clamp_holes(clamp_length, width, screws, hole),
     )
 
 
 def spacer(
-    clamped: float, width: float, *, hole: float, screws: int = 1, clamp_radius: float = 0.5
+    clamp_length: float, width: float, *, hole: float, screws: int = 1, clamp_radius: float = 0.5
 ) -> Outline:
     """Return one spacer [mm], which fills the gap between two sheets inside a cap."""
     return Outline(
-        length=clamped,
+        length=clamp_length,
         width=width,
         start=clamp_radius,
         end=clamp_radius,
-        holes=clamp_holes(clamped, width, screws, hole),
+        holes=clamp_holes(clamp_length, width, screws, hole),
     )

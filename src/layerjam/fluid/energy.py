@@ -58,8 +58,8 @@ def pumped_work(response: Response) -> float:
     if not (inlet > 0).all():
         return math.nan
     ratio = np.log(a / inlet)
-    moved = np.diff(response.states[:, PUMPED])
-    return float(np.sum(moved * (ratio[1:] + ratio[:-1]) / 2))
+    amounts = np.diff(response.states[:, PUMPED])
+    return float(np.sum(amounts * (ratio[1:] + ratio[:-1]) / 2))
 
 
 def electric_energy(duration: float, line: Line) -> float | None:

@@ -14,7 +14,7 @@ from layerjam.fluid.line import Line, validate
 from layerjam.fluid.parts import FAMILIES, part_entries
 from layerjam.toml_files.changes import RecordFile, paths_of
 from layerjam.toml_files.reader import Reader
-from layerjam.toml_files.shipped import shipped, text_of
+from layerjam.toml_files.shipped import shipped_files, text_of
 from layerjam.toml_files.toml import parse_toml
 from layerjam.toml_files.values import Entry, entries
 
@@ -54,7 +54,7 @@ class LineFile(RecordFile[Line]):
 
 
 def _texts() -> dict[str, str]:
-    return shipped("layerjam.fluid", "catalogue", "lines")
+    return shipped_files("layerjam.fluid", "catalogue", "lines")
 
 
 def lines() -> list[str]:

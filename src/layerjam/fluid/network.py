@@ -71,12 +71,12 @@ def cells(line: Line) -> int:
 
 
 def at_pressure(
-    line: Line, p: float | None = None, stored: float | None = None, slip: float = 0.0
+    line: Line, p: float | None = None, tank_pressure: float | None = None, slip: float = 0.0
 ) -> Array:
-    """Return a state at p [Pa absolute], by default atmospheric; the reservoir at `stored`."""
+    """Return a state at p [Pa absolute] and the reservoir at its own; by default atmospheric."""
     a = line.site.atmosphere
     p = a if p is None else p
-    tank_p = a if stored is None else stored
+    tank_p = a if tank_pressure is None else tank_pressure
     state = np.zeros(SIZE + 2 * cells(line))
     state[SIZE : SIZE + cells(line)] = p
     volume = gas_volume(line, p, slip)

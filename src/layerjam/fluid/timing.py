@@ -76,7 +76,7 @@ def _crossing_time(response: Response, first: float, second: float) -> float | N
 def with_reservoir(line: Line, target: float, at_most: float) -> float | None:
     """Return the 10 to 90 % rise [s] with an evacuated half litre connected and the pump on."""
     line_with_tank = replace(line, reservoir=TANK)
-    start = at_pressure(line_with_tank, stored=max(STORED, lowest(line)))
+    start = at_pressure(line_with_tank, tank_pressure=max(STORED, lowest(line)))
     for duration in (1.0, at_most):  # such a short rise shows only in a short run
         response = respond(line_with_tank, duration, Drive(store=1.0), start, 2001)
         low, high = response.crossing(0.1 * target), response.crossing(0.9 * target)

@@ -94,18 +94,18 @@ def calibrated_text(
     calibration: "Calibration",
     depth: str,
     name: str,
-    excluded: Sequence[Mapping[str, Any]] = (),
+    exclusions: Sequence[Mapping[str, Any]] = (),
     files: Sequence[Mapping[str, Any]] | None = None,
-    accepted: "Sequence[Acceptance]" = (),
+    acceptances: "Sequence[Acceptance]" = (),
     date: str | None = None,
 ) -> str:
     """Return the text of the brake's file with a calibration and its [made_by] table.
 
     The table contains program, version, date, depth, window, verdict (sentences of failed checks),
-    the covariance of the fitted numbers (SI), and every file's name and SHA-256. `excluded` lists
+    the covariance of the fitted numbers (SI), and every file's name and SHA-256. `exclusions` lists
     the files excluded by hand with the reason (`file`, `because`, `sha256`); `files` are the
     entries of the files used, if the caller has them. If a program wrote any of them, the source of
-    every fitted number records that. `accepted` are the failed checks that a person accepted;
+    every fitted number records that. `acceptances` are the failed checks that a person accepted;
     `date` (ISO) is today unless given.
     """
     used = {c.path: c.synthetic for c in calibration.curves}
@@ -123,15 +123,15 @@ def calibrated_text(
         made_by["covariance"] = [
             {"of": a, "and": b, "value": calibration.covariance[a][b]} for a, b in pairs
         ]
-    if excluded:
+    if exclusions:
         made_by["excluded"] = [
             {"name": Path(entry["file"]).name, "because": entry["because"]}
             | ({"sha256": entry["sha256"]} if entry["sha256"] else {})
-            for entry in excluded
+            for entry in exclusions
         ]
     synthetic = any(curve.synthetic for curve in calibration.curves)
     return updated_text(
-        file, name, mark_synthetic(calibration.sources, synthetic), made_by, accepted
+        file, name, mark_synthetic(calibration.sources, synthetic), made_by, acceptances
     )
 
 

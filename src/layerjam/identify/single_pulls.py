@@ -88,9 +88,9 @@ class _Findings:
     """Verdicts and sentences collected by the tests."""
 
     verdicts: list[dict[str, str]]
-    said: dict[int, list[str]]
+    sentences: dict[int, list[str]]
 
-    def known(
+    def known_values(
         self, test: str, values: Sequence[float | None], fewest: int = FEWEST
     ) -> tuple[Array, list[int]]:
         """Return the known values and their pulls; they are "ok" at first if there are enough."""
@@ -102,8 +102,8 @@ class _Findings:
     def odd(self, test: str, pull: int, words: str) -> None:
         """Record that one pull is an outlier in this test."""
         self.verdicts[pull][test] = "odd"
-        if words not in self.said[pull]:
-            self.said[pull].append(words)
+        if words not in self.sentences[pull]:
+            self.sentences[pull].append(words)
 
 
 def single_pulls(
@@ -146,7 +146,7 @@ def single_pulls(
             shape=shapes[i],
             seating=None if (bend := rises[i]) is None else float(np.expm1(bend)),
             verdicts=findings.verdicts[i],
-            sentence=", ".join(findings.said[i]),
+            sentence=", ".join(findings.sentences[i]),
         )
         for i, (curve, f) in enumerate(zip(curves, factors, strict=True))
     )
@@ -166,7 +166,7 @@ def _compare_each(
     limit: float = float("inf"),
 ) -> None:
     """Compare each pull with the others in one number; `words` contains its deviation."""
-    values, indices = findings.known(test, pull_values, fewest)
+    values, indices = findings.known_values(test, pull_values, fewest)
     out = find_outliers(values, ALARMS[test], LEAST[test], limit)
     for place in out:
         deviation = float(np.expm1(values[place] - mean_of_others(values, out)))
@@ -180,7 +180,7 @@ def _compare_factors(
 
     `shifts` (curves,) are those of groups that are outliers as a whole, whose pulls are not.
     """
-    logs, indices = findings.known("factor", _logs(factors))
+    logs, indices = findings.known_values("factor", _logs(factors))
     logs = logs - shifts[indices]
     out = find_outliers(logs, ALARMS["factor"], LEAST["factor"], DEVIATION_LIMIT)
     for place in out:
@@ -198,7 +198,7 @@ def _compare_shapes(findings: _Findings, shapes: Sequence[float | None]) -> None
     for place, deviation in enumerate(shapes):
         if deviation is not None and abs(deviation) > OVERSHOOT:
             findings.verdicts[place]["shape"] = "odd"
-            if not any(sentence.startswith("after the peak") for sentence in findings.said[place]):
+            if not any(text.startswith("after the peak") for text in findings.sentences[place]):
                 findings.odd(
                     "shape", place, f"after the peak {percent(deviation)} off its own peak"
                 )
@@ -223,7 +223,7 @@ def _compare_groups(
         ]
         if len(group_levels([o for o in pull_quantities if o is not None])) < 2:
             continue
-        values, indices = findings.known(test, log_factors)
+        values, indices = findings.known_values(test, log_factors)
         levels_of_pulls = [v for i in indices if (v := pull_quantities[i]) is not None]
         groups = group_levels(levels_of_pulls)
         result = find_shifted_group(values, groups, ALARMS[test], LEAST[test])
@@ -265,7 +265,7 @@ def _compare_speeds(findings: _Findings, curves: Sequence[Curve]) -> None:
 
 def _compare_seating(findings: _Findings, curves: Sequence[Curve]) -> None:
     """Find rises that bend, unlike the others' or in all pulls alike."""
-    bends, indices = findings.known("seating", [c.pull.seating for c in curves], 1)
+    bends, indices = findings.known_values("seating", [c.pull.seating for c in curves], 1)
     if not indices:
         return
     soft = _soft(bends.tolist())

@@ -311,7 +311,10 @@ def _measure_teeth(stretch: _Stretch, turns: _Turns) -> SawTeeth:
             inside = slice(a + 1, b)
             line = straight_line(position[inside], force[inside]) if b - a > 4 else None
             if line is not None:
-                low[i], high[i] = line.at(float(position[a])), line.at(float(position[b]))
+                low[i], high[i] = (
+                    line.value_at(float(position[a])),
+                    line.value_at(float(position[b])),
+                )
     count = len(peaks)
     spacings = np.diff(position[peaks])
     samples_per_tooth = float(np.median(np.diff(peaks)))

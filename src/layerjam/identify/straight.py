@@ -20,7 +20,7 @@ class StraightLine(NamedTuple):
     y: float
     freedom: int
 
-    def at(self, x: float) -> float:
+    def value_at(self, x: float) -> float:
         """Return the line's value at `x`."""
         return self.y + self.slope * (x - self.x)
 

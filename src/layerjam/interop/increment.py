@@ -90,10 +90,10 @@ def _setting(state: Motion, vacuum: Any, spring: Any, numbers: Parameters) -> Se
     return Setting(c, spring, numbers.overlap, strip)
 
 
-def _slide(state: State, elongation: Any, law: Setting, separated: Any) -> tuple[State, Any]:
+def _slide(state: State, elongation: Any, law: Setting, was_separated: Any) -> tuple[State, Any]:
     """Return the move, and whether the sheets have separated; then only the enclosure pulls."""
     first = _cast(move(state, elongation, law), state)
-    parts = (first.enclosure.slip >= law.overlap) & ~separated
+    parts = (first.enclosure.slip >= law.overlap) & ~was_separated
 
     left = jnp.maximum(law.overlap - state.enclosure.slip, 0.0)
     heat = law.c * left**2 / 2  # up to the end of the overlap; beyond it the enclosure is alone
@@ -108,7 +108,7 @@ def _slide(state: State, elongation: Any, law: Setting, separated: Any) -> tuple
     memory = jax.tree.map(
         lambda new, old: jnp.where(still, old, new), result.enclosure, state.enclosure
     )
-    return result._replace(enclosure=memory), separated | parts
+    return result._replace(enclosure=memory), was_separated | parts
 
 
 def _cast(new: Any, old: Any) -> Any:

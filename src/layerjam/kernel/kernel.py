@@ -233,7 +233,7 @@ class Kernel:
             return None
         return self._cycle(rows, rows["force"], np.logical_or.accumulate(separated))
 
-    def _cycle(self, rows: NDArray[Any], force: NDArray[Any], separated: NDArray[Any]) -> Cycle:
+    def _cycle(self, rows: NDArray[Any], force: NDArray[Any], is_separated: NDArray[Any]) -> Cycle:
         flags = rows["flags"]
         return Cycle(
             force=force,
@@ -244,7 +244,7 @@ class Kernel:
             stored=rows["stored"],
             slack=flags & SLACK > 0,
             closed=flags & CLOSED > 0,
-            separated=separated,
+            separated=is_separated,
             overflow=flags & OVERFLOW > 0,
             snapped=flags & SNAPPED > 0,
         )

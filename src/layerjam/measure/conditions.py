@@ -40,17 +40,17 @@ def conditions(path: str | Path, options: ReadingOptions) -> Facts:
     sources = {"its sidecar": _stated_values(facts), LIST: _values_in_list(Path(path))}
     if options.names is not None:
         sources["its name"] = _values_in_name(Path(path), options.names)
-    merged: dict[str, Any] = {}
+    joined_values: dict[str, Any] = {}
     source_of: dict[str, str] = {}
     for source, values in sources.items():
         for name, value in values.items():
-            if name in merged and merged[name] != value:
-                first, second = (_text(name, v) for v in (merged[name], value))
+            if name in joined_values and joined_values[name] != value:
+                first, second = (_text(name, v) for v in (joined_values[name], value))
                 raise FileError(
                     path, f"{source_of[name]} states {name} {first}, {source} {second}; correct one"
                 )
-            merged[name], source_of[name] = value, source
-    facts_found = replace(facts, **merged)
+            joined_values[name], source_of[name] = value, source
+    facts_found = replace(facts, **joined_values)
     return (
         facts_found if facts_found.speed is not None else replace(facts_found, speed=options.speed)
     )

@@ -82,7 +82,7 @@ class Log:
         return Path(self.path).name
 
     @property
-    def said(self) -> list[Notice]:
+    def notices(self) -> list[Notice]:
         """Notices for every result computed from the file."""
         return [SYNTHETIC] if self.synthetic else []
 
@@ -132,17 +132,17 @@ def read_log(path: str | Path, wants: Sequence[Want], options: ReadingOptions | 
     order = options.by_order
     table = _table(source, wants, order is not None)
     if order is not None:
-        selected, notes = by_order(table.header, wants, entries, len(order))
+        columns_used, notes = by_order(table.header, wants, entries, len(order))
     else:
-        selected, notes = assign(_with_units(table.header, wants), wants, entries)
-    decimal, columns = options.decimal or source.decimal, list(selected.values())
+        columns_used, notes = assign(_with_units(table.header, wants), wants, entries)
+    decimal, columns = options.decimal or source.decimal, list(columns_used.values())
     rows, fixes = _last_point(Rows(source, table), columns, decimal)
-    values = dict(zip(selected, read_columns(rows, columns, decimal), strict=True))
+    values = dict(zip(columns_used, read_columns(rows, columns, decimal), strict=True))
     _check_time(source.path, values, wants)
     above = source.data[: table.first]
     synthetic = says_synthetic(above) or read_facts(source.path).synthetic
     head = _head(source, table)
-    return Log(source.path, values, selected, head, (*notes, *fixes), synthetic)
+    return Log(source.path, values, columns_used, head, (*notes, *fixes), synthetic)
 
 
 def _table(source: Source, wants: Sequence[Want], listed: bool) -> Table:

@@ -220,9 +220,9 @@ def read_run(path: str | Path) -> Run:
         time = time - time[first][0] if first.any() else time
     columns = {"time": time, **columns}
     if crosshead:
-        at, elongation, force = np.array(crosshead, float).T
+        times, elongation, force = np.array(crosshead, float).T
         for name, values in (("elongation", elongation), ("force", force)):
-            columns[name] = _crosshead_at(columns, at, values)
+            columns[name] = _crosshead_at(columns, times, values)
     gaps = missing(columns["boot"], columns["seq"])
     return Run(str(path), meta, columns, boots, events, clocks, gaps, shots)
 
@@ -247,7 +247,7 @@ def time_of(columns: Mapping[str, Array], clock: Array) -> Array:
     last = 0.0
     for number in dict.fromkeys(boot.tolist()):
         inside = boot == number
-        elapsed = (board[inside] - board[inside][0]) * 1e-6
+        seconds = (board[inside] - board[inside][0]) * 1e-6
         start = _boot_start(clock[clock[:, 0] == number], int(board[inside][0]))
         after = 0.0
         if origin is None:
@@ -258,7 +258,7 @@ def time_of(columns: Mapping[str, Array], clock: Array) -> Array:
             after = max((start[clock_index] - origin[clock_index]) * 1e-9, last)
         else:
             after = last
-        time[inside] = elapsed + after
+        time[inside] = seconds + after
         last = float(time[inside][-1])
     return time
 

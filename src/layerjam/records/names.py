@@ -49,7 +49,7 @@ def holder(db: Connection, kind: str, *keys: str) -> str | None:
     return db.execute(query.order_by(ENTRIES.c.made_at, ENTRIES.c.id)).scalar()
 
 
-def unlinked(db: Connection, child: str) -> list[Cited]:
+def find_unlinked(db: Connection, child: str) -> list[Cited]:
     """Return the citations of a record that are not in the database."""
     columns = (CITED.c.key, CITED.c.role, CITED.c.name)
     missing = select(*columns).outerjoin(KEYS, KEYS.c.key == CITED.c.key)

@@ -16,7 +16,7 @@ from layerjam.identify.provenance import sha256
 from layerjam.measure.sidecar import FOLDER, SIDECAR_ENDING
 from layerjam.records.contents import read
 from layerjam.records.database import Database, RecordsError
-from layerjam.records.names import holder, resolve_record_id, unlinked
+from layerjam.records.names import find_unlinked, holder, resolve_record_id
 from layerjam.records.pieces import Cited, Content, Piece, storable
 from layerjam.records.schema import (
     CITED,
@@ -100,7 +100,7 @@ def _add(db: Connection, contents: Iterable[Content], result: Additions) -> None
         fresh |= dict.fromkeys((ident, *inside), content.path)
         _cite_later_facts(db, content)
     for child, path in fresh.items():
-        result.unlinked += [(path, c.role, c.name, c.key) for c in unlinked(db, child)]
+        result.unlinked += [(path, c.role, c.name, c.key) for c in find_unlinked(db, child)]
 
 
 def _cite_later_facts(db: Connection, content: Content) -> None:
@@ -220,12 +220,12 @@ def user() -> str:
     return ""
 
 
-def withdraw(database: Database, ident: str, why: str) -> tuple[str, list[str]]:
+def withdraw(database: Database, ident: str, reason: str) -> tuple[str, list[str]]:
     """Mark a record as withdrawn; return its id and the ids that derive from it.
 
     Raises RecordsError for an unknown record, one that was withdrawn before, or no reason.
     """
-    if not why.strip():
+    if not reason.strip():
         raise RecordsError("why: is empty; write in a few words what is wrong with the record")
     with database.reading() as db:
         resolve_record_id(db, ident, database.where)
@@ -234,7 +234,12 @@ def withdraw(database: Database, ident: str, why: str) -> tuple[str, list[str]]:
         before = _why_withdrawn(db, full_id)
         if before is not None:
             raise RecordsError(f"{full_id}: was withdrawn before, because: {before}")
-        entry = {"id": full_id, "when": utc_timestamp(), "why": storable(why.strip()), "by": user()}
+        entry = {
+            "id": full_id,
+            "when": utc_timestamp(),
+            "why": storable(reason.strip()),
+            "by": user(),
+        }
         db.execute(WITHDRAWN.insert().values(**entry))
         children = select(DERIVED_FROM.c.child).where(DERIVED_FROM.c.parent == full_id).distinct()
         return full_id, sorted(str(row[0]) for row in db.execute(children))

@@ -12,7 +12,7 @@ from sqlalchemy import Connection, select
 
 from layerjam.identify.provenance import sha256
 from layerjam.records.database import Database, RecordsError
-from layerjam.records.names import resolve_record_id, unlinked
+from layerjam.records.names import find_unlinked, resolve_record_id
 from layerjam.records.pieces import text_digest
 from layerjam.records.schema import DERIVED_FROM, ENTRIES, FILES, KINDS, WITHDRAWN
 
@@ -90,7 +90,7 @@ def show(database: Database, ident: str) -> RecordView:
             derived_from=list(_ancestors(full_id, parents, every)),
             used_by=children,
             unlinked=[
-                {"name": c.name, "role": c.role, "key": c.key} for c in unlinked(db, full_id)
+                {"name": c.name, "role": c.role, "key": c.key} for c in find_unlinked(db, full_id)
             ],
         )
 

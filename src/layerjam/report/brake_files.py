@@ -50,7 +50,7 @@ def results(report: BrakeReport, numbers: Sequence[Number]) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Written:
+class ReportFiles:
     """Paths of the report; `pdf` is None if typst is not installed."""
 
     report: str
@@ -71,7 +71,7 @@ def write(
     out: Path,
     overwrite: bool = False,
     say: Callable[[str], None] | None = None,
-) -> Written:
+) -> ReportFiles:
     """Write the report into the folder `out`, whole or not at all.
 
     Without the extra `pdf` there is no PDF, and a warning states it. Raises FileError if a report
@@ -82,7 +82,7 @@ def write(
     names, document = report.names, page(report)
     numbers = all_numbers(document.parts)
     pictures = drawn_all(document.pictures(), lambda what, _: say(what))
-    data = rename_files(document.shown(), names)
+    data = rename_files(document.template_data(), names)
     content: dict[str, str | bytes] = {
         "results.json": json_text(rename_files(plain(results(report, numbers)), names)),
         "numbers.csv": csv_text(numbers, names),
@@ -98,7 +98,7 @@ def write(
     except MissingExtraError as error:
         warnings.append(f"no PDF was written: {error}")
     write_folder(out, content, old=(*NAMES, *(f"figures/{name}.svg" for name in FIGURES)))
-    return Written(
+    return ReportFiles(
         report=str(out / "report.html"),
         pdf=str(out / "report.pdf") if "report.pdf" in content else None,
         numbers=str(out / "numbers.csv"),

@@ -44,18 +44,18 @@ class Number:
         """Return the number as a page shows it."""
         if self.value is None or not math.isfinite(self.value):
             return NONE
-        return self._scaled(self.value) + (self._after() if with_unit else "")
+        return self._scale(self.value) + (self._after() if with_unit else "")
 
     def error_text(self) -> str:
         """Return the standard error, in the unit of `text`."""
         error = self.standard_error
-        return NONE if error is None else self._scaled(error) + self._after()
+        return NONE if error is None else self._scale(error) + self._after()
 
     def interval_text(self) -> str:
         """Return the 95 % interval, in the unit of `text`."""
         if self.low is None or self.high is None:
             return NONE
-        return f"{self._scaled(self.low)} to {self._scaled(self.high)}{self._after()}"
+        return f"{self._scale(self.low)} to {self._scale(self.high)}{self._after()}"
 
     def page_unit(self) -> str:
         """The unit the page shows it in; "1" for a pure number."""
@@ -67,7 +67,7 @@ class Number:
         unit = self.page_unit()
         return "" if unit in ("1", "") else f" {unit}"
 
-    def _scaled(self, value: float) -> str:
+    def _scale(self, value: float) -> str:
         """A value in the page's unit, without it."""
         factor, error, places = self._factor(), self.standard_error, self.decimals
         if places is None and error and math.isfinite(error):

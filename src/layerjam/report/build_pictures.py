@@ -81,7 +81,7 @@ def _draw_exploded(world: Scene) -> LabelledShot:
     points = [Label("enclosure", tube)]
     for name, bodies in alike.items():
         if "sheet" not in name and name != "enclosure":  # of equal parts the first one seen well
-            areas = [int(shot.seen(body).sum()) for body in bodies]
+            areas = [int(shot.visible_mask(body).sum()) for body in bodies]
             first = next(i for i, area in enumerate(areas) if area >= 0.5 * max(areas))
             points.append(Label(name, bodies[first]))
     # the middle of a sheet lies under the others: its free end is seen

@@ -47,7 +47,7 @@ class Word:
     text: str
     kind: str = ""
 
-    def shown(self, with_unit: bool) -> dict[str, str]:
+    def template_data(self, with_unit: bool) -> dict[str, str]:
         """Return the data for the templates."""
         return {"text": self.text, "kind": self.kind}
 
@@ -73,7 +73,7 @@ class Table:
     extra: Sequence[Any] = ()
     whole: bool = False
 
-    def shown(self) -> dict[str, Any]:
+    def template_data(self) -> dict[str, Any]:
         """Return the data for the templates, as text."""
         rows = [[self._cell(cell) for cell in row] for row in self.rows]
         return {
@@ -96,7 +96,7 @@ class Table:
 
     def _cell(self, cell: Any) -> dict[str, str]:
         if not isinstance(cell, str):
-            return dict(cell.shown(not self.unit_in_head))
+            return dict(cell.template_data(not self.unit_in_head))
         numeric = NUMERIC.fullmatch(cell) is not None
         digest = len(cell) == 64 and " " not in cell
         return {"text": cell, "kind": "sha" if digest else "number" if numeric else ""}
@@ -114,13 +114,13 @@ class Part:
     checks: Sequence[Any] = ()
     notes: Sequence[str] = ()
 
-    def shown(self) -> dict[str, Any]:
+    def template_data(self) -> dict[str, Any]:
         """Return the data for the templates, as text."""
         return {
             "id": self.id,
             "title": self.title,
             "text": [typeset(text) for text in self.text],
-            "tables": [table.shown() for table in self.tables],
+            "tables": [table.template_data() for table in self.tables],
             "figures": [{"name": p.name, "caption": p.caption} for p in self.pictures],
             "checks": [
                 {"name": c.name, "mark": mark, "kind": kind, "sentence": typeset(c.sentence)}
@@ -157,14 +157,14 @@ class Page:
         """Every picture, in order of reading."""
         return [picture for part in self.parts for picture in part.pictures]
 
-    def shown(self) -> dict[str, Any]:
+    def template_data(self) -> dict[str, Any]:
         """Return the data for the templates of HTML and PDF, as text."""
         return {
             "title": self.title,
             "lead": self.lead,
-            "parts": [part.shown() for part in self.parts],
+            "parts": [part.template_data() for part in self.parts],
             "numbers": [{"value": value, "words": words} for value, words in self.numbers],
-            "verdicts": [word.shown(False) for word in self.verdicts],
+            "verdicts": [word.template_data(False) for word in self.verdicts],
             "banner": list(self.banner),
             "navigation": self.navigation,
             "key": self.key,
@@ -176,7 +176,7 @@ class Page:
 
 
 def html(data: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
-    """The page from what `Page.shown` gives and the drawn SVGs by name: no script, no address."""
+    """Return the page of a `Page.template_data` and SVGs by name: no script, no address."""
     inside = {name: apply_theme(svg_of(svg, name)) for name, svg in pictures.items()}
     template = page_environment().from_string(_text("page.html.j2"))
     style_sheet = _text("page.css") + _at_the_foot(data["mark"])

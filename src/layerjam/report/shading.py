@@ -77,14 +77,14 @@ class Shot:
     owner: NDArray[np.int32]
     """Number of the body that each pixel shows, -1 for none."""
 
-    def seen(self, body: Body) -> NDArray[np.bool_]:
+    def visible_mask(self, body: Body) -> NDArray[np.bool_]:
         """Return the mask of the pixels that show a body of the picture."""
         number = next(i for i, item in enumerate(self.bodies) if item is body)
         return self.owner == number
 
     def where(self, body: Body) -> tuple[float, float] | None:
         """Return column and row in the middle of a body's visible part, or None if it is hidden."""
-        rows, columns = np.nonzero(self.seen(body))
+        rows, columns = np.nonzero(self.visible_mask(body))
         if not len(rows):
             return None
         nearest = np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2)

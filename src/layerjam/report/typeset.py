@@ -17,8 +17,8 @@ NO_DATE = datetime(1980, 1, 1, tzinfo=UTC)
 def pdf(data: Mapping[str, Any], pictures: Mapping[str, str]) -> bytes:
     """A report's bytes; the same content on the same date gives the same bytes.
 
-    `data` is the result of Page.shown, with a `date` (ISO) and a `command`; `pictures` the figures'
-    SVG by name.
+    `data` is the result of Page.template_data, with a `date` (ISO) and a `command`; `pictures` the
+    figures' SVG by name.
     """
     date = datetime.fromisoformat(str(data["date"])).replace(tzinfo=UTC)
     return typeset("page", data, {f"{name}.svg": svg for name, svg in pictures.items()}, date)

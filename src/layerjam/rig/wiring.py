@@ -11,7 +11,7 @@ from layerjam.fluid.line import Sensor
 from layerjam.simulate.accelerometer import Accelerometer
 from layerjam.toml_files.changes import RecordFile
 from layerjam.toml_files.reader import Reader
-from layerjam.toml_files.shipped import shipped, text_of
+from layerjam.toml_files.shipped import shipped_files, text_of
 from layerjam.toml_files.values import Entry, TextSpec, entries, value
 from layerjam.units import check as bounded
 from layerjam.units import like, nested, quantity, record, spec_of
@@ -129,7 +129,7 @@ class WiringFile(RecordFile[Wiring]):
 
 def boards() -> list[str]:
     """Return the names of the boards whose wiring comes with the program."""
-    return list(shipped("layerjam.rig", "boards"))
+    return list(shipped_files("layerjam.rig", "boards"))
 
 
 def load_wiring(board: str | Path) -> WiringFile:
@@ -137,4 +137,4 @@ def load_wiring(board: str | Path) -> WiringFile:
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """
-    return WiringFile.read(*text_of("board", board, shipped("layerjam.rig", "boards")))
+    return WiringFile.read(*text_of("board", board, shipped_files("layerjam.rig", "boards")))

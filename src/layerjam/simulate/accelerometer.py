@@ -265,8 +265,8 @@ def cfc_filter(value: Any, rate: float, cfc: float) -> Array:
     level_state = np.array([1 - a[0], a[2] + b[1]])
     values = np.asarray(value, float)
     tail = int(np.ceil(rate * memory(cfc)))
-    extended = np.concatenate([values, np.full(tail, values[-1])])
-    forward, _ = lfilter(a, denominator, extended, zi=level_state * extended[0])
+    padded = np.concatenate([values, np.full(tail, values[-1])])
+    forward, _ = lfilter(a, denominator, padded, zi=level_state * padded[0])
     backward, _ = lfilter(a, denominator, forward[::-1], zi=level_state * forward[-1])
     return np.asarray(backward[::-1][: len(values)])
 
@@ -367,10 +367,10 @@ def _sample(
     count = int(np.ceil(span)) + 2 * before + 1
     first = float(time[0]) + (sensor.phase - before) / rate
     if poles is None:
-        at = first + np.arange(count) / rate
-        return at, np.interp(at, time, value)
-    shown = low_pass(time, value, poles, first, rate, count)
-    return first + np.arange(count) / rate, shown
+        instants = first + np.arange(count) / rate
+        return instants, np.interp(instants, time, value)
+    filtered = low_pass(time, value, poles, first, rate, count)
+    return first + np.arange(count) / rate, filtered
 
 
 def _validate(signal: Signal) -> tuple[Array, Array]:

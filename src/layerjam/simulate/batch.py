@@ -215,18 +215,18 @@ def _row(name: str, data: Any) -> Array:
 
 
 def _lay_out(
-    law: Callable[..., Any], sweep: Mapping[str, Any], fixed: Mapping[str, Any], brake: Brake
+    law: Callable[..., Any], sweep: Mapping[str, Any], constants: Mapping[str, Any], brake: Brake
 ) -> list[Sweep]:
     """Return every quantity with its stride; raises QuantityError or UnknownNameError."""
     arguments = [n for n in inspect.signature(law).parameters if n != "brake"]
     fields = [f"brake.{path}" for path, _, _ in quantities(type(brake))]
-    for name in (*sweep, *fixed):
-        if name not in arguments and (name not in fields or name in fixed):
+    for name in (*sweep, *constants):
+        if name not in arguments and (name not in fields or name in constants):
             raise UnknownNameError("quantity", name, arguments + fields)
-        if name in sweep and name in fixed:
+        if name in sweep and name in constants:
             raise QuantityError(f"{name}: swept and fixed; give it once")
     for name in arguments:
-        if name not in sweep and name not in fixed:
+        if name not in sweep and name not in constants:
             raise QuantityError(f"{name}: missing; the law {law.__name__} needs it")
     lengths: dict[str, int] = {}
     plain: list[tuple[str, str | None, Array]] = []
@@ -266,9 +266,9 @@ def _runner(
             if kernel()(first, count, axes, constants, into, is_lost):
                 # the law itself brackets the few roots that the loop did not find
                 rows = np.flatnonzero(is_lost)
-                solved = stop(**{s.name: s.take(first + rows) for s in sweeps}, brake=brake)
+                stop_result = stop(**{s.name: s.take(first + rows) for s in sweeps}, brake=brake)
                 for name, values in out.items():
-                    values[rows] = np.asarray(getattr(solved, name))
+                    values[rows] = np.asarray(getattr(stop_result, name))
 
         return stops, Stop._fields, True
     return *_traced_run(law, sweeps, fixed, brake, block), False
@@ -279,8 +279,8 @@ def _compile_blocks(law: Callable[..., Any], names: tuple[str, ...]) -> tuple[An
     """Return the law on one block, and compiled over blocks that stay in the cache."""
     order = [n for n in inspect.signature(law).parameters if n != "brake"]
 
-    def evaluate(values: tuple[Any, ...], fixed: Mapping[str, Any], brake: Brake) -> Any:
-        inputs = {**dict(zip(names, values, strict=True)), **fixed}
+    def evaluate(values: tuple[Any, ...], constants: Mapping[str, Any], brake: Brake) -> Any:
+        inputs = {**dict(zip(names, values, strict=True)), **constants}
         for name in names:
             if name.startswith("brake."):
                 brake = _replace_field(brake, name.split(".")[1:], inputs[name])
@@ -294,7 +294,7 @@ def _compile_blocks(law: Callable[..., Any], names: tuple[str, ...]) -> tuple[An
 def _traced_run(
     law: Callable[..., Any], sweeps: list[Sweep], fixed: Mapping[str, Any], brake: Brake, block: int
 ) -> tuple[Run, tuple[str, ...]]:
-    evaluate, compiled = _compile_blocks(law, tuple(s.name for s in sweeps))
+    evaluate, evaluate_block = _compile_blocks(law, tuple(s.name for s in sweeps))
     constants = {n: None if v is None else _samples(n, v) for n, v in fixed.items()}
 
     def result_shape(shape: tuple[int, ...]) -> Any:
@@ -322,7 +322,7 @@ def _traced_run(
         # padded with the last case, so that pieces have few different shapes
         cases = np.minimum(np.arange(first, first + rows * size), first + count - 1)
         pieces = tuple(s.take(cases).reshape(rows, size) for s in sweeps)
-        answer = compiled(pieces, constants, brake)
+        answer = evaluate_block(pieces, constants, brake)
         flat = answer._asdict() if hasattr(answer, "_asdict") else {law.__name__: answer}
         for name, values in out.items():
             values[:] = np.asarray(flat[name]).reshape(-1)[:count]
@@ -348,7 +348,11 @@ def _replace_field(record: Any, path: list[str], value: Any) -> Any:
 
 
 def _label(
-    columns: Mapping[str, Array], sweeps: list[Sweep], sizes: Mapping[Any, int], law: str, done: int
+    columns: Mapping[str, Array],
+    sweeps: list[Sweep],
+    sizes: Mapping[Any, int],
+    law: str,
+    count: int,
 ) -> "xarray.Dataset":
     with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
         import xarray
@@ -364,4 +368,4 @@ def _label(
         key = f"{name}_reached" if name in coordinates else name
         data[key] = (axes, values.reshape(shape), {"units": _UNITS.get(name, "")})
     constants = {s.name: float(s.values[0]) for s in sweeps if not s.dimension}
-    return xarray.Dataset(data, coords=coordinates, attrs={"law": law, "done": done, **constants})
+    return xarray.Dataset(data, coords=coordinates, attrs={"law": law, "done": count, **constants})

@@ -74,9 +74,9 @@ class CoupledStop:
     @property
     def matters(self) -> bool:
         """Whether outcome, slip or peak (by more than 1 %) differ from constant vacuum."""
-        timed, constant = self.timed, self.constant
+        stop, constant = self.timed, self.constant
         return (
-            timed.outcome is not constant.outcome
+            stop.outcome is not constant.outcome
             or abs(self.slip_change) > MATTERS * constant.slip
             or abs(self.peak_change) > MATTERS * constant.peak_force
         )
@@ -158,14 +158,14 @@ def coupled_drop(
     changes: list[float] = []
     for _ in range(rounds):
         previous, history = response, History(response.time, response.vacuum)
-        timed, record = drop_in_time(file, vacuum=history, step=step, **case)
+        stop, record = drop_in_time(file, vacuum=history, step=step, **case)
         response = line_along(line, state, *_nodes(record, nodes), drive, water)
-        slip_change = abs(timed.slip - slip) / max(timed.slip, 1e-9)
-        peak_change = abs(timed.peak_force - peak) / timed.peak_force
+        slip_change = abs(stop.slip - slip) / max(stop.slip, 1e-9)
+        peak_change = abs(stop.peak_force - peak) / stop.peak_force
         changes.append(max(slip_change, peak_change, _vacuum_difference(previous, response) / a))
         if changes[-1] <= tolerance:
-            return CoupledStop(timed, record, response, constant, tuple(changes))
-        slip, peak, step = timed.slip, timed.peak_force, record.step
+            return CoupledStop(stop, record, response, constant, tuple(changes))
+        slip, peak, step = stop.slip, stop.peak_force, record.step
     raise QuantityError(
         f"chamber.volume_per_slip: {show(line.chamber.volume_per_slip, 'm^2')} couples brake and "
         f"line so strongly that {len(changes)} rounds still change by {changes[-1]:.1e}; "

@@ -81,7 +81,7 @@ def with_crash(record: DropRecord, motion: Crash) -> DropRecord:
     }
     for name in ("slip", "vacuum_in_time", "dissipated_energy"):
         after[name] = np.full(len(motion.time), getattr(record, name)[-1])
-    joined: dict[str, Any] = {
+    columns: dict[str, Any] = {
         name: np.append(getattr(record, name), column[1:]) for name, column in after.items()
     }
-    return replace(record, **joined)
+    return replace(record, **columns)

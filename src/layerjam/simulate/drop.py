@@ -109,11 +109,13 @@ def drop(
                 )
             )
     time = float(columns["time"][-1])
-    timed = TimedStop(*result[:-1], time, outcome, slip_at_end=result.slip, outcome_at_end=outcome)
+    timed_stop = TimedStop(
+        *result[:-1], time, outcome, slip_at_end=result.slip, outcome_at_end=outcome
+    )
     inputs: dict[str, Any] = {"mass": mass, "speed": speed, "vacuum": vacuum, "gravity": pull}
     inputs["rope_stiffness"] = rope_stiffness
     notes = notes or stop_notices(file)
-    return conclude(file, timed, spring, vacuum, columns, inputs, after=notes)
+    return conclude(file, timed_stop, spring, vacuum, columns, inputs, after=notes)
 
 
 def conclude(
@@ -247,8 +249,8 @@ def _append_slide(
         "vacuum_in_time": np.full_like(time, vacuum),
         "dissipated_energy": friction_heat + np.asarray(backbone_dissipated(slip, enclosure)),
     }
-    joined = {name: np.append(elastic[name], column) for name, column in slid.items()}
-    return joined, float(pace.max()), float(np.max(abs(exact - coarse) / abs(exact)))
+    columns = {name: np.append(elastic[name], column) for name, column in slid.items()}
+    return columns, float(pace.max()), float(np.max(abs(exact - coarse) / abs(exact)))
 
 
 def _slid_samples(end: float, vacuum: float, brake: Brake) -> Array:

@@ -105,8 +105,8 @@ class Procedure:
     steps: tuple[Step, ...]
 
     def __post_init__(self) -> None:
-        known = isinstance(self.steps, tuple | list)
-        if not known or any(not isinstance(step, Step) for step in self.steps):
+        is_sequence = isinstance(self.steps, tuple | list)
+        if not is_sequence or any(not isinstance(step, Step) for step in self.steps):
             raise ProcedureError(f"procedure: {abbreviate(self.steps)} is not a tuple of steps")
         if not self.steps:
             raise ProcedureError("procedure: it has no step")

@@ -41,8 +41,8 @@ HELD = QuantitySpec("s", "time from shutting the line off to the taut rope", hi=
 SEED = QuantitySpec("1", "seed of the random numbers", hi=2**63 - 1, whole=True)
 
 
-def check_given(given: Mapping[str, float | None], limits: Mapping[str, QuantitySpec]) -> None:
+def check_given(values: Mapping[str, float | None], limits: Mapping[str, QuantitySpec]) -> None:
     """Raise QuantityError for a number that is not None and outside its limits."""
-    for name, value in given.items():
+    for name, value in values.items():
         if value is not None:
             limits[name].check(value, name.replace("_", " "))

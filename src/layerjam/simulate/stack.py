@@ -67,9 +67,9 @@ def _path(first: Evacuate, steps: list[Pull | Return | Hold], brake: Brake) -> t
 
 def sliding_at(speed: float, brake: Brake) -> Brake:
     """Return the brake with its kinetic friction at a speed [m/s], and static at least that."""
-    adjusted = at_speed(speed, brake)
-    static = max(float(brake.film.static), float(adjusted.film.kinetic))
-    return replace(adjusted, film=replace(adjusted.film, static=static))
+    sliding = at_speed(speed, brake)
+    static = max(float(brake.film.static), float(sliding.film.kinetic))
+    return replace(sliding, film=replace(sliding.film, static=static))
 
 
 def tensile_stack(

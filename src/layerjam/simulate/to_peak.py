@@ -26,8 +26,8 @@ class ToPeak:
     """Vacuum [Pa] or sheets with that peak."""
 
 
-def vacuum_to_peak(peak_at: Callable[[float], float], force: float, most: float) -> ToPeak:
-    """Return the vacuum [Pa], from zero to `most`, at which a pull peaks at a force [N].
+def vacuum_to_peak(peak_at: Callable[[float], float], force: float, limit: float) -> ToPeak:
+    """Return the vacuum [Pa], from zero to `limit`, at which a pull peaks at a force [N].
 
     `peak_at` is the rising peak [N] over the vacuum. Bracketed, then by Brent's method. Raises
     QuantityError for an invalid force.
@@ -35,25 +35,25 @@ def vacuum_to_peak(peak_at: Callable[[float], float], force: float, most: float)
     from scipy.optimize import brentq
 
     _check(force)
-    low, high = peak_at(0.0), peak_at(most)
+    low, high = peak_at(0.0), peak_at(limit)
     if not low <= force <= high:
-        end = 0.0 if force < low else most
+        end = 0.0 if force < low else limit
         return ToPeak(None, low if force < low else high, end)
     if force in (low, high):
-        return ToPeak(0.0 if force == low else most, force, 0.0 if force == low else most)
-    root = float(brentq(lambda p: peak_at(p) - force, 0.0, most, xtol=CLOSE * most))
+        return ToPeak(0.0 if force == low else limit, force, 0.0 if force == low else limit)
+    root = float(brentq(lambda p: peak_at(p) - force, 0.0, limit, xtol=CLOSE * limit))
     return ToPeak(root, peak_at(root), root)
 
 
-def sheets_to_peak(peak_at: Callable[[int], float], force: float, most: int) -> ToPeak:
-    """Return the number of sheets, from two to `most`, whose pull peaks nearest to a force [N].
+def sheets_to_peak(peak_at: Callable[[int], float], force: float, limit: int) -> ToPeak:
+    """Return the number of sheets, from two to `limit`, whose pull peaks nearest to a force [N].
 
     `peak_at` is the rising peak [N] over the number. The value is None for a force below the peak
-    of two sheets by more than half a step, or above that of `most`. By bisection. Raises
+    of two sheets by more than half a step, or above that of `limit`. By bisection. Raises
     QuantityError for an invalid force.
     """
     _check(force)
-    low, high = FEWEST, most
+    low, high = FEWEST, limit
     peaks = {low: peak_at(low), high: peak_at(high)}
     step = peak_at(low + 1) - peaks[low]
     if force > peaks[high]:

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Generic, Self, TypeVar
 from layerjam.errors import FileError, QuantityError, UnknownNameError, explain_arguments
 from layerjam.toml_files.reader import Reader
 from layerjam.toml_files.source import KINDS, Source
-from layerjam.toml_files.toml import quoted
+from layerjam.toml_files.toml import quote
 from layerjam.toml_files.values import Entry, entries
 from layerjam.toml_files.writer import commented_lines, literal, update_text
 from layerjam.units import build, get, quantities, show
@@ -50,13 +50,13 @@ def by_path(cls: type, changes: Mapping[str, Change]) -> dict[str, float | None]
     Raises UnknownNameError with the nearest names, or QuantityError.
     """
     paths = names(cls)
-    specs = {path: (spec, required) for path, spec, required in quantities(cls)}
+    specs = {path: (spec, is_required) for path, spec, is_required in quantities(cls)}
     values: dict[str, float | None] = {}
     for name, change in changes.items():
         if name not in paths:
             raise UnknownNameError("quantity", name, paths, quantity=name)
-        spec, required = specs[paths[name]]
-        if change is None and required:
+        spec, is_required = specs[paths[name]]
+        if change is None and is_required:
             raise QuantityError(f"{name}: {spec.text} cannot be left out", quantity=paths[name])
         values[paths[name]] = None if change is None else spec.si(change, paths[name])
     return values
@@ -217,10 +217,10 @@ class RecordFile(ABC, Generic[R]):
             "# A number can say where it comes from:",
             '#   width = { value = "13 mm", kind = "measured", source = "caliper, 3 places" }',
             f"# kind: {', '.join(KINDS)}",
-            f"name = {quoted(name)}",
+            f"name = {quote(name)}",
         ]
         if self.title:
-            lines.append(f"title = {quoted(self.title)}")
+            lines.append(f"title = {quote(self.title)}")
         rows = sorted(self.fields.items(), key=lambda row: "." in row[0])
         lines += commented_lines(rows, self.known_values, self.sources)
         for entry in self.accepted:

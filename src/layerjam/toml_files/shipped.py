@@ -10,7 +10,7 @@ from layerjam.errors import UnknownNameError
 from layerjam.toml_files.toml import read_text
 
 
-def shipped(package: str, *folders: str) -> dict[str, str]:
+def shipped_files(package: str, *folders: str) -> dict[str, str]:
     """Return {name: TOML text} of a folder in a package, sorted by name; a fresh copy."""
     return dict(_read_shipped(package, *folders))
 

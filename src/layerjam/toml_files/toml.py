@@ -112,7 +112,7 @@ def row_with(text: str, words: str) -> int | None:
     return next((number for number, row in rows if words and words in row), None)
 
 
-def quoted(text: str) -> str:
+def quote(text: str) -> str:
     """Return a TOML string."""
     out = []
     for char in text:

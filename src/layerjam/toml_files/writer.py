@@ -6,7 +6,7 @@ from typing import Any
 
 from layerjam.errors import QuantityError
 from layerjam.toml_files.source import Source
-from layerjam.toml_files.toml import quoted
+from layerjam.toml_files.toml import quote
 from layerjam.toml_files.values import Entry, ValueSpec
 from layerjam.units import QuantitySpec
 from layerjam.verdict import Acceptance, remaining
@@ -19,7 +19,7 @@ WIDE = 100
 def literal(value: object) -> str:
     """Return a value as TOML text: texts, switches, numbers and lists of them."""
     if isinstance(value, str):
-        return quoted(value)
+        return quote(value)
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, list | tuple):
@@ -80,7 +80,7 @@ def commented_lines(
             lines.append(f"# {key} = {text}        (the default)")
             continue
         words = {} if source is None else source.to_toml()
-        inner = "".join(f", {k} = {quoted(w)}" for k, w in words.items() if words != _UNSTATED)
+        inner = "".join(f", {k} = {quote(w)}" for k, w in words.items() if words != _UNSTATED)
         lines.append(f"{key} = {{ value = {text}{inner} }}" if inner else f"{key} = {text}")
     return lines
 

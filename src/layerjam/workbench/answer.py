@@ -42,37 +42,37 @@ class Answer:
         return self.title or f"{self.call.subjects[0].name.removesuffix('.toml')}-{self.call.name}"
 
     @property
-    def beside(self) -> "Mapping[str, Answer]":
+    def pinned_answers(self) -> "Mapping[str, Answer]":
         """The pinned answers that have a curve, by their labels."""
         return {pin.label: pin.answer for pin in self.pins if pin.answer.result.has_curve}
 
     @property
-    def pinned(self) -> Mapping[str, Call]:
+    def pinned_calls(self) -> Mapping[str, Call]:
         """The calls behind them."""
-        return {label: answer.call for label, answer in self.beside.items()}
+        return {label: answer.call for label, answer in self.pinned_answers.items()}
 
     def figure(self, ending: str) -> bytes:
         """The bytes of the figure, with what is pinned."""
-        beside = {label: answer.result for label, answer in self.beside.items()}
-        return file_bytes(self.result or self.call.run(), ending, beside, self.finish)
+        pinned_results = {label: answer.result for label, answer in self.pinned_answers.items()}
+        return file_bytes(self.result or self.call.run(), ending, pinned_results, self.finish)
 
     def python(self) -> str:
         """Lines that compute and draw it in a fresh process."""
-        export = self._exported
-        return as_python(export.calls, export.pinned)
+        export = self._export_calls
+        return as_python(export.calls, export.pinned_calls)
 
     @property
     def files(self) -> Mapping[str, str]:
         """{name: content} of the brakes that are in no catalogue."""
-        return self._exported.texts
+        return self._export_calls.texts
 
     @property
-    def _exported(self) -> CallExport:
-        return disambiguate([self.call], self.pinned)
+    def _export_calls(self) -> CallExport:
+        return disambiguate([self.call], self.pinned_calls)
 
     def notebook(self) -> str:
         """A Jupyter notebook that computes and draws it."""
-        return notebook(self.name, [self.call], self.pinned)
+        return notebook(self.name, [self.call], self.pinned_calls)
 
 
 @dataclass(frozen=True)
@@ -107,18 +107,18 @@ def answers_in(result: Any) -> list[Answer]:
 def file_bytes(
     result: Result,
     ending: str,
-    beside: Mapping[str, Result] | None = None,
+    pinned_results: Mapping[str, Result] | None = None,
     finish: Callable[[Figure], None] | None = None,
 ) -> bytes:
     """The bytes of a result's figure or record, as the command writes them.
 
-    With other results `beside` it, and what `finish` draws, it is a figure in any case.
+    With other results `pinned_results` it, and what `finish` draws, it is a figure in any case.
     """
     with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
         path = Path(folder) / f"file.{ending}"
-        if not beside and finish is None:
+        if not pinned_results and finish is None:
             return result.save(path).read_bytes()
-        figure = result.plot(beside=beside)
+        figure = result.plot(beside=pinned_results)
         if finish is not None:
             finish(figure)
         save(figure, path)
@@ -130,16 +130,18 @@ SHOWING = "from IPython.display import SVG, display\n"
 
 
 def notebook(
-    title: str, calls: Sequence[Call], pinned: Mapping[str, Call] = MappingProxyType({})
+    title: str, calls: Sequence[Call], pinned_calls: Mapping[str, Call] = MappingProxyType({})
 ) -> str:
     """The notebook's JSON; it needs layerjam, and Jupyter to be opened.
 
     Brakes and lines that are in no catalogue are in the notebook, which writes them to its folder
     when it is run. It states which measured files belong into that folder.
     """
-    export = disambiguate(calls, pinned)
-    head, *blocks = python_parts(export.calls, export.pinned, display=True)
-    files = [file.shown for call in (*export.calls, *export.pinned.values()) for file in call.data]
+    export = disambiguate(calls, pinned_calls)
+    head, *blocks = python_parts(export.calls, export.pinned_calls, display=True)
+    files = [
+        file.shown for call in (*export.calls, *export.pinned_calls.values()) for file in call.data
+    ]
     cells = [_words(_introduction(title, export.calls, files)), _code(head + SHOWING)]
     if export.texts:
         cells.append(_code("from pathlib import Path\n\n" + "".join(_writing(export.texts))))

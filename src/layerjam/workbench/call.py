@@ -159,18 +159,20 @@ class Call:
         return _head([self]) + typed_line(words)
 
 
-def as_python(calls: Sequence[Call], pinned: Mapping[str, Call] = MappingProxyType({})) -> str:
+def as_python(
+    calls: Sequence[Call], pinned_calls: Mapping[str, Call] = MappingProxyType({})
+) -> str:
     """Lines that give numbers and figures of several calls in a fresh process.
 
-    `pinned` calls are drawn, with their labels, beside the first that takes them.
+    `pinned_calls` calls are drawn, with their labels, beside the first that takes them.
     """
-    head, *blocks = python_parts(calls, pinned)
+    head, *blocks = python_parts(calls, pinned_calls)
     return f"{head}\n{''.join(blocks)}" if blocks else ""
 
 
 def python_parts(
     calls: Sequence[Call],
-    pinned: Mapping[str, Call] = MappingProxyType({}),
+    pinned_calls: Mapping[str, Call] = MappingProxyType({}),
     display: bool = False,
 ) -> list[str]:
     """The lines of `as_python` apart: what is imported, then the lines of each call.
@@ -178,8 +180,8 @@ def python_parts(
     With `display` they show their figures by `display` and `SVG` of IPython.
     """
     names = [load(call.name).name for call in calls]
-    every = [*calls, *pinned.values()]
-    parts, left = [f"{_head(every)}import layerjam as lj\n"], dict(pinned)
+    every = [*calls, *pinned_calls.values()]
+    parts, left = [f"{_head(every)}import layerjam as lj\n"], dict(pinned_calls)
     for place, call in enumerate(calls):
         lone = names.count(names[place]) == 1
         file = names[place] if lone else f"{names[place]}-{names[: place + 1].count(names[place])}"
@@ -269,12 +271,12 @@ class CallExport:
     """
 
     calls: Sequence[Call]
-    pinned: Mapping[str, Call]
+    pinned_calls: Mapping[str, Call]
     texts: dict[str, str] = field(default_factory=dict)
 
 
 def disambiguate(
-    calls: Sequence[Call], pinned: Mapping[str, Call] = MappingProxyType({})
+    calls: Sequence[Call], pinned_calls: Mapping[str, Call] = MappingProxyType({})
 ) -> CallExport:
     """The calls with their files named apart.
 
@@ -284,7 +286,9 @@ def disambiguate(
     texts: dict[str, str] = {}
     renamed_calls = [_rename_files(call, texts) for call in calls]
     return CallExport(
-        renamed_calls, {label: _rename_files(call, texts) for label, call in pinned.items()}, texts
+        renamed_calls,
+        {label: _rename_files(call, texts) for label, call in pinned_calls.items()},
+        texts,
     )
 
 

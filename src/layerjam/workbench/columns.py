@@ -30,26 +30,26 @@ class ColumnTable:
 
     def __init__(
         self,
-        shown: Preview,
+        preview: Preview,
         negative: frozenset[str],
         choose: Callable[[int, str, str], object],
         turn: Callable[[str], object],
     ) -> None:
-        self.shown, self.negative, self._said, self._turned = shown, negative, choose, turn
+        self.shown, self.negative, self._said, self._turned = preview, negative, choose, turn
         with ui.element("div").classes("plain-scroll w-full").props("tabindex=0"):
             table = ui.element("table").classes("plain-table columns-table")
             with dress(table, "columns", aria_label="The first rows of the file"):
                 with ui.element("thead"), ui.element("tr"):
-                    for index in range(min(len(shown.names), COLUMN_LIMIT)):
+                    for index in range(min(len(preview.names), COLUMN_LIMIT)):
                         self._head(index)
                 with ui.element("tbody"):
-                    for row in shown.rows:
+                    for row in preview.rows:
                         with ui.element("tr"):
                             for cell in row[:COLUMN_LIMIT]:
                                 with ui.element("td").classes("num"):
                                     ui.label(cell)
-        if len(shown.names) > COLUMN_LIMIT:
-            hidden = len(shown.names) - COLUMN_LIMIT
+        if len(preview.names) > COLUMN_LIMIT:
+            hidden = len(preview.names) - COLUMN_LIMIT
             ui.label(f"and {hidden} columns more").classes("text-xs opacity-80")
 
     def _head(self, index: int) -> None:

@@ -61,7 +61,7 @@ class Control:
         step = (self.high - self.low) / self.steps / self.factor
         return max(0, -int(f"{step:e}".split("e")[1]))
 
-    def rounded(self, value: float) -> float:
+    def round_to_step(self, value: float) -> float:
         """The SI value of the nearest step of the slider, short in the shown unit."""
         return float(f"{value / self.factor:.{self.digits}f}") * self.factor
 
@@ -183,7 +183,7 @@ class Slider:
         if self._filling:
             return
         self.field.error = None
-        value = self.control.rounded(float(event.value) * self.control.factor)
+        value = self.control.round_to_step(float(event.value) * self.control.factor)
         self.desk.put(self.page, self.control.key, value)
 
     def _on_type(self) -> None:
@@ -254,8 +254,10 @@ def tabs(desk: Desk, page: str, item: Choice) -> None:
 
 def menu(desk: Desk, page: str, item: Choice) -> None:
     """A list of words to choose from that opens; for more words than fit a row."""
-    ident, now = f"{page}-{item.key}", word(desk, page, item)
-    _bind(desk, page, item, select(item.words, item.name, ident, value=now, tip=item.help))
+    ident, selected_word = f"{page}-{item.key}", word(desk, page, item)
+    _bind(
+        desk, page, item, select(item.words, item.name, ident, value=selected_word, tip=item.help)
+    )
 
 
 def _bind(desk: Desk, page: str, item: Choice, box: ui.toggle | ui.select) -> None:

@@ -100,7 +100,7 @@ class Desk:
 
         With `follow` the control follows: it was not that which moved.
         """
-        if self.state.stored(page, key) == value:
+        if self.state.find_setting(page, key) == value:
             return
         time_now = time.monotonic()
         same = self._moved == (page, key) and time_now - self._when < PAUSE and not single

@@ -291,15 +291,15 @@ def attach(uploads: Uploads) -> tuple[list[str], list[str]]:
         if file.shown in uploads.from_list:
             continue
         text = uploads.sidecars.get(file.shown, "")
-        listed, values = values_of(of_list, LIST), _sidecar_values(text)
-        for key in listed.keys() & values.keys():
-            if listed[key] != values[key]:
+        list_values, values = values_of(of_list, LIST), _sidecar_values(text)
+        for key in list_values.keys() & values.keys():
+            if list_values[key] != values[key]:
                 notes.append(
                     f"{file.shown}: its sidecar states {key.replace('_', ' ')} "
-                    f"{_text(key, values[key])}, {LIST} {_text(key, listed[key])}; "
+                    f"{_text(key, values[key])}, {LIST} {_text(key, list_values[key])}; "
                     "the sidecar counts"
                 )
-        uploads.from_list[file.shown] = frozenset(listed.keys() - values.keys())
+        uploads.from_list[file.shown] = frozenset(list_values.keys() - values.keys())
         uploads.sidecars[file.shown] = merge_sidecars(text, of_list)
     return names, notes
 
@@ -307,10 +307,10 @@ def attach(uploads: Uploads) -> tuple[list[str], list[str]]:
 def merge_sidecars(text: str, of_all: str) -> str:
     """A sidecar's text with what another one says besides; its own words count."""
     try:
-        document, other = tomlkit.parse(text), tomlkit.parse(of_all)
+        document, addition = tomlkit.parse(text), tomlkit.parse(of_all)
     except tomlkit.exceptions.TOMLKitError:
         return text or of_all
-    for key, value in other.items():
+    for key, value in addition.items():
         if key not in document:
             document[key] = value
     return dump_toml(document, text)

@@ -114,7 +114,7 @@ class View(Asking):
         """The calls behind what is shown, or asked for while nothing is; and those of pins."""
         answers, pins = self.answers(), dict[str, Call]()
         for answer in answers:
-            for label, call in answer.pinned.items():
+            for label, call in answer.pinned_calls.items():
                 pins[f"{label}, {call.name}" if label in pins else label] = call
         return [answer.call for answer in answers] or self.calls(), pins
 
@@ -182,7 +182,7 @@ class Page(View):
         """Create the line for the reason of a refusal."""
         self.problem = Alert(f"{self.name}-problem")
 
-    async def settled(self) -> None:
+    async def wait_until_idle(self) -> None:
         """Wait until nothing is being computed (for tests)."""
         while self.runner.running:
             await asyncio.sleep(0.01)

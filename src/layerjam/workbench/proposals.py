@@ -162,16 +162,16 @@ def proposal(key: str, name: str, path: Path) -> Proposal:
 
     Nothing is raised: what cannot be read is said in `about`, which calls the file by its path.
     """
-    proposed = Proposal(key, name)
+    draft = Proposal(key, name)
     try:
         facts = read_facts(path)
     except FileError as err:
-        return replace(proposed, kind="unknown", about=err.reason)
+        return replace(draft, kind="unknown", about=err.reason)
     try:
         traces = [trace.read(ReadingOptions()) for trace in open_traces(path)]
     except LayerjamError as err:
         role, facts_found = _conditions(name, path, facts, ())
-        return _unread(replace(proposed, role=role, facts=facts_found), path, err)
+        return _unread(replace(draft, role=role, facts=facts_found), path, err)
     longest = max(traces, key=len)
     force, travel = float(longest.force.max()), float(np.ptp(longest.elongation))
     summary = f"{len(longest)} samples over {show(travel, 'm', 3)}, up to {show(force, 'N', 3)}"
@@ -179,21 +179,21 @@ def proposal(key: str, name: str, path: Path) -> Proposal:
         summary = f"{len(traces)} specimens; the longest has {summary}"
     synthetic = any(t.synthetic for t in traces)
     role, facts_found = _conditions(name, path, facts, traces)
-    return replace(proposed, about=summary, synthetic=synthetic, role=role, facts=facts_found)
+    return replace(draft, about=summary, synthetic=synthetic, role=role, facts=facts_found)
 
 
-def _unread(proposed: Proposal, path: Path, error: LayerjamError) -> Proposal:
+def _unread(draft: Proposal, path: Path, error: LayerjamError) -> Proposal:
     """A file that is no test yet: read elsewhere, to be corrected, or nothing that is known."""
     asks = str(getattr(error, "asks", ""))
     reason = str(getattr(error, "plain", "") or error)
     if isinstance(error, MissingExtraError):
-        return replace(proposed, kind="unknown", about=reason)
+        return replace(draft, kind="unknown", about=reason)
     kind = elsewhere_of(path)
     if kind:
-        return replace(proposed, kind=kind, about=OTHER_READERS[kind].sentence(proposed.name))
+        return replace(draft, kind=kind, about=OTHER_READERS[kind].sentence(draft.name))
     if asks in CLICKS:
-        return replace(proposed, about=reason, asks=asks)
-    return replace(proposed, kind="unknown", about=reason)
+        return replace(draft, about=reason, asks=asks)
+    return replace(draft, kind="unknown", about=reason)
 
 
 def _conditions(

@@ -16,7 +16,7 @@ LOOK = 0.3
 """Seconds between two looks at what is being done."""
 
 
-class Stopped(Exception):
+class ComputationStopped(Exception):
     """Raised inside a computation that the user has stopped."""
 
 
@@ -55,7 +55,7 @@ class Runner:
                     result = await self._elsewhere(self._compute)
                 except LayerjamError as err:
                     problem = one_line(err)
-                except Stopped:
+                except ComputationStopped:
                     problem = "stopped"
                 except (MemoryError, RecursionError):
                     problem = "too large for this machine's memory"
@@ -72,7 +72,7 @@ class Runner:
     def tell(self, phase: str, share: float) -> None:
         """A command's progress callback, in its thread; raises Stopped where the user said so."""
         if self.stopping.is_set():
-            raise Stopped
+            raise ComputationStopped
         self.doing = (phase, share)
 
 

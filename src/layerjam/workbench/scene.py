@@ -85,7 +85,7 @@ def stack_of(brake: Brake, slip: float, share: float) -> Stack:
     Lengths and width are true to each other, thicknesses exaggerated. Sheets of the two ends
     alternate; the left end has one more of an odd number, as in eq. 1.
     """
-    sheets, clamped = brake.sheets, brake.mount.clamped_length
+    sheets, clamp_length = brake.sheets, brake.mount.clamped_length
     count = min(sheets.count, MAX_SHEETS)
     scale = exaggeration(sheets.thickness, count, sheets.width)
     thick = sheets.thickness * scale
@@ -98,7 +98,7 @@ def stack_of(brake: Brake, slip: float, share: float) -> Stack:
         _sheet(i, thick, (i + 0.5) * thick + i * gap - height / 2, brake, (start, end))
         for i in range(count)
     ]
-    cap = max(1.2 * clamped, 0.06 * (free + lap + free_right))
+    cap = max(1.2 * clamp_length, 0.06 * (free + lap + free_right))
     tall = height + 3 * thick
     for name, inner, side in (("cap left", start, -1), ("cap right", end, 1)):
         middle = inner + side * cap / 2
@@ -136,11 +136,11 @@ def _ghost(start: float, end: float, cap: float, size: Point) -> Iterator[Box]:
 
 def _sheet(number: int, thick: float, z: float, brake: Brake, span: tuple[float, float]) -> Box:
     """The sheet at a height, held on the left where its number is even."""
-    sheets, clamped = brake.sheets, brake.mount.clamped_length
+    sheets, clamp_length = brake.sheets, brake.mount.clamped_length
     if number % 2 == 0:
-        ends = (span[0] - clamped, span[0] + sheets.free_left + sheets.overlap)
+        ends = (span[0] - clamp_length, span[0] + sheets.free_left + sheets.overlap)
     else:
-        ends = (span[1] - sheets.free_right - sheets.overlap, span[1] + clamped)
+        ends = (span[1] - sheets.free_right - sheets.overlap, span[1] + clamp_length)
     size = (ends[1] - ends[0], sheets.width, thick)
     color = ORANGE if number % 2 else BLUE
     return _box(f"sheet {number}", (sum(ends) / 2, 0, z), size, color)

@@ -128,12 +128,12 @@ def _plain(status: int, reason: str) -> PlainTextResponse:
 def _with_headers(send: Any) -> Any:
     extra = [(name.encode(), text.encode()) for name, text in HEADERS.items()]
 
-    async def sent(message: Any) -> None:
+    async def send_with_headers(message: Any) -> None:
         if message["type"] == "http.response.start":
             message["headers"] = [*message.get("headers", []), *extra]
         await send(message)
 
-    return sent
+    return send_with_headers
 
 
 BODY = 64 * 2**20

@@ -57,9 +57,9 @@ class PullView:
         Across counts more than up, but where the curve is steep up tells the samples apart.
         """
         motion = self.motion
-        along = (motion.elongation - elongation) / max(float(np.ptp(motion.elongation)), 1e-12)
+        across = (motion.elongation - elongation) / max(float(np.ptp(motion.elongation)), 1e-12)
         up = (motion.force - force) / max(float(np.ptp(motion.force)), 1e-12)
-        return int(np.argmin((10 * along) ** 2 + up**2))
+        return int(np.argmin((10 * across) ** 2 + up**2))
 
 
 def round_down(value: float) -> float:

@@ -81,16 +81,16 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
 
     desk.turn = turn
 
-    def loaded(tab: Tab) -> type[Page]:
+    def load_page(tab: Tab) -> type[Page]:
         if not tab.light:
             prepare()
         return tab.load()
 
-    async def opened(name: str) -> None:
+    async def open_tab(name: str) -> None:
         ui.run_javascript(f"layerjamPage({name!r})")
         desk.open(name)
         if name not in pages:
-            kind = await run.io_bound(loaded, kinds[name])
+            kind = await run.io_bound(load_page, kinds[name])
             if kind is None or client.is_deleted:  # the program or the tab was ended meanwhile
                 return
             if name not in pages:
@@ -100,7 +100,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
         with slots[name]:
             pages[name].open()
 
-    panels.on_value_change(lambda e: opened(str(e.value)))
+    panels.on_value_change(lambda e: open_tab(str(e.value)))
     Dropping(desk, turn)
     _address(desk)
     ui.on("layerjam_undo", desk.undo)
@@ -115,7 +115,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
             system = False
         dark.set_value(system)
         take_over(client, desk)
-        await opened(desk.state.page)
+        await open_tab(desk.state.page)
 
     ui.timer(0.01, begin, once=True)
 
@@ -206,11 +206,11 @@ def _session(desk: Desk) -> None:
 async def _copy(desk: Desk, pages: dict[str, Page], language: str) -> None:
     page = pages.get(desk.state.page)
     try:
-        calls, pinned = ([], {}) if page is None else page.copies()
-        export = disambiguate(calls, pinned if language == "python" else {})
+        calls, pinned_calls = ([], {}) if page is None else page.copies()
+        export = disambiguate(calls, pinned_calls if language == "python" else {})
         text = "\n".join(c.command() for c in export.calls)
         if language == "python":
-            text = as_python(export.calls, export.pinned)
+            text = as_python(export.calls, export.pinned_calls)
     except LayerjamError as err:
         ui.notify(str(err), type="warning")
         return
@@ -239,14 +239,14 @@ async def _copy_link(desk: Desk) -> None:
 def _address(desk: Desk) -> None:
     """The address bar follows the state, once it rests a moment; Back turns to the tab before."""
     ui.on("layerjam_page", lambda e: desk.turn(str(e.args)))
-    sent = last = desk.state
+    last_link = last = desk.state
 
     def follow() -> None:
-        nonlocal sent, last
+        nonlocal last_link, last
         rests, last = desk.state is last, desk.state
-        if not rests or last is sent:
+        if not rests or last is last_link:
             return
-        sent, link = last, to_link(last)
+        last_link, link = last, to_link(last)
         if len(link) <= LONGEST_LINK:
             ui.run_javascript(
                 "const u = new URL(window.location); u.searchParams.set('s', "

@@ -95,10 +95,10 @@ class State:
 
     def get(self, page: str, key: str, default: Value) -> Value:
         """Return the setting, or the default."""
-        value = self.stored(page, key)
+        value = self.find_setting(page, key)
         return default if value is None else value
 
-    def stored(self, page: str, key: str) -> Value | None:
+    def find_setting(self, page: str, key: str) -> Value | None:
         """Return the setting, or None."""
         for place, name in _places(page, key):
             if name in self.settings.get(place, {}):
@@ -109,9 +109,11 @@ class State:
         """A state with one setting changed; what pages share is changed for all of them."""
         place, name = next(_places(page, key))
         settings = dict(self.settings)
-        for other, control in SAME.get(name, ()) if place == SHARED else ():
-            if control in settings.get(other, {}):
-                settings[other] = {k: v for k, v in settings[other].items() if k != control}
+        for shared_page, control in SAME.get(name, ()) if place == SHARED else ():
+            if control in settings.get(shared_page, {}):
+                settings[shared_page] = {
+                    k: v for k, v in settings[shared_page].items() if k != control
+                }
         settings[place] = {**settings.get(place, {}), name: value}
         return replace(self, settings=settings)
 

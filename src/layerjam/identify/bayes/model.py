@@ -148,18 +148,18 @@ def _pieces(curve: Curve) -> list[tuple[Array, Array, Array]]:
     if curve.vacuum <= 0:
         raise FitError.of(curve.path, f"at {show(curve.vacuum, 'Pa')} of vacuum no sheet is jammed")
     pull, u, force = curve.pull, curve.elongation, curve.force
-    fitted = fitted_part(curve)
+    part = fitted_part(curve)
     if pull.straight:
         rise = force[: int(np.argmax(force)) + 1]
         below = np.flatnonzero(rise <= LINEAR[1] * pull.peak_force)
         end = int(below[-1]) + 1 if len(below) else 0
         slides = u > SLIDES * pull.peak_force / pull.stiffness
         pieces = [
-            _means(u[fitted.start : end], force[fitted.start : end], RISE),
+            _means(u[part.start : end], force[part.start : end], RISE),
             _means(u[slides], force[slides], SLIDE),
         ]
     else:
-        pieces = [_means(u[fitted], force[fitted], SLIDE)]
+        pieces = [_means(u[part], force[part], SLIDE)]
     stretches = len(pieces[-1][0])
     if stretches < FEWEST_BINS:
         raise FitError.of(
@@ -346,11 +346,11 @@ def start(data: Data, curves: Sequence[Curve], brake: Brake) -> Sites:
 
 def forces(sites: Sites, slack_sd: Any, data: Data, brake: Brake) -> Any:
     """Return the law's force [N] in every bin, (curves, bins); zero while slack."""
-    fitted = with_shape(
+    shaped = with_shape(
         brake, jnp.exp(sites.own_a)[:, None], jnp.exp(sites.own_k)[:, None], jnp.exp(sites.log_f)
     )
     taut = jnp.maximum(data.elongation - (slack_sd * sites.own_slack)[:, None], 0.0)
-    return force_at_elongation(taut, data.vacuum[:, None], fitted)
+    return force_at_elongation(taut, data.vacuum[:, None], shaped)
 
 
 def log_likelihood(residuals: Any, size: Any, phi: Any, data: Data) -> Any:

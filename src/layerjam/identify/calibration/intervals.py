@@ -44,8 +44,8 @@ def coverage_factor(parts: Sequence[tuple[float, float]]) -> float:
     uncertainty is never below that of one contribution alone. Otherwise, with one or two degrees of
     freedom, Welch and Satterthwaite's formula would reward a further contribution.
     """
-    combined, degrees = combine(parts)
-    single = [quantile(freedom) * u / combined for u, freedom in parts if u > 0]
+    total, degrees = combine(parts)
+    single = [quantile(freedom) * u / total for u, freedom in parts if u > 0]
     return max([quantile(degrees), *single])
 
 

@@ -193,10 +193,10 @@ def _design(
         base[:, 0] = brake.pressure_exponent * np.log(vacuums / brake.test_pressure)
     base[:, 0] += np.log([growth_in(brake, c.speed, c.path) for c in curves])
     if "speed" in free:
-        stated = [c.speed for c in curves]
-        speeds = np.array([np.nan if s is None else s for s in stated])
+        known_speeds = [c.speed for c in curves]
+        speeds = np.array([np.nan if s is None else s for s in known_speeds])
         if np.isnan(speeds).any():
-            missing = next(c.name for c, s in zip(curves, stated, strict=True) if s is None)
+            missing = next(c.name for c, s in zip(curves, known_speeds, strict=True) if s is None)
             raise FitError(
                 f"speed: {missing} states no speed and has no time; name it in a sidecar"
             )

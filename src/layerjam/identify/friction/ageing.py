@@ -71,7 +71,7 @@ def fit_ageing(
     reach = float(stdtrit(line.freedom, 0.5 + LEVEL / 2))
     level = reach * sd * math.sqrt(1 / len(lengths) + (decade - line.x) ** 2 / spread)
     turn = reach * line.slope_se
-    static = line.at(decade)
+    static = line.value_at(decade)
     fit = AgeingFit(
         hold=10**decade,
         static=static,

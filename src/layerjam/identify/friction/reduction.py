@@ -233,14 +233,14 @@ def _window(
     return (start, end), []
 
 
-def _at_breakaway(found: Breakaway, inertia: Inertia | None, normal_force: float) -> list[str]:
+def _at_breakaway(breakaway: Breakaway, inertia: Inertia | None, normal_force: float) -> list[str]:
     """Return the warnings about static friction of a breakaway."""
-    if not found.distinct:
+    if not breakaway.distinct:
         return [
             "no first maximum stands out: static is where the rise bends into sliding, the same "
             "as the kinetic level"
         ]
-    if inertia is None or inertia.bound < 0.01 * found.force:
+    if inertia is None or inertia.bound < 0.01 * breakaway.force:
         return []
     return [
         f"the sled's inertia may lift the first maximum by up to {show(inertia.bound, 'N', 2)} "
@@ -372,7 +372,7 @@ def _peak_warning(repeat: FrictionRepeat) -> list[str]:
 
 
 def with_friction(
-    file: BrakeFile, result: FrictionResult, name: str, accepted: Sequence[Acceptance] = ()
+    file: BrakeFile, result: FrictionResult, name: str, acceptances: Sequence[Acceptance] = ()
 ) -> tuple[str, list[str]]:
     """Return (TOML text, warnings) of the brake with measured friction and a scale factor of 1.
 
@@ -401,8 +401,8 @@ def with_friction(
     if file.brake.amplification_held is not None:
         changes["amplification_held"] = (1.0, blank)
     record = _made_by(result, synthetic := {r.path for r in result.repeats if r.synthetic})
-    marked = mark_synthetic(changes, bool(synthetic))
-    return updated_text(file, name, marked, record, accepted), warnings
+    marked_changes = mark_synthetic(changes, bool(synthetic))
+    return updated_text(file, name, marked_changes, record, acceptances), warnings
 
 
 def _made_by(result: FrictionResult, synthetic: Collection[str]) -> dict[str, Any]:

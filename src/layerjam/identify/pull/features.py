@@ -138,7 +138,7 @@ def pull_features(trace: Trace) -> PullFeatures:
         raise FileError(trace.path, "the force does not rise with elongation before the peak")
     origin = line.meets(0.0)
     # a line that starts far above the record's first sample is not its first rise
-    bent = line.at(float(elongation[0])) - float(force[0]) > BENT * height
+    bent = line.value_at(float(elongation[0])) - float(force[0]) > BENT * height
     if bent:
         origin = float(elongation[0])
     u = elongation - origin

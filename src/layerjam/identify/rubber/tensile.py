@@ -136,7 +136,7 @@ def read_rubber(
         stress=stress[rows],
         head=log.head,
         understood=(*log.understood, *notes_of_loading),
-        warnings=(*log.said, *notes),
+        warnings=(*log.notices, *notes),
         synthetic=log.synthetic,
     )
 

@@ -147,9 +147,9 @@ class Header:
         units = tuple(u if i in indices else None for i, u in enumerate(self.units))
         return replace(self, names=names, units=units)
 
-    def fail(self, reason: str, how: str = "", asks: str = "columns") -> FileError:
-        """Return an error about these columns; `how` names the option that resolves it."""
-        return FileError(self.path, reason, self.line, how=how, asks=asks if how else "")
+    def fail(self, reason: str, remedy: str = "", asks: str = "columns") -> FileError:
+        """Return an error about these columns; `remedy` names the option that resolves it."""
+        return FileError(self.path, reason, self.line, how=remedy, asks=asks if remedy else "")
 
     def describe(self) -> str:
         """Return the list of columns, as the end of an error's sentence."""
@@ -158,7 +158,7 @@ class Header:
 
     def candidates(self, want: Want, entry: ColumnEntry | None = None) -> list[tuple[int, Column]]:
         """Return (rank of the name, column) of all columns that can be the quantity."""
-        ranked = []
+        candidates = []
         for index, (name, file_unit) in enumerate(self.columns):
             if entry is not None and plain(name) != plain(entry.name or ""):
                 continue
@@ -168,8 +168,8 @@ class Header:
                 scale = Fraction(1), 0.0
             if scale and (rank is not None or entry is not None):
                 column = Column(want.role, index, name, unit, *scale, entry is not None)
-                ranked.append((rank or 0, column))
-        return ranked
+                candidates.append((rank or 0, column))
+        return candidates
 
 
 def by_order(

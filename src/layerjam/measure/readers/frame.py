@@ -28,7 +28,7 @@ def trace_of_frame(frame: Any, options: ReadingOptions, number: int = 1) -> Trac
     if frame.empty:
         raise FileError(path, "is empty")
     try:
-        known = specimens(Source(path, text.encode(), "utf-8", decimal="."), options)
+        specimens_read = specimens(Source(path, text.encode(), "utf-8", decimal="."), options)
     except FileError as error:
         if error.line or error.asks:
             raise
@@ -39,14 +39,16 @@ def trace_of_frame(frame: Any, options: ReadingOptions, number: int = 1) -> Trac
             how=", such as column={'force:N': NAME, 'elongation:mm': NAME}",
             asks="columns",
         ) from None
-    if len(known) > 1:
-        raise FileError(path, f"holds {len(known)} specimens; give a DataFrame for each of them")
-    trace = known[0].read(options)
-    stated = {
+    if len(specimens_read) > 1:
+        raise FileError(
+            path, f"holds {len(specimens_read)} specimens; give a DataFrame for each of them"
+        )
+    trace = specimens_read[0].read(options)
+    stated_facts = {
         name: entry.spec.si(frame.attrs[name], name)
         if hasattr(entry.spec, "si")
         else entry.spec.read(frame.attrs[name], name)
         for name, entry in entries(Facts)
         if name in frame.attrs
     }
-    return replace(trace, facts=replace(trace.facts, **stated))
+    return replace(trace, facts=replace(trace.facts, **stated_facts))

@@ -58,9 +58,9 @@ def separator_of(lines: Iterable[str]) -> str:
 
     Lines of numbers alone decide, if there are any: words may contain any sign.
     """
-    unquoted = [re.sub(r'"[^"]*"', "0", line) for line in lines if line.strip()]
-    numbers = [line for line in unquoted if len(line) <= 2000 and _BARE_NUMBERS.fullmatch(line)]
-    evidence = numbers if len(numbers) >= 3 else unquoted
+    plain_lines = [re.sub(r'"[^"]*"', "0", line) for line in lines if line.strip()]
+    numbers = [line for line in plain_lines if len(line) <= 2000 and _BARE_NUMBERS.fullmatch(line)]
+    evidence = numbers if len(numbers) >= 3 else plain_lines
     # A comma may be a decimal comma, so the others come first.
     for mark in ("\t", ";", "|"):
         if sum(mark in line.strip(" ") for line in evidence) * 2 > len(evidence):

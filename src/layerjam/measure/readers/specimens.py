@@ -107,12 +107,12 @@ def specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
     lines, entries = read_lines(source), options.entries(ROLES)
     blocks = list(under_one_head(lines, blocks_of(lines)))
     if (order := options.by_order) is not None:
-        wants = PULL if "elongation" in entries else _required(source, options)
+        wants = PULL if "elongation" in entries else _required_columns(source, options)
         return [replace(s, wants=wants) for s in _by_order(lines, blocks, len(order))]
     blocks = [_with_clock(lines, _with_stated_units(lines, b)) for b in blocks]
     wants = PULL
     if not any(_fits(b, entries, PULL) for b in blocks):
-        wants = _required(source, options)
+        wants = _required_columns(source, options)
     fit = [b for b in blocks if _fits(b, entries, wants)]
     if not fit:
         raise _nothing(lines, blocks, entries)
@@ -127,7 +127,7 @@ def specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
     return [replace(s, warnings=warnings, wants=wants) for s in result]
 
 
-def _required(source: Source, options: ReadingOptions) -> Sequence[Want]:
+def _required_columns(source: Source, options: ReadingOptions) -> Sequence[Want]:
     """Return the quantities required without elongation: time, if the speed is known."""
     return PULL if conditions(source.path, options).speed is None else TIMED
 
@@ -205,7 +205,9 @@ def _with_clock(lines: Lines, block: Block) -> Block:
     return replace(block, table=replace(table, header=header))
 
 
-def _nothing(lines: Lines, blocks: list[Block], stated: Mapping[str, ColumnEntry]) -> FileError:
+def _nothing(
+    lines: Lines, blocks: list[Block], given_entries: Mapping[str, ColumnEntry]
+) -> FileError:
     """Return the reason why no table of the file can be read."""
     path = lines.source.path
     tables = [b.table for b in blocks if b.table is not None]
@@ -232,7 +234,7 @@ def _nothing(lines: Lines, blocks: list[Block], stated: Mapping[str, ColumnEntry
         )
     if best.rows == 0:
         return best.header.fail("holds column names and no rows of numbers")
-    if "elongation" not in stated and _over_time(best.header, stated):
+    if "elongation" not in given_entries and _over_time(best.header, given_entries):
         return best.header.fail(
             f"holds force and time and no elongation; {best.header.describe()}; give the "
             "crosshead's speed",
@@ -240,7 +242,7 @@ def _nothing(lines: Lines, blocks: list[Block], stated: Mapping[str, ColumnEntry
             "speed",
         )
     try:
-        assign(best.header, PULL, stated)
+        assign(best.header, PULL, given_entries)
     except FileError as err:
         return err
     return best.header.fail(f"cannot be read; {best.header.describe()}")

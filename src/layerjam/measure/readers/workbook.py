@@ -41,8 +41,8 @@ def sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
         if sheet is not None and sheet not in names:
             listing = ", ".join(f"'{n[:40]}'" for n in names[:8])
             raise FileError(path, f"has no sheet '{sheet[:40]}'; its sheets are {listing}")
-        selected = names if sheet is None else [sheet]
-        rows = {n: book.get_sheet_by_name(n).to_python(skip_empty_area=False) for n in selected}
+        names_read = names if sheet is None else [sheet]
+        rows = {n: book.get_sheet_by_name(n).to_python(skip_empty_area=False) for n in names_read}
     except FileError:
         raise
     except BaseException as err:  # the reader panics on some damage, which is no Exception

@@ -180,14 +180,14 @@ def validation_claims() -> list[Claim]:
     after = [c.mape for run in runs().values() for c in run.calibrated.curves]
     factor_errors = [abs(1 / run.file.brake.scale_factor - 1) for run in runs().values()]
     explained_error = float(np.mean(factor_errors))
-    unexplained = 1 - explained_error / PRINTED
+    unexplained_share = 1 - explained_error / PRINTED
     return [
         claim("mape-before", 100 * float(np.mean(before)), pulls=len(before)),
         claim(
             "explains",
             holds=explained_error > PRINTED - SPREAD,
             alone=factor_errors,
-            rest=unexplained,
+            rest=unexplained_share,
         ),
         claim("mape-after", 100 * float(np.mean(after)), pulls=len(before)),
         claim("mape-spread", 100 * float(np.std(after, ddof=1)), pulls=len(before)),

@@ -134,8 +134,11 @@ def stiffnesses() -> list[Claim]:
     mounts = [float(mount_stiffness(b)) / 1e3 for b in (kapton, ptfe)]
     alike = abs(mounts[0] / mounts[1] - 1) < 0.1
     out.append(claim("mounts", holds=alike, kapton=mounts[0], ptfe=mounts[1]))
-    static, most = float(holding_force(FULL, kapton)), _top(kapton)
-    return [*out, claim("static", holds=static / most < 1.05, static=static, peak=most)]
+    static, greatest_force = float(holding_force(FULL, kapton)), _top(kapton)
+    return [
+        *out,
+        claim("static", holds=static / greatest_force < 1.05, static=static, peak=greatest_force),
+    ]
 
 
 def _share_of_enclosure() -> Claim:
@@ -144,8 +147,8 @@ def _share_of_enclosure() -> Claim:
     for name in CALIBRATED:
         brake = load(name).brake
         top, key = peak(FULL, TESTED, brake), NAMES[name].lower()
-        for ending, where in (("", top.slip), ("_eq8", top.elongation)):
-            shares[key + ending] = float(enclosure_force(where, FULL, brake) / top.force)
+        for ending, position in (("", top.slip), ("_eq8", top.elongation)):
+            shares[key + ending] = float(enclosure_force(position, FULL, brake) / top.force)
     return claim("minimal", holds=max(shares.values()) < 0.05, **shares)
 
 

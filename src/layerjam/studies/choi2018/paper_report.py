@@ -156,7 +156,7 @@ def write_report(
         footer=f"layerjam {__version__}, {datetime.now(UTC).date().isoformat()}. {FOOTER}",
     )
     results = json_text([claim.row() for claim in rows])
-    content = {"report.html": html(page.shown(), svgs), "results.json": results}
+    content = {"report.html": html(page.template_data(), svgs), "results.json": results}
     write_folder(out, content | figures_of(svgs))
     tell(f"report {out / 'report.html'}", 1.0)
     return counts

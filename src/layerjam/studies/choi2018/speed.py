@@ -113,7 +113,7 @@ def judder_claims() -> list[Claim]:
         edges = (show(float(v), "m/s", 2) for v in (slow.min(), slow.max()))
         range_note = f"; v_s between {' and '.join(edges)}"
     together: dict[str, Any] = {"kapton": kapton.together, "ptfe": ptfe.together}
-    staggered: dict[str, Any] = {"kapton_apart": kapton.apart, "ptfe_apart": ptfe.apart}
+    staggered_bounds: dict[str, Any] = {"kapton_apart": kapton.apart, "ptfe_apart": ptfe.apart}
     slack = ", the spring going slack" if ptfe.slack else ""
     ranges: dict[str, Any] = {
         "speeds": [show(v, "m/s") for v in (STRIBECK[0], STRIBECK[-1])],
@@ -123,7 +123,7 @@ def judder_claims() -> list[Claim]:
     }
     holds = kapton.apart > ptfe.apart
     return [
-        claim("fig4-judder", holds=holds, slack=slack, **together, **staggered),
+        claim("fig4-judder", holds=holds, slack=slack, **together, **staggered_bounds),
         claim("why-judder", finding, between=range_note, **ranges),
     ]
 

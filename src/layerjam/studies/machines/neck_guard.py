@@ -74,8 +74,8 @@ class NeckGuard(Machine):
     def inertia(self) -> float:
         """Moment of inertia with the helmet about the axis of turning [kg m^2]."""
         head = self.head
-        own = head.mass * head.gyration**2 * head.helmet_factor
-        return float(own + (head.mass + head.helmet_mass) * head.height**2)
+        about_center = head.mass * head.gyration**2 * head.helmet_factor
+        return float(about_center + (head.mass + head.helmet_mass) * head.height**2)
 
     def trial(self) -> tuple[Trial, float]:
         """Return (the head under the blow, its change of angular velocity [rad/s])."""
@@ -110,18 +110,20 @@ class NeckGuard(Machine):
         trial, change = self.trial()
         strap = trial.strap()
         bare = self.turn("without brakes", trial, limiter_of(0.0, 1.0))
-        braked = self.turn("with brakes", trial, strap)
+        with_brakes = self.turn("with brakes", trial, strap)
         table, best = self.search(trial)
         ready = readiness(self, self.supply, brakes.vacuum)
         locked_torque = self.torque(brakes.parallel)
-        force, end = float(braked.ride.force.max()), float(strap.travel) * brakes.series
-        slip = float(braked.ride.slip[-1])
-        result = Result(scenario=self, record=Record((bare, braked), table), warnings=ready.said)
+        force, end = float(with_brakes.ride.force.max()), float(strap.travel) * brakes.series
+        slip = float(with_brakes.ride.slip[-1])
+        result = Result(
+            scenario=self, record=Record((bare, with_brakes), table), warnings=ready.notices
+        )
         result.add("kg m^2", inertia=self.inertia)
         result.add("rad/s", change=change)
         result.take("turn", bare._asdict(), "bare_")
-        result.take("turn", braked._asdict(), "")
-        result.add("1", reduction=1 - braked.acceleration / bare.acceleration)
+        result.take("turn", with_brakes._asdict(), "")
+        result.add("1", reduction=1 - with_brakes.acceleration / bare.acceleration)
         result.add("N", brake_force=force, neck_compression=force)
         result.add("N m", brake_torque=force * lever, locked_torque=locked_torque)
         result.add("m", slip=slip, travel=end)
@@ -135,7 +137,7 @@ class NeckGuard(Machine):
             "that was found in a source",
             "only the turning is modelled: HIC15 leaves the blow's straight push out",
         ]
-        result.warnings += self.slid(slip, braked.ride.pace)
+        result.warnings += self.slid(slip, with_brakes.ride.pace)
         result.judge()
         result.limits += ready.limits
         result.brakes_needed = best.get("count")

@@ -96,26 +96,26 @@ def belt_over_displacement(result: Result) -> style.Figure:
 def neck_in_time(result: Result) -> style.Figure:
     """Draw angular acceleration and velocity over time."""
     record: neck_guard.Record = result.record
-    bare, braked = record.turned
+    bare, guard = record.turned
     time, case = bare.ride.time * MS, result.scenario
     limit = get(case, "limits.acceleration") / 1e3
     figure, (left, right) = style.canvas(columns=2, width=10.6, height=4.1)
-    for turn, color, width in ((bare, GREY, 1.6), (braked, BLUE, 2.0)):
+    for turn, color, width in ((bare, GREY, 1.6), (guard, BLUE, 2.0)):
         left.plot(time, turn.angular / 1e3, color=color, lw=width, label=turn.name)
         right.plot(time, turn.ride.speed / get(case, "guard.lever"), color=color, lw=width)
     for axes in (left, right):
         axes.set(xlim=(0, float(time[-1])), xlabel="time [ms]")
     high = 1.35 * max(bare.acceleration / 1e3, limit)
-    left.set_ylim(min(-0.4, float(braked.angular.min()) / 1e3 * 1.2), high)
+    left.set_ylim(min(-0.4, float(guard.angular.min()) / 1e3 * 1.2), high)
     left.set_ylabel(f"angular acceleration {RADIANS}")
     right.set_ylabel("angular velocity [rad/s]")
     style.level(left, limit, "allowed", share=0.99)
     style.key(left, loc="upper right")
     detail = (
-        f"peak {bare.acceleration:.0f} rad/s² free, {braked.acceleration:.0f} rad/s² with brakes"
+        f"peak {bare.acceleration:.0f} rad/s² free, {guard.acceleration:.0f} rad/s² with brakes"
     )
     style.title(left, "The blow turns the head", detail)
-    detail = f"BrIC {bare.bric:.2f} free, {braked.bric:.2f} with brakes"
+    detail = f"BrIC {bare.bric:.2f} free, {guard.bric:.2f} with brakes"
     style.title(right, "How fast it turns", detail)
     return figure
 
@@ -258,7 +258,7 @@ def write(result: Result, values: str, out: Path, progress: Progress) -> Path:
     """Write the folder and return the path of the page. `values` is the text of results.json."""
     page_made = page(result)
     svgs = drawn_all(page_made.pictures(), progress)
-    content = {"report.html": html(page_made.shown(), svgs), "results.json": values + "\n"}
+    content = {"report.html": html(page_made.template_data(), svgs), "results.json": values + "\n"}
     write_folder(out, content | figures_of(svgs))
     return out / "report.html"
 

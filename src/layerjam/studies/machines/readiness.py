@@ -26,7 +26,7 @@ class Ready(NamedTuple):
 
     time: float
     limits: list[Limit]
-    said: list[str]
+    notices: list[str]
 
 
 def line_for(line: Line, brakes: float) -> Line:

@@ -8,7 +8,7 @@ from layerjam.studies.machines.rehabilitation import Rehabilitation
 from layerjam.studies.machines.scenario import read_scenario
 from layerjam.studies.machines.seat_belt import SeatBelt
 from layerjam.studies.machines.verdict import Machine
-from layerjam.toml_files.shipped import shipped, text_of
+from layerjam.toml_files.shipped import shipped_files, text_of
 
 MACHINES: dict[str, type[Machine]] = {
     "seat-belt": SeatBelt,
@@ -19,7 +19,7 @@ MACHINES: dict[str, type[Machine]] = {
 
 
 def _texts() -> dict[str, str]:
-    return shipped("layerjam.studies.machines", "scenarios")
+    return shipped_files("layerjam.studies.machines", "scenarios")
 
 
 def scenarios() -> list[str]:

@@ -26,7 +26,7 @@ from layerjam.fluid.line import Sensor
 from layerjam.simulate.speed import machine_notices
 from layerjam.toml_files.changes import paths_of
 from layerjam.toml_files.reader import Reader
-from layerjam.toml_files.shipped import shipped
+from layerjam.toml_files.shipped import shipped_files
 from layerjam.toml_files.source import Source
 from layerjam.toml_files.toml import line_of, parse_toml
 from layerjam.toml_files.values import TextSpec, entries, value
@@ -155,7 +155,7 @@ _KNOWN: dict[str, type] = {"Sensor": Sensor, "Regulator": Regulator}
 @cache
 def kind_of(machine: str) -> dict[str, Any]:
     """Return what kinds/NAME.toml declares of a kind of machine."""
-    return tomllib.loads(shipped("layerjam.studies.machines", "kinds")[machine])
+    return tomllib.loads(shipped_files("layerjam.studies.machines", "kinds")[machine])
 
 
 def declare_fields(machine: str) -> Callable[[type[S]], type[S]]:

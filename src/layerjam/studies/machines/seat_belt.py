@@ -88,10 +88,12 @@ class SeatBelt(Machine):
             self.hold("limiter of constant force", trial, limiter_of(force, belt.stiffness)),
         )
         brake_ride, end = restraints[0].ride, float(strap.travel) * brakes.series
-        bottomed, soft = bool(brake_ride.slip[-1] >= end * (1 - 1e-9)), bool(snaps(strap))
+        is_bottomed_out, soft = bool(brake_ride.slip[-1] >= end * (1 - 1e-9)), bool(snaps(strap))
         ready = readiness(self, self.supply, vacuum, tuned=adjusts)
         best, least = self.search(trial)
-        result = Result(scenario=self, record=Record(trial.drive, restraints), warnings=ready.said)
+        result = Result(
+            scenario=self, record=Record(trial.drive, restraints), warnings=ready.notices
+        )
         for prefix, restraint in zip(("", "webbing_", "limiter_"), restraints, strict=True):
             result.take("loads", restraint._asdict(), prefix)
         result.add(
@@ -99,7 +101,7 @@ class SeatBelt(Machine):
         )
         result.add("N", steady_force=belt.stiffness * brake.sheets.overlap)
         result.add("m", slip=float(brake_ride.slip[-1]), travel=end)
-        result.add("1", bottomed_out=bottomed, snaps=soft)
+        result.add("1", bottomed_out=is_bottomed_out, snaps=soft)
         # at the vacuum of this crash, not at the site's full one
         work = float(slip_work(brake.sheets.usable_travel, vacuum, brake))
         result.add("J", energy_capacity=brakes.count * work)
@@ -119,7 +121,7 @@ class SeatBelt(Machine):
             result.warnings.append(
                 "the belt is softer than the brakes' force falls: they snap through"
             )
-        if bottomed:
+        if is_bottomed_out:
             result.warnings.append(
                 f"the brakes use up their {show(end, 'm')}; behind it the belt holds on stops"
             )

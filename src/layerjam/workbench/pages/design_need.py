@@ -26,7 +26,7 @@ from layerjam.workbench.pages import design_front as front
 from layerjam.workbench.pages.design_form import Form
 from layerjam.workbench.pages.design_part import PAGE, Part, words
 from layerjam.workbench.panel import Panel
-from layerjam.workbench.runner import Stopped
+from layerjam.workbench.runner import ComputationStopped
 from layerjam.workbench.spoken import in_print
 from layerjam.workbench.widgets import (
     Heroes,
@@ -162,7 +162,7 @@ class NeedPart(Part):
             return SearchResult(None, err.reason, err.line)
         except LayerjamError as err:
             return SearchResult(None, str(err))
-        except Stopped:
+        except ComputationStopped:
             return SearchResult(None, STOPPED)
 
     # ---- layout

@@ -170,7 +170,10 @@ class Drop(Page):
         if "vacuum_history" in history:
             modes["history"] = {**history, **extra}
         subject, common = self.desk.brake_subject(), self._common()
-        return {mode: Call("drop", (subject,), {**common, **more}) for mode, more in modes.items()}
+        return {
+            mode: Call("drop", (subject,), {**common, **mode_options})
+            for mode, mode_options in modes.items()
+        }
 
     def _common(self) -> Options:
         arrives = self._arrives()

@@ -50,7 +50,7 @@ EVERY = """
 <q-checkbox v-model="props.selected" dense aria-label="Choose all files"></q-checkbox>
 <span class="sr-only">Chosen</span>
 """
-EACH = """
+ROW_CHECKBOX = """
 <q-checkbox v-model="props.selected" dense :aria-label="'Choose ' + props.row.name"></q-checkbox>
 """
 
@@ -91,7 +91,7 @@ class Table:
         look = "flat bordered dense hide-bottom virtual-scroll"
         dress(self.table, "laboratory-files", "w-full", look)
         self.table.add_slot("header-selection", EVERY)
-        self.table.add_slot("body-selection", EACH)
+        self.table.add_slot("body-selection", ROW_CHECKBOX)
         self.table.add_slot("body-cell-state", STATE)
         self.table.add_slot("body-cell-name", NAME)
         self.table.on("rowClick", self._on_click, js_handler="(e, row) => emit(row.id)")

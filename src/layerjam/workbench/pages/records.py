@@ -69,7 +69,7 @@ class Editor:
         return str(getattr(self.desk.state, self.kind.what))
 
     @property
-    def known(self) -> list[str]:
+    def catalogue_names(self) -> list[str]:
         """Names of the catalogue."""
         return SHELVES[self.kind.what].names()
 
@@ -94,7 +94,9 @@ class Editor:
 
     def fill(self) -> None:
         """Show the record on the desk."""
-        titles = {name: SHELVES[self.kind.what].load(name).title or name for name in self.known}
+        titles = {
+            name: SHELVES[self.kind.what].load(name).title or name for name in self.catalogue_names
+        }
         is_own = self.text not in titles
         choices = {CUSTOM: f"{self.file.name} (a file)", **titles} if is_own else titles
         self._chosen.set_options(choices, value=CUSTOM if is_own else self.text)
@@ -107,7 +109,7 @@ class Editor:
         self._fill_parts()
 
     def _chose(self, event: events.ValueChangeEventArguments[Any]) -> None:
-        if event.value in self.known and event.value != self.text:
+        if event.value in self.catalogue_names and event.value != self.text:
             self.desk.put_file(self.kind.what, str(event.value))
 
     def _save(self) -> None:
@@ -132,10 +134,12 @@ class Editor:
         """Other numbers, or other parts for whole tables; why not, where they are refused."""
         kind, source = self.origin()
         # the catalogue's name stays with the catalogue's numbers
-        name = f"{self.file.name}-edited" if self.text in self.known else None
-        more = {"takes": takes} if takes else {}
+        name = f"{self.file.name}-edited" if self.text in self.catalogue_names else None
+        part_changes = {"takes": takes} if takes else {}
         try:
-            result = self.kind.edit(self.file, changes, name=name, kind=kind, source=source, **more)
+            result = self.kind.edit(
+                self.file, changes, name=name, kind=kind, source=source, **part_changes
+            )
             self.desk.put_file(self.kind.what, result.record.text)
         except FileError as err:
             return err.reason
