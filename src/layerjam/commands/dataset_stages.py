@@ -14,7 +14,7 @@ from layerjam.commands.reading import FileOptions
 from layerjam.commands.report import HowTested, stages
 from layerjam.dataset import crate
 from layerjam.dataset.campaign import campaign
-from layerjam.dataset.people import Statements
+from layerjam.dataset.people import Details
 from layerjam.dataset.recipe import RECIPE, Recipe
 from layerjam.device.load import load
 from layerjam.errors import FileError, LayerjamError
@@ -76,11 +76,11 @@ def derive(root: Path, recipe: Recipe, out: Path, tell: Progress) -> "tuple[Reci
 
 
 def describe(
-    root: Path, files: Iterable[str], recipe: Recipe, statements: Statements, content: "BrakeReport"
+    root: Path, files: Iterable[str], recipe: Recipe, details: Details, content: "BrakeReport"
 ) -> str:
     """Text of ro-crate-metadata.json for these files of a dataset in `root`."""
     brake, synthetic = content.file.name, content.synthetic
-    return json_text(crate.metadata(root, files, recipe, statements, brake, synthetic))
+    return json_text(crate.metadata(root, files, recipe, details, brake, synthetic))
 
 
 def _split_uses(

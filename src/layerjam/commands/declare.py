@@ -356,35 +356,34 @@ class Command:
         return {n: m for n, kind in kinds.items() for m in union(kind) if hasattr(m, FLATTENED)}
 
     def arguments(
-        self, args: Sequence[Any], keywords: Mapping[str, Any], notices: list[Notice]
+        self, args: Sequence[Any], kwargs: Mapping[str, Any], notices: list[Notice]
     ) -> dict[str, Any]:
         """The arguments as the function takes them; raises as a call does."""
         flat = {p.name: p.record for p in self.parameters if p.record}
         options = ((o, p.name) for p in self.parameters for o in (p.option, *p.help.old))
         own_names = {o.lstrip("-").replace("-", "_"): name for o, name in options}
-        keywords = {own_names.get(name, name): value for name, value in keywords.items()}
-        loose = {
-            k: v for k, v in keywords.items() if k in flat and k not in self.signature.parameters
-        }
-        command_arguments = {k: v for k, v in keywords.items() if k not in loose}
+        kwargs = {own_names.get(name, name): value for name, value in kwargs.items()}
+        direct = self.signature.parameters
+        loose = {k: v for k, v in kwargs.items() if k in flat and k not in direct}
+        command_arguments = {k: v for k, v in kwargs.items() if k not in loose}
         for p in self.parameters:
             if p.several:
                 args = (*args, *command_arguments.pop(p.name, ()))
         required_sentences = {p.name: p.sentence for p in self.parameters if p.required}
-        bound = bind(
+        call = bind(
             self.python_name, self.signature, flat, required_sentences, args, command_arguments
         )
         for name, cls in self.records.items():
             mine = {k: v for k, v in loose.items() if flat[k] == name}
             inner = [p for p in self.parameters if p.record == name]
-            settings = settings_of(name, cls, bound.get(name), mine, [p.name for p in inner])
-            bound[name] = cls(
-                **{p.name: p.read(settings.get(p.name, p.default), bound, notices) for p in inner}
+            settings = settings_of(name, cls, call.get(name), mine, [p.name for p in inner])
+            call[name] = cls(
+                **{p.name: p.read(settings.get(p.name, p.default), call, notices) for p in inner}
             )
-        bindings = dict(bound)
+        bindings = dict(call)
         for p in self.parameters:
-            if not p.record and (p.name in bound or p.default is not None):
-                bindings[p.name] = p.read(bound.get(p.name, p.default), bound, notices)
+            if not p.record and (p.name in call or p.default is not None):
+                bindings[p.name] = p.read(call.get(p.name, p.default), call, notices)
         return bindings
 
     def _grid(self, values: dict[str, Any]) -> "Grid | None":

@@ -33,7 +33,7 @@ SEVERAL_MATERIALS = Notice(
 )
 
 
-def _signed_percent(part: float) -> str:
+def _percent(part: float) -> str:
     return f"{part:+.1%}"
 
 
@@ -61,9 +61,7 @@ class SiliconeFit(FromFiles, Judged):
     modulus_100: float | None = number("Pa", "engineering stress at 100 % strain")
     modulus_100_sd: float | None = number("Pa", "SD over the specimens")
     data_sheet: float | None = number("Pa", "the same of the maker's data sheet")
-    difference: float | None = number(
-        "1", "modulus over the data sheet's, less 1", shown=_signed_percent
-    )
+    difference: float | None = number("1", "modulus over the data sheet's, less 1", shown=_percent)
     initial_modulus: float | None = number("Pa", "slope over the window of strain")
     initial_modulus_sd: float | None = number("Pa", "SD over the specimens")
     modulus_300: float | None = number("Pa", "engineering stress at 300 % strain")
@@ -75,9 +73,7 @@ class SiliconeFit(FromFiles, Judged):
     model_modulus: float | None = number("Pa", "initial modulus of the model")
     strain_range: Sequence[float] | None = number("1", "strains that were fitted", shown=_range)
     rmse: float | None = number("Pa", "root of the mean squared error")
-    error_at_100: float | None = number(
-        "1", "error of the model at 100 % strain", shown=_signed_percent
-    )
+    error_at_100: float | None = number("1", "error of the model at 100 % strain", shown=_percent)
     stable: bool | None = fact("whether the model is stable")
     models: Mapping[str, Any] | None = fact("every model", listed=False)
     window: Sequence[float] = number("1", "strain of the initial slope", listed=False)
@@ -161,15 +157,10 @@ def enclosure(
     settings: dict[str, Any] = {"area": area, "gauge_length": gauge_length, "limit": fit_to}
     read_specimen = bound(read, window=(start, end), options=options, **settings)
     specimens, refusals = use_each(several(files), lambda path: [("", bound(read_specimen, path))])
-    specimens_by_path = {
-        specimen_results[0].path: specimen_results for specimen_results in specimens
-    }
+    specimens_by_path = {row[0].path: row for row in specimens}
     names = {p: material_of(s, material, sheets) for p, (s, *_) in specimens_by_path.items()}
     warnings: list[str] = [w for s, m, *_ in specimens for w in (*s.warnings, *m.warnings)]
-    rows = {
-        path: row_of(specimen_results, names[path], sheets)
-        for path, specimen_results in specimens_by_path.items()
-    }
+    rows = {path: row_of(row, names[path], sheets) for path, row in specimens_by_path.items()}
     alike = len({n and n[0] for n in names.values()}) == 1
     values = pool(specimens, list(rows.values()), fit_to) if alike else {}
     warnings += [] if alike else [SEVERAL_MATERIALS]

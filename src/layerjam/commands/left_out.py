@@ -15,7 +15,7 @@ from layerjam.measure.options import ReadingOptions
 from layerjam.measure.trace import Trace
 
 Name = TypeVar("Name", str, tuple[str, str])
-SPECIMEN_MARK = ", specimen "
+SEPARATOR = ", specimen "
 """Between a file and its specimen."""
 Specimens = Mapping[str, Collection[str]]
 """{file: specimens of it that are left out}."""
@@ -66,8 +66,8 @@ class LeftOut:
         that is none of the files', a specimen that the file does not hold, and where nothing is
         left; FileError if a specimen is named of a file that cannot be read.
         """
-        sources, meanings = several(files), self._reasons_by_source(several(files))
-        by_name = {_source_name(f): f for f in sources}
+        sources, meanings = several(files), self._reasons_of(several(files))
+        by_name = {_name_of(f): f for f in sources}
         labels_of: defaultdict[str, set[str]] = defaultdict(set)
         for path, label in meanings:
             if label:
@@ -77,42 +77,34 @@ class LeftOut:
         }
         paths = {path for path, label in meanings if not label}
         paths |= {path for path, labels in labels_of.items() if labels == in_file[path]}
-        sources_left = [f for f in sources if _source_name(f) not in paths]
+        sources_left = [f for f in sources if _name_of(f) not in paths]
         if meanings and not sources_left:
             raise QuantityError.of("exclude", "names every file; none is left")
         out = [
-            {
-                "file": _specimen_name(path, label),
-                "because": reason,
-                "sha256": _digest(by_name[path]),
-            }
+            {"file": _full_name(path, label), "because": reason, "sha256": _digest(by_name[path])}
             for (path, label), reason in meanings.items()
         ]
         return sources_left, labels_of, out
 
     def among(self, *groups: Sequence[Measured]) -> "Iterator[LeftOut]":
         """The same for each of several groups of files; a name must be in one of them."""
-        meanings = self._reasons_by_source(
-            [*{_source_name(f): f for group in groups for f in group}.values()]
-        )
+        meanings = self._reasons_of([*{_name_of(f): f for group in groups for f in group}.values()])
         for group in groups:
-            paths = {_source_name(f) for f in group}
+            paths = {_name_of(f) for f in group}
             yield LeftOut(
                 exclude={
-                    _specimen_name(p, label): w for (p, label), w in meanings.items() if p in paths
+                    _full_name(p, label): w for (p, label), w in meanings.items() if p in paths
                 }
             )
 
-    def _reasons_by_source(self, files: Sequence[Measured]) -> dict[tuple[str, str], str]:
+    def _reasons_of(self, files: Sequence[Measured]) -> dict[tuple[str, str], str]:
         """{(path, specimen or "" for the whole file): why}."""
-        return _unique(
-            (_find_source(name, files), reason) for name, reason in self.reasons().items()
-        )
+        return _unique((_source_of(name, files), reason) for name, reason in self.reasons().items())
 
 
 def left_out_row(source: Measured, reason: str) -> dict[str, Any]:
     """Return the row of a file that is left out: `file`, `because` and `sha256`."""
-    return {"file": _source_name(source), "because": reason, "sha256": _digest(source)}
+    return {"file": _name_of(source), "because": reason, "sha256": _digest(source)}
 
 
 def excluded_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
@@ -132,63 +124,57 @@ def _unique(pairs: Iterable[tuple[Name, str]]) -> dict[Name, str]:
     reasons_by_name: dict[Name, str] = {}
     for name, reason in pairs:
         if name in reasons_by_name:
-            twice = name if isinstance(name, str) else _specimen_name(*name)
+            twice = name if isinstance(name, str) else _full_name(*name)
             raise QuantityError.of("exclude", f"{twice} is named twice")
         reasons_by_name[name] = reason
     return reasons_by_name
 
 
-def _specimen_name(path: str, specimen: str) -> str:
-    return f"{path}{SPECIMEN_MARK}{specimen}" if specimen else path
+def _full_name(path: str, specimen: str) -> str:
+    return f"{path}{SEPARATOR}{specimen}" if specimen else path
 
 
-def _source_name(source: Measured) -> str:
+def _name_of(source: Measured) -> str:
     """A path, or that of a trace with its specimen."""
-    return (
-        _specimen_name(source.path, source.specimen) if isinstance(source, Trace) else str(source)
-    )
+    return _full_name(source.path, source.specimen) if isinstance(source, Trace) else str(source)
 
 
-def _find_source(name: str, files: Sequence[Measured]) -> tuple[str, str]:
+def _source_of(name: str, files: Sequence[Measured]) -> tuple[str, str]:
     """Path and specimen, "" for a whole file, that a name stands for."""
-    parts = name.split(SPECIMEN_MARK)
+    parts = name.split(SEPARATOR)
     for count in range(len(parts), 0, -1):
-        source = _path(SPECIMEN_MARK.join(parts[:count]), files)
+        source = _path(SEPARATOR.join(parts[:count]), files)
         if source is not None:
-            return source, SPECIMEN_MARK.join(parts[count:])
-    paths = ", ".join(map(_source_name, files[:6])) + ", ..." * (len(files) > 6)
+            return source, SEPARATOR.join(parts[count:])
+    paths = ", ".join(map(_name_of, files[:6])) + ", ..." * (len(files) > 6)
     raise QuantityError.of("exclude", f"{name} is none of the files given: {paths}")
 
 
 def _path(name: str, files: Sequence[Measured]) -> str | None:
     """The one file of that path, or of that name; None if there is none."""
-    same = [f for f in files if _source_name(f) == name]
-    same = same or [f for f in files if Path(_source_name(f)).name == name]
+    same = [f for f in files if _name_of(f) == name]
+    same = same or [f for f in files if Path(_name_of(f)).name == name]
     if len(same) > 1:
-        paths = ", ".join(map(_source_name, same))
+        paths = ", ".join(map(_name_of, same))
         raise QuantityError.of("exclude", f"{name} is the name of several files: {paths}")
-    return _source_name(same[0]) if same else None
+    return _name_of(same[0]) if same else None
 
 
 def _specimens(source: Measured, labels_out: Collection[str], options: ReadingOptions) -> set[str]:
     """The specimens that a file holds; QuantityError if it does not hold all those named."""
     from layerjam.measure.readers.read import open_traces
 
-    path, labels = _source_name(source), []
+    path, labels = _name_of(source), []
     if not isinstance(source, Trace):
-        labels = [specimen.label for specimen in open_traces(source, options)]
+        labels = [s.label for s in open_traces(source, options)]
     if len(labels) < 2:
-        sentence = "is one specimen; leave it out by the file's name alone"
+        sentence = "is one s; leave it out by the file's name alone"
         raise QuantityError.of("exclude", f"{path} {sentence}")
     for label in labels_out:
         if labels.count(label) != 1:
-            text = ", ".join(f"'{specimen[:30]}'" for specimen in labels[:6]) + ", ..." * (
-                len(labels) > 6
-            )
+            text = ", ".join(f"'{s[:30]}'" for s in labels[:6]) + ", ..." * (len(labels) > 6)
             count_word = "no" if label not in labels else "more than one"
-            raise QuantityError.of(
-                "exclude", f"{path} holds {count_word} specimen '{label}': {text}"
-            )
+            raise QuantityError.of("exclude", f"{path} holds {count_word} s '{label}': {text}")
     return set(labels)
 
 

@@ -76,16 +76,13 @@ def parts(
             f: {n: p for n, p in family.items() if n == name} for f, family in families.items()
         }
     return PartList.of(
-        {
-            f"{f}s": [_part_values(part) for part in family.values()]
-            for f, family in families.items()
-        },
+        {f"{f}s": [_part_row(part) for part in family.values()] for f, family in families.items()},
         record=[part for family in families.values() for part in family.values()],
         full=name is not None,
     )
 
 
-def _part_values(part: Part) -> dict[str, Any]:
+def _part_row(part: Part) -> dict[str, Any]:
     return {
         "name": part.name,
         "title": part.title,

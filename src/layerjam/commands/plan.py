@@ -236,14 +236,14 @@ def plan(
     plan_record = make_plan(
         brake, line.line, case, stored=reservoir, water=water, leaks=leak_time is not None
     )
-    full, tuned_spread = _spreads(plan_record, samples, seed)
+    full, later = _spreads(plan_record, samples, seed)
     fine, build = plan_record.full.stops_within(travel), _build(plan_record)
     return CollisionPlan.of(
         case,
         plan_record,
         judge(plan_checks(plan_record, full.beyond), accept),
         *_stops(plan_record),
-        {**_chances(full, tuned_spread), "seed": seed},
+        {**_chances(full, later), "seed": seed},
         _sizes(plan_record, build),
         _cost(plan_record),
         feasible=fine,
@@ -345,11 +345,8 @@ def _build(plan: Plan) -> Build | None:
     """Return changes to build if too little vacuum comes in time and more would do."""
     from layerjam.control.plan_build import what_to_build
 
-    if (
-        plan.full.stops_within(plan.case.travel)
-        or plan.needed is None
-        or plan.needed <= plan.reached
-    ):
+    stops = plan.full.stops_within(plan.case.travel)
+    if stops or plan.needed is None or plan.needed <= plan.reached:
         return None
     return what_to_build(plan.standby, plan.needed, plan.case.warning)
 
@@ -364,16 +361,14 @@ def _spreads(plan: Plan, samples: int, seed: int) -> tuple[Spread, Spread]:
     return full, spread(plan.tuned.vacuum, plan.brake.brake, plan.case, samples, seed)
 
 
-def _chances(full: Spread, tuned_spread: Spread) -> dict[str, float]:
+def _chances(full: Spread, later: Spread) -> dict[str, float]:
     """Expected peaks and chances of both, and the greater of their errors."""
     out: dict[str, float] = {
         "samples": full.tried,
-        "expected_g_error": max(full.peak_g_error, tuned_spread.peak_g_error),
-        "chance_error": max(
-            full.beyond_error, full.out_error, tuned_spread.beyond_error, tuned_spread.out_error
-        ),
+        "expected_g_error": max(full.peak_g_error, later.peak_g_error),
+        "chance_error": max(full.beyond_error, full.out_error, later.beyond_error, later.out_error),
     }
-    for head, spread in (("full", full), ("tuned", tuned_spread)):
+    for head, spread in (("full", full), ("tuned", later)):
         numbers = (spread.peak_g, spread.peak_g_95, spread.beyond, spread.out)
         out |= {f"{head}_{key}": n for key, n in zip(SPREAD, numbers, strict=True)}
     return out

@@ -110,7 +110,7 @@ def publish(
     to be replaced with `overwrite`.
     """
     from layerjam.commands.publishing import write
-    from layerjam.dataset.people import Statements, author_of
+    from layerjam.dataset.people import Details, author_of
 
     with MissingExtraError.raise_if_missing("a published dataset (pypdfium2)", "publish"):
         import pypdfium2  # noqa: F401
@@ -123,7 +123,7 @@ def publish(
         accept=accept,
         options=options,
     )
-    facts = Statements(
+    facts = Details(
         name=title or f"Tests of a layer-jamming brake: {Path(campaign).resolve().name}",
         licence=licence,
         authors=[author_of(text) for text in ([author] if isinstance(author, str) else author)],
@@ -163,7 +163,7 @@ class Recomputed(Result):
 
     def lines(self) -> Iterator[str]:
         """Yield the first differences of each file, the parts not compared, and the versions."""
-        original_versions, own_versions = self.versions["published"], self.versions["recomputed"]
+        original, own = self.versions["published"], self.versions["recomputed"]
         for file in dict.fromkeys(row["file"] for row in self.differs):
             rows = [row for row in self.differs if row["file"] == file]
             yield from ("", f"{file}: published, recomputed, relative difference")
@@ -178,8 +178,8 @@ class Recomputed(Result):
             yield from ("", "not compared:")
         yield from (f"  {file}: {reason}" for file, reason in self.not_compared.items())
         yield ""
-        for name in dict.fromkeys((*original_versions, *own_versions)):
-            was, has = original_versions.get(name, "not stated"), own_versions.get(name, "not here")
+        for name in dict.fromkeys((*original, *own)):
+            was, has = original.get(name, "not stated"), own.get(name, "not here")
             yield f"{name} {was}" + ("" if was == has else f", here {has}")
 
 
@@ -207,12 +207,9 @@ def recompute(
     from layerjam.commands.recomputing import recompute_dataset
 
     outcome = recompute_dataset(Path(dataset), progress or (lambda _what, _share: None))
-    original_versions, own_versions = (
-        outcome["versions"]["published"],
-        outcome["versions"]["recomputed"],
-    )
+    original, own = outcome["versions"]["published"], outcome["versions"]["recomputed"]
     notices = []
-    if not outcome["equal"] and original_versions != own_versions:
+    if not outcome["equal"] and original != own:
         sentence = "other versions computed this; the versions, not the data, may explain a "
         notices.append(Notice(f"{sentence}difference", "other-versions"))
     verdict = Verdict(decisions=outcome.pop("decisions"))

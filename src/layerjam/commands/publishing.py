@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from layerjam.commands.dataset_stages import derive, describe, options_of
 from layerjam.commands.declare import Progress
-from layerjam.commands.left_out import SPECIMEN_MARK
+from layerjam.commands.left_out import SEPARATOR
 from layerjam.commands.measurements import Measurements
 from layerjam.commands.quantities import AnyBrake, brake_file
 from layerjam.commands.report import HowTested
 from layerjam.dataset import campaign as campaigns
 from layerjam.dataset import checksums
 from layerjam.dataset.crate import BRAKE, LINE, METADATA, RAW, REPORT, RESULTS
-from layerjam.dataset.people import Statements
+from layerjam.dataset.people import Details
 from layerjam.dataset.recipe import RECIPE, Recipe, versions
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FileError, Notice
@@ -36,7 +36,7 @@ def write(
     line: str | Path | None,
     measurements: Measurements,
     methods: HowTested,
-    statements: Statements,
+    details: Details,
     overwrite: bool,
     tell: Progress,
 ) -> tuple[BrakeFile, dict[str, Any]]:
@@ -47,14 +47,12 @@ def write(
     from layerjam.report import page
 
     page.check_extras()
-    notices = statements.notices()
+    notices = details.notices()
     _writable(folder, out, overwrite)
     tell("looking at the files", 0.0)
     campaign = campaigns.campaign(folder, methods.options)
-    file, uses = (
-        _brake_of(brake, campaign, methods.atmosphere),
-        _relative_uses(campaign, measurements),
-    )
+    file = _brake_of(brake, campaign, methods.atmosphere)
+    uses = _relative_uses(campaign, measurements)
     line_text = None if line is None else load_line(line).text
     with (
         report_failure(out, "cannot be written"),
@@ -65,7 +63,7 @@ def write(
         texts = {BRAKE: file.text or file.render(file.name), LINE: line_text}
         write_files(staging, {name: text for name, text in texts.items() if text is not None})
         try:
-            recipe, content = _derive(staging, campaign, uses, methods, statements, tell)
+            recipe, content = _derive(staging, campaign, uses, methods, details, tell)
         except FileError as err:
             raise _where_it_lies(err, staging, folder) from None
         stops = bool(content.verdict.failed)
@@ -81,8 +79,8 @@ def write(
         checksums=None if stops else str(out / checksums.NAME),
         fingerprint=None if stops else sha256(out / checksums.NAME),
         report=None if stops else str(out / REPORT / "report.html"),
-        licence=statements.licence,
-        authors=[vars(author) for author in statements.authors],
+        licence=details.licence,
+        authors=[vars(author) for author in details.authors],
         refused={name: reason for name, _, reason in content.refused},
         warnings=[*_notices(content), *notices],
         record=content,
@@ -115,7 +113,7 @@ def _derive(
     campaign: campaigns.Campaign,
     uses: Measurements,
     methods: HowTested,
-    statements: Statements,
+    details: Details,
     tell: Progress,
 ) -> "tuple[Recipe, BrakeReport]":
     """Everything that follows from the raw files, written beside them."""
@@ -129,23 +127,22 @@ def _derive(
         brake=BRAKE,
         results=RESULTS,
         options=options,
-        stated=statements,
+        stated=details,
         friction=friction,
         calibrate=calibration_pulls,
         validate=test_pulls,
     )
     recipe, content = derive(staging, recipe, staging, tell)
-    description = describe(staging, checksums.inside(staging), recipe, statements, content)
+    description = describe(staging, checksums.inside(staging), recipe, details, content)
     write_files(staging, {METADATA: description})
-    write_files(
-        staging, {checksums.NAME: checksums.format_checksums(staging, checksums.inside(staging))}
-    )
+    sums = checksums.format_checksums(staging, checksums.inside(staging))
+    write_files(staging, {checksums.NAME: sums})
     return recipe, content
 
 
 def _inside(campaign: campaigns.Campaign, name: str) -> str:
     """A file, or a specimen of one, by its path inside the dataset; a bare name stays as it is."""
-    path, separator, specimen = name.partition(SPECIMEN_MARK)
+    path, separator, specimen = name.partition(SEPARATOR)
     try:
         (relative,) = campaigns.relative_paths(campaign.folder, [path])
     except FileError:

@@ -180,12 +180,7 @@ def parse_options(cls: type[T], values: Mapping[str, Any]) -> T:
     if unknown:
         raise UnknownNameError(f"field of {cls.__name__}", unknown[0], by_name)
     notices: list[Notice] = []
-    return cls(
-        **{
-            name: p.read(values.get(name, p.default), values, notices)
-            for name, p in by_name.items()
-        }
-    )
+    return cls(**{n: p.read(values.get(n, p.default), values, notices) for n, p in by_name.items()})
 
 
 def vacuum_within(value: Any, device: "Brake | Line", name: str = "vacuum") -> Any:

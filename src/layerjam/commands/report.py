@@ -82,9 +82,7 @@ class _Work:
     how: HowTested
     tell: Progress
 
-    def judge_stage(
-        self, stage: str, checks: Sequence[Check], numbers: Sequence[str] = ()
-    ) -> Verdict:
+    def judge(self, stage: str, checks: Sequence[Check], numbers: Sequence[str] = ()) -> Verdict:
         """Return the verdict of a stage, whose checks concern `numbers`; the report adds it."""
         failed_keys = {key_of(c.name) for c in checks if c.level == "failed"}
         accepted_here = {
@@ -290,7 +288,7 @@ def _friction(work: _Work, files: Sequence[Measured]) -> None:
     stage = run_friction(files, test=work.how.test, options=work.how.options, progress=work.tell)
     traces, fit = work.report.friction = stage.record
     work.keep("friction", stage, traces)
-    verdict = work.judge_stage("friction", fit.checks, [f"film.{kind}" for kind in fit.means])
+    verdict = work.judge("friction", fit.checks, [f"film.{kind}" for kind in fit.means])
     name = work.report.file.name
     if fit.kinetic is None:
         stands = f"the kinetic friction of {name}'s file stands: these tests give none"
@@ -314,7 +312,7 @@ def _calibration(work: _Work, files: Sequence[Measured], exclusions: LeftOut) ->
         progress=work.tell,
     )
     file, fit = stage.record
-    verdict = work.judge_stage("calibration", fit.checks, [*fit.sources])
+    verdict = work.judge("calibration", fit.checks, [*fit.sources])
     text = calibrated_text(
         file,
         fit,
@@ -349,4 +347,4 @@ def _validation(work: _Work, files: Sequence[Measured], exclusions: LeftOut) -> 
     if report.calibration is not None or report.brake.scale_factor != 1.0:
         report.before = stage.before
     report.seen = [Path(p).name for p in stage.calibrated_on]
-    work.judge_stage("validation", validation_checks(report.validation, len(report.seen)))
+    work.judge("validation", validation_checks(report.validation, len(report.seen)))

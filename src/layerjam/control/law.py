@@ -26,7 +26,7 @@ def fresh() -> tuple[tuple[float, ...], tuple[float, ...]]:
 def step(
     settings: tuple[tuple[float, ...], tuple[float, ...]],
     state: tuple[tuple[float, ...], tuple[float, ...]],
-    measurement: float,
+    value: float,
     target: float,
 ) -> tuple[tuple[tuple[float, ...], tuple[float, ...]], float, int, int]:
     """One sample: (state, pump command, vent command, fault code) from reading and target [Pa].
@@ -36,7 +36,7 @@ def step(
     """
     regulator, watch = settings
     drive, memory = state
-    fault, reading, memory = detect(watch, memory, drive, measurement, target)
+    fault, reading, memory = detect(watch, memory, drive, value, target)
     if fault == HEALTHY:
         drive = command(regulator, drive, reading, target)
     else:
@@ -148,7 +148,7 @@ def detect(
     watch: tuple[float, ...],
     memory: tuple[float, ...],
     drive: tuple[float, ...],
-    measurement: float,
+    value: float,
     target: float,
 ) -> tuple[float, float, tuple[float, ...]]:
     """(fault code, reading to go by, what was seen) from the last sample's drive and a reading."""
@@ -158,31 +158,31 @@ def detect(
         sound, jump, zero,
     ) = watch  # fmt: skip
     (
-        reading, range_samples, same, quiet, rate, owed, risen, surplus, has_reached, missing,
-        vent_samples, offset_samples, first_vacuum, fault,
+        reading, range_count, same, quiet, rate, owed, risen, surplus, at_target, missing,
+        vent_count, off_count, opening, fault,
     ) = memory  # fmt: skip
     if fault != 0.0:
         return fault, reading, memory
-    if measurement != measurement or target - target != 0.0:
+    if value != value or target - target != 0.0:
         fault = 1.0 * NOT_A_NUMBER
-        measurement = reading
-    elif measurement < low or measurement >= high:
-        range_samples += 1.0
-        measurement = reading
-        if range_samples >= confirm:
+        value = reading
+    elif value < low or value >= high:
+        range_count += 1.0
+        value = reading
+        if range_count >= confirm:
             fault = 1.0 * OUT_OF_RANGE
     else:
-        range_samples = 0.0
-        change = measurement - reading
-        same = same + 1.0 if change == 0.0 and measurement > low else 0.0
+        range_count = 0.0
+        change = value - reading
+        same = same + 1.0 if change == 0.0 and value > low else 0.0
         if same >= same_steps:
             fault = 1.0 * STUCK
         pump, vent = drive[1], drive[2]
         least, largest, rate = healthy_rises(
-            pump, measurement, zero, rate, lag, rise, top, fall, flow_limit, flow_slope, bend
+            pump, value, zero, rate, lag, rise, top, fall, flow_limit, flow_slope, bend
         )
         # an orifice leaks as much at a low vacuum
-        loss = leak * (measurement if measurement > 0.5 * top else 0.5 * top)
+        loss = leak * (value if value > 0.5 * top else 0.5 * top)
         # a vent closed just now still shows in a slow sensor
         pumping = pump > 0.0 and vent == 0.0 and drive[4] > fade_steps
         surplus = excess(surplus + change, largest, loss, fast, sound) if pumping else 0.0
@@ -190,37 +190,29 @@ def detect(
             fault = 1.0 * BLOCKED
         if pumping and least > 2.0 * loss:
             quiet = quiet + least if change == 0.0 else 0.0
-            off_zero = not -offset <= measurement <= offset
+            off_zero = not -offset <= value <= offset
             owed, risen = owed + least - loss, risen + change
-            new_fault, owed, risen, quiet = pump_fault(
-                owed, risen, quiet, off_zero, clear, none, weak
-            )
-            fault = new_fault if fault == 0.0 else fault
+            code, owed, risen, quiet = pump_fault(owed, risen, quiet, off_zero, clear, none, weak)
+            fault = code if fault == 0.0 else fault
         else:
             owed, risen, quiet, surplus = 0.0, 0.0, 0.0, 0.0
 
         if vent != 0.0 and pump == 0.0:
-            new_fault, vent_samples, offset_samples, first_vacuum = watch_vent(
-                measurement,
-                vent_samples,
-                offset_samples,
-                first_vacuum,
-                settle_steps,
-                offset,
-                confirm,
+            code, vent_count, off_count, opening = watch_vent(
+                value, vent_count, off_count, opening, settle_steps, offset, confirm
             )
-            fault = new_fault if new_fault != 0.0 else fault
+            fault = code if code != 0.0 else fault
         else:
-            vent_samples, offset_samples = 0.0, 0.0
+            vent_count, off_count = 0.0, 0.0
 
-        has_reached, missing = watch_target(
-            target, drive[7], measurement >= target - lost_band, has_reached, missing
+        at_target, missing = watch_target(
+            target, drive[7], value >= target - lost_band, at_target, missing
         )
         if missing > 0.0 and missing >= lost_steps:
             fault = 1.0 * LOST
-    return fault, measurement, (
-        measurement, range_samples, same, quiet, rate, owed, risen, surplus, has_reached, missing,
-        vent_samples, offset_samples, first_vacuum, fault,
+    return fault, value, (
+        value, range_count, same, quiet, rate, owed, risen, surplus, at_target, missing,
+        vent_count, off_count, opening, fault,
     )  # fmt: skip
 
 
@@ -294,34 +286,34 @@ def pump_fault(
 
 
 def watch_vent(
-    measurement: float,
-    vent_samples: float,
-    offset_samples: float,
-    first_vacuum: float,
+    value: float,
+    vent_count: float,
+    off_count: float,
+    opening: float,
     settle_steps: float,
     offset: float,
     confirm: float,
 ) -> tuple[float, float, float, float]:
     """(fault code, samples with the vent open, of these with a reading, reading at its opening)."""
-    if vent_samples == 0.0:
-        first_vacuum = measurement
-    vent_samples += 1.0
-    if vent_samples <= settle_steps or -offset <= measurement <= offset:
-        return 0.0, vent_samples, 0.0, first_vacuum
-    offset_samples += 1.0
-    stays = first_vacuum > 2.0 * offset and measurement > 0.5 * first_vacuum
+    if vent_count == 0.0:
+        opening = value
+    vent_count += 1.0
+    if vent_count <= settle_steps or -offset <= value <= offset:
+        return 0.0, vent_count, 0.0, opening
+    off_count += 1.0
+    stays = opening > 2.0 * offset and value > 0.5 * opening
     fault = 1.0 * (BLOCKED if stays else OFFSET)
-    return fault if offset_samples >= confirm else 0.0, vent_samples, offset_samples, first_vacuum
+    return fault if off_count >= confirm else 0.0, vent_count, off_count, opening
 
 
 def watch_target(
-    target: float, last: float, is_close: bool, has_reached: float, missing: float
+    target: float, last: float, is_close: bool, at_target: float, missing: float
 ) -> tuple[float, float]:
     """Whether the target has been reached, and for how many samples it has been left."""
     if target <= 0.0:
         return 0.0, 0.0
     if is_close:
         return 1.0, 0.0
-    if target > last or has_reached == 0.0:
+    if target > last or at_target == 0.0:
         return 0.0, 0.0
-    return has_reached, missing + 1.0
+    return at_target, missing + 1.0

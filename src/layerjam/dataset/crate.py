@@ -7,7 +7,7 @@ from urllib.parse import quote
 
 from layerjam._version import __version__
 from layerjam.dataset import checksums
-from layerjam.dataset.people import SPDX, Statements
+from layerjam.dataset.people import SPDX, Details
 from layerjam.dataset.recipe import RECIPE, Recipe
 from layerjam.errors import count_of
 from layerjam.identify.provenance import sha256
@@ -35,14 +35,10 @@ CONTEXT = ["https://w3id.org/ro/crate/1.1/context", {"sha256": "https://schema.o
 
 
 def readme(
-    recipe: Recipe,
-    statements: Statements,
-    brake: str,
-    synthetic: bool,
-    entries: Iterable[Acceptance],
+    recipe: Recipe, details: Details, brake: str, synthetic: bool, entries: Iterable[Acceptance]
 ) -> str:
     """Return README.md for a reader who does not know the dataset; `brake` is the brake's name."""
-    lines = [f"# {statements.name}", ""]
+    lines = [f"# {details.name}", ""]
     if synthetic:
         lines += ["**Synthetic**: files here were written by a program, not measured.", ""]
     for entry in entries:
@@ -62,7 +58,7 @@ def readme(
         f'    pip install "layerjam[publish]=={recipe.versions["layerjam"]}"',
         "    layerjam recompute .",
         "",
-        f"Licence: {statements.licence or NO_LICENCE}",
+        f"Licence: {details.licence or NO_LICENCE}",
         "",
     ]
     return "\n".join(lines)
@@ -81,23 +77,23 @@ def metadata(
     folder: Path,
     files: Iterable[str],
     recipe: Recipe,
-    statements: Statements,
+    details: Details,
     brake: str,
     synthetic: bool,
 ) -> dict[str, Any]:
     """Return ro-crate-metadata.json for files of a folder; `brake` is the brake's name."""
     names = sorted({*files, checksums.NAME} - {METADATA})
     kind = "Synthetic tests" if synthetic else "Tests"
-    people = [{"@id": p.id, "@type": "Person", "name": p.name} for p in statements.authors]
+    people = [{"@id": p.id, "@type": "Person", "name": p.name} for p in details.authors]
     root: dict[str, Any] = {
         "@id": "./",
         "@type": "Dataset",
-        "name": statements.name,
+        "name": details.name,
         "description": f"{kind} of the layer-jamming brake {brake}: {_counts(recipe)}, with all "
         "that was computed from them.",
-        "datePublished": statements.date,
+        "datePublished": details.date,
         "keywords": "layer jamming, soft robotics, friction, brake",
-        "license": NO_LICENCE if statements.licence is None else {"@id": SPDX + statements.licence},
+        "license": NO_LICENCE if details.licence is None else {"@id": SPDX + details.licence},
         "hasPart": _references(map(address, names)),
         "mentions": {"@id": "#computed"},
     }
@@ -109,8 +105,8 @@ def metadata(
         root,
         *(_file_entry(folder, name) for name in names),
         *people,
-        *_licence(statements),
-        *_computation(recipe, statements, names),
+        *_licence(details),
+        *_computation(recipe, details, names),
     ]
     return {"@context": CONTEXT, "@graph": graph}
 
@@ -124,8 +120,8 @@ def address(name: str) -> str:
     return quote(name)
 
 
-def _licence(statements: Statements) -> list[dict[str, str]]:
-    name = statements.licence
+def _licence(details: Details) -> list[dict[str, str]]:
+    name = details.licence
     if name is None:
         return []
     return [{"@id": SPDX + name, "@type": "CreativeWork", "name": name, "identifier": name}]
@@ -145,9 +141,7 @@ def _file_entry(folder: Path, name: str) -> dict[str, str]:
     return entry | {"contentSize": size, "sha256": sha256(path)}
 
 
-def _computation(
-    recipe: Recipe, statements: Statements, names: Sequence[str]
-) -> list[Mapping[str, Any]]:
+def _computation(recipe: Recipe, details: Details, names: Sequence[str]) -> list[Mapping[str, Any]]:
     """Return the computation: its raw files, its results, and the programs."""
     others = ", ".join(f"{k} {v}" for k, v in recipe.versions.items() if k != "layerjam")
     raw = [recipe.brake, *recipe.friction, *recipe.calibrate, *recipe.validate]
@@ -164,7 +158,7 @@ def _computation(
         "@id": "#computed",
         "@type": "CreateAction",
         "name": "friction, calibration and validation from the raw files",
-        "endTime": statements.date,
+        "endTime": details.date,
         "instrument": {"@id": program["@id"]},
         "object": _references(map(address, raw)),
         "result": _references(results),

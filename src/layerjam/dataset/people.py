@@ -42,8 +42,8 @@ class Author:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Statements:
-    """Statements of the user about a dataset: name, SPDX licence, authors, and day (ISO)."""
+class Details:
+    """Details of the user about a dataset: name, SPDX licence, authors, and day (ISO)."""
 
     name: str
     licence: str | None

@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from layerjam._version import __version__
-from layerjam.dataset.people import Statements
+from layerjam.dataset.people import Details
 from layerjam.errors import FileError, QuantityError
 
 RECIPE = "recipe.json"
@@ -38,7 +38,7 @@ class Recipe:
     validate: Paths = ()
     options: Mapping[str, Any] = field(default_factory=dict)
     unused: Mapping[str, Any] = field(default_factory=dict)
-    stated: Statements | None = None
+    stated: Details | None = None
 
     @property
     def files(self) -> Paths:
@@ -89,7 +89,7 @@ def _check_value(path: Path, name: str, value: Any) -> Any:
     """Return a value of the type of its field; FileError for another type."""
     if name == "stated":
         try:
-            return value and Statements.read(value)
+            return value and Details.read(value)
         except (TypeError, KeyError, AttributeError, ValueError, QuantityError):
             raise FileError(path, f"stated: {str(value)[:60]!r} is not allowed") from None
     if name in ("brake", "results"):

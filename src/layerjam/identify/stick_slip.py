@@ -311,10 +311,7 @@ def _measure_teeth(stretch: _Stretch, turns: _Turns) -> SawTeeth:
             inside = slice(a + 1, b)
             line = straight_line(position[inside], force[inside]) if b - a > 4 else None
             if line is not None:
-                low[i], high[i] = (
-                    line.value_at(float(position[a])),
-                    line.value_at(float(position[b])),
-                )
+                low[i], high[i] = (line.value_at(float(position[k])) for k in (a, b))
     count = len(peaks)
     spacings = np.diff(position[peaks])
     samples_per_tooth = float(np.median(np.diff(peaks)))

@@ -234,12 +234,8 @@ def withdraw(database: Database, ident: str, reason: str) -> tuple[str, list[str
         before = _why_withdrawn(db, full_id)
         if before is not None:
             raise RecordsError(f"{full_id}: was withdrawn before, because: {before}")
-        entry = {
-            "id": full_id,
-            "when": utc_timestamp(),
-            "why": storable(reason.strip()),
-            "by": user(),
-        }
+        text = storable(reason.strip())
+        entry = {"id": full_id, "when": utc_timestamp(), "why": text, "by": user()}
         db.execute(WITHDRAWN.insert().values(**entry))
         children = select(DERIVED_FROM.c.child).where(DERIVED_FROM.c.parent == full_id).distinct()
         return full_id, sorted(str(row[0]) for row in db.execute(children))

@@ -140,9 +140,7 @@ class _Pen:
             self.line((x, y), begin)
             self.line(begin, end) if series is None else self.part(series.ref, begin, end)
             self.text(end[0] + 0.2, y - 0.15, wire.to)
-            shunts = (
-                self.circuit.components_between(wire.use, "GND") if wire.use and wire.shunt else []
-            )
+            shunts = self.circuit.parts_between(wire.use, "GND") if wire.use and wire.shunt else []
             for n, shunt in enumerate(shunts):
                 self.down(shunt.ref, (x + 0.6 + 1.8 * n, y), 1.9)
             y -= 3.6 if shunts else 1.15
@@ -202,8 +200,8 @@ class _Pen:
         self.add(self.elements.Ground(), ends["source"])
         net = self.circuit.series_part(use)[1]
         (series,), (pull,) = (
-            self.circuit.components_between(use, net),
-            self.circuit.components_between(net, "GND"),
+            self.circuit.parts_between(use, net),
+            self.circuit.parts_between(net, "GND"),
         )
         corner = (ends["gate"][0] - 0.7, ends["gate"][1])
         self.line(ends["gate"], corner)

@@ -110,7 +110,7 @@ class Circuit:
         """Wires, with the parts that are on them."""
         return tuple(_wire(self, entry) for entry in self.declared)
 
-    def components_between(self, first: str, *others: str) -> list[Component]:
+    def parts_between(self, first: str, *others: str) -> list[Component]:
         """Return the components with two nodes: `first`, and one of `others`."""
         pairs = [{first, node} for node in others]
         return [c for c in self.components.values() if len(c.nodes) == 2 and set(c.nodes) in pairs]
@@ -125,9 +125,9 @@ class Circuit:
     def divider(self, use: str) -> tuple[Component, Component, Component]:
         """Return (upper resistor, lower resistor, capacitor) of a pin's divider."""
         lower, capacitor = sorted(
-            self.components_between(use, "GND"), key=lambda c: c.kind, reverse=True
+            self.parts_between(use, "GND"), key=lambda c: c.kind, reverse=True
         )
-        (upper,) = self.components_between(use, *self.rails)
+        (upper,) = self.parts_between(use, *self.rails)
         return upper, lower, capacitor
 
     def conflicts(self) -> tuple[str, ...]:
@@ -176,7 +176,7 @@ def _wire(circuit: Circuit, entry: Mapping[str, str]) -> Wire:
     series, end = (None, node) if node in ("GND", *circuit.rails) else circuit.series_part(node)
     rail = circuit.rails.get(end) if use else None
     # a divider leads to a rail; at a gate the pull-down is behind the series resistor
-    shunts = circuit.components_between(node if end in circuit.rails else end, "GND")
+    shunts = circuit.parts_between(node if end in circuit.rails else end, "GND")
     label = entry["pin"] if use is None else f"GP{getattr(circuit.file.wiring.pins, use)}"
     return Wire(
         pin=circuit.socket.get(label),
@@ -227,7 +227,7 @@ def _gates(circuit: Circuit) -> Iterator[str]:
     for wire in circuit.wires:
         if wire.use not in GATES:
             continue
-        down = circuit.components_between(circuit.series_part(wire.use)[1], "GND")
+        down = circuit.parts_between(circuit.series_part(wire.use)[1], "GND")
         if not down or down[0].value > PULL_DOWN:
             yield (
                 f"{wire.use}: {wire.label} needs a pull-down of 8.2 kΩ or less at the gate, and "

@@ -122,8 +122,8 @@ def _supplies(circuit: Circuit) -> Iterator[Margin]:
 def _gates(circuit: Circuit) -> Iterator[Margin]:
     for use in GATES:
         gate = circuit.series_part(use)[1]
-        (series,) = circuit.components_between(use, gate)
-        (down,) = circuit.components_between(gate, "GND")
+        (series,) = circuit.parts_between(use, gate)
+        (down,) = circuit.parts_between(gate, "GND")
         (switch,) = (c for c in circuit.components.values() if c.nodes[1] == gate != c.nodes[-1])
         gate_voltage = OUTPUT * down.value_at(-1) / (down.value_at(-1) + series.value_at(1))
         yield Margin(f"gate of {switch.ref}, on", "V", gate_voltage, least=switch.gate)

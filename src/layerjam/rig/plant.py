@@ -231,11 +231,8 @@ class VirtualPlant:
         """Return the rates of the plant with its present faults."""
         cache, hardware = self._broken, self.behind
         if cache is None or cache[0] is not self.injected or cache[1] is not hardware:
-            cache = self._broken = (
-                self.injected,
-                hardware,
-                self.injected.break_plant(hardware.plant),
-            )
+            rates = self.injected.break_plant(hardware.plant)
+            cache = self._broken = self.injected, hardware, rates
         if self.machine is not None and self.machine.swell != 1.0:
             larger = replace(self.injected, volume=self.injected.volume * self.machine.swell)
             return larger.break_plant(hardware.plant)
@@ -351,12 +348,10 @@ class PlantThread(threading.Thread):
         try:
             while len(data := _exactly(self._child.receive, TOLD.size)) == TOLD.size:
                 pump, board_time, power, asks, count = TOLD.unpack(data)
-                elapsed_time = (
-                    0 if last is None else (board_time - last + WRAP // 2) % WRAP - WRAP // 2
-                )
-                plant.wraps += last is not None and elapsed_time > 0 and board_time < last
+                passage = 0 if last is None else (board_time - last + WRAP // 2) % WRAP - WRAP // 2
+                plant.wraps += last is not None and passage > 0 and board_time < last
                 last = board_time
-                plant.advance(elapsed_time * 1e-6)
+                plant.advance(passage * 1e-6)
                 plant.set_outputs(pump, bool(power))
                 if asks:
                     self._child.send(plant.answer(asks, count))

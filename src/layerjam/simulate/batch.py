@@ -348,11 +348,7 @@ def _replace_field(record: Any, path: list[str], value: Any) -> Any:
 
 
 def _label(
-    columns: Mapping[str, Array],
-    sweeps: list[Sweep],
-    sizes: Mapping[Any, int],
-    law: str,
-    count: int,
+    columns: Mapping[str, Array], sweeps: list[Sweep], sizes: Mapping[Any, int], law: str, rows: int
 ) -> "xarray.Dataset":
     with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
         import xarray
@@ -368,4 +364,4 @@ def _label(
         key = f"{name}_reached" if name in coordinates else name
         data[key] = (axes, values.reshape(shape), {"units": _UNITS.get(name, "")})
     constants = {s.name: float(s.values[0]) for s in sweeps if not s.dimension}
-    return xarray.Dataset(data, coords=coordinates, attrs={"law": law, "done": count, **constants})
+    return xarray.Dataset(data, coords=coordinates, attrs={"law": law, "done": rows, **constants})

@@ -56,16 +56,12 @@ def basis(model: str, stretch: Array, exponents: Sequence[float] | Array = ()) -
     """Return the engineering stress per unit of each linear parameter, shape (N, parameters)."""
     strain = np.asarray(stretch)[..., None] - 1
     if model.startswith("ogden"):
-        exponent_array: Any = np.asarray(exponents)
-        return np.asarray(
-            uniaxial_stress(strain, Hyperelastic(strain=1, mu1=1, alpha1=exponent_array), np)
-        )
+        alpha: Any = np.asarray(exponents)
+        return np.asarray(uniaxial_stress(strain, Hyperelastic(strain=1, mu1=1, alpha1=alpha), np))
     if model not in NAMES:
         raise UnknownNameError("hyperelastic model", model, PARAMETERS)
     units = [Hyperelastic(strain=1, **{name: 1}) for name in NAMES[model].values()]
-    return np.concatenate(
-        [uniaxial_stress(strain, unit_rubber, np) for unit_rubber in units], axis=-1
-    )
+    return np.concatenate([uniaxial_stress(strain, unit, np) for unit in units], axis=-1)
 
 
 def stress(model: str, parameters: Mapping[str, float], strain: object) -> Array:

@@ -183,18 +183,14 @@ def register(name: str) -> list:
     def mask(bench, session, value: int) -> None:
         getattr(session, name).enable = value & 32767  # bit 15 is always 0 (SCPI-99, 20.1)
 
-    def read_mask(bench, session) -> int:
+    def query(bench, session) -> int:
         return getattr(session, name).enable
 
     head = "STATus:" + ("OPERation" if name == "operation" else "QUEStionable")
     return [
         (head + "[:EVENt]", None, Rule(event)),
         (head + ":CONDition", None, Rule(condition)),
-        (
-            head + ":ENABle",
-            Rule(mask, (Number("mask", "", 0, 65535, is_whole=1),)),
-            Rule(read_mask),
-        ),
+        (head + ":ENABle", Rule(mask, (Number("mask", "", 0, 65535, is_whole=1),)), Rule(query)),
     ]
 
 

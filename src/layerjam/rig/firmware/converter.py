@@ -14,7 +14,7 @@ from capture import NOTHING, ROOM
 CONTROL, QUEUE, TAKEN, DIVIDER = 0x4004C000, 0x4004C008, 0x4004C00C, 0x4004C010
 ENABLED, START_MANY, READY, INPUT, TURNS = 1, 8, 1 << 8, 12, 16
 """Bits of the register CONTROL; the last two are positions of numbers."""
-QUEUED, ASKS, EMPTY, SPILT, THRESHOLD_ONE = 1, 1 << 3, 1 << 8, 1 << 11, 1 << 24
+QUEUED, ASKS, EMPTY, SPILT, LEVEL = 1, 1 << 3, 1 << 8, 1 << 11, 1 << 24
 """Bits of the register QUEUE: queue on, DMA request, empty, overflow; and a threshold of one."""
 CLOCK = 48000000
 PACE = 36
@@ -80,19 +80,15 @@ class Converter:
         import uctypes
 
         self.stop()
-        first_channel, by_channel = (
-            self.input,
-            {voltage.channel: voltage for voltage in self.voltages},
-        )
-        self.others = sorted(by_channel, key=lambda channel: (channel - first_channel) % CHANNELS)
+        first, by_channel = self.input, {pin.channel: pin for pin in self.voltages}
+        self.others = sorted(by_channel, key=lambda channel: (channel - first) % CHANNELS)
         turn = 1 + len(self.others)
         address = uctypes.addressof(self.spare)
         padding = -address % (2 * ASIDE)
         self.aside = memoryview(self.spare)[padding // 2 : padding // 2 + ASIDE]
         for place in range(ASIDE):  # a sample may come before the first turns are through
-            self.aside[place] = (
-                by_channel[self.others[place % len(self.others)]].adc.read_u16() >> 4
-            )
+            channel = self.others[place % len(self.others)]
+            self.aside[place] = by_channel[channel].adc.read_u16() >> 4
         self.empty()
         divider = (CLOCK * 256 + rate * turn // 2) // (rate * turn) - 256
         self.rate = CLOCK * 256 / ((divider + 256) * turn)
@@ -100,13 +96,13 @@ class Converter:
         self.lay(self.fast, self.begin, 1, RING_BITS, self.rest)
         self.lay(self.rest, address + padding, turn - 1, ASIDE_BITS, self.fast)
         self.fast.active(1)
-        machine.mem32[QUEUE] = QUEUED | ASKS | THRESHOLD_ONE
+        machine.mem32[QUEUE] = QUEUED | ASKS | LEVEL
         machine.mem32[DIVIDER] = divider
-        turns = 1 << first_channel
+        turns = 1 << first
         for channel in self.others:
             turns |= 1 << channel
         self.counted, self.running = 0, True
-        machine.mem32[CONTROL] = ENABLED | first_channel << INPUT | turns << TURNS | START_MANY
+        machine.mem32[CONTROL] = ENABLED | first << INPUT | turns << TURNS | START_MANY
 
     def lay(self, channel, address: int, count: int, bits: int, after) -> None:
         """A DMA channel from the converter to a ring; so many numbers, then the other's go."""

@@ -9,14 +9,13 @@ LAW = 39
 REGULATOR = 15
 MAGIC = b"LJ01"
 FIXED = "<4sIBBddB"
-HUGE = 1e16
+BIG = 1e16
 LIMITS = (
     (0, 2), (0, 1e3), (0, 1e3), (0, 1e5), (1e-9, 1.2e5), (-1, 0), (1e-6, 1), (0, 1e9), (0, 1e9),
     (0, 1e9), (0, 1e12), (0, 1e12), (10, 1.2e5), (0, 1), (0, 1),
     (1e-12, 1e6), (1, 1e6), (0, 1e3), (0, 1e3), (1e-12, 1), (-1e6, 0), (1e-3, 1e9), (1, 1e6),
-    (1e-9, 1e6), (0, 1), (0, 1), (1, 1e3), (1e-9, 1e6), (0, 1e9), (1, HUGE), (0, 1e9),
-    (1e-9, 1e5), (0, 1e9), (-HUGE, HUGE), (-HUGE, HUGE), (-HUGE, HUGE), (0, 1e3), (1e-12, 1e7),
-    (0, 1e5),
+    (1e-9, 1e6), (0, 1), (0, 1), (1, 1e3), (1e-9, 1e6), (0, 1e9), (1, BIG), (0, 1e9),
+    (1e-9, 1e5), (0, 1e9), (-BIG, BIG), (-BIG, BIG), (-BIG, BIG), (0, 1e3), (1e-12, 1e7), (0, 1e5),
 )  # fmt: skip
 """Least and greatest of each number of the law's settings, in their order."""
 INTEGER_PLACES = (0, 5, 14)
@@ -88,11 +87,7 @@ def unpack_settings(raw: bytes) -> "Settings | None":
 def load(hal) -> tuple:
     """Return (settings, error or 0) of the newer of two slots; -314 if no slot is intact."""
     raw = [hal.load(0), hal.load(1)]
-    good = [
-        settings
-        for settings in [unpack_settings(slot) for slot in raw if slot is not None]
-        if settings
-    ]
+    good = [s for s in [unpack_settings(slot) for slot in raw if slot is not None] if s]
     if not good:
         return Settings(), -314 if raw != [None, None] else 0
     newest = good[0]

@@ -65,17 +65,14 @@ def _mount(axes: style.Axes) -> None:
     stiffness = np.geomspace(5e3, 2e6, 200)
     for name, color in zip(FILMS.values(), (BLUE, ORANGE), strict=True):
         brake = load(name).brake
-        mass, mount_stiffness = moving_mass(brake), float(working_stiffness(brake))
+        mass, working = moving_mass(brake), float(working_stiffness(brake))
         slide = slide_of(brake, vacuum=FULL, speed=1.0, mass=mass, stiffness=1.0, frozen=True)
         for ratio, dash in ((RATIO, "-"), (0.5, style.DASHED)):
             drag = 2 * ratio * np.sqrt(stiffness * mass)
             speed = np.asarray(critical_speed(*bounds_at(slide), stiffness, mass, drag))
             axes.plot(stiffness / 1e3, speed, color=color, ls=dash)
             style.spot(
-                axes,
-                mount_stiffness / 1e3,
-                float(np.interp(mount_stiffness, stiffness, speed)),
-                color=color,
+                axes, working / 1e3, float(np.interp(working, stiffness, speed)), color=color
             )
     axes.set(xscale="log", yscale="log", xlabel="stiffness of brake and mount [kN/m]")
     axes.set(ylabel="critical speed [m/s]", xlim=(5, 2e3), ylim=(0.02, 40))

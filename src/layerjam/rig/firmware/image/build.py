@@ -92,9 +92,9 @@ def current(out: Path) -> bool:
     image, facts = out / "layerjam-pico.uf2", out / "layerjam-pico.json"
     if not image.exists() or not facts.exists():
         return False
-    facts_of_image = json.loads(facts.read_text("utf-8"))
+    earlier = json.loads(facts.read_text("utf-8"))
     digest = hashlib.sha256(image.read_bytes()).hexdigest()
-    return {**sources(), "image_sha256": digest}.items() <= facts_of_image.items()
+    return {**sources(), "image_sha256": digest}.items() <= earlier.items()
 
 
 class BuildError(Exception):
