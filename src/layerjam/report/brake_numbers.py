@@ -36,7 +36,7 @@ class Number:
         """The columns of numbers.csv."""
         return {name: getattr(self, name) for name in COLUMNS}
 
-    def shown(self, with_unit: bool) -> dict[str, str]:
+    def template_data(self, with_unit: bool) -> dict[str, str]:
         """Return the cell of a table."""
         return {"text": self.text(with_unit), "kind": "number"}
 
