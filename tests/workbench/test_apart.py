@@ -33,7 +33,7 @@ def test_the_copied_python_of_two_brakes_of_one_name_computes_both(tmp_path, mon
         (tmp_path / name).write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     space = {}
-    exec(as_python(own.calls, own.pinned), space)
+    exec(as_python(own.calls, own.pinned_calls), space)
     assert space["result"].values == shown.run().values
     assert space["pinned"]["before"].values == pinned.run().values
     assert space["result"].peak_force != pytest.approx(space["pinned"]["before"].peak_force)

@@ -166,16 +166,18 @@ def test_there_is_an_end_to_pins():
 def test_figure_and_python_hold_it(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     taken = page.result[0]
-    assert list(taken.beside) == ["measured, 60 kPa, mine.csv"]
+    assert list(taken.pinned_answers) == ["measured, 60 kPa, mine.csv"]
     (tmp_path / "mine.csv").write_bytes(CSV)
     (tmp_path / "mine.csv.toml").write_bytes(NAMES["60 kPa"])
     exec(taken.python(), {})
     assert (tmp_path / "tensile.svg").read_bytes() == taken.figure("svg")
     assert b"measured, 60 kPa" in taken.figure("svg")
-    assert "- `mine.csv`" in notebook("a", [taken.call], taken.pinned)
+    assert "- `mine.csv`" in notebook("a", [taken.call], taken.pinned_calls)
     page.desk.put("pull", "model", "judder")  # over time there is nothing to compare
     assert pinned(page) == []
-    assert list(page.copies()[1]) == list(taken.beside), "the page shows what was computed last"
+    assert list(page.copies()[1]) == list(taken.pinned_answers), (
+        "the page shows what was computed last"
+    )
     assert 'result.plot("tensile.svg", overwrite=True, beside=pinned)' in taken.python()
 
 
@@ -218,7 +220,7 @@ def test_a_session_that_would_not_be_opened_is_not_written(monkeypatch):
 
 def test_a_pin_without_its_file_draws_nothing():
     page = Pull(Desk(State(page="pull", pins=(Pin("pull", MEASURED, "0123456789ab"),))))
-    assert page.compute()[0].beside == {} and page.panel.problem == ""
+    assert page.compute()[0].pinned_answers == {} and page.panel.problem == ""
     page.uploads.close()
 
 

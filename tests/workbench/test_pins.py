@@ -103,9 +103,9 @@ def test_a_drop_is_pinned_and_drawn_with_its_own_end():
     call = page.columns()["full"]
     own, slower = call.run(), drop(KAPTON, vacuum="60 kPa", **options)
     answer = Answer(call, own, pins=page.panel.pinned_answers(call))
-    assert list(answer.pinned) == ["60 kPa"]
+    assert list(answer.pinned_calls) == ["60 kPa"]
     assert slower.stopping_time > own.stopping_time
-    beside = {label: one.result for label, one in answer.beside.items()}
+    beside = {label: one.result for label, one in answer.pinned_answers.items()}
     chart = drop_chart(series(own.record), None, beside, False)
     quiet = [s for s in chart["series"] if s["name"] == "60 kPa"]
     ends = (slower.peak_force, slower.record.travel[-1] * 1e3, slower.peak_deceleration)

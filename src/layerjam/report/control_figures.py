@@ -60,7 +60,7 @@ def bench_panes(time: Any, vacuum: Any, target: Any, **pane: Any) -> list[Pane]:
     return [Pane(curves, y="vacuum [kPa]", y_range=(0, top), **options)]
 
 
-def bench_figure(
+def watched(
     time: Sequence[float], vacuum: Sequence[float], target: Sequence[float], simulated: bool = False
 ) -> style.Figure:
     """Return the figure of `bench_panes`."""

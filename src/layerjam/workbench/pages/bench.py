@@ -77,7 +77,7 @@ class BenchRecord:
         """The bytes of the figure."""
         from layerjam.report import control_figures, style
 
-        figure = control_figures.bench_figure(**self.columns, simulated=self.simulated)
+        figure = control_figures.watched(**self.columns, simulated=self.simulated)
         with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
             return style.save(figure, Path(folder) / f"figure.{ending}").read_bytes()
 

@@ -236,7 +236,7 @@ class Drop(Page):
         title = f"{drops[mode].name}-{mode}"
         answer, chart = replace(drops[mode], pins=pins, title=title), None
         if data is not None:
-            quiet = {label: pin.result for label, pin in answer.beside.items()}
+            quiet = {label: pin.result for label, pin in answer.pinned_answers.items()}
             brake: Any = read_any("brake", tuning.call.subjects[0].text)
             g = brake.brake.site.gravity
             least = None if floor is None else floor * g - (0.0 if texts.get("horizontal") else g)
