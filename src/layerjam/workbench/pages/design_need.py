@@ -107,7 +107,7 @@ class NeedPart(Part):
     @property
     def is_asked(self) -> bool:
         """Whether a requirement was searched, here or where the link comes from."""
-        return self.desk.state.stored(PAGE, "spec") is not None
+        return self.desk.state.find_setting(PAGE, "spec") is not None
 
     def spec_text(self) -> tuple[str, str]:
         """(text, its name where it is an example's) that was last searched."""
