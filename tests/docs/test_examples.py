@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import ast
+import importlib
+import importlib.util
 import shutil
 from pathlib import Path
 
@@ -37,6 +40,21 @@ def test_page(page: Path, practice: Path, tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.chdir(folder)
     monkeypatch.setenv("COLUMNS", "80")
     examples.Page(page).run()
+
+
+def test_blocks_for_other_programs_import_names_that_exist() -> None:
+    """Those blocks run in `make interop` only; a name that is gone shows here."""
+    for page in examples.pages():
+        for block in examples.blocks(page.read_text(encoding="utf-8")):
+            if not block.needs or block.kind != "python":
+                continue
+            for line in ast.walk(ast.parse(block.text)):
+                if isinstance(line, ast.ImportFrom) and (line.module or "").startswith("layerjam."):
+                    module = importlib.import_module(str(line.module))
+                    for name in (alias.name for alias in line.names):
+                        assert hasattr(module, name) or importlib.util.find_spec(
+                            f"{line.module}.{name}"
+                        ), f"{page.name}: {line.module} has no {name}"
 
 
 def test_every_page_is_in_the_navigation() -> None:
