@@ -63,10 +63,13 @@ fuzz: $(STAMP)
 	LAYERJAM_FUZZ=100000 $(BIN)/python -m pytest -q -n 2 -m slow tests/measure/test_fuzz.py
 
 # The demo and the quick tests of the core with the lowest versions that pyproject.toml allows, then
-# with the newest, each in a fresh environment: half an hour.
+# with the newest, by this Python and by each of the others on PATH, each in a fresh environment:
+# a quarter of an hour each.
 versions: $(PACKAGERS)/.installed
 	$(PACKAGERS)/bin/python tests/install/versions.py lowest $(VENV)/lowest
 	$(PACKAGERS)/bin/python tests/install/versions.py newest $(VENV)/newest
+	for python in 3.12 3.13 3.14; do \
+	  $(PACKAGERS)/bin/python tests/install/versions.py newest $(VENV)/python$$python $$python || exit 1; done
 
 # The demo and quick tests with CPython for Windows under Wine, in a folder of 3 GB that is filled
 # once: root only; what is missing is said, and nothing is tried.

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from windows import wine
+from windows import questions, wine
 
 
 def demo(folder: Path, force: float, when: str) -> Path:
@@ -28,7 +28,7 @@ def test_numbers_of_two_systems_are_compared_one_by_one(tmp_path: Path) -> None:
     (difference,) = wine.compare(ours, other)
     assert difference.startswith("results.json: 133.9428 here, 133.94280133")
     assert "results.json: missing on Windows" in wine.compare(ours, tmp_path / "none")
-    assert wine.compare(tmp_path / "none", ours) == ["the demo wrote no numbers here"]
+    assert wine.compare(tmp_path / "none", ours) == ["no numbers were written here"]
 
 
 def test_digests_and_names_are_not_numbers(tmp_path: Path) -> None:
@@ -72,3 +72,11 @@ def test_a_registry_that_does_not_answer_is_one_sentence(
 def test_the_folders_that_run_exist() -> None:
     tests = Path(wine.ROOT) / "tests"
     assert all((tests / name).is_dir() for name in wine.TESTS)
+
+
+def test_the_questions_of_the_part_for_ci_have_numbers_to_compare(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["questions.py", str(tmp_path / "a")])
+    questions.main()
+    assert len(wine.numbers(tmp_path / "a/results.json")) > 500

@@ -1,8 +1,9 @@
 """The demo and quick tests with CPython for Windows, which Wine runs on Linux.
 
 `python tests/windows/wine.py FOLDER [TESTS ...]` fills a folder once (3 GB), runs the demo there
-and here and compares their numbers, then runs the quick tests of some folders. What it needs and
-lacks is one sentence, and no failure: Linux, root, and package registries.
+and here and compares their numbers, then runs the quick tests of some folders. With `--part` it
+asks the four questions of `questions.py` instead of the demo, and runs the tests of `units`. What
+it needs and lacks is one sentence, and no failure: Linux, root, and package registries.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ DIGESTS = {
 }
 TESTS = ("units", "device", "fluid")
 """Folders of the tests that run, unless others are named."""
+PART = "--part"
 RUN = """
 for name in proc sys dev; do mount --rbind /$name "$0/$name"; done
 mount --bind "$1/python" "$0/srv/python"
@@ -173,8 +175,10 @@ def python(folder: Path, *words: str, inside: str = "/srv/out") -> int:
     shell = 'cd "$0" && { wine /srv/python/python.exe "$@" 2>&1; echo $? >/srv/out/code; }'
     settings = [f"{key}={value}" for key, value in ENVIRONMENT.items()]
     mounts = ("unshare", "--mount", "--propagation", "private", "sh", "-ec", RUN)
-    subprocess.run([*mounts, str(system), str(folder), str(ROOT), *settings, "sh", "-c", shell,
-                    inside, *words], check=True)  # fmt: skip
+    done = subprocess.run([*mounts, str(system), str(folder), str(ROOT), *settings, "sh", "-c",
+                           shell, inside, *words], check=False)  # fmt: skip
+    if done.returncode:
+        raise MissingError("it needs the right to mount folders (unshare, mount, chroot)")
     return int((folder / "out/code").read_text(encoding="utf-8"))
 
 
@@ -186,7 +190,7 @@ def numbers(path: Path) -> list[float]:
 
 
 def compare(ours: Path, theirs: Path) -> list[str]:
-    """Return what differs between the demo's files of two systems, and print a summary."""
+    """Return what differs between the files of two systems, and print a summary."""
     count, same, wrong = 0, 0, []
     for path in sorted(p for pattern in NUMBERS for p in ours.glob(pattern)):
         name = path.relative_to(ours).as_posix()
@@ -202,37 +206,45 @@ def compare(ours: Path, theirs: Path) -> list[str]:
             same += a == b
             if abs(a - b) > TOLERANCE * max(abs(a), abs(b)):
                 wrong.append(f"{name}: {a} here, {b} on Windows")
-    print(f"{count} numbers of the demo: {same} are the same, {len(wrong)} differ by more than "
-          f"{TOLERANCE:g}")  # fmt: skip
+    print(f"{count} numbers: {same} are the same, {len(wrong)} differ by more than {TOLERANCE:g}")
     if not count:
-        wrong.append("the demo wrote no numbers here")
+        wrong.append("no numbers were written here")
     return wrong
 
 
 def main() -> int:
-    """Fill the folder, run demo and tests; return the exit code."""
-    folder, tests = Path(sys.argv[1]).resolve(), sys.argv[2:] or TESTS
+    """Fill the folder, run what is asked for; return the exit code."""
+    folder, tests = Path(sys.argv[1]).resolve(), [w for w in sys.argv[2:] if w != PART]
     try:
         fill(folder)
+        failed = try_out(folder, tests, in_part=PART in sys.argv)
     except MissingError as reason:
         print(f"skipped, nothing was tried on Windows: {reason}")
         return 0
+    print(f"failed on Windows: {', '.join(failed)}" if failed else "all passed on Windows")
+    return 1 if failed else 0
+
+
+def try_out(folder: Path, tests: list[str], *, in_part: bool) -> list[str]:
+    """Run demo or questions there and here, then the tests; return the names of what failed."""
+    asked = ("tests/windows/questions.py",) if in_part else ("-m", "layerjam", "demo", "--out")
+    name = "the questions" if in_part else "the demo"
     failed = []
-    if python(folder, "-m", "layerjam", "demo", "--out", "demo"):
-        failed.append("the demo")
-    here = [sys.executable, "-m", "layerjam", "demo", "--out", str(folder / "out/linux")]
-    here[0] = str(ROOT / ".venv/bin/python")
+    for written in ("linux", "windows"):
+        shutil.rmtree(folder / "out" / written, ignore_errors=True)
+    if python(folder, *asked, "/srv/out/windows", inside="/srv/layerjam"):
+        failed.append(name)
+    here = (str(ROOT / ".venv/bin/python"), *asked, str(folder / "out/linux"))
     subprocess.run(here, cwd=ROOT, check=True)
-    differences = compare(folder / "out/linux", folder / "out/demo")
+    differences = compare(folder / "out/linux", folder / "out/windows")
     print("\n".join(differences[:20]))
-    failed += ["the demo's numbers"] * bool(differences)
-    for name in tests:
+    failed += [f"the numbers of {name}"] * bool(differences)
+    for name in tests or (TESTS[:1] if in_part else TESTS):
         words = ("-q", "-m", "not slow", "-p", "no:cacheprovider", "-p", "no:faulthandler")
         print(f"tests/{name}, on Windows:", flush=True)
         if python(folder, "-m", "pytest", *words, f"tests/{name}", inside="/srv/layerjam"):
             failed.append(f"tests/{name}")
-    print(f"failed on Windows: {', '.join(failed)}" if failed else "all passed on Windows")
-    return 1 if failed else 0
+    return failed
 
 
 if __name__ == "__main__":
