@@ -328,7 +328,8 @@ def main() -> None:
             os.chdir(folder)
             page = Page(path, update="--update" in sys.argv)
             page.run()
-            path.write_text(page.text, encoding="utf-8")
+            if "--update" in sys.argv:
+                path.write_text(page.text, encoding="utf-8")
             print(f"{path.relative_to(ROOT)}: {len(blocks(page.text))} blocks")
             os.chdir(base)
 
