@@ -69,7 +69,7 @@ def test_as_many_as_are_sure_are_enough_in_four_of_five_campaigns() -> None:
     random, within, enough, asked = np.random.default_rng(9), 0.012, 0, 0
     for _ in range(400):
         values = random.normal(1.0, 0.02, 5)
-        sure = of(values, {"c": list(range(5))}).needed(within).sure
+        sure = of(values, {"c": list(range(5))}).required_pulls(within).sure
         if not sure:
             continue
         asked += 1
@@ -82,10 +82,10 @@ def test_as_many_as_are_sure_are_enough_in_four_of_five_campaigns() -> None:
 def test_needed_is_the_least_that_does_and_none_where_nothing_does() -> None:
     values = np.array([0.9, 1.0, 1.1])
     found = of(values, {"c": [0, 1, 2]})
-    needed = found.needed(0.05)
+    needed = found.required_pulls(0.05)
     assert needed.likely is not None and needed.sure is not None
     assert found.half_width("c", needed.likely) <= 0.05 < found.half_width("c", needed.likely - 1)
     assert needed.sure > needed.likely
-    assert found.needed(1.0).likely == 0
-    assert found.needed(1e-6).likely is None
+    assert found.required_pulls(1.0).likely == 0
+    assert found.required_pulls(1e-6).likely is None
     assert further(means(values[:1]), {"a": np.ones(1)}, {"c": [0]}, {"a": 1.0}) == {"a": None}

@@ -111,7 +111,7 @@ def test_every_part_is_seen_where_its_name_points(name: str) -> None:
         for label in labels:
             if isinstance(label.target, Body):
                 column, row = label.place(shot)
-                assert shot.where(label.target) is not None, (shown, label.words)
+                assert shot.middle_of(label.target) is not None, (shown, label.words)
                 assert shot.visible_mask(label.target)[int(row), int(column)], (shown, label.words)
 
 

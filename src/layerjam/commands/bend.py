@@ -126,19 +126,19 @@ def bend(
         notices.append(FAN_WHEN_BENT)
     numbers = _turned_numbers(device, vacuum, angle, slip)
     notices += _buckling_notices(numbers["moment"], numbers["buckling_moment"])
-    joint_numbers = {}
+    joint = {}
     if radius is not None:
-        joint_numbers = _over_joint(device, vacuum, angle, slip, radius)
-        notices += _joint_notices(device, angle, slip, radius, joint_numbers)
+        joint = _over_joint(device, vacuum, angle, slip, radius)
+        notices += _joint_notices(device, angle, slip, radius, joint)
     if limb_friction is not None:
-        joint_numbers["end_force_ratio"] = float(capstan_ratio(angle, limb_friction))
+        joint["end_force_ratio"] = float(capstan_ratio(angle, limb_friction))
     film = device.film
     curl = None
     if film.strength is not None:
         curl = film.modulus * device.sheets.thickness / (2 * film.strength)
     return Bend.of(
         numbers,
-        joint_numbers,
+        joint,
         least_radius=curl,
         warnings=notices,
         record=(brake, vacuum, angle, slip, radius),
@@ -208,7 +208,7 @@ def _over_joint(
 
 
 def _joint_notices(
-    device: Brake, angle: float, slip: float, radius: float, pulled: dict[str, float]
+    device: Brake, angle: float, slip: float, radius: float, joint: dict[str, float]
 ) -> list[Notice]:
     """Yield notices about the limits of the joint's numbers."""
     out, overlap = [], device.sheets.overlap - slip
@@ -225,10 +225,10 @@ def _joint_notices(
     strength = device.film.strength
     if strength is not None:
         curl = device.film.modulus * device.sheets.thickness / (2 * radius)
-        if pulled["sheet_stress"] + curl > strength:
+        if joint["sheet_stress"] + curl > strength:
             out.append(
                 Notice(
-                    f"pulled over this joint one sheet bears {show(pulled['sheet_stress'], 'Pa')} "
+                    f"pulled over this joint one sheet bears {show(joint['sheet_stress'], 'Pa')} "
                     f"and {show(curl, 'Pa')} of bending, more than the film's "
                     f"{show(strength, 'Pa')}",
                     "joint-overloads-film",

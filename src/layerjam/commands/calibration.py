@@ -61,7 +61,7 @@ def more_pulls(calibration: Calibration, precision: float | None) -> dict[str, A
             "within": precision,
             "half_width": float(plan.half_width()),
             "after_one": plan.after_one(),
-            **asdict(plan.needed(precision)),
+            **asdict(plan.required_pulls(precision)),
         }
     return rows
 

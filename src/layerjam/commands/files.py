@@ -52,11 +52,11 @@ def read_each(
     use: Callable[[Trace], T],
     options: ReadingOptions,
     progress: Progress | None = None,
-    excluded: Mapping[str, Collection[str]] | None = None,
+    left_out: Mapping[str, Collection[str]] | None = None,
 ) -> tuple[list[T], dict[str, str]]:
     """`use` of every trace and of every file that can be used, and {file: why} of the others.
 
-    What `use` returns is kept, so that it should not hold a long record. `excluded` names specimens
+    What `use` returns is kept, so that it should not hold a long record. `left_out` names specimens
     of files that are left out. A record that was exported twice counts once; the second is refused.
     """
     from layerjam.measure.readers.read import open_traces
@@ -80,7 +80,7 @@ def read_each(
     def open_source(source: Measured) -> SpecimenReaders[T]:
         if isinstance(source, Trace):
             return [("", partial(use_once, source))]
-        out = (excluded or {}).get(str(source), ())
+        out = (left_out or {}).get(str(source), ())
         return [
             (trace.label, None if trace.label in out else partial(_used, use_once, trace, options))
             for trace in open_traces(source, options)

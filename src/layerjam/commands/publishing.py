@@ -210,14 +210,14 @@ def _split_uses(
 ) -> list[tuple[str, ...]]:
     """Return the paths inside the dataset for each of USES."""
 
-    def staged(names: Any) -> list[str]:
+    def in_staging(names: Any) -> list[str]:
         return [str(staging / RAW / name) for name in names]
 
     request = Measurements(
-        friction=staged(uses.friction),
-        pulls=staged(uses.pulls),
-        validate=staged(uses.validate),
-        calibrate_on=staged(uses.calibrate_on),
+        friction=in_staging(uses.friction),
+        pulls=in_staging(uses.pulls),
+        validate=in_staging(uses.validate),
+        calibrate_on=in_staging(uses.calibrate_on),
         holdout=uses.holdout,
     )
     calibration_pulls, test_pulls = request.split_pulls(methods.options, tell)

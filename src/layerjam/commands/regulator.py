@@ -98,7 +98,7 @@ def regulator_of(
         # without a valve there is no other way down
         reversible=settings.reversible or (file.line.valve is None and plant.backwards > 0),
         tuned_at=vacuum,
-        **_known(sample_time=settings.sample_time, minimum_on=run, minimum_off=run),
+        **_drop_none(sample_time=settings.sample_time, minimum_on=run, minimum_off=run),
     )
     return regulator, notices
 
@@ -109,7 +109,7 @@ def sensor_of(file: LineFile, span: float | None, noise: float | None = None) ->
         raise QuantityError.of(
             "sensor", f"{file.name} has none; give --sensor-range, the greatest vacuum it shows"
         )
-    return replace(file.line.sensor or Sensor(range=1.0), **_known(range=span, noise=noise))
+    return replace(file.line.sensor or Sensor(range=1.0), **_drop_none(range=span, noise=noise))
 
 
 def _left_out(file: LineFile, plant: Plant) -> list[Notice]:
@@ -136,7 +136,7 @@ def _left_out(file: LineFile, plant: Plant) -> list[Notice]:
     return notices
 
 
-def _known(**values: Any) -> dict[str, Any]:
+def _drop_none(**values: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not None}
 
 

@@ -24,7 +24,7 @@ class Label(NamedTuple):
     def place(self, shot: Shot) -> tuple[float, float]:
         """Return column and row in a picture; for a body, a place where it is visible."""
         if isinstance(self.target, Body):
-            return shot.where(self.target) or shot.place(_middle(self.target))
+            return shot.middle_of(self.target) or shot.place(_middle(self.target))
         return shot.place(self.target)
 
 

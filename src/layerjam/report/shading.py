@@ -82,7 +82,7 @@ class Shot:
         number = next(i for i, item in enumerate(self.bodies) if item is body)
         return self.owner == number
 
-    def where(self, body: Body) -> tuple[float, float] | None:
+    def middle_of(self, body: Body) -> tuple[float, float] | None:
         """Return column and row in the middle of a body's visible part, or None if it is hidden."""
         rows, columns = np.nonzero(self.visible_mask(body))
         if not len(rows):

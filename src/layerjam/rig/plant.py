@@ -150,6 +150,9 @@ def read_hardware(address: Address) -> Hardware:
     return Hardware(name, plant, sensor, normally_open, factor, int(seed), second == "1")
 
 
+behind = read_hardware  # former name
+
+
 def _rate(options: Mapping[str, str], name: str) -> float:
     """Return the inverse of a time constant that an address states [1/s]."""
     lasting = parse(options[name], "s", f"address: {name}")

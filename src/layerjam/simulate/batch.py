@@ -248,12 +248,16 @@ def _lay_out(
 
 
 def _runner(
-    law: Callable[..., Any], sweeps: list[Sweep], fixed: Mapping[str, Any], brake: Brake, block: int
+    law: Callable[..., Any],
+    sweeps: list[Sweep],
+    law_constants: Mapping[str, Any],
+    brake: Brake,
+    block: int,
 ) -> tuple[Run, tuple[str, ...], bool]:
     """Return the evaluator of flat cases, names of its results, and whether it is compiled C."""
     constants = constants_of(brake) if law is stop else None
     of_brake = any(s.name.startswith("brake.") for s in sweeps)
-    if constants is not None and not fixed and not of_brake:
+    if constants is not None and not law_constants and not of_brake:
         from layerjam.mechanics.stop.loops import kernel
 
         order = [n for n in inspect.signature(law).parameters if n != "brake"]
@@ -271,7 +275,7 @@ def _runner(
                     values[rows] = np.asarray(getattr(stop_result, name))
 
         return stops, Stop._fields, True
-    return *_traced_run(law, sweeps, fixed, brake, block), False
+    return *_traced_run(law, sweeps, law_constants, brake, block), False
 
 
 @functools.lru_cache(maxsize=64)

@@ -19,8 +19,8 @@ import sys
 import layerjam.rig
 from layerjam.control.settings import Regulator
 from layerjam.rig.address import address_of
-from layerjam.rig.plant import behind
-made = behind(address_of("sim:choi2018?at=40kPa"))
+from layerjam.rig.plant import read_hardware
+made = read_hardware(address_of("sim:choi2018?at=40kPa"))
 with layerjam.rig.open(sys.argv[1]) as bench:
     bench.safe_state, bench.vent_rest = "release", "open"
     bench.regulator = Regulator(plant=made.plant, sensor=made.sensor, safe_state="release")

@@ -80,7 +80,7 @@ class Further:
         widths = {condition: float(self.half_width(condition, 1)) for condition in self.each}
         return dict(sorted(widths.items(), key=lambda item: item[1]))
 
-    def needed(self, target: float) -> RequiredPulls:
+    def required_pulls(self, target: float) -> RequiredPulls:
         """Return the number of pulls of the best condition for a target of half the width."""
         best = next(iter(self.after_one()))
 

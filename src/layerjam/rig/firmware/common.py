@@ -175,7 +175,7 @@ def register(name: str) -> list:
     """The five headers of one of the two SCPI registers."""
 
     def event(bench, session) -> int:
-        return getattr(session, name).taken()
+        return getattr(session, name).take_event()
 
     def condition(bench, session) -> int:
         return getattr(session, name).condition

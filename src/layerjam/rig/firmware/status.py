@@ -39,7 +39,7 @@ class Register:
         self.event |= condition & ~self.condition
         self.condition = condition
 
-    def taken(self) -> int:
+    def take_event(self) -> int:
         """The event, which reading clears."""
         event, self.event = self.event, 0
         return event

@@ -37,7 +37,7 @@ class Settings:
         """Name of the sensor's calibration."""
         self.generation = 0
 
-    def packed(self) -> bytes:
+    def pack(self) -> bytes:
         """The settings as one file."""
         name = self.sensor.encode()
         law = b"" if self.law is None else flat(self.law)
@@ -101,4 +101,4 @@ def load(hal) -> tuple:
 def save(hal, settings: Settings) -> None:
     """Write the slot that does not hold the newest."""
     settings.generation += 1
-    hal.save(settings.generation % 2, settings.packed())
+    hal.save(settings.generation % 2, settings.pack())
