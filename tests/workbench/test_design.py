@@ -212,7 +212,7 @@ def test_the_page_stands(monkeypatch):
             assert "no room" in need.form.refused.text
             desk.undo()
             # what is typed as TOML moves the form, and stays as it was typed
-            typed = need.editor.value.replace("holding_force >= 150 N", "max_force >= 220 N")
+            typed = need.editor.value.replace("holding_force >= 300 N", "max_force >= 220 N")
             need.editor.set_value(typed)
             need.form.follow(typed)
             assert desk.get("design", "hold_force", 0) == 220

@@ -46,9 +46,10 @@ class Panel:
 
     def build_row(self) -> ui.row:
         """The buttons that take it away."""
-        self._acts.append(takeaway.row(self._ident, self.chart, lambda: self.shown))
+        row = takeaway.row(self._ident, self.chart, lambda: self.shown)
+        self._acts.append(row)
         self._enable()
-        return self._acts[-1]
+        return row
 
     def build_pins(self) -> None:
         """The button to pin, and what is pinned."""

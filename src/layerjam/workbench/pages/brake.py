@@ -22,7 +22,7 @@ from layerjam.workbench.pages.brake_build import BuildPart
 from layerjam.workbench.pages.records import CUSTOM, Editor, Kind
 from layerjam.workbench.scene import StackView, in_words, stack_of
 from layerjam.workbench.tables import Cell, html
-from layerjam.workbench.widgets import Hero, Heroes, button, columns, fold, select, status
+from layerjam.workbench.widgets import Hero, Heroes, button, columns, fold, select, status, title_of
 
 GROUPS = {
     "sheets": "Sheets",
@@ -287,5 +287,5 @@ def sources(file: BrakeFile) -> str:
         source_texts = ("default", "", "", "")
         if source is not None:
             source_texts = (source.kind, source.text, source.spread, source.conflict)
-        rows.append([path, show(value, spec.unit, 6), *source_texts])
+        rows.append([title_of(path.replace(".", ", ")), show(value, spec.unit, 6), *source_texts])
     return html(heads, rows, (1,), "Sources", "brake-sources")

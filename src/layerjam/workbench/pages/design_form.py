@@ -97,7 +97,7 @@ class Form(Asking):
                 if kind == "hold":
                     choice(self.desk, PAGE, WHEN)
                 self._sliders(ASKED[kind][1:])
-                heading("Limits", 3)
+                heading("Limits")
                 self._sliders(LIMITS[kind])
         choice(self.desk, PAGE, PREFER)
         self.refused = Alert(f"{PAGE}-form-problem", "text-sm")

@@ -131,8 +131,8 @@ class NeedPart(Part):
             return [Call("design", (Subject(name),))]
         spec = self.spec()
         begin = self.start_brake()
-        needs = ((f"{spec.brake.name}.toml", begin),) if begin else ()
-        needs = tuple(n for n in needs if f'"{n[0]}"' in spec.text)
+        file = f"{spec.brake.name}.toml"
+        needs = ((file, begin),) if begin and f'"{file}"' in spec.text else ()
         return [Call("design", (Subject(f"{plain_name(spec.name)}.toml", spec, needs),))]
 
     def _key(self) -> object:
@@ -193,6 +193,8 @@ class NeedPart(Part):
             with self.notes_fold:
                 self.notes = Notes()
         self.desk.watch(self._on_change)
+        if self.is_asked:
+            self.form.follow(self.spec_text()[0])
 
     def _specification(self) -> None:
         text = self.spec_text()[0] if self.is_asked else self.form.text_written
