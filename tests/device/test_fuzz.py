@@ -62,7 +62,7 @@ def read_all(seed: int, count: int) -> tuple[int, float]:
     read, slowest = 0, 0.0
     for _ in range(count):
         text = mutated(rng)
-        begun = time.perf_counter()
+        begun = time.process_time()
         try:
             file = BrakeFile.read(text, "fuzz.toml")
         except LayerjamError as err:
@@ -76,7 +76,7 @@ def read_all(seed: int, count: int) -> tuple[int, float]:
                 changes = {"scale_factor": (0.5, Source())}
                 text = updated_text(file, "y", changes)
                 assert BrakeFile.read(text, "y").brake.scale_factor == 0.5
-        slowest = max(slowest, time.perf_counter() - begun)
+        slowest = max(slowest, time.process_time() - begun)
     return read, slowest
 
 

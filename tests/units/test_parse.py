@@ -151,10 +151,10 @@ def test_an_integer_too_long_to_print_is_refused(si):
 
 
 def test_long_white_space_is_not_slow():
-    begun = time.perf_counter()
+    begun = time.process_time()
     with pytest.raises(QuantityError):
         parse("1" + " " * 12000 + "#" * 60, "m", "x")
-    assert time.perf_counter() - begun < 0.1
+    assert time.process_time() - begun < 0.1
 
 
 @given(st.text(max_size=60), st.sampled_from([*SI, "1"]))
