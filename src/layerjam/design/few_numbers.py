@@ -139,7 +139,7 @@ def stop(
     margin = values.pop("stress_margin")
     texts = {name: exact_text(value, STOP[name].unit) for name, value in values.items()}
     limits = {"mass": own_mass, "width": width, "length": length}
-    most = {n: HOLD[n].si(value, n) for n, value in limits.items() if value is not None}
+    caps = {n: HOLD[n].si(value, n) for n, value in limits.items() if value is not None}
     sheets = brake.brake.sheets
     widths = {sheets.width * f for f in (1, 1.5, 2, 2.5, 3)}
     longest = max(2 * sheets.overlap, 1.2 * values["travel"] / 2)
@@ -149,7 +149,7 @@ def stop(
         f"below {texts['force']}",
         brake=brake_name,
         constraints=(
-            *(Constraint(name, True, value) for name, value in most.items()),
+            *(Constraint(name, True, value) for name, value in caps.items()),
             *_margin(brake, margin),
         ),
         objectives=(PREFERENCES[prefer],),
@@ -157,7 +157,7 @@ def stop(
         film=_films(brake_name),
         vary={
             "count": Range(5, 37, 4),
-            "width": tuple(sorted({float(f"{min(w, most.get('width', w)):.12g}") for w in widths})),
+            "width": tuple(sorted({float(f"{min(w, caps.get('width', w)):.12g}") for w in widths})),
             "overlap": _range(_gap(brake) + 0.1 * longest, longest, 12),
             "vacuum": _vacuums(brake, vacuum),
             "series": (1, 2, 3, 4),

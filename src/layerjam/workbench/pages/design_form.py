@@ -15,7 +15,7 @@ from layerjam.workbench.pages.design_part import PAGE
 from layerjam.workbench.widgets import Alert, heading, hint, one_line
 
 KIND = Choice("form", {"hold": "hold a force", "stop": "stop a mass"}, "hold", label="It must")
-WHEN = Choice(
+FORCE_MOMENT = Choice(
     "when",
     {"rest": "at rest", "sliding": "while sliding"},
     "rest",
@@ -95,7 +95,7 @@ class Form(Asking):
             with self.show_while(lambda kind=kind: self.word(KIND) == kind):  # type: ignore[misc]
                 self._sliders(ASKED[kind][:1])
                 if kind == "hold":
-                    choice(self.desk, PAGE, WHEN)
+                    choice(self.desk, PAGE, FORCE_MOMENT)
                 self._sliders(ASKED[kind][1:])
                 heading("Limits")
                 self._sliders(LIMITS[kind])
@@ -117,11 +117,11 @@ class Form(Asking):
         file_name = f"{file.name}.toml" if is_own else self.desk.state.brake
         *inputs, margin = (*ASKED[kind], *LIMITS[kind])
         texts = {c.key.split("_", 1)[1]: self.text(c.key) for c in inputs}
-        more = {"when": self.word(WHEN)} if kind == "hold" else {}
+        moment = {"when": self.word(FORCE_MOMENT)} if kind == "hold" else {}
         request = MAKERS[kind](
             *(file, file_name),
             **texts,
-            **more,
+            **moment,
             stress_margin=self.value(margin.key),
             prefer=self.word(PREFER),
         )
@@ -169,9 +169,9 @@ def settings_of(request: DesignRequest) -> dict[str, Any]:
     keys = {"mass": "mass" if kind == "hold" else "own_mass", "stress_margin": "margin"}
     keys |= {"width": "width", "length": "length", "usable_travel": "travel"}
     for limit in request.constraints:
-        for when, name in FORCES.items():
+        for moment, name in FORCES.items():
             if kind == "hold" and limit.name == name:
-                values |= {"when": when, "hold_force": limit.limit}
+                values |= {"when": moment, "hold_force": limit.limit}
         if limit.name in keys and (kind == "hold" or limit.name != "usable_travel"):
             values[f"{kind}_{keys[limit.name]}"] = limit.limit
     if request.stop is not None:
@@ -179,8 +179,8 @@ def settings_of(request: DesignRequest) -> dict[str, Any]:
         values |= {f"stop_{name}": getattr(request.stop, name) for name in of_stop}
     vacuums = request.vary.get("vacuum")
     if vacuums:
-        most = vacuums.last if isinstance(vacuums, Range) else max(vacuums)
-        values[f"{kind}_vacuum"] = most
+        highest = vacuums.last if isinstance(vacuums, Range) else max(vacuums)
+        values[f"{kind}_vacuum"] = highest
     first = request.objectives[0]
     for word, objective in PREFERENCES.items():
         if (first.name, first.least) == (objective.name, objective.least):

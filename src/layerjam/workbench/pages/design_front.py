@@ -127,10 +127,10 @@ def heroes(result: Any, design: Row) -> list[Hero]:
 
 def sentence(result: Any, design: Row, pull: tuple[float, float] | None) -> str:
     """Return the forces of a design, each with its meaning, and a mass above its limit."""
-    at = f"at {show(design['vacuum'], 'Pa', 3)}"
-    holds, most = (show(design[name], "N", 3) for name in ("holding_force", "max_force"))
+    vacuum = f"at {show(design['vacuum'], 'Pa', 3)}"
+    holds, peak = (show(design[name], "N", 3) for name in ("holding_force", "max_force"))
     end = "" if pull is None else f" and {show(pull[1], 'N', 3)} at the end of its travel"
-    text = f"Holds {holds} at rest; pulled, it resists {most} at most{end}, all {at}."
+    text = f"Holds {holds} at rest; pulled, it resists {peak} at most{end}, all {vacuum}."
     for limit in result.record.spec.constraints:
         drawn = design.get("drawn_mass")
         if limit.name in ("mass", "drawn_mass") and limit.most and drawn and drawn > limit.limit:
@@ -162,10 +162,10 @@ def comparison(result: Any, number: int, is_main: bool = True) -> str:
         if set(cells) == {"–"} or is_main != (is_asked or differs):
             continue
         if name == "drawn_mass":
-            over = [c.limit for c in spec.constraints if c.name in ("mass", name) and c.most]
+            bounds = [c.limit for c in spec.constraints if c.name in ("mass", name) and c.most]
             masses = [d.get(name) or 0.0 for d in columns.values()]
             pairs = zip(cells, masses, strict=True)
-            cells = [f"{c}, too heavy" if min(over, default=m) < m else c for c, m in pairs]
+            cells = [f"{c}, too heavy" if min(bounds, default=m) < m else c for c, m in pairs]
         rows.append((words(name), ", ".join(limits.get(name, [])), *cells))
     none = "" if is_main else "All rows are shown above."
     return _table("Designs side by side", ("", "asked for", *columns), rows, 2, none)
