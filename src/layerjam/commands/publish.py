@@ -163,7 +163,7 @@ class Recomputed(Result):
 
     def lines(self) -> Iterator[str]:
         """Yield the first differences of each file, the parts not compared, and the versions."""
-        original, own = self.versions["published"], self.versions["recomputed"]
+        original, local = self.versions["published"], self.versions["recomputed"]
         for file in dict.fromkeys(row["file"] for row in self.differs):
             rows = [row for row in self.differs if row["file"] == file]
             yield from ("", f"{file}: published, recomputed, relative difference")
@@ -178,8 +178,8 @@ class Recomputed(Result):
             yield from ("", "not compared:")
         yield from (f"  {file}: {reason}" for file, reason in self.not_compared.items())
         yield ""
-        for name in dict.fromkeys((*original, *own)):
-            was, has = original.get(name, "not stated"), own.get(name, "not here")
+        for name in dict.fromkeys((*original, *local)):
+            was, has = original.get(name, "not stated"), local.get(name, "not here")
             yield f"{name} {was}" + ("" if was == has else f", here {has}")
 
 
@@ -207,9 +207,9 @@ def recompute(
     from layerjam.commands.recomputing import recompute_dataset
 
     outcome = recompute_dataset(Path(dataset), progress or (lambda _what, _share: None))
-    original, own = outcome["versions"]["published"], outcome["versions"]["recomputed"]
+    original, local = outcome["versions"]["published"], outcome["versions"]["recomputed"]
     notices = []
-    if not outcome["equal"] and original != own:
+    if not outcome["equal"] and original != local:
         sentence = "other versions computed this; the versions, not the data, may explain a "
         notices.append(Notice(f"{sentence}difference", "other-versions"))
     verdict = Verdict(decisions=outcome.pop("decisions"))

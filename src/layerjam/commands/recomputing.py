@@ -65,21 +65,23 @@ class _Comparison:
         except (ValueError, RecursionError):
             original = {}
         left_out = {crate.address(name) for name in self.changed}
-        was, own = (by_name(prune(d, left_out)) for d in (original, json.loads(text)))
-        self.found += differences(was, own, METADATA, words=True)
+        was, local = (by_name(prune(d, left_out)) for d in (original, json.loads(text)))
+        self.found += differences(was, local, METADATA, words=True)
 
     def _numbers(self, name: str, original: bytes, content: bytes) -> Iterator[Difference]:
         if name != RESULTS:
             return number_differences(name, original, content)
         documents = (json.loads(text) for text in (original, content))
-        was, own = ({s: document[s] for s in STAGES if document.get(s)} for document in documents)
-        return differences(was, own, name)
+        was, local = ({s: document[s] for s in STAGES if document.get(s)} for document in documents)
+        return differences(was, local, name)
 
     def _others(self) -> str:
         """Which other versions wrote the dataset, in words; empty if these did."""
-        original, own = self.recipe.versions, versions()
+        original, local = self.recipe.versions, versions()
         differing = [
-            f"{n} {v}, here {own.get(n, 'none')}" for n, v in original.items() if own.get(n) != v
+            f"{n} {v}, here {local.get(n, 'none')}"
+            for n, v in original.items()
+            if local.get(n) != v
         ]
         if self.recipe.format < FORMAT:
             differing.append(f"form {self.recipe.format} of the recipe")

@@ -21,7 +21,7 @@ from layerjam.rig.line import Line, Serial
 from layerjam.rig.plant import PlantThread, VirtualPlant, read_hardware
 from layerjam.rig.wiring import load_wiring
 
-HERE = Path(__file__).parent
+FOLDER = Path(__file__).parent
 PATIENCE = 15.0
 """Time that a board may take to start [s]."""
 
@@ -32,9 +32,9 @@ def parts(board: str = "") -> dict[str, str]:
     `board` names a real board, whose pins are added.
     """
     files = {
-        path.name: path.read_text("utf-8") for path in sorted((HERE / "firmware").glob("*.py"))
+        path.name: path.read_text("utf-8") for path in sorted((FOLDER / "firmware").glob("*.py"))
     }
-    files["frame.py"] = (HERE / "frame.py").read_text("utf-8")
+    files["frame.py"] = (FOLDER / "frame.py").read_text("utf-8")
     files["law.py"] = Path(law.__file__).read_text("utf-8")
     if board:
         files["wired.py"] = (
