@@ -34,6 +34,8 @@ SCRIPTS = (
     "sheets.js",
 )
 """Loaded once, at the end of the page's body."""
+LONG_LINK = 2000
+"""Characters of a link from which mail programs may cut it."""
 ICON = "flat round dense size=13px color=none"
 DARK = "matchMedia('(prefers-color-scheme: dark)').matches"
 
@@ -229,6 +231,9 @@ async def _copy_link(desk: Desk) -> None:
     names = [file.shown for file in desk.files.files if file.key in desk.state.files]
     lacks = f". A link carries no files, so not {', '.join(names)}: a saved session does"
     lacks = lacks if names else ""
+    length = len(to_link(desk.state))
+    if length > LONG_LINK:
+        lacks += f". It has {length} characters, and mail programs cut such links: save the session"
     if await copied("window.location.href"):
         ui.notify(f"The address of this page holds all that is set; it was copied{lacks}")
     else:
