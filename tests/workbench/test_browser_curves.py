@@ -86,7 +86,7 @@ def test_the_peak_is_dragged_and_the_vacuum_follows(pull):
     pull.mouse.up()
     pull.wait_for_function(
         "([said, peak, handle]) => {"
-        " const f = parseFloat(document.querySelector(peak).innerText);"
+        " const f = parseFloat(document.querySelector(peak).title);"
         " return f < 145 && f > 60"
         " && document.querySelector(said).innerText.includes(`a peak of ${f} N`)"
         # the handle follows when the chart is drawn, a frame after the words
@@ -103,7 +103,7 @@ def test_the_peak_is_dragged_and_the_vacuum_follows(pull):
     # the field follows with the answer: what is typed before that would be written over
     pull.wait_for_function(
         "([said, peak, field, before]) => {"
-        " const f = parseFloat(document.querySelector(peak).innerText);"
+        " const f = parseFloat(document.querySelector(peak).title);"
         " return f > before && document.querySelector(said).innerText.includes(`a peak of ${f} N`)"
         " && Math.abs(parseFloat(document.querySelector(field).value) - f) < 0.1; }",
         arg=[said, at("pull-peak_force"), at("pull-peak"), before],
