@@ -782,7 +782,7 @@ def ageing(
     progress: _Callable[[str, float], None] | None = ...,
     overwrite: bool = ...,
 ) -> _AgeingResult:
-    """How static friction grows while the films rest under load, from pulls after holds.
+    """Fit the growth of static friction while the films rest under load, from pulls after holds.
 
     Each file is a friction test whose sidecar states its `hold`; static friction is read as
     `friction` reads it. With `brake` and `out` static friction at `hold` (the geometric mean of all
@@ -798,21 +798,21 @@ def array(
     until: float | str | _HasUnit | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _ArrayPullResult:
-    """Pull equal brakes side by side and in series, slowly.
+    """Pull equal brakes, in parallel and in series, once and slowly.
 
-    At the site's full vacuum unless another is given, to the elongation `until` or to the end of
-    the travel. `outcome` is how the pull ends: FINISHED, BOTTOMED_OUT, or SNAPS where a slipping
-    brake softens faster than those in series with it relax. `travel` and `energy` are by slip
-    alone. An even share is assumed.
+    Uses full vacuum of the site unless another is given. Pulls to the elongation `until`, or to the
+    end of the travel. `outcome` is how the pull ends: FINISHED, BOTTOMED_OUT, or SNAPS if the force
+    of a slipping brake falls faster than the brakes in series with it relax. `travel` and `energy`
+    count slip only. An even share is assumed.
     """
 
 def bench_clear(
     address: str,
 ) -> _BenchClearedResult:
-    """Clear the latched fault of a bench, its error queue and its registers; starts nothing.
+    """Clear the latched fault of a bench, its error queue and its registers. Nothing starts.
 
-    The bench is in SAFE afterwards. Find the cause first: `bench check` looks after the wiring.
-    Raises FileError, LineError and QuantityError for a bench that cannot be reached.
+    The bench is in SAFE afterwards. Find the cause first: `bench check` tests the wiring. Raises
+    FileError, LineError and QuantityError for a bench that cannot be reached.
     """
 
 def bench_serve(
@@ -825,8 +825,8 @@ def bench_serve(
 ) -> _BenchServed:
     """Let many clients talk to one bench, over TCP and as a serial port.
 
-    The first line that is printed is JSON: `listening`, `pid`, `address`. It stays until SIGTERM or
-    Ctrl-C, then switches the outputs off. Raises FileError if the port cannot be opened.
+    The first line printed is JSON: `listening`, `pid`, `address`. It runs until SIGTERM or Ctrl-C,
+    then switches the outputs off. Raises FileError if the port cannot be opened.
     """
 
 def bench_status(
@@ -834,8 +834,9 @@ def bench_status(
 ) -> _BenchStateResult:
     """Print the state of a bench.
 
-    Sends queries only. On the board's own line it is the only client; if a gateway runs, use its
-    `tcp:` address. Raises FileError, LineError and QuantityError if the bench cannot be reached.
+    Sends queries only. Only one client can use the board's serial line; if a gateway is running,
+    use its `tcp:` address. Raises FileError, LineError and QuantityError if the bench cannot be
+    reached.
     """
 
 def bench_check(
@@ -849,10 +850,10 @@ def bench_check(
 ) -> _BenchCheckedResult:
     """Check the wiring of a bench, and measure pump, leak, vent and the sensor's lag.
 
-    Pump and vent are driven for ten seconds; nothing may hang on the brake. The values of `line`
-    are those that `bench run` tunes the regulator to. `tune` writes that line with the measured
-    values. Raises QuantityError if the valve's rest is not known or a value for `tune` is missing,
-    LockedError if another client commands, InstrumentError for a bench that is not in SAFE.
+    Pump and vent are driven for ten seconds; the brake must carry no load. The values of `line` are
+    those that `bench run` tunes the regulator to. `tune` writes that line with the measured values.
+    Raises QuantityError if the valve's rest position is unknown or a value for `tune` is missing,
+    LockedError if another client has the lock, InstrumentError for a bench that is not in SAFE.
     """
 
 def bench_zero(
@@ -864,7 +865,8 @@ def bench_zero(
 
     The vent is open for 4.5 s; the mean of the last second is the zero. The board keeps it, and the
     date in the calibration's name. Raises QuantityError if the reading is not steady or far from
-    zero, LockedError if another client commands, InstrumentError for a bench that is not in SAFE.
+    zero, LockedError if another client has the lock, InstrumentError for a bench that is not in
+    SAFE.
     """
 
 def bench_faults(
@@ -876,14 +878,14 @@ def bench_faults(
     mismatch: bool = ...,
     progress: _Callable[[str, float], None] = ...,
 ) -> _FaultCampaign:
-    """Break a virtual board in every way, many times over, and time how it becomes safe.
+    """Inject every fault into a virtual board many times, and time how it becomes safe.
 
-    Each run draws a line around that of the address, a regulator, a target and a moment from the
-    seed. With `mismatch` pump, vent, zero, lag and noise of the real line differ from the model,
-    leak and vent are orifices, the pump's flow ripples and the supply dips; ten runs in which
-    nothing breaks go with each round of faults. The firmware is the board's own; its clock runs as
-    fast as samples are computed. Raises
-    UnknownNameError for an unknown fault, QuantityError for an address that is not a virtual board.
+    For each run, the seed determines a line near that of the address, a regulator, a target and a
+    time. With `mismatch`, pump, vent, zero, lag and noise of the line differ from the model, leak
+    and vent are orifices, the pump flow ripples and the supply dips. Each round of faults includes
+    ten runs without a fault. The firmware is the board's own; its clock advances as fast as samples
+    are computed. Raises UnknownNameError for an unknown fault, QuantityError for an address that is
+    not a virtual board.
     """
 
 def bench_soak(
@@ -894,10 +896,10 @@ def bench_soak(
     seed: int | str | _HasUnit = ...,
     progress: _Callable[[str, float], None] = ...,
 ) -> _SoakResult:
-    """Let a virtual board regulate for hours of its own time, in which nothing may happen.
+    """Let a virtual board regulate for hours of board time, and report any unexpected event.
 
-    Targets, releases and holds are drawn from the seed. A day takes minutes. Raises QuantityError
-    for an address that is not a virtual board.
+    Targets, releases and holds are drawn from the seed. A simulated day takes minutes. Raises
+    QuantityError for an address that is not a virtual board.
     """
 
 def bench_flash(
@@ -909,8 +911,8 @@ def bench_flash(
 ) -> _BoardFlashedResult:
     """Put firmware and wiring onto a board.
 
-    With an image the board's boot loader takes it; a board with plain MicroPython gets the
-    firmware's files otherwise. Raises FileError, ImageError, LineError, QuantityError and
+    An image is written through the board's boot loader. Without one, a board with plain MicroPython
+    receives the firmware files. Raises FileError, ImageError, LineError, QuantityError and
     UnknownNameError.
     """
 
@@ -924,10 +926,10 @@ def bench_export(
 ) -> _RunExportedResult:
     """Write a run for other programs: CSV with its sidecar, Parquet, or NetCDF.
 
-    Friction, calibrate, leak, pump-down and regulate read the CSV as it is. Each drop in the run is
-    a file of its own in the same folder, FILE-shot1.csv, which crash reads; NetCDF contains it. A
-    run that nobody closed is `interrupted`; its file is read in place, together with its `-wal`
-    file.
+    Friction, calibrate, leak, pump-down and regulate read the CSV directly. Each drop in the run
+    becomes a separate file in the same folder, FILE-shot1.csv, which `crash` reads; NetCDF contains
+    the drops. A run that was not closed is `interrupted`; its file is read in place, together with
+    its `-wal` file.
     """
 
 def bench_log(
@@ -938,11 +940,11 @@ def bench_log(
     resume: bool = ...,
     overwrite: bool = ...,
 ) -> _RunLoggedResult:
-    """Record every sample of a bench that others command.
+    """Record every sample of a bench that another client controls.
 
-    A sample is acknowledged to the board only after it is on disk. A killed process loses nothing
-    that was acknowledged, and `resume` fetches what the board still has, the last ten seconds.
-    Ctrl-C or SIGTERM ends it. Raises FileError for the file, LineError for the bench.
+    A sample is acknowledged to the board only after it is on disk. No acknowledged sample is lost
+    if the process is killed; `resume` fetches the samples that the board still has, from the last
+    ten seconds. Ctrl-C or SIGTERM ends it. Raises FileError for the file, LineError for the bench.
     """
 
 def bench_run(
@@ -961,12 +963,12 @@ def bench_run(
 ) -> _RunRecordedResult:
     """Carry out a procedure on a bench and record every sample.
 
-    The regulator is made for the line, at the highest vacuum of the procedure, and given to the
-    board. With `shot` the accelerometer of a falling mass waits from the first hold on, and every
-    drop is kept in the file. Whatever happens, the last act is safe outputs and a closed file;
-    Ctrl-C ends it with OPERATOR_STOPPED. Raises QuantityError for what the bench cannot do,
-    InstrumentError if it refuses, FileError for the file. Nothing moves if a check of the
-    regulator fails; the file stores the failed checks that `accept` accepts.
+    The regulator is tuned to the line at the highest vacuum of the procedure, and sent to the
+    board. With `shot`, the accelerometer of a falling mass is armed from the first hold on, and the
+    file keeps every drop. In every case the outputs end safe and the file is closed; Ctrl-C ends
+    the run with OPERATOR_STOPPED. Raises QuantityError for a procedure that the bench cannot carry
+    out, InstrumentError if it rejects a command, FileError for the file. Nothing moves if a check
+    of the regulator fails; the file stores the failed checks that `accept` accepts.
     """
 
 def bench_wiring(
@@ -974,7 +976,7 @@ def bench_wiring(
     *,
     out: str | _Path | None = ...,
 ) -> _BoardWiringResult:
-    """List a board's wires and parts, calculate their worst case, and draw the circuit.
+    """List a board's wires and parts, calculate the worst cases, and draw the circuit.
 
     Raises FileError for a file that does not describe a board, or that exists; UnknownNameError for
     an unknown board.
@@ -990,12 +992,12 @@ def bend(
     limb_friction: float | str | _HasUnit | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _BendResult:
-    """Bend a brake between its caps: how soft it is when off, how stiff when jammed.
+    """Bend a brake between its caps, and compute its stiffness, free and jammed.
 
-    The caps turn against each other by `angle` and may approach. With the `radius` of a joint also
-    what the sheets' friction becomes where the pull presses them together, with the enclosure's
-    outer face at its tension of that slip; `limb_friction` tells how far the caps' pulls differ
-    when the brake slides on the limb.
+    The caps rotate relative to each other by `angle` and may move closer. With the `radius` of a
+    joint, also compute the friction of the sheets where the pull presses them together, with the
+    outer face of the enclosure at its tension for that slip. `limb_friction` determines how much
+    the pulls at the caps differ when the brake slides on the limb.
     """
 
 def build(
@@ -1016,13 +1018,13 @@ def build(
     overwrite: bool = ...,
     progress: _Callable[[str, float], None] = ...,
 ) -> _BuiltResult:
-    """Write what a workshop needs to make a brake: patterns, parts, mould, instructions.
+    """Write everything a workshop needs to build a brake: patterns, parts, mould, instructions.
 
     The folder appears whole or not at all, and the same brake gives the same bytes. `feasible` is
     False if the brake cannot be drawn (exit code 1), or if a part is loaded beyond its strength or
     a seal leaks (exit code 4); `reason` names the checks, and nothing is written. `accept` accepts
-    failed checks by their code, {code: reason}; the folder then states them. Nothing here was cut,
-    printed or cast by us. Raises FileError, QuantityError, MissingExtraError.
+    failed checks by their code, {code: reason}; the folder then states them. We have not cut,
+    printed or cast any of it. Raises FileError, QuantityError, MissingExtraError.
     """
 
 def calibrate(
@@ -1043,17 +1045,17 @@ def calibrate(
     progress: _Callable[[str, float], None] | None = ...,
     overwrite: bool = ...,
 ) -> _BrakeCalibrationResult:
-    """Scale factor and stiffness of a brake from one or several pulls.
+    """Calibrate scale factor and stiffness of a brake from one or several pulls.
 
-    `files` are paths or traces, several or one. `depth` "exact" takes the numbers from each pull's
-    peak and slope; "curves" fits whole curves, all at once, and the enclosure's factor with them,
-    and what `free` names: "pressure_exponent", "speed", "force_offset"; "bayesian" samples the same
-    parameters (`draws` of each of `chains`, from `seed`). `vacuum` serves files without a sidecar
-    that states it. With `out` the calibrated brake is written. `exclude` leaves files or specimens
-    out, each with its reason in `because` (in Python also {file: reason}); both stay with result
-    and brake. `within` asks how many more pulls, and where, narrow each interval to plus or minus
-    this part of its value. If a check fails, nothing is written; `accept` accepts failed checks by
-    name, {check: reason}.
+    `files` are paths or traces, several or one. `depth` "exact" uses the peak and slope of each
+    pull; "curves" fits all whole curves at once, including the enclosure's factor and any
+    quantities in `free`: "pressure_exponent", "speed", "force_offset"; "bayesian" samples the same
+    parameters (`draws` of each of `chains`, from `seed`). `vacuum` applies to files whose sidecar
+    does not state it. With `out` the calibrated brake is written. `exclude` excludes files or
+    specimens, each with its reason in `because` (in Python also {file: reason}). Both are stored in
+    the result and in the brake. `within` requests how many more pulls, at which conditions, narrow
+    each interval to plus or minus this share of its value. If a check fails, nothing is written;
+    `accept` accepts failed checks by name, {check: reason}.
     """
 
 def compare(
@@ -1061,13 +1063,13 @@ def compare(
     vacuum: float | str | _HasUnit | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _Comparison:
-    """Force over mass of brakes, beside what others make.
+    """Compare force over mass of brakes with published devices.
 
-    Every row names its source. Without brakes, those of the catalogue (paper, III-F). The first
-    brake is also shown at lower vacuums, side by side with others like it, and with more sheets.
-    `devices` is a list of rows; `computed` is True for ours. `sheet` compares what a sheet adds
-    with the paper's words. `none_found` maps a class without a sourced device to what was looked
-    at.
+    Every row names its source. If no brakes are given, those of the catalogue are compared (paper,
+    III-F). The first brake is also shown at lower vacuums, in parallel with equal brakes, and with
+    more sheets. `devices` is a list of rows; `computed` is True for our brakes. `sheet` compares
+    the effect of one more sheet with the paper's statement. `none_found` maps a class without a
+    sourced device to the sources searched.
     """
 
 def crash(
@@ -1083,13 +1085,13 @@ def crash(
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     options: _TableOptions = ...,
 ) -> _CrashFoundResult:
-    """Peak, filtered peak, velocity change and duration of an impact in an accelerometer's log.
+    """Compute peak, filtered peak, velocity change and duration of an impact from its log.
 
-    The greatest pulse of the log counts. `filter_class` is none, cfc60, cfc180, cfc600 or cfc1000;
-    `before` is the length of the quiet part at the beginning. `falling`: the sensor fell freely
-    before, so the weight is taken off the velocity change. `hic` is the longest window of the head
-    injury criterion. The file may be a run that `bench run --shot` recorded; it states rate and
-    range itself.
+    The greatest pulse of the log is used. `filter_class` is none, cfc60, cfc180, cfc600 or cfc1000;
+    `before` is the length of the quiet part at the beginning. `falling`: the sensor was in free
+    fall before, so gravity is subtracted from the velocity change. `hic` is the longest window of
+    the head injury criterion. The file may be a run that `bench run --shot` recorded; such a run
+    already states rate and range.
     """
 
 def design_brake(
@@ -1100,10 +1102,10 @@ def design_brake(
 ) -> _DesignResultResult:
     """Find the best brake for a set of requirements.
 
-    Beside it: the front, the runner-up and why it lost, what forbids better ones. `feasible` is
-    False with `reason`, `killed_by` and `reachable` where nothing meets the constraints;
-    contradictions that follow from bounds are found before anything is swept. `chosen` is the best
-    design of the grid, `refined` the best between its steps.
+    Also returns the front, the runner-up and why it lost, and the constraints that exclude better
+    ones. `feasible` is False with `reason`, `killed_by` and `reachable` if no design meets the
+    constraints; contradictions that follow from bounds are found before anything is swept. `chosen`
+    is the best design of the grid, `refined` the best between its steps.
     """
 
 def enclosure(
@@ -1123,12 +1125,12 @@ def enclosure(
     options: _TableOptions = ...,
     overwrite: bool = ...,
 ) -> _SiliconeFitResult:
-    """Modulus and hyperelastic fit of the enclosure's silicone from ASTM D412 curves.
+    """Compute modulus and hyperelastic fit of the enclosure's silicone from ASTM D412 curves.
 
     `start` and `end` bound the strain of the initial slope, `fit_to` is the greatest strain that is
     fitted. Each file is one specimen; specimens of one material are pooled. `material` names the
-    silicone of the catalogue to compare with, where the files do not. With `brake` and `out` the
-    mean 100 % modulus is written into a copy of the brake, with `hyperelastic` the model too.
+    silicone of the catalogue to compare with, if the files do not. With `brake` and `out` the mean
+    100 % modulus is written into a copy of the brake, and with `hyperelastic` also the model.
     """
 
 def export_c(
@@ -1142,9 +1144,9 @@ def export_c(
 ) -> _ExportedResult:
     """Write the brake as C source for a microcontroller or a simulator.
 
-    C99 that allocates nothing, keeps no global data and needs `sqrt` alone (`pow` too with a
-    pressure exponent). A rope counts in series with the brake's stiffness. The law holds c L2 at
-    rest; static friction above it is not exported. Raises FileError if a file exists unless
+    The C99 code allocates nothing, has no global data and needs only `sqrt` (and `pow` with a
+    pressure exponent). A rope is in series with the brake's stiffness. At rest the exported law
+    holds c L2; static friction above that is not exported. Raises FileError if a file exists unless
     `overwrite`, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure.
     """
 
@@ -1161,9 +1163,9 @@ def export_fmu(
 ) -> _ExportedFmuResult:
     """Write the brake as a functional mock-up unit for Simulink, Dymola, OpenModelica and others.
 
-    FMI 3.0 or 2.0, co-simulation and model exchange, compiled C: no Python at the target. Inputs
-    are elongation, velocity and vacuum, outputs force, slip and energies; parameters carry the
-    brake file's own names, units and bounds. Raises FileError if the file exists unless
+    FMI 3.0 or 2.0, co-simulation and model exchange, compiled C, so the target needs no Python.
+    Inputs are elongation, velocity and vacuum, outputs force, slip and energies; parameters carry
+    the brake file's own names, units and bounds. Raises FileError if the file exists unless
     `overwrite`, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure, or
     an unknown platform; CompilerError if no compiler is found.
     """
@@ -1182,10 +1184,10 @@ def export_mujoco(
 ) -> _ExportedMujocoResult:
     """Write the brake as an actuator plugin of MuJoCo whose control is the vacuum.
 
-    `actuator.xml` is for `<include>` in a model that has the tendon, `brake.xml` is a model to look
-    at. The library is compiled for the MuJoCo that is installed. Raises FileError if a file
-    exists unless `overwrite`, CompilerError, MissingExtraError, QuantityError for sheets that fan
-    out, a speed law or a hyperelastic enclosure.
+    `actuator.xml` is for `<include>` in a model that has the tendon, `brake.xml` is a model for
+    viewing. The library is compiled for the installed MuJoCo. Raises FileError if a file exists
+    unless `overwrite`, CompilerError, MissingExtraError, QuantityError for sheets that fan out, a
+    speed law or a hyperelastic enclosure.
     """
 
 def follow(
@@ -1200,10 +1202,10 @@ def follow(
     seed: int | str | _HasUnit = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _FollowedForceResult:
-    """Make a sliding brake's force follow a profile, and say what it cannot follow.
+    """Make a sliding brake's force follow a profile, and report where it cannot.
 
-    The profile is drawn between the forces `low` and `high` with a `period` while the brake slips
-    at `speed`, or it is a file with time, force and slip.
+    The profile varies between the forces `low` and `high` with a `period` while the brake slips at
+    `speed`, or it is a file with time, force and slip.
     """
 
 def friction(
@@ -1223,9 +1225,9 @@ def friction(
     `files` are paths or traces, several or one. `normal_force` may come from the files' sidecars,
     or from the 200 g of the two standards; `start` and `end` bound the displacement of the kinetic
     mean, counted from the record's first sample; `area` is that under the sled, for the pressure of
-    the test. If a record sticks and slips, kinetic is None; `accept_stick_slip` takes the middle
-    of the stick–slip. With `brake` and `out` the result is written into a copy of the brake's file.
-    If a check fails, nothing is written; `accept` accepts failed checks by name, {check: reason}.
+    the test. If a record sticks and slips, kinetic is None; `accept_stick_slip` uses the middle of
+    the stick–slip. With `brake` and `out` the result is written into a copy of the brake's file. If
+    a check fails, nothing is written; `accept` accepts failed checks by name, {check: reason}.
     """
 
 def drop(
@@ -1254,15 +1256,15 @@ def drop(
 ) -> _StopResult:
     """Stop a falling mass with the brake, at a vacuum or at "tuned" for a travel (slip).
 
-    Without `rope_stiffness` the mass hangs on the brake alone; with `no_brake` on the rope alone.
-    Slip, peak and time refer to the first standstill or the end of travel. Exact at constant
-    vacuum; with `rope_damping`, a `vacuum_history` (a file with time and vacuum, or a History) or a
-    `duration` (to follow the rebound) it is marched in time. `reading` says what a file's pressure
-    counts from (absolute, gauge or vacuum) where its column does not; `columns` and `decimal` are
-    as for every log. `vacuum_share` of what the gauge reads presses the sheets. With `leak_time`
+    Without `rope_stiffness` only the brake holds the mass; with `no_brake` only the rope. Slip,
+    peak and time refer to the first standstill or the end of travel. Exact at constant vacuum; with
+    `rope_damping`, a `vacuum_history` (a file with time and vacuum, or a History) or a `duration`
+    (to follow the rebound) it is integrated in time. `reading` is the pressure reference of a file
+    (absolute, gauge or vacuum) if its column does not state it; `columns` and `decimal` are as for
+    every log. The share `vacuum_share` of the gauge's reading presses the sheets. With `leak_time`
     the line is shut off `held` before the rope is taut, and the vacuum leaks away. A mass that has
     not stopped when `duration` is over has the outcome FINISHED and no `stopping_time`; one that
-    creeps to rest on an overdamped rope has neither.
+    creeps to rest on an overdamped rope has no `stopping_time` either.
     """
 
 def lab(
@@ -1274,12 +1276,12 @@ def lab(
     overwrite: bool = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _PracticeFilesResult:
-    """Practice files of a virtual laboratory: the truth is known, the machine has its faults.
+    """Write practice files of a virtual laboratory, with known true values and machine faults.
 
-    The files of a campaign and the truth are written into the folder `out`. `spec` is
-    the path of a TOML file, a Spec, or "practice", which is built in; `seed` counts instead of its
-    own. Every file says that it is synthetic. Stopped by the keyboard, the files written are whole
-    and the result says so. Raises FileError if `out` is not empty and `overwrite` is not set.
+    The files of a campaign and the true values are written into the folder `out`. `spec` is the
+    path of a TOML file, a Spec, or "practice", which is built in; `seed` replaces the seed in it.
+    Every file says that it is synthetic. Stopped by the keyboard, the files written are whole and
+    the result says so. Raises FileError if `out` is not empty and `overwrite` is not set.
     """
 
 def write_campaign(
@@ -1291,12 +1293,12 @@ def write_campaign(
     overwrite: bool = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _PracticeFilesResult:
-    """Practice files of a virtual laboratory: the truth is known, the machine has its faults.
+    """Write practice files of a virtual laboratory, with known true values and machine faults.
 
-    The files of a campaign and the truth are written into the folder `out`. `spec` is
-    the path of a TOML file, a Spec, or "practice", which is built in; `seed` counts instead of its
-    own. Every file says that it is synthetic. Stopped by the keyboard, the files written are whole
-    and the result says so. Raises FileError if `out` is not empty and `overwrite` is not set.
+    The files of a campaign and the true values are written into the folder `out`. `spec` is the
+    path of a TOML file, a Spec, or "practice", which is built in; `seed` replaces the seed in it.
+    Every file says that it is synthetic. Stopped by the keyboard, the files written are whole and
+    the result says so. Raises FileError if `out` is not empty and `overwrite` is not set.
     """
 
 def leak(
@@ -1311,11 +1313,11 @@ def leak(
     atmosphere: float | str | _HasUnit | None = ...,
     options: _LogOptions = ...,
 ) -> _LeakFoundResult:
-    """Leak of a closed chamber from a pressure-hold log.
+    """Fit the leak of a closed chamber to a pressure-hold log.
 
-    `reading` says what the pressure counts from (absolute, gauge, vacuum) where the file does not.
-    Without `volume` only rates can be told. A column of temperature is used; else `temperature` is
-    that of the gas all the time.
+    `reading` is the pressure reference (absolute, gauge, vacuum) if the file does not state it.
+    Without `volume`, only rates can be determined. A temperature column is used if present;
+    otherwise the gas has the constant `temperature`.
     """
 
 def parts(
@@ -1348,11 +1350,11 @@ def plan(
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _CollisionPlanResult:
-    """Whether the vacuum is there when a collision comes, and what to build if not.
+    """Predict whether the vacuum is reached before a collision, and what to build if not.
 
-    The estimate is the mean of mass and speed. The reservoir begins as low as pump and leak come
-    to unless `stored` says otherwise. `vacuum_share` of what the gauge reads presses the sheets.
-    `leak_time` is a laminar leak of the chamber, which goes on during the stop.
+    The estimate is the mean of mass and speed. Unless `stored` is given, the reservoir starts at
+    the pressure at which pump and leak balance. The share `vacuum_share` of the gauge's reading
+    presses the sheets. `leak_time` is a laminar leak of the chamber, which continues in the stop.
     """
 
 @overload
@@ -1397,7 +1399,7 @@ def show(
     *,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _BrakeSummaryResult:
-    """Mass, forces, energy and strength of a brake, and the source of each of its numbers."""
+    """Show mass, forces, energy and strength of a brake, and the source of each number."""
 
 @overload
 def vacuum(  # type: ignore[overload-overlap]
@@ -1445,17 +1447,16 @@ def publish(
     overwrite: bool = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _PublishedResult:
-    """Write one campaign as a dataset that stands alone, so that others can recompute its numbers.
+    """Write one campaign as a self-contained dataset, so that others can recompute its numbers.
 
     The raw files are copied unchanged, with their sidecars and all other files in the folder
     `campaign`. The dataset adds brake and line, report, results, recipe, checksums, and a
     description that repositories read (RO-Crate 1.1). A measurement that states a normal force is a
-    friction test, any other a pull; a calibrated brake in the folder says which pulls it was
-    calibrated on, and `measurements` say it otherwise, as in `report`. If a check fails, nothing is
-    written; `accept` accepts failed checks by name, {check: reason}, and the dataset states them.
-    Raises FileError if neither
-    the folder nor `brake` states which brake was tested, or if `out` exists and is not a dataset
-    to be replaced with `overwrite`.
+    friction test, any other a pull; a calibrated brake in the folder states its calibration pulls;
+    otherwise `measurements` do, as in `report`. If a check fails, nothing is written; `accept`
+    accepts failed checks by name, {check: reason}, and the dataset states them. Raises FileError if
+    neither the folder nor `brake` states which brake was tested, or if `out` exists and is not a
+    dataset to be replaced with `overwrite`.
     """
 
 def recompute(
@@ -1466,11 +1467,11 @@ def recompute(
     """Compute a published dataset again from its raw files, and list everything that differs.
 
     Numbers, tables, page, PDF, figures, calibrated brake and description are derived again. Two
-    numbers are the same up to a relative difference of 1e-6. A file that does not hold what its
-    checksum says, has no checksum, or is missing is named, whatever the numbers do. If other
-    versions of the programs wrote the dataset, words and drawings may differ: then the numbers in
-    them are compared, and `not_compared` lists the rest. Nothing is written. Raises FileError for
-    a folder that is not a dataset.
+    numbers are the same up to a relative difference of 1e-6. A file whose content does not match
+    its checksum, that has no checksum, or that is missing is reported in any case. If other
+    versions of the programs wrote the dataset, text and drawings may differ; then only their
+    numbers are compared, and `not_compared` lists the rest. Nothing is written. Raises FileError
+    for a folder that is not a dataset.
     """
 
 def pull(
@@ -1487,8 +1488,8 @@ def pull(
 
     `files` are paths or traces, several or one. Nothing is subtracted from a force unless `tare`
     asks for the force before the load rises. `start` and `end` choose a part of each record by its
-    time. Stick–slip grows with its spacing; teeth of one spacing in several files whose swings
-    differ are a ripple of the machine.
+    time. Stick–slip grows with its spacing; teeth of equal spacing but different swing in several
+    files are a ripple of the machine.
     """
 
 def pump_down(
@@ -1506,10 +1507,11 @@ def pump_down(
     atmosphere: float | str | _HasUnit | None = ...,
     options: _LogOptions = ...,
 ) -> _PumpFoundResult:
-    """Volume and pump flow from pump-down logs, as far as they tell them.
+    """Fit volume and pump flow to pump-down logs, as far as the logs determine them.
 
-    One log gives flow over volume. `volume`, `flow`, or the log `with_volume` of the same line with
-    `added_volume` gives both. `compliance` is the volume lost per vacuum, or "fit".
+    One log gives only the ratio of flow to volume. `volume`, `flow`, or the log `with_volume` of
+    the same line with `added_volume` gives both. `compliance` is the volume lost per vacuum, or
+    "fit".
     """
 
 def records_add(
@@ -1518,11 +1520,11 @@ def records_add(
     db: str | None = ...,
     serial: str | None = ...,
 ) -> _RecordsAdded:
-    """Add files to the records, linked with what they come from.
+    """Add files to the records, linked to their sources.
 
-    Links follow from digests inside the files. A file that is in the records already, or that is
-    nothing the records take, is refused; the others are added in one transaction. Raises
-    RecordsError for the database, and then nothing was added.
+    Links follow from digests inside the files. A file that is already in the records, or of an
+    unsupported kind, is rejected; the others are added in one transaction. Raises RecordsError for
+    the database, and then nothing was added.
     """
 
 def records_list(
@@ -1549,10 +1551,10 @@ def records_verify(
     *,
     db: str | None = ...,
 ) -> _RecordsVerified:
-    """Whether every file still has the bytes that it had.
+    """Check whether every file is unchanged.
 
-    Withdrawn files are not looked for. Exits with 1 where something is changed or missing. Raises
-    RecordsError for the database.
+    Withdrawn files are not looked for. Exits with Exit code: 1 if a file has changed or is missing.
+    Raises RecordsError for the database.
     """
 
 def records_withdraw(
@@ -1561,10 +1563,10 @@ def records_withdraw(
     why: str,
     db: str | None = ...,
 ) -> _RecordWithdrawn:
-    """Mark a record as one that counts no more; it stays, with the reason.
+    """Withdraw a record; it is kept, with the reason.
 
-    A file that was withdrawn cannot be added again. Raises RecordsError if there is no such
-    record, or it was withdrawn before.
+    A file that was withdrawn cannot be added again. Raises RecordsError if there is no such record,
+    or it was withdrawn before.
     """
 
 def regulate(
@@ -1589,13 +1591,13 @@ def regulate(
     accept: _Sequence[str] | _Mapping[str, str] | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _RegulationResult:
-    """Bring a line to a vacuum and hold it there, in closed loop with a noisy sensor.
+    """Simulate a line that reaches and holds a vacuum, in closed loop with a noisy sensor.
 
-    With a recorded `step` gains, detectors and the line simulated are those that the log shows
-    (`identified`), and its scatter is the noise unless that is given. `detection` is the longest
-    time [s] until each fault is reported at this vacuum (None: never). `fault` breaks the line or
-    the sensor from `fault_at` on; `said_after` is None if it reported nothing, or reported before
-    that time.
+    With a recorded `step`, gains, detectors and the simulated line are identified from the log
+    (`identified`), and its scatter is used as the noise unless that is given. `detection` is the
+    longest time [s] until each fault is reported at this vacuum (None: never). `fault` is injected
+    into the line or the sensor at `fault_at`; `said_after` is None if it was not reported, or
+    reported before that time.
     """
 
 def write_report(
@@ -1620,14 +1622,14 @@ def write_report(
     """Measurements of one brake as a page: friction, calibration, validation, HTML and PDF.
 
     Writes report.html, report.pdf, figures, numbers.csv and results.json into the folder `out`.
-    `friction` tests give the friction, `pulls` the calibration, `validate` are the pulls to compare
-    the calibrated brake with; each may be omitted. Without `validate` some pulls can be held back:
-    `calibrate_on` names those to calibrate on, or `holdout` holds back a vacuum ("46.1 kPa"), a
-    speed ("19 mm/s") or a repeat ("repeat 3"). Without any of these the brake is compared with the
-    pulls it was calibrated on, and the page says so. `vacuum` serves files without a sidecar; the
-    options of friction tests, `depth` and `exclude` are as in `friction` and `calibrate`. `command`
-    is shown as the command that made the page, `date` (ISO) is today unless given; `names` {file
-    name: name in the report} serves files that are stored under other names than their own.
+    `friction` are friction tests, `pulls` calibrate the brake, and `validate` are pulls to compare
+    the calibrated brake with; each may be omitted. Without `validate`, some of the pulls can be
+    reserved for validation: `calibrate_on` names those to calibrate on, or `holdout` reserves a
+    vacuum ("46.1 kPa"), a speed ("19 mm/s") or a repeat ("repeat 3"). Otherwise the brake is
+    compared with its calibration pulls, and the page states this. `vacuum` applies to files without
+    a sidecar; the options of friction tests, `depth` and `exclude` are as in `friction` and
+    `calibrate`. `command` is printed as the command that created the page; `date` (ISO) defaults to
+    today. `names` {file name: name in the report} is for files stored under other names.
     `report_number` and `customer` appear on the pages; sidecars may state them instead. If a check
     fails, nothing is written; `accept` accepts failed checks by name, {check: reason}. Raises
     FileError if a report exists and `overwrite` is not set.
@@ -1636,14 +1638,14 @@ def write_report(
 def schema(
     name: str | None = ...,
 ) -> _Schemas:
-    """JSON Schema of what a command prints with --json.
+    """Return the JSON Schema of the --json output of a command.
 
-    Draft 2020-12; each key has type, meaning and SI `unit`. The output is itself a
-    schema: `anyOf` refers to the definitions of `$defs`, one for each command.
+    Draft 2020-12; each key has type, meaning and SI `unit`. The output is itself a schema: `anyOf`
+    refers to the definitions of `$defs`, one for each command.
     """
 
 class Sensing(_Sensing):
-    """Measuring chain of a stop: accelerometer, low-pass, rate, and a filter after it."""
+    """Measuring chain of a stop: accelerometer, low-pass, sampling rate, and filter."""
 
     def __init__(
         self,
@@ -1678,12 +1680,12 @@ def stick_slip(
     travel: float | str | _HasUnit | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _StickSlipResult:
-    """Pull a brake at one speed and see whether it sticks and slips, and what would stop it.
+    """Simulate a pull at one speed: whether the brake sticks and slips, and the remedies.
 
     It starts from rest at `slip`. Amplitude and forces are those of the last slip of the run.
-    `critical_speed`, `stable_speed` and `stiffness_needed` hold friction at its value at `slip`.
-    `stribeck_speed` 0 means that static friction is lost at once. Raises FitError for a run of too
-    many steps.
+    `critical_speed`, `stable_speed` and `stiffness_needed` assume the friction at `slip`.
+    `stribeck_speed` 0 means that static friction vanishes immediately. Raises FitError for a run of
+    too many steps.
     """
 
 def sweep(
@@ -1697,10 +1699,10 @@ def sweep(
 ) -> _DesignSweepResult:
     """Compute every design of a specification, in blocks on disk.
 
-    The folder is new, empty or that of the same sweep, which then goes on: `blocks_found` of its
+    The folder is new, empty or that of the same sweep, which then resumes: `blocks_found` of its
     blocks were there already. `block` is the number of designs in one, `scheduler` the address of a
-    Dask cluster. Stopped from the keyboard, `complete` is False and the same call goes on. Raises
-    FileError for a folder of something else, MissingExtraError without pyarrow or Dask, and
+    Dask cluster. If interrupted, `complete` is False and the same call resumes. Raises FileError
+    for a folder with other content, MissingExtraError if pyarrow or Dask is missing, and
     ClusterError.
     """
 
@@ -1727,14 +1729,14 @@ def tensile(
     """Pull a brake in a simulated test machine.
 
     Either vacuum, speed and travel (elongation of the crosshead), or a procedure. Only for the
-    model "stack": `static` friction before an interface slides, and `one_by_one`: interfaces that a
-    break overloads let go one after the other, the most overloaded first, and not together;
-    `interfaces` that differ, a `housing` that rubs, and `scatter`, the relative SD of the
-    interfaces' friction: then `samples` (1000) stacks, drawn from `seed` (1), give mean and SD of
-    peak, stiffness and onset; interrupted from the keyboard, of those that are done. `vacuum_share`
-    of the gauge's reading presses the sheets. With `leak_time` the line is shut off after every
-    evacuation and the vacuum leaks away from then on; not in the stack, which keeps the vacuum it
-    starts with. Raises ProcedureError or QuantityError for contradictions.
+    model "stack": `static` uses static friction before an interface slides. With `one_by_one`,
+    overloaded interfaces slip one at a time, the most overloaded first. `interfaces` may differ, a
+    `housing` may rub. `scatter` is the relative SD of the interfaces' friction: `samples` (1000)
+    stacks, drawn from `seed` (1), then give mean and SD of peak, stiffness and onset; if
+    interrupted, those of the stacks done so far. `vacuum_share` of the gauge's reading presses the
+    sheets. With `leak_time` the line is shut off after every evacuation and the vacuum leaks away
+    from then on; not in the model "stack", which keeps its initial vacuum. Raises ProcedureError or
+    QuantityError for contradictions.
     """
 
 def tune(
@@ -1750,9 +1752,9 @@ def tune(
 ) -> _TunedVacuumResult:
     """Vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
 
-    The mass arrives with `speed` or falls from `height`. Where there is no such vacuum, `reason`
-    says why and what would do: the speeds that can be stopped so, another travel, another number
-    of sheets, more brakes side by side, each by itself. Each was tuned before it is named.
+    The mass arrives with `speed` or falls from `height`. If there is no such vacuum, `reason`
+    explains why and lists alternatives: the speeds that can be stopped so, another travel, another
+    number of sheets, more brakes side by side, each by itself. Each was tuned before it is named.
     """
 
 def rise(
@@ -1765,12 +1767,12 @@ def rise(
 ) -> _VacuumRiseResult:
     """Time in which a line reaches a vacuum, and time in which it releases it.
 
-    The pump runs full on until the target is reached. If it is never reached, `rise_time`
-    is None, `feasible` False and `reason` states the vacuum that can be reached. In air the line is
+    The pump runs full on until the target is reached. If it is never reached, `rise_time` is None,
+    `feasible` False and `reason` states the vacuum that can be reached. In air the line is
     integrated; `closed_form` holds for a rigid volume without an effect of tube or orifice.
-    `fall_time` is by the vent valve from when it is open, or the pumps run backwards (`fall_by`),
-    with `closed_form_fall` likewise; None if the line has neither. `tube_delay` and `tube_lag`
-    are None in water and for a line that has no tube. A tube in many cells takes a while.
+    `fall_time` counts from the opening of the vent valve, or uses pumps run backwards (`fall_by`);
+    `closed_form_fall` likewise. None if the line has neither. `tube_delay` and `tube_lag` are None
+    in water and for a line that has no tube. A tube with many cells takes long to compute.
     """
 
 def validate(
@@ -1784,12 +1786,12 @@ def validate(
     options: _FileOptions = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _ModelErrorsResult:
-    """How far the brake's model lies from measured pulls.
+    """Compare the brake's model with measured pulls.
 
-    `files` are paths or traces, several or one. identify.validation.metrics says over which window.
+    `files` are paths or traces, several or one. See identify.validation.metrics for the window.
     `uncalibrated` holds the same errors of the brake with a scale factor of 1 and the sheets' own
-    stiffness. A warning says where the brake was calibrated on one of the files. `exclude` leaves
-    files out, each with its reason in `because` (in Python also {file: reason}).
+    stiffness. A warning names files that were also used for the calibration. `exclude` leaves files
+    out, each with its reason in `because` (in Python also {file: reason}).
     """
 
 def reproduce(

@@ -33,7 +33,7 @@ class HasDtype(Protocol):
 
 
 class Quantity(Generic[T]):
-    """Type of a field of a record: its constructor takes text and objects with units, too."""
+    """Type of a field of a record: its constructor also accepts text and objects with units."""
 
     if TYPE_CHECKING:
 
@@ -67,7 +67,7 @@ FACTORS = {
     "m^3/Pa": {"mL/kPa": "1e-9", "µL/kPa": "1e-12"},
     "m^3/(s Pa)": {"L/(s bar)": "1e-8", "mL/(s bar)": "1e-11"},
 }
-"""{SI unit: {unit: factor}}, as pint gives them (a test compares); pint itself takes 0.5 s to load.
+"""{SI unit: {unit: factor}}, as in pint (a test compares them); importing pint takes 0.5 s.
 
 Values are shown in these units except _TYPED; the usual unit comes first.
 """
@@ -80,7 +80,7 @@ def _registry() -> Any:
 
     try:
         return pint.UnitRegistry(cache_folder=":auto:")
-    except Exception:  # no writable cache, or one that another process is just writing: slower
+    except Exception:  # if there is no writable cache, or another process is writing it: slower
         return pint.UnitRegistry()
 
 
@@ -131,7 +131,7 @@ def shown_units(si: str) -> tuple[str, ...]:
 def without_unit(value: Any, si: str, name: str) -> Any:
     """Return the SI number or array of a value that carries its unit; any other value as it is.
 
-    Units are understood of pint and astropy quantities, and of a DataArray or Series whose
+    Units are read from pint and astropy quantities, and from a DataArray or Series whose
     `attrs["units"]` names its unit. A DataArray stays one. Raises QuantityError for a unit of
     another dimension or one that is not understood, and for a table.
     """
@@ -163,7 +163,7 @@ def _convert(value: Any, number: str, si: str, name: str) -> Any:
     try:
         return getattr(value.to("" if si == "1" else _pint_name(si)), number)
     except Exception:  # each package has its own
-        goal = "a pure number" if si == "1" else si
+        goal = "a dimensionless number" if si == "1" else si
         raise QuantityError.of(name, f"{str(value)[:60]} cannot be converted to {goal}") from None
 
 

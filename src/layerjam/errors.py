@@ -91,7 +91,7 @@ class UnknownNameError(LayerjamError, KeyError):
         self.quantity = quantity
         names = sorted(names)
         suggestions = difflib.get_close_matches(name.lower(), names, n=3, cutoff=0.3) or names
-        hint = f"did you mean {' or '.join(suggestions[:4])}?" if names else "there is none"
+        hint = f"did you mean {' or '.join(suggestions[:4])}?" if names else "there are none"
         self.message = f"unknown {kind} '{name[:80]}'; {hint}"
         super().__init__(self.message)
 
@@ -192,8 +192,8 @@ class MissingExtraError(LayerjamError, ImportError):
     key = "missing-extra"
 
     def __init__(self, feature: str, extra: str) -> None:
-        # double quotes: Windows' shell knows no others
-        super().__init__(f'{feature} needs an optional part: pip install "layerjam[{extra}]"')
+        # use double quotes: the Windows shell knows no others
+        super().__init__(f'{feature} needs an optional package: pip install "layerjam[{extra}]"')
 
     @classmethod
     @contextlib.contextmanager
@@ -217,8 +217,8 @@ def abbreviate(value: object) -> str:
         return f"{type(value).__name__} of the shape {shape}"
     try:
         text = " ".join((value if isinstance(value, str) else repr(value)).split())
-    except ValueError:  # Python prints no integer of more than 4,300 digits
-        text = "a number of thousands of digits"
+    except ValueError:  # Python refuses to print integers with more than 4,300 digits
+        text = "a number with thousands of digits"
     text = text if len(text) <= 60 else text[:57] + "..."
     return f"'{text}'" if isinstance(value, str) else text
 

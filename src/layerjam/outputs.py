@@ -1,4 +1,4 @@
-"""Output quantities: unit and text of what is computed, once, on the record that holds it."""
+"""Output quantities: unit and text of each computed value, declared once on its record."""
 
 import math
 from collections.abc import Callable
@@ -23,10 +23,10 @@ def number(
     listed: bool = True,
     interval: bool = False,
 ) -> Any:
-    """A field that holds a quantity in SI, an array or a list of them; None is not known.
+    """A field that holds a quantity in SI, an array or a list of them; None means unknown.
 
-    `shown` writes it for people where the usual text will not do; a field that is not `listed`
-    is in the JSON and not in the table. With an `interval` the fields NAME_low and NAME_high follow
+    `shown` formats it for people if the usual text is unsuitable; a field that is not `listed` is
+    in the JSON and not in the table. With an `interval` the fields NAME_low and NAME_high follow
     it, the ends of its 95 % interval; None is an open end.
     """
     spec = QuantitySpec(unit, text, lo=-math.inf)
@@ -43,7 +43,7 @@ def fact(
 ) -> Any:
     """A field without a unit: a word, a flag, a table, a file's name.
 
-    `key` is its key in the JSON where no field can have that name.
+    `key` is its key in the JSON if no field can have that name.
     """
     return _field(None, text, default, shown, listed, key=key)
 
@@ -62,7 +62,7 @@ def _field(
 
 
 def declare(cls: type[T]) -> type[T]:
-    """Complete the fields of a class that `dataclass` takes next.
+    """Complete the fields of a class before `dataclass` processes it.
 
     A field named again without a value keeps the unit and text of the base class's, and its key
     comes at this place. The ends follow a quantity with an interval.

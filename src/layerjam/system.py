@@ -41,7 +41,7 @@ def check_name(path: PurePath) -> None:
 def _refusal(name: str) -> str | None:
     """Return the reason why Windows rejects a name, or None.
 
-    A device's name counts with any ending: text written to `con.toml` goes to the console.
+    A device name is reserved with any extension: text written to `con.toml` goes to the console.
     """
     if name.split(".", maxsplit=1)[0].rstrip(" ").upper() in DEVICES:
         return f"'{name}' is a device's name on Windows; use another one"
@@ -116,7 +116,7 @@ def quote_word(word: str) -> str:
 
 
 def quote_pattern(folder: Path, name: str) -> str:
-    """Return a path whose name has wildcards, quoted so that these still count.
+    """Return a path whose name has wildcards, quoted so that these still work.
 
     On Windows layerjam expands them, elsewhere the shell.
     """

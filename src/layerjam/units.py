@@ -108,7 +108,7 @@ def _dimension(si: str) -> str:
 def show(value: float | None, si: str, digits: int = 4, like: float | None = None) -> str:
     """Return a value in a readable unit: ``show(0.013, "m") == "13 mm"``.
 
-    The unit suits `like` if it is given, so that an interval's ends get the unit of its value.
+    If `like` is given, the unit suits it, so that an interval's ends get the unit of its value.
     """
     if value is None:
         return "not known"
@@ -216,7 +216,7 @@ class QuantitySpec:
         if self.whole and isinstance(text, str) and re.fullmatch(r"\s*[0-9]{1,40}\s*", text):
             text = int(text)
         if self.whole and isinstance(text, int):
-            # exact beyond what a float holds, as seeds may be
+            # exact beyond the precision of a float, because seeds may need it
             self.check(text if abs(text) < 2**63 else math.inf, name)
             return text
         value = self.check(parse(text, self.unit, name), name)
@@ -248,7 +248,7 @@ class QuantitySpec:
         if hasattr(value, "dims"):
             return value.copy(data=self.array(value.data, name, bounded))
         if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
-            raise QuantityError.of(name, "some elements are masked; leave them out, or fill them")
+            raise QuantityError.of(name, "some elements are masked; omit them, or fill them")
         kind = getattr(getattr(value, "dtype", None), "kind", "O")
         if kind in "OSTU":
             objects = np.asarray(value, dtype=object)
@@ -272,7 +272,7 @@ class QuantitySpec:
 
 @dataclass(frozen=True, kw_only=True)
 class FlagSpec(QuantitySpec):
-    """A switch. Arrays and sweeps of a law hold it as 1 and 0."""
+    """A switch. In arrays and sweeps it is stored as 1 and 0."""
 
     unit: str = "1"
     text: str
@@ -331,7 +331,8 @@ def like(spec: QuantitySpec, text: str = "", *, default: Any = MISSING) -> Any:
 
 
 RECORDS: list[type] = []
-"""Every class that `record` made; the mechanics registers them with JAX, which loads slowly."""
+"""Every class decorated with `record`; the mechanics registers them with JAX, which loads slowly.
+"""
 
 
 @dataclass_transform(
@@ -340,10 +341,10 @@ RECORDS: list[type] = []
 def record(cls: type[T]) -> type[T]:
     """Return a frozen, keyword-only dataclass of quantities (SI floats) and nested records.
 
-    Its constructor reads text and quantity objects, and raises QuantityError for a number that a
-    file could not hold. An array may hold any numbers, NaN for a case that has none. Values that
-    JAX traces are taken as they are. So are numbers from code of layerjam itself, such as a step of
-    a fit: it checks where input enters. A method `validate` of the class finds fields that
+    Its constructor reads text and quantity objects, and raises QuantityError for a number that
+    would be invalid in a file. An array may hold any numbers, with NaN for a case without a value.
+    Values traced by JAX are not checked. Nor are numbers from layerjam's own code, such as a step
+    of a fit, because input was checked before. A method `validate` of the class finds fields that
     contradict each other.
     """
     cls.__post_init__ = _take_quantities  # type: ignore[attr-defined]

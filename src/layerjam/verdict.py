@@ -2,7 +2,8 @@
 
 A failed check means that the numbers must not be used without a decision: the command line exits
 with code 4 and writes nothing. A person may accept one failed check by name, with a reason. The
-acceptance stays in the file that is written. Every later command that reads the file reports it.
+acceptance is stored in the file that is written. Every later command that reads the file reports
+it.
 """
 
 import math
@@ -15,9 +16,9 @@ from typing import Any, Literal, Self
 from layerjam.errors import Notice, QuantityError, UnknownNameError
 
 Level = Literal["passed", "note", "warning", "failed"]
-"""`note` asks for nothing, `warning` for a look, `failed` for a decision."""
+"""`note` needs no action, `warning` a review, `failed` a decision."""
 WIDEST = 0.5
-"""Width of a 95 % interval over its value, above which the value counts as unknown."""
+"""Relative width of a 95 % interval above which the value is considered unknown."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +56,7 @@ def interval_check(name: str, value: float, low: float, high: float) -> Check:
     """
     share = (high - low) / value if value > 0 else math.inf
     fails = not (low > 0 and share <= WIDEST)
-    sentence = f"the 95 % interval of {name} is {share:.2g} of its value wide"
+    sentence = f"the width of the 95 % interval of {name} is {share:.2g} of its value"
     if not low > 0:
         sentence += " and reaches zero"
     return Check(
@@ -97,8 +98,8 @@ class Acceptance:
         ):
             raise QuantityError.of(
                 "accepted",
-                "each [[accepted]] table holds the texts check, reason and date, and may hold "
-                "finding and a list of numbers",
+                "each [[accepted]] table contains the texts check, reason and date, and "
+                "optionally finding and a list of numbers",
             )
         return cls.of_row({**row, "numbers": numbers})
 
@@ -147,7 +148,7 @@ class Verdict:
 
     @property
     def failed(self) -> tuple[Check, ...]:
-        """The failed checks that nobody accepted."""
+        """The failed checks that were not accepted."""
         exempt = {key_of(entry.check) for entry in self.decisions}
         return tuple(c for c in self.checks if c.level == "failed" and key_of(c.name) not in exempt)
 
@@ -158,7 +159,7 @@ class Verdict:
 
     @property
     def failed_checks(self) -> list[dict[str, str]]:
-        """Rows of `name` and `reason` of the failed checks, as the JSON holds them."""
+        """Rows of `name` and `reason` of the failed checks, in the form of the JSON."""
         return [{"name": c.name, "reason": c.sentence} for c in self.failed]
 
     @property

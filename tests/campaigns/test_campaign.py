@@ -167,13 +167,13 @@ def test_too_much_is_refused() -> None:
     with pytest.raises(QuantityError, match="at most 10000 are allowed"):
         check_spec(replace(SMALL, pulls=Pulls(
             vacuums=tuple(1e3 * n for n in range(1, 91)), repeats=1000)))  # fmt: skip
-    with pytest.raises(QuantityError, match="nothing to test"):
+    with pytest.raises(QuantityError, match="neither brakes to pull nor friction tests"):
         check_spec(replace(SMALL, pulls=Pulls()))
     with pytest.raises(QuantityError, match="samples; 10 to 5000000"):
         campaign(made(SMALL, machine={"sampling_rate": 1e6}, pulls={"speeds": (1e-4,)}))
     with pytest.raises(QuantityError, match="at most the atmosphere"):
         campaign(made(SMALL, pulls={"vacuums": (110e3,)}))
-    with pytest.raises(QuantityError, match="alike to five digits"):
+    with pytest.raises(QuantityError, match="agree to five digits"):
         campaign(made(SMALL, pulls={"vacuums": (50e3, 50000.001)}))
     with pytest.raises(UnknownNameError):
         campaign(replace(SMALL, files=Files(layouts=("excel",))))
@@ -268,7 +268,7 @@ def test_a_brake_of_ones_own_is_copied_along(tmp_path: Path) -> None:
 
 def test_full_folders_are_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("mine")
-    with pytest.raises(FileError, match="is not empty; --overwrite"):
+    with pytest.raises(FileError, match="is not empty; use --overwrite"):
         write_campaign(campaign(SMALL), tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["thesis.txt"]
     assert write_campaign(campaign(SMALL), tmp_path, overwrite=True).strangers == 1

@@ -66,7 +66,7 @@ BAD = {
     "saturated": (own(table(change=saturated)), "saturated"),
     "stuck": (own(table(change=stuck)), "elongation never changes"),
     "nan": (own(table(change=not_a_number)), None),
-    "nothing": (own(table(change=nothing)), "measured nothing"),
+    "nothing": (own(table(change=nothing)), "did not measure"),
 }
 
 

@@ -170,7 +170,7 @@ def test_the_command_prints_intervals_and_the_figure_is_drawn(files: list[Path],
     shown = capsys.readouterr().out
     assert figure.stat().st_size > 10_000
     assert "(95 %: " in shown and "enclosure factor" in shown
-    assert "the scale factor would move by" in shown
+    assert "changes the scale factor most" in shown
     assert "pressure exponent" not in shown and "posterior" not in shown
 
 

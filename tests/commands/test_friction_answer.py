@@ -106,7 +106,7 @@ def test_stick_slip_leaves_kinetic_null_with_a_reason(saw: Path, tmp_path: Path)
     assert not target.exists()
     taken = friction([saw], accept_stick_slip=True, brake="choi2018-kapton", out=target)
     assert taken.kinetic == pytest.approx(0.24, rel=0.01) == found["middle"]
-    assert any("is taken as kinetic friction" in w for w in taken.warnings) and target.exists()
+    assert any("is used as kinetic friction" in w for w in taken.warnings) and target.exists()
     assert friction([saw], accept_judder=True).kinetic == taken.kinetic  # type: ignore[call-arg]
     assert ": 0.3" in str(answer) and "stick–slip between" in str(answer)
 

@@ -45,7 +45,7 @@ def test_no_command_is_passed_over(
     old: str, new: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     source = DIVE.format(result="Dive").replace(old, new)
-    with pytest.raises(RuntimeError, match="1 commands, of which 0 are found"):
+    with pytest.raises(RuntimeError, match="1 commands, but only 0 recognised"):
         names(source, tmp_path, monkeypatch)
 
 

@@ -42,6 +42,6 @@ def test_one_infeasible_element_counts() -> None:
 def test_a_number_that_is_not_known_raises_where_it_is_read() -> None:
     shown = lj.show(lj.load(KAPTON).with_(stiffness_measured=None)).require()
     assert shown.mass == pytest.approx(0.02, rel=1e-4)
-    with pytest.raises(NotKnownError, match="stiffness measured: it is not known for this case"):
+    with pytest.raises(NotKnownError, match="stiffness measured: unknown for this case"):
         _ = shown.stiffness_measured
     assert lj.force(KAPTON, slip=0.02, vacuum=5e4).require().force > 0

@@ -79,7 +79,7 @@ def test_the_whole_way_on_the_command_line(
     ]  # fmt: skip
     assert answer["pulls"] == 18 and len(answer["files"]) == 21 and answer["faulty"] == 1
     assert entry.main(["lab", str(spec), "--out", str(folder)]) == 2
-    assert "is not empty; --overwrite" in capsys.readouterr().err
+    assert "is not empty; use --overwrite" in capsys.readouterr().err
     assert entry.main(["lab", str(spec), "--out", str(folder), "--overwrite", "--seed", "3"]) == 0
     shown = capsys.readouterr().out
     assert "21, each with its sidecar" in shown and "layerjam calibrate" in shown
@@ -87,7 +87,7 @@ def test_the_whole_way_on_the_command_line(
         ([], "SPEC and --out are needed"),
         ([str(spec)], "SPEC and --out are needed"),
         (["--example", "--out", "x"], "does not end in .toml"),
-        (["--example", "practice"], "takes --out and --overwrite only"),
+        (["--example", "practice"], "only --out and --overwrite are valid"),
         (["--example", "--out", str(spec)], "exists already; --overwrite"),
         ([str(tmp_path / "no.toml"), "--out", str(tmp_path / "e")], "No such file"),
     ):

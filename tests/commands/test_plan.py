@@ -65,7 +65,7 @@ def test_too_little_is_an_answer_with_what_to_build():
 def test_a_brake_too_weak_says_what_the_brake_needs():
     made = asked(speed="5 m/s")
     assert made.feasible is False and made.needed is None
-    assert "no vacuum of the site does it" in made.reason and "sheets" in made.reason
+    assert "no vacuum at the site is sufficient" in made.reason and "sheets" in made.reason
     assert made.standing_needed is None and made.standing_needed_reason is not None
 
 

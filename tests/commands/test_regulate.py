@@ -65,14 +65,14 @@ def test_a_profile_from_a_file(tmp_path):
     with pytest.raises(QuantityError, match="go only with step"):
         follow("choi2018", "choi2018-kapton", profile=path, low="20 N", **SEEN)
     path.write_text("time [s],force [N]\n0,1\n1,2\n")
-    with pytest.raises(FileError, match="no column of slip"):
+    with pytest.raises(FileError, match="no slip column"):
         follow("choi2018", "choi2018-kapton", profile=path, **SEEN)
 
 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"safe_state": None}, "safe_state: it must be declared"),
+        ({"safe_state": None}, "safe_state: required"),
         ({"target": "101.325 kPa"}, "the pump reaches"),
         ({"target": "110 kPa"}, "more than the atmosphere"),
         ({"sensor_range": None}, "sensor: choi2018 has none"),

@@ -76,13 +76,13 @@ def test_an_offset_is_held_without_a_word_and_the_answer_says_by_how_much():
     assert float(np.mean(loop.vacuum[late])) == pytest.approx(made.target - off, abs=60)
     sentence = made.checks[0]["sentence"]
     assert made.checks[0]["level"] == "warning" and made.exit_code == 0
-    assert "was not said" in sentence and "vented" in sentence
+    assert "was not reported" in sentence and "vented" in sentence
 
 
 def test_a_pump_that_hardly_runs_hides_its_fault():
     made = broken("pump-weak", "10 s")
     assert made.outcome == "HEALTHY"
-    assert "runs full, as in a rise" in made.checks[0]["sentence"]
+    assert "runs at full power, as during a rise" in made.checks[0]["sentence"]
 
 
 def test_a_dead_pump_leaves_a_line_without_valve_without_release():

@@ -64,7 +64,7 @@ def test_names_of_filters(text, cfc):
 @pytest.mark.parametrize(
     ("how", "says"),
     [
-        ({"filter": "cfc100"}, "filter: 'cfc100' is not known; there are none, cfc60"),
+        ({"filter": "cfc100"}, "filter: 'cfc100' is unknown; choose none, cfc60"),
         ({"filter": "butter"}, "'butter' is not known"),
         ({"filter": ""}, "is not known"),
         ({"accelerometer": "adxl999"}, "adxl193"),

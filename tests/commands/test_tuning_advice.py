@@ -157,4 +157,4 @@ def test_drop_and_plan_advise_as_tune_does():
     said = tune("choi2018-kapton", **case).reason
     assert drop("choi2018-kapton", vacuum="tuned", **case).reason == said
     planned = plan("choi2018", "choi2018-kapton", warning="3 s", **case)
-    assert planned.reason == f"no vacuum of the site does it: {said}"
+    assert planned.reason == f"no vacuum at the site is sufficient: {said}"

@@ -189,7 +189,10 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
         "brake_cycle, speed: ndarray of the shape (1,) is not a number in SI",
     ),
     "law, few": (lambda: lj.brake_force(0.02), "brake_force() takes slip, vacuum, brake"),
-    "plot": (lambda: force().plot("a.xyz"), "a.xyz: the ending '.xyz' is not known; use .svg"),
+    "plot": (
+        lambda: force().plot("a.xyz"),
+        "a.xyz: extension '.xyz' is unknown; use .svg",
+    ),
     "axes": (lambda: force().plot(ax=5), "ax: int is not Matplotlib axes"),
     "path": (lambda: force().save(5), "path: 5 is not text or a path"),
     "interval": (lambda: force().interval("force"), "unknown number with an interval 'force'"),

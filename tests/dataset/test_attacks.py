@@ -237,7 +237,7 @@ def without_pull(held: Any) -> None:
 
 def with_reason(held: Any) -> None:
     without_pull(held)
-    held["unused"]["data/pull-3.csv"] = {"use": "calibrate", "why": "the file is not whole"}
+    held["unused"]["data/pull-3.csv"] = {"use": "calibrate", "why": "the file is incomplete"}
 
 
 CELL = swap(HTML, r">0\.2\d\d\d<", ">0.2177<")

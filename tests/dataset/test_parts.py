@@ -127,7 +127,7 @@ def test_a_recipe_comes_back(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"format": FORMAT + 1}, "take a newer one"),
+        ({"format": FORMAT + 1}, "update layerjam"),
         ({"format": "x"}, "not a recipe"),
         ({"brake": 3}, "brake"),
         ({"brake": "../../etc/passwd"}, "outside the dataset"),
@@ -170,7 +170,7 @@ LINK.external_attr = (stat.S_IFLNK | 0o777) << 16
         (("..\\out.csv", "1"), "outside"),
         (("C:out.csv", "1"), "outside"),
         ((LINK, "/etc/passwd"), "link"),
-        (("data/zeros.csv", "0" * 30_000_000), "beyond all measure"),
+        (("data/zeros.csv", "0" * 30_000_000), "implausible compression ratio"),
         (("other.json", "{}"), "recipe.json is missing"),
     ],
 )

@@ -228,7 +228,7 @@ def test_sizes_and_counts_are_checked(tmp_path: Path) -> None:
         (["--laser-bed", "100x50"], 2, "has no unit"),
         (["--kerf", "0.2"], 2, "has no unit"),
         (["--cutter", "axe"], 2, "unknown cutter"),
-        (["--cutter", "knife", "--kerf", "0.1mm"], 2, "plotter's own offset"),
+        (["--cutter", "knife", "--kerf", "0.1mm"], 2, "plotter applies its own offset"),
     ],
 )
 def test_refusals_on_the_command_line(

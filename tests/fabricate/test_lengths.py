@@ -79,7 +79,7 @@ def test_the_table_is_read_with_its_sources_and_written_again() -> None:
     ("rows", "said"),
     [
         ('kerf = "1.5 mm"', "at most 1 mm"),
-        ('kerf = "0.2 mm"\ncutter = "knife"', "plotter's own offset"),
+        ('kerf = "0.2 mm"\ncutter = "knife"', "plotter applies its own offset"),
         ('kerf = "0.5 mm"\ngap = "0.4 mm"', "not less than build.gap"),
         ('krf = "1 mm"', "did you mean build.kerf"),
         ("kerf = 0.2", "has no unit"),

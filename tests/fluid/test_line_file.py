@@ -34,7 +34,10 @@ def test_the_least_file():
         (LEAST + '[valve]\ndelay = "1 s"\n', "valve.conductance .* is missing"),
         (LEAST.replace("8 mL", "-8 mL"), "line 3: chamber.volume: -8 mL"),
         (LEAST.replace('flow = "2 mL/s"', "flow = 2"), "line 5: .* has no unit"),
-        (LEAST.replace('"8 mL"', '"8 mL"\nshrink = "0.1 mL/kPa"'), "chamber.shrink: .* would go"),
+        (
+            LEAST.replace('"8 mL"', '"8 mL"\nshrink = "0.1 mL/kPa"'),
+            "chamber.shrink: .* would be lost",
+        ),
         ("name = 3\n" + LEAST[14:], "name"),
     ],
 )

@@ -127,7 +127,7 @@ def test_from_files_into_a_brake(tmp_path: Path) -> None:
     assert film.ageing == pytest.approx(found.ageing, rel=1e-6) and film.static_hold == 10
     assert 0.015 < found.ageing < 0.035
     again = lj.friction(files, brake=out, out=tmp_path / "again.toml")
-    assert any("film.static_hold belonged to the old" in w for w in again.warnings)
+    assert any("film.static_hold were fitted with the old" in w for w in again.warnings)
     held = lj.laws.aged_holding_force(1000.0, 94.5e3, lj.load(out))
     assert float(held) > float(lj.holding_force(94.5e3, lj.load(out)))
     # without holds nothing can be said

@@ -160,9 +160,9 @@ def test_a_curve_that_bends_off_the_law_is_named() -> None:
     odd = curves[2]
     odd.force[:] += 0.08 * odd.pull.peak_force * np.sin(odd.elongation / 0.0015)
     [said] = [c for c in calibrate_curves(curves, KAPTON).checks if c.name == "single curves"]
-    assert not said.passed and said.sentence.startswith("2.csv misses the law by ")
+    assert not said.passed and said.sentence.startswith("2.csv deviates from the law by ")
     odd.force[:] += 0.2 * odd.pull.peak_force * np.sin(odd.elongation / 0.0015)
-    with pytest.raises(FitError, match=r"2\.csv: its curve misses the law by"):
+    with pytest.raises(FitError, match=r"2\.csv: its curve deviates from the law by"):
         calibrate_curves(curves, KAPTON)
 
 

@@ -91,7 +91,7 @@ def test_no_static_peak_is_said() -> None:
     force = 0.6 * (1 - np.exp(-u / 5e-4)) + 1e-3 * np.random.default_rng(1).standard_normal(15001)
     found = reduce_repeat(Trace(force, u, u / 2.5e-3, "x", ""), 2.0, None, ISO8295)
     assert not found.distinct and found.static == pytest.approx(0.3, rel=5e-3)
-    assert any("no first maximum stands out" in w for w in found.warnings)
+    assert any("no clear first maximum" in w for w in found.warnings)
 
 
 def test_slack_and_dwell_come_first() -> None:

@@ -196,7 +196,7 @@ def test_a_strain_that_could_be_percent_is_asked_for(tmp_path):
 
 def test_curves_that_are_none(tmp_path):
     strain = np.linspace(0, 2, 101)
-    with pytest.raises(FileError, match="tension counted negative"):
+    with pytest.raises(FileError, match="tension is counted as negative"):
         read_rubber(file_of(tmp_path, strain, -strain * 1e5))
     with pytest.raises(FileError, match="20 are needed"):
         read_rubber(file_of(tmp_path, strain[:8], strain[:8] * 1e5))

@@ -109,7 +109,7 @@ def test_a_law_that_does_not_fit_shows_in_the_residuals() -> None:
 @pytest.mark.parametrize(
     ("given", "word"),
     [
-        ({"force": [1.0, 2.0]}, "3 speeds do not go with 2 forces"),
+        ({"force": [1.0, 2.0]}, "3 speeds do not match 2 forces"),
         ({"slip": [0.0, 0.1]}, "lists of one length"),
         ({"speed": [1e-3, -1e-3, 1e-2]}, "zero or more"),
         ({"force": [1.0, np.nan, 3.0]}, "point 2"),

@@ -66,7 +66,7 @@ def test_bad_inputs_leave_nothing(tmp_path, monkeypatch):
         monkeypatch.setattr(compiler, "KNOWN", ())
         monkeypatch.setattr(compiler.importlib.util, "find_spec", lambda name: None)
         monkeypatch.delenv("CC", raising=False)
-        with pytest.raises(CompilerError, match=r"no C compiler found.*or give --no-build"):
+        with pytest.raises(CompilerError, match=r"no C compiler found.*or use --no-build"):
             export_mujoco("choi2018-kapton", out=out)
     assert not out.exists()
     out.write_text("mine")

@@ -157,7 +157,7 @@ def test_as_many_turns_are_refused_by_both() -> None:
     assert quick.engine == "law", "so near the limit a rounding could decide"
     same(quick, slow)
     for said in ("on", "off"):
-        with switched(said), pytest.raises(ProcedureError, match="turns nested"):
+        with switched(said), pytest.raises(ProcedureError, match="nested reversals"):
             tensile(soft, nested(DEPTH + 2))
 
 

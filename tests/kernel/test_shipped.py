@@ -47,7 +47,7 @@ def test_the_kernel_that_came_is_loaded_without_a_compiler(
     assert main(("--version", "--verbose")) == 0
     version, said = capsys.readouterr().out.splitlines()
     assert version.startswith("layerjam ")
-    assert said == f"engine  kernel (it came with layerjam: {shipped})"
+    assert said == f"engine  kernel (shipped with layerjam: {shipped})"
 
 
 def test_other_sources_do_not_use_it(shipped: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -31,11 +31,11 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
     "empty": ("", "is empty", None),
     "only blanks": (" \n\n", "is empty", None),
     "only a byte-order mark": (b"\xef\xbb\xbf", "is empty", None),
-    "header only": (HEAD + "\n", "holds column names and no rows of numbers", 1),
-    "header only, no line end": (HEAD, "holds column names and no rows of numbers", 1),
-    "header only, own": (own(0), "holds column names and no rows of numbers", 5),
-    "header only, Zwick": (zwick(0), "holds column names and no rows of numbers", 5),
-    "comments only": ("# layerjam 1\n# x\n", "holds a header and no column names", None),
+    "header only": (HEAD + "\n", "contains column names but no rows of numbers", 1),
+    "header only, no line end": (HEAD, "contains column names but no rows of numbers", 1),
+    "header only, own": (own(0), "contains column names but no rows of numbers", 5),
+    "header only, Zwick": (zwick(0), "contains column names but no rows of numbers", 5),
+    "comments only": ("# layerjam 1\n# x\n", "contains a header but no column names", None),
     "cut off: a field missing": (CUT[: CUT.rindex(",")], "cut off", 69),
     "cut off: within quotes": (CUT[:-2], "cut off", 69),
     "cut off: within a number": (named()[:-3], "the last line is cut off within", 61),
@@ -60,13 +60,13 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
     ),
     "two specimens side by side": (
         table(*(f"{r},{r}" for r in rows()), head=f"{HEAD},{HEAD}"),
-        "holds 2 specimens ('1', '2'); say which one (--specimen 1)",
+        "contains 2 specimens ('1', '2'); choose one (--specimen 1)",
         None,
     ),
     "no known format": ("hello\nworld\n", "is in no known format; tried layerjam CSV (", None),
     "numbers without header": (
         table(*rows(), head=""),
-        "3 columns of numbers without names; say what each is, in order, such as --columns time:s,",
+        "3 columns of numbers without names; state each one, in order, such as --columns time:s,",
         None,
     ),
     "no force": (
@@ -76,7 +76,7 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
     ),
     "no elongation": (
         table(*rows(), head="Time (s),Strain (%),Load (N)"),
-        "holds force and time and no elongation",
+        "contains force and time but no elongation",
         1,
     ),
     "no unit": (
@@ -116,7 +116,7 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
     ),
     "two forces": (
         table(*(f"{r},1" for r in rows()), head=f"{HEAD},Force (N)"),
-        "does not say which column is the force: 'Load' or 'Force'",
+        "does not state which column is the force: 'Load' or 'Force'",
         1,
     ),
     "a word": (with_row(30, "0.3,3.9,abc"), "'abc' in column 'Load' is not a finite number", 32),
@@ -127,7 +127,7 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
     "True": (with_row(30, "0.3,3.9,True"), "'True' in column 'Load' is not a finite number", 32),
     "an empty cell": (with_row(30, "0.3,,95"), "column 'Extension' is empty", 32),
     "a stray quote": (with_row(30, '0.3,3.9,9"5'), "a quote is not closed", 32),
-    "no such force": (with_row(30, "0.3,3.9,1e200"), "is beyond any test machine", 32),
+    "no such force": (with_row(30, "0.3,3.9,1e200"), "is beyond the range of any test machine", 32),
     "time backwards": (with_row(30, "0.1,3.9,95"), "time runs backwards, from 0.29 s to 0.1 s", 32),
     "time backwards after a blank line": (
         with_row(30, "\n0.1,3.9,95"),

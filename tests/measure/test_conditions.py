@@ -51,10 +51,10 @@ def test_a_name_after_its_pattern(name, pattern, vacuum, speed, tmp_path: Path) 
     [
         ("pull_{vacuum}kPa", "its name does not follow the pattern.*two patterns with | between"),
         ("a_{vacuum}|b_*", r"the pattern 'a_{vacuum}\|b_\*' \(--names\)$"),
-        ("pull_*|friction_*", "holds no quantity"),
+        ("pull_*|friction_*", "contains no quantity"),
         ("pull_{vacum}_*", "did you mean vacuum"),
         ("pull_{vacuum:mm}_*", "'mm' is not a unit of vacuum"),
-        ("pull_*", "holds no quantity"),
+        ("pull_*", "contains no quantity"),
         ("pull_{vacuum}_{vacuum}_*", "appears twice"),
         ("pull_{speed}_*", "speed"),
         ("pull_{repeat:mm}_*", "'mm' is not a unit of repeat"),

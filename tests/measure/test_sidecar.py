@@ -44,7 +44,7 @@ def test_read(tmp_path: Path) -> None:
         (
             '[gauge_certificate]\nnumber = "P"\nlaboratory = "L"\ndate = "1 March"',
             4,
-            "'1 March' is not a day such as 2026-03-01",
+            "'1 March' is not a date such as 2026-03-01",
         ),
         (
             '[gauge_certificate]\nnumber = "P"\nlaboratory = "L"\ndate = 2026-03-01\n'

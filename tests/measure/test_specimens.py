@@ -116,7 +116,7 @@ def test_one_time_for_all_and_columns_with_spaces_between(tmp_path: Path) -> Non
 def test_two_load_cells_are_no_two_specimens(tmp_path: Path) -> None:
     body = [f"{r},{i}" for i, r in enumerate(rows())]
     path = write(tmp_path, "Time (s),Extension (mm),Load 1 (N),Load 2 (N)", *body)
-    with pytest.raises(FileError, match="does not say which column is the force"):
+    with pytest.raises(FileError, match="does not state which column is the force"):
         read_trace(path)
     assert read_trace(path, ReadingOptions(column=["force=Load 2"])).force[7] == 7
 
@@ -345,9 +345,7 @@ def test_sheets(tmp_path: Path) -> None:
     np.testing.assert_array_equal(two.force, 2 * one.force)
     other = {"P1": RAW, "P2": [["Weg [mm]", "Kraft [N]"], *([x, f] for _, x, f in NUMBERS)]}
     path = xlsx(tmp_path / "other.xlsx", other)
-    with pytest.raises(
-        FileError, match=r"2 sheets .*\('P1', 'P2'\); say which one \(--sheet NAME\)"
-    ):
+    with pytest.raises(FileError, match=r"2 sheets .*\('P1', 'P2'\); choose one \(--sheet NAME\)"):
         read_trace(path)
     assert read_trace(path, ReadingOptions(sheet="P2")).time is None
     with pytest.raises(FileError, match="has no sheet 'P9'; its sheets are 'P1', 'P2'"):

@@ -61,7 +61,7 @@ def test_a_unit_that_gainsays_the_file_is_refused(written: str, said: str, tmp_p
         read_trace(path, ReadingOptions(column=[f"force:{said}=Load"]))
     # whoever lists the columns says that the file is wrong, and is told so
     trace = read_trace(path, ReadingOptions(columns=f"time:s,elongation:mm,force:{said}"))
-    assert any("what is given counts" in w for w in trace.warnings)
+    assert any("the given one takes precedence" in w for w in trace.warnings)
 
 
 @pytest.mark.parametrize(("written", "said"), [("N", "newton"), ("lb", "lbf"), ("raw", "kN")])

@@ -180,7 +180,7 @@ def test_beyond_the_strain_that_was_fitted_there_is_no_force() -> None:
     assert strain[2] == pytest.approx(2.0, rel=1e-5) and strain[0] < strain[1] < strain[2]
     assert np.isnan(strain).tolist() == [False] * 3 + [True] * 2
     np.testing.assert_array_equal(np.isnan(enclosure_force(slip, FULL, brake)), np.isnan(strain))
-    with pytest.raises(QuantityError, match="more than was measured"):
+    with pytest.raises(QuantityError, match="beyond the measured"):
         tensile(replace(load("choi2018-kapton"), brake=brake), simple_pull(FULL, 0.01, 0.04))
 
 

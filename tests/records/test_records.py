@@ -238,7 +238,7 @@ def test_other_databases_are_left_alone(tmp_path: Path) -> None:
     pull = pull_file(tmp_path / "p.csv")
     (tmp_path / "text.db").write_text("no database at all, but long enough to be looked at" * 30)
     for db, why in (
-        (run, "holds other tables"),
+        (run, "contains other tables"),
         (tmp_path / "text.db", "the database says"),
         ("mysql://me:secret@host/x", "cannot be used"),
         ("sqlite://", "cannot be used"),

@@ -64,7 +64,7 @@ def test_the_papers_brake() -> None:
     sheet = read(data)
     assert sheet.outside == 0
     for words in (
-        "never cut, printed or cast by us",
+        "We have never cut, printed or cast",
         "154.4 mm",
         "214.4 mm",
         "M3 × 8",

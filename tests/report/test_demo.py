@@ -24,7 +24,7 @@ STEP = re.compile(r"  ([a-z]+(?: run)?): .* +\d+\.\d s")
 
 def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("mine")
-    with pytest.raises(FileError, match="was not made by the demo"):
+    with pytest.raises(FileError, match="was not created by the demo"):
         demo(out=tmp_path)
     with pytest.raises(FileError, match="is not a folder"):
         demo(out=tmp_path / "thesis.txt")

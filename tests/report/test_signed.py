@@ -66,7 +66,7 @@ def test_the_budgets_numbers_are_those_of_the_budget() -> None:
     assert isinstance(table.rows[1][4], Number) and table.rows[1][4].text() == "0.400 %"
     assert table.rows[-1][1] == f"k = {student:.2f}, ν = {degrees:.1f}"
     assert table.rows[2][4] == "not stated" and "lower bound" in table.note
-    assert table.note.endswith("State for a whole budget: its sd.")
+    assert table.note.endswith("For a complete budget, state: its sd.")
 
 
 def test_a_budget_in_which_nothing_is_stated_says_so() -> None:
@@ -81,7 +81,7 @@ def test_a_budget_in_which_nothing_is_stated_says_so() -> None:
     table = budget_table(Budget(contributions=lines))
     assert [row[4] for row in table.rows[-2:]] == ["not stated", "not stated"]
     assert "0.000 %" not in str(table.rows)
-    assert table.note.endswith("State for a whole budget: a second pull; its SD.")
+    assert table.note.endswith("For a complete budget, state: a second pull; its SD.")
 
 
 def test_the_signature_names_what_nobody_stated() -> None:

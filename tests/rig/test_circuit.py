@@ -126,5 +126,5 @@ def test_as_it_is_typed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert all(len(part["alternatives"]) == 2 for part in said["parts"])
     assert {"name", "value", "unit"} <= set(said["margins"][0])
     assert main(["bench", "wiring", "pico", "--out", str(out)]) == 2
-    assert re.search("is there already", capsys.readouterr().err)
+    assert re.search("already exists", capsys.readouterr().err)
     assert main(["bench", "wiring", "arduino"]) == 2

@@ -139,7 +139,7 @@ def test_who_only_asks_stops_nobody(port: int) -> None:
 
 
 def test_nobody_there() -> None:
-    with pytest.raises(LayerjamError, match="nobody answers"):
+    with pytest.raises(LayerjamError, match="no response"):
         layerjam.rig.open("tcp:127.0.0.1:1")
 
 

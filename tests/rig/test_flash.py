@@ -249,7 +249,7 @@ def test_what_is_given_is_looked_at_first(tmp_path: Path) -> None:
     """Nothing of it reaches a port: there is none."""
     image = tmp_path / "a.uf2"
     for raw, says in (
-        (b"text", "no UF2 image"),
+        (b"text", "not a UF2 image"),
         (uf2.encode_uf2(b"layerjam", 0x12345678), "another chip"),
         (uf2.encode_uf2(b"MicroPython", uf2.RP2040), "no firmware of layerjam"),
         (uf2.encode_uf2(b"layerjam", uf2.RP2040), "another version"),

@@ -32,7 +32,7 @@ def test_an_image_is_whole_or_refused(program: bytes) -> None:
     assert len(image) == 512 * -(-len(program) // 256)
     with pytest.raises(uf2.ImageError, match="another chip"):
         uf2.decode_uf2(image, 0x12345678, "x")
-    with pytest.raises(uf2.ImageError, match="no UF2 image"):
+    with pytest.raises(uf2.ImageError, match="not a UF2 image"):
         uf2.decode_uf2(image[:-1], uf2.RP2040, "x")
     if len(image) > 512:
         with pytest.raises(uf2.ImageError, match="not whole"):
@@ -42,7 +42,7 @@ def test_an_image_is_whole_or_refused(program: bytes) -> None:
 def test_what_is_no_image() -> None:
     good = bytearray(uf2.encode_uf2(b"x" * 600, uf2.RP2040))
     for raw in (b"", b"no image", b"\0" * 512):
-        with pytest.raises(uf2.ImageError, match="no UF2 image"):
+        with pytest.raises(uf2.ImageError, match="not a UF2 image"):
             uf2.decode_uf2(raw, uf2.RP2040, "x")
     struct.pack_into("<I", good, 512 + 12, 0x20000000)
     with pytest.raises(uf2.ImageError, match="flash"):

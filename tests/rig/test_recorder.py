@@ -350,7 +350,7 @@ def test_a_cable_is_pulled_and_put_back(tmp_path: Path, monkeypatch: pytest.Monk
     assert (made.outcome, made.gaps, made.boots, made.simulated) == ("FINISHED", 0, 1, False)
     assert len(said) == 2 and board.closed == 2
     kinds = [text for *_, kind, text in read_run(made.file).events if kind == "link"]
-    assert kinds == ["connection lost: the serial line is gone", "the line is there again"]
+    assert kinds == ["connection lost: the serial line is gone", "the connection is restored"]
 
 
 def test_another_board_on_the_cable_is_refused(

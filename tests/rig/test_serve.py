@@ -282,7 +282,7 @@ def test_a_token_file_of_another_gateway(tmp_path: Path) -> None:
     token_of(other)
     with (
         gateway("sim:choi2018", token_file=str(tmp_path / "token")) as (number, _),
-        pytest.raises(LayerjamError, match="another token"),
+        pytest.raises(LayerjamError, match="a different token"),
     ):
         open_bench(f"tcp:127.0.0.1:{number}?token={other}")
 

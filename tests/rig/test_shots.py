@@ -241,4 +241,4 @@ def test_nothing_falls_and_it_is_said(tmp_path: Path, monkeypatch: pytest.Monkey
     words = [*DROP, "--procedure", "hold 2 s", "--out", str(tmp_path / "a.ljrun")]
     made = said([*RUN, *words])
     assert made["outcome"] == "FINISHED" and made["shots"] == []
-    assert any("nothing fell" in text for text in made["warnings"])
+    assert any("no fall was detected" in text for text in made["warnings"])

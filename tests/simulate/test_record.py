@@ -97,7 +97,7 @@ def test_netcdf(record: TensileRecord, tmp_path: Path) -> None:
 
 
 def test_endings(record: TensileRecord, tmp_path: Path) -> None:
-    with pytest.raises(FileError, match=r"'\.txt' is not known; use \.csv or \.nc"):
+    with pytest.raises(FileError, match=r"'\.txt' is unknown; use \.csv or \.nc"):
         record.save(tmp_path / "run.txt")
     assert record.save(tmp_path / "RUN.CSV").stat().st_size > 1000
     assert list(tmp_path.iterdir()) == [tmp_path / "RUN.CSV"]

@@ -188,7 +188,7 @@ def test_too_many_nested_turns_are_refused() -> None:
         steps.append(f"return at 13 mm/s to {low:.6f} mm")
         high -= 0.18
     soft = with_brake(KAPTON, scale_factor=0.001)
-    with pytest.raises(ProcedureError, match="turns nested in each other"):
+    with pytest.raises(ProcedureError, match="nested reversals"):
         run("; ".join(steps), soft)
 
 

@@ -121,7 +121,7 @@ def test_what_is_not_to_scale_is_said():
     words = in_words(many, stack, 0.01)
     assert "100 sheets, 24 of them drawn, 50 held on the left" in words
     assert "overlap by 58 mm of 68 mm" in words
-    assert f"{stack.scale} times too large" in words
+    assert f"{stack.scale} times larger" in words
     assert "6 held on the left (blue) and 5 on" in in_words(KAPTON, stack_of(KAPTON, 0, 1), 0)
 
 

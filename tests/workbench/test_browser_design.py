@@ -138,7 +138,7 @@ def test_the_form_writes_and_the_copied_command_gives_the_same(design, tmp_path)
 
 
 def test_the_other_parts(design):
-    part(design, "Several as one")
+    part(design, "Arrays of brakes")
     says(design, "array-brakes", "4")
     says(design, "array-peak_force", "351.9 N")
     part(design, "Force over mass")

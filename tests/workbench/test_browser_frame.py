@@ -323,9 +323,9 @@ def test_copying_where_the_browser_has_no_clipboard(chromium, workbench, forbids
     page.click(at("copy-as-python"))
     said = page.locator(".q-dialog .font-medium")
     said.wait_for(timeout=LONG)
-    assert ("does not let this page copy" in said.inner_text()) == forbids
+    assert ("does not allow this page to copy" in said.inner_text()) == forbids
     page.keyboard.press("Escape")
-    page.click(at("copy-a-link-to-all-that-is-set"))
-    words = "does not let this page copy" if forbids else "it was copied"
+    page.click(at("copy-a-link-to-all-settings"))
+    words = "does not allow this page to copy" if forbids else "was copied"
     page.locator(".q-notification", has_text=words).wait_for(timeout=LONG)
     page.close()

@@ -152,7 +152,7 @@ EXPORTS = [  # file, what is said of it, clicks until it is used, or None: refus
     ("testxpert_tra/Invar_LT_05_01.TRA", "", 1),
     ("testxpert_tra/mDB1pct.TRA", "", 1),
     ("bluehill_resaved/Al5005.csv", "", 1),
-    ("bluehill_like/sample_bluehill.csv", "turn its sign", 2),
+    ("bluehill_like/sample_bluehill.csv", "reverse its sign", 2),
     ("bluehill_like/sample_wavematrix_torsion.csv", "Click the head", None),
     ("force_time_log/xy-trial-1.csv", "crosshead's speed", 2),
     ("tribometer_umt/HT-2n-6-4_2_001.csv", "Click the head", None),

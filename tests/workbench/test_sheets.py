@@ -108,7 +108,7 @@ def test_sheets_are_drawn_to_the_scale_that_is_said(seen, share):
 def test_movements_are_large_before_all_slide_and_true_after(seen):
     motion = seen.motion
     assert seen.scale(seen.telling()) == seen.factor > 50
-    assert "times as large" in scale_said(seen, 0)
+    assert "times larger" in scale_said(seen, 0)
     last = len(motion.force) - 1
     assert seen.scale(last) == 1.0 and "to scale" in scale_said(seen, last)
 

@@ -73,7 +73,7 @@ def test_each_of_many_files_is_read_once_and_what_was_accepted_is_not_asked_agai
             await drop(user, "pull_60kPa.csv")
             await drop(user, "pull_100hPa.csv", "pull_7000Pa.csv")
             await until(lambda: names_in(user) == {"pull_60kPa.csv"})
-            user.find("Use it").click()
+            user.find("Use this").click()
             await until(lambda: names_in(user) == {"pull_100hPa.csv", "pull_7000Pa.csv"})
             await asyncio.sleep(2 * SOON)
             assert [f.shown for f in pages[-1].uploads.used] == ["pull_60kPa.csv"]

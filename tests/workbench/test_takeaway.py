@@ -65,7 +65,7 @@ def test_the_curves_of_a_chart_read_back_and_hold_no_formula():
         Curve(r.record.elongation * 1e3, r.record.force, name=name)
         for r, name in ((low, "=cmd|' /C calc'!A0"), (high, "90 kPa"))
     ]
-    below = Pane(curves[1:], "elongation [mm]", "left over [N]")
+    below = Pane(curves[1:], "elongation [mm]", "residual [N]")
     chart = options([Pane(curves, "elongation [mm]", "force [N]"), below])
     head, *rest = curves_csv(chart).splitlines()
     assert head.startswith("# layerjam")
@@ -74,7 +74,7 @@ def test_the_curves_of_a_chart_read_back_and_hold_no_formula():
     assert {r["x axis"] for r in rows} == {"elongation [mm]"}
     top = max(float(r["y"]) for r in rows if r["curve"] == "90 kPa" and r["y axis"] == "force [N]")
     assert top == pytest.approx(high.peak_force, rel=1e-5)
-    assert {r["y axis"] for r in rows} == {"force [N]", "left over [N]"}
+    assert {r["y axis"] for r in rows} == {"force [N]", "residual [N]"}
     assert curves_csv({}) == ""
 
 

@@ -1,7 +1,7 @@
 """A campaign of the virtual laboratory: friction tests and pulls of a known true brake.
 
-This module writes nothing (`campaign_files` does). `Campaign.traces` gives the records as a perfect
-reader would, so that a study of thousands of campaigns needs no files.
+This module writes nothing (`campaign_files` does). `Campaign.traces` returns the records as if read
+without error, so a study of thousands of campaigns needs no files.
 """
 
 from collections.abc import Iterator
@@ -31,8 +31,8 @@ class Campaign:
     def traces(self, kind: str = "") -> list[Trace]:
         """Return the records in order, of one kind ("pull", "friction") if it is given.
 
-        They are those of a perfect reader: faults of the machine are included, practice faults of
-        files are not. Needs JAX in double precision (PrecisionError).
+        They equal records that were read without error: machine faults are included, faults added
+        to files for practice are not. Needs JAX in double precision (PrecisionError).
         """
         traces = {test.number: trace for test, trace in self.records(kind)}
         return [traces[number] for number in sorted(traces)]

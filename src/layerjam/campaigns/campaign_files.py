@@ -1,4 +1,4 @@
-"""A campaign's folder: the files of the machine, the truth, and a README with the next steps."""
+"""A campaign's folder: files of the machine, true values, and a README with the next steps."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -74,7 +74,7 @@ def write_campaign(
     _prepare(folder, overwrite)
     texts = {
         "README.txt": readme(campaign, folder),
-        "spec.toml": "# SYNTHETIC: the campaign that made the files in this folder.\n"
+        "spec.toml": "# SYNTHETIC: the campaign that created the files in this folder.\n"
         + spec_text(_portable(campaign)),
         "truth.toml": truth_text(campaign),
     }
@@ -106,7 +106,7 @@ def _prepare(folder: Path, overwrite: bool) -> None:
             raise FileError(folder, "is a file, not a folder")
         folder.mkdir(parents=True, exist_ok=True)
         if any(folder.iterdir()) and not overwrite:
-            raise FileError(folder, "is not empty; --overwrite writes into it all the same")
+            raise FileError(folder, "is not empty; use --overwrite to write into it anyway")
 
 
 def _write(campaign: Campaign, test: Trial, trace: Trace, folder: Path, overwrite: bool) -> Path:
@@ -245,7 +245,7 @@ def _patterns(campaign: Campaign, folder: Path, tests: Sequence[Trial]) -> str:
     """Return shell patterns for the files of some tests, all speeds, without sidecars."""
     names = {}
     for test in tests:
-        # all repeats, and of pulls all speeds
+        # all repeats, and for pulls all speeds
         parts = test.name.split("_")[: 3 if test.kind == "pull" else 2]
         names["_".join([*parts, "*"]) + form_of(campaign, test).details.ending] = test
     return " ".join(quote_pattern(folder, name) for name in names)
@@ -269,8 +269,8 @@ def readme(campaign: Campaign, folder: Path) -> str:
     ]
     if faulty:
         lines += [
-            f"{faulty} of the pulls' files have a fault that a reader should find. Files that are",
-            "refused are listed; --partial writes the brake from the others.",
+            f"{faulty} of the pulls' files have a fault that you should find. Files that are",
+            "rejected are listed; --partial writes the brake from the others.",
         ]
     lines += ["", "To try:", *(f"  {c}" for c in commands(campaign, folder)), ""]
     return "\n".join(lines)

@@ -33,8 +33,8 @@ ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "latin-1", "cp1252", "cp932")
 class Layout:
     """Layout of a software: the lines above its numbers, its columns, and its defaults.
 
-    `head` holds the lines, with "|" for the mark between cells and words in braces for texts that
-    differ from file to file (see `_head_words`). `columns` holds the format of each column: t, time
+    `head` contains the lines above the numbers: "|" marks a new cell, and words in braces are
+    replaced in each file (see `_head_words`). `columns` contains the format of each column: t, time
     [s]; x, travel [mm]; m, travel [m]; f, force [N]. testXpert also has c, the absolute crosshead
     [mm], X and F, its travel and force. `name` and `unit` are the formats of a cell with a name or
     a unit, `second` is the unit of time. `english` are the names of time, travel and force if they
@@ -51,7 +51,7 @@ class Layout:
     second: str = "s"
     newline: str = "\n"
     mark: str = ""
-    """Mark between columns; if empty, a comma, or a semicolon with decimal commas."""
+    """Column separator. If empty: a comma, or a semicolon if the decimal sign is a comma."""
     decimal: str = "."
     english: Sequence[str] = ()
     fixed: bool = False
@@ -109,7 +109,7 @@ class Form:
             raise QuantityError.of(
                 "files.encoding",
                 f"{encoding} has no '{letter}', which the layout {self.layout} in "
-                f"language '{language}' needs; utf-8 has it",
+                f"language '{language}' needs; use utf-8",
             ) from None
 
 

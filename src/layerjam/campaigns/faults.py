@@ -17,7 +17,7 @@ from layerjam.units import quantity
 
 Bools = npt.NDArray[np.bool_]
 
-# one number for each use of random numbers; part of the seed, so never change it
+# a fixed number for each use of random numbers; it is part of the seed, so never change it
 STREAMS = {
     "scatter": 1,
     "jitter": 2,
@@ -43,9 +43,9 @@ class LoadCell:
     force_noise: float = fault("N", "white noise of the load cell, standard deviation", 1e4)
     force_offset: float = fault("N", "load cell's reading at no load", 1e4, lo=-1e4)
     load_cell_range: float | None = quantity(
-        "N", "force beyond which the load cell shows no more", lo=1e-3, hi=1e7, default=None
+        "N", "force at which the load cell saturates", lo=1e-3, hi=1e7, default=None
     )
-    force_step: float = fault("N", "step in which the force is recorded", 100)
+    force_step: float = fault("N", "resolution of the recorded force", 100)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,31 +53,29 @@ class Faults(LoadCell):
     """A test machine; without any fault by default."""
 
     force_drift: float = fault("N/s", "drift of the load cell's zero", 100, lo=-100)
-    travel_step: float = fault("m", "step in which the travel is recorded", 1e-3)
+    travel_step: float = fault("m", "resolution of the recorded travel", 1e-3)
     slack: float = fault("m", "travel before the brake is taut", 0.1)
     preload: float = fault(
-        "N", "force at which the record begins, its travel set to zero there", 1e4
+        "N", "force at which the record starts, with the travel set to zero", 1e4
     )
     crosshead_start: float = fault("m", "travel shown by the first sample", 2, lo=-2)
-    compliance: float = fault("m/N", "stretch of frame and grips that the travel holds", 1e-3)
-    lag: float = fault("s", "time by which the force comes late", 10)
-    jitter: float = fault("s", "scatter of the moment of a sample, standard deviation", 1)
-    dropped: float = fault("1", "part of the samples that are lost", 0.5)
-    repeated_stamps: float = fault(
-        "1", "part of the samples that carry the time of the one before", 0.5
-    )
+    compliance: float = fault("m/N", "compliance of frame and grips included in the travel", 1e-3)
+    lag: float = fault("s", "delay of the force", 10)
+    jitter: float = fault("s", "jitter of the sampling time, standard deviation", 1)
+    dropped: float = fault("1", "share of samples that are lost", 0.5)
+    repeated_stamps: float = fault("1", "share of samples that repeat the previous time stamp", 0.5)
     stick_slip: float = fault("N", "stick-slip while sliding, from top to bottom", 1e4)
     overshoot: float = fault(
-        "1", "friction of the sheets as they begin to slide, part above the kinetic", 1
+        "1", "excess of the sheets' static friction over the kinetic, relative", 1
     )
     overshoot_slip: float = quantity(
-        "m", "slip over which that falls to 1/e", lo=1e-5, hi=0.1, default=1e-3
+        "m", "slip over which that excess falls to 1/e", lo=1e-5, hi=0.1, default=1e-3
     )
-    seating: float = fault("m", "how far grips and caps give way under the first load", 0.01)
+    seating: float = fault("m", "settling of grips and caps under the first load", 0.01)
     seating_force: float = quantity(
-        "N", "load at which they have given way to 1 - 1/e of that", lo=0.1, hi=1e4, default=50.0
+        "N", "load at which 1 - 1/e of that settling is reached", lo=0.1, hi=1e4, default=50.0
     )
-    vacuum_error: float = fault("Pa", "vacuum in the brake less what the gauge shows", 2e4, lo=-2e4)
+    vacuum_error: float = fault("Pa", "vacuum in the brake minus the gauge reading", 2e4, lo=-2e4)
     vacuum_loss: float = fault("Pa/s", "fall of the vacuum while the brake is pulled", 1e5)
     warming: float = fault(
         "K", "rise of the temperature from the first test to the last", 30, lo=-30

@@ -25,7 +25,7 @@ class Subject:
     label: str
     """Label in the names of its files; without "_", which separates the parts of a name."""
     name: str
-    """Name in the catalogue; other brakes have their file copied into the campaign's folder."""
+    """Name in the catalogue. The file of any other brake is copied into the campaign's folder."""
     copied: str
     """Text of that file, or "" for a brake of the catalogue."""
     known: Brake
@@ -86,7 +86,7 @@ def plan_tests(spec: Spec) -> tuple[tuple[Subject, ...], tuple[Trial, ...]]:
         samples(spec.friction.travel / spec.friction.speed, sled_machine(spec))
     plain = [*_friction_tests(spec, subjects), *_pulls(spec, subjects)]
     if len({t.name for t in plain}) < len(plain):
-        raise QuantityError.of("pulls", "two vacuums or speeds are alike to five digits")
+        raise QuantityError.of("pulls", "two vacuums or speeds agree to five digits")
     last = max(1, len(plain) - 1)
     tests = [
         _with_scatter(spec, replace(t, number=n, warmer=spec.machine.warming * n / last))
@@ -138,7 +138,7 @@ def _vacuum_allowed(subject: Subject, vacuum: float, machine: Faults) -> None:
         raise QuantityError.of(
             "pulls.vacuums",
             f"{show(vacuum, 'Pa', 6)} shown is {show(true, 'Pa', 6)} in the brake "
-            f"{subject.label}; that is at least zero and at most the atmosphere, "
+            f"{subject.label}; it must be between zero and the atmosphere, "
             f"{show(atmosphere, 'Pa', 6)}",
         )
 
@@ -208,7 +208,7 @@ def _numbers(repeats: int) -> list[str]:
 
 def _with_scatter(spec: Spec, test: Trial) -> Trial:
     shared = test.kind == "pull" and spec.scatter.per == "repeat"
-    # one repeat number of a brake uses the draws of a test number that does not exist
+    # all tests with one repeat number of a brake share the draws of an unused test number
     brake = next(n for n, t in enumerate(spec.brakes) if t is test.subject.truth)
     place = 10**6 * (brake + 1) + test.repeat if shared else test.number
     draws = faults.generator(spec.seed, "scatter", place).standard_normal(3)
@@ -255,8 +255,8 @@ def _odd(spec: Spec, test: Trial) -> Trial:
     if vacuum > atmosphere:
         raise QuantityError.of(
             "odd.vacuum_change",
-            f"{odd.vacuum_change:g} makes {show(vacuum, 'Pa', 6)} of "
-            f"{show(test.vacuum or 0.0, 'Pa', 6)}; there is at most the atmosphere, "
+            f"{odd.vacuum_change:g} changes {show(test.vacuum or 0.0, 'Pa', 6)} to "
+            f"{show(vacuum, 'Pa', 6)}; a vacuum is at most the atmosphere, "
             f"{show(atmosphere, 'Pa', 6)}",
         )
     return replace(

@@ -50,8 +50,8 @@ def pull_with_grips(
     if (overshoot * first / machine.overshoot_slip * softest >= 1).any():
         raise QuantityError.of(
             "overshoot",
-            "the friction would fall faster than the mount can follow, so that the brake snaps; "
-            "let it fade over more slip (machine.overshoot_slip)",
+            "the friction would fall faster than the mount relaxes, and the brake would "
+            "snap; increase machine.overshoot_slip",
         )
     stuck = _root(lambda force: gives(force) - stretch, np.zeros_like(stretch), first)
     slip = _root(lambda x: x + gives(resists(x)) - stretch, np.zeros_like(stretch), stretch)
@@ -174,9 +174,9 @@ def _returns(subject: Subject, slip: Array, vacuum: Array, brakes: Brake) -> Non
     if (sleeve > np.asarray(sheet_friction(end, last, brakes))).any():
         raise QuantityError.of(
             "pulls.unload",
-            f"at {show(float(last.min()), 'Pa')} the enclosure of {subject.label} is "
-            "stronger than its sheets' friction and would close it on the return; unload at "
-            "more vacuum or after less travel",
+            f"at {show(float(last.min()), 'Pa')} the enclosure of {subject.label} pulls "
+            "harder than the friction of its sheets and would close the brake during "
+            "unloading; use more vacuum or less travel",
         )
 
 
@@ -196,7 +196,8 @@ def friction_trace(spec: Spec, test: Trial) -> Trace:
     if test.hold is not None:
         static_friction = float(aged_static(test.hold, test.subject.true))
     static = max(static_friction * test.static * test_spec.normal_force, kinetic)
-    # along the string's stiffness up to the static friction, then the film's own profile
+    # rises along the string's stiffness up to the static friction, then follows the film's own
+    # profile
     rising = test_spec.string_stiffness * travel_of_string
     sliding = np.maximum.accumulate(rising >= static)
     force = np.where(sliding, kinetic * (1 + test_spec.texture * profile), rising)

@@ -41,10 +41,13 @@ def _word(text: str, default: Any, choices: tuple[str, ...] = ()) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Truth:
-    """A brake and its true values if they differ from its file; None takes the file's."""
+    """A brake and its true values if they differ from its file.
 
-    brake: str | BrakeFile = _word("name in the catalogue, or path of a brake's file", MISSING)
-    label: str = _word("short name for its files; the brake's own name unless given", "")
+    None means the value in the file.
+    """
+
+    brake: str | BrakeFile = _word("catalogue name or path of a brake file", MISSING)
+    label: str = _word("short name for its files; by default the name of the brake", "")
     scale_factor: float | None = quantity(
         "1", "true scale factor on the sheets' friction", lo=1e-3, hi=100, default=None
     )
@@ -61,26 +64,26 @@ class Truth:
         "1", "true kinetic friction of the film on itself", lo=1e-4, hi=5, default=None
     )
     ageing: float | None = quantity(
-        "1", "true growth of static friction for ten times the hold", lo=-1, hi=1, default=None
+        "1", "true growth of static friction per decade of hold time", lo=-1, hi=1, default=None
     )
     static_hold: float = quantity(
-        "s", "hold after which that growth changes nothing", lo=1e-3, hi=1e8, default=10.0
+        "s", "hold at which that growth is zero", lo=1e-3, hi=1e8, default=10.0
     )
     pressure_exponent: float | None = quantity(
         "1", "true exponent of the friction's dependence on pressure", lo=-0.9, hi=2, default=None
     )
     test_pressure: float = quantity(
-        "Pa", "pressure at which that exponent changes nothing", lo=1, hi=1e7, default=3.9e3
+        "Pa", "reference pressure of that exponent", lo=1, hi=1e7, default=3.9e3
     )
     speed_slope: float = quantity(
         "1",
-        "true change of the friction's logarithm for ten times the speed",
+        "true change of ln(friction) per decade of speed",
         lo=-0.5,
         hi=0.5,
         default=0.0,
     )
     speed_reference: float = quantity(
-        "m/s", "speed at which that slope changes nothing", lo=1e-6, hi=10, default=0.01
+        "m/s", "reference speed of that slope", lo=1e-6, hi=10, default=0.01
     )
 
 
@@ -88,7 +91,7 @@ class Truth:
 class Pulls:
     """Pulls of each brake: all vacuums at all speeds."""
 
-    vacuums: tuple[float, ...] = _several("Pa", "vacuums the gauge shows", (), hi=120e3)
+    vacuums: tuple[float, ...] = _several("Pa", "vacuums shown by the gauge", (), hi=120e3)
     speeds: tuple[float, ...] = _several(
         "m/s", "speeds of the crosshead", (13e-3,), lo=1e-6, hi=10.0
     )
@@ -134,8 +137,8 @@ class Scatter:
     stiffness: float = _scatter("stiffness")
     enclosure: float = _scatter("enclosure's force")
     per: str = _word(
-        "pulls with one draw: each pull alone, or all pulls of one repeat number (a brake that "
-        "is taken apart between repeats)",
+        "pulls that share one random draw: each pull separately, or all pulls with the "
+        "same repeat number (for a brake that is dismounted between repeats)",
         "pull",
         ("pull", "repeat"),
     )
@@ -148,8 +151,12 @@ class Files:
     layouts: tuple[str, ...] = value(
         ListSpec(each=TextSpec(text="layouts, taken in turn", choices=tuple(LAYOUTS))), ("own",)
     )
-    encoding: str = _word("encoding; 'usual' is each layout's own", "usual", ("usual", *ENCODINGS))
-    decimal: str = _word("decimal sign; 'usual' is each layout's own", "usual", ("usual", ".", ","))
+    encoding: str = _word(
+        "encoding; 'usual' is the default of each layout", "usual", ("usual", *ENCODINGS)
+    )
+    decimal: str = _word(
+        "decimal sign; 'usual' is the default of each layout", "usual", ("usual", ".", ",")
+    )
     language: str = _word("language of the columns' names", "en", tuple(LANGUAGES))
 
     def forms(self) -> list[Form]:
@@ -160,14 +167,14 @@ class Files:
 
 @dataclass(frozen=True, kw_only=True)
 class Practice:
-    """Numbers of the pulls' files with a fault that a reader should find; drawn by the seed."""
+    """Number of pull files with each fault that a reader should detect; drawn by the seed."""
 
-    cut_off: int = _faulty("that end in the middle of a line")
-    header_only: int = _faulty("that hold a header and no numbers")
-    wrong_unit: int = _faulty("whose header says kN where the numbers are in N")
-    negative_force: int = _faulty("of a machine that counts tension as negative")
-    saturated: int = _faulty("whose load cell ends at four fifths of the peak")
-    no_sidecar: int = _faulty("without the sidecar that states the vacuum")
+    cut_off: int = _faulty("cut off in the middle of a line")
+    header_only: int = _faulty("with a header but no numbers")
+    wrong_unit: int = _faulty("with kN in the header but numbers in N")
+    negative_force: int = _faulty("from a machine that counts tension as negative")
+    saturated: int = _faulty("with a load cell that saturates at 80 % of the peak")
+    no_sidecar: int = _faulty("without a sidecar that states the vacuum")
 
 
 def _unlike(name: str, lo: float = -0.9) -> Any:
@@ -177,7 +184,7 @@ def _unlike(name: str, lo: float = -0.9) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Odd:
-    """Outlying pulls, drawn by the seed; in every other way they are like all others."""
+    """Outlying pulls, drawn by the seed; otherwise they equal all other pulls."""
 
     how_many: int = quantity("1", "number of outliers", hi=1000, whole=True, default=0)
     per: str = _word(
@@ -185,19 +192,19 @@ class Odd:
         "pull",
         ("pull", "vacuum"),
     )
-    friction_change: float = _unlike("sheets' friction more than true")
-    stiffness_change: float = _unlike("stiffness more than true")
-    vacuum_change: float = _unlike("vacuum in the brake more than the gauge shows")
-    speed_change: float = _unlike("speed more than stated")
+    friction_change: float = _unlike("friction of the sheets above its true value")
+    stiffness_change: float = _unlike("stiffness above its true value")
+    vacuum_change: float = _unlike("vacuum in the brake above the gauge reading")
+    speed_change: float = _unlike("speed above the stated speed")
     overshoot: float = fault(
-        "1", "friction of the sheets as they begin to slide, part above the kinetic", 1
+        "1", "excess of the sheets' static friction over the kinetic, relative", 1
     )
-    seating: float = fault("m", "how far grips and caps give way under the first load", 0.01)
+    seating: float = fault("m", "settling of grips and caps under the first load", 0.01)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Spec:
-    """A whole campaign; the same spec gives the same numbers, bit for bit."""
+    """A complete campaign; the same spec gives the same numbers, bit for bit."""
 
     brakes: tuple[Truth, ...] = ()
     seed: int = like(SEED, "seed of all random numbers", default=1)
@@ -239,14 +246,14 @@ def check_spec(spec: Spec) -> Spec:
     tests = pulls + len(spec.brakes) * spec.friction.repeats
     if not tests:
         raise QuantityError.of(
-            "pulls.vacuums", "none is given, and no friction test: nothing to test"
+            "pulls.vacuums", "neither brakes to pull nor friction tests are given"
         )
     if tests > MOST_TESTS:
         raise QuantityError(f"the campaign has {tests} tests; at most {MOST_TESTS} are allowed")
     places = len(spec.brakes) * len(spec.pulls.vacuums) if spec.odd.per == "vacuum" else pulls
     if spec.odd.how_many > places:
         raise QuantityError.of(
-            "odd.how_many", f"asks for {spec.odd.how_many}, but there are {places} to be odd"
+            "odd.how_many", f"asks for {spec.odd.how_many} outliers, but only {places} are possible"
         )
     faulty = sum(vars(spec.practice).values())
     if faulty > pulls:

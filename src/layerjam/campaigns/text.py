@@ -12,13 +12,15 @@ from layerjam.toml_files.values import entries
 from layerjam.toml_files.writer import literal, meaning
 
 _HEADINGS = {
-    "brakes": "One [[brakes]] for each brake: true values that differ from its file.",
+    "brakes": (
+        "One [[brakes]] table for each brake, with the true values that differ from its file."
+    ),
     "pulls": "Pulls of each brake: every vacuum at every speed.",
     "friction": "Friction tests of each brake's film: a sled drawn over it by a string.",
     "scatter": "Scatter of the brake from pull to pull.",
     "machine": "The test machine and its faults; 0 for none.",
     "files": "Layout of the files.",
-    "practice": "Numbers of the pulls' files that have a fault to find.",
+    "practice": "Number of pull files with each fault.",
     "odd": "Outlying pulls, and their changes.",
 }
 _FIELDS = dict(entries(Spec))

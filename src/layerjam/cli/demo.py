@@ -1,7 +1,7 @@
 """`demo`: the main job on files, from friction tests to a vacuum, a report and a dataset.
 
-Every step is a command that a user can type. Its usual output goes into a log; the terminal gets
-one line a step.
+Every step is a command that a user can type. Its usual output goes into a log; the terminal shows
+one line per step.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ USED = ("ezdxf", "jinja2", "manifold3d", "matplotlib", "pypdfium2", "typst")
 LOG, RUN, BUILD, DATASET = "demo.log", "bench.ljrun", "build", "dataset"
 Files = tuple[list[Path], list[Path], list[Path]]
 MARKER = ".made-by-layerjam-demo"
-"""File in the folder that identifies it as the demo's, so that the demo may rebuild it."""
+"""Marker file of a folder that the demo created and may therefore rebuild."""
 
 
 def _clear(out: Path) -> None:
@@ -63,17 +63,17 @@ def _clear(out: Path) -> None:
         if not (out / MARKER).is_file():
             raise FileError(
                 out,
-                "exists and was not made by the demo, which would empty it; name another folder "
-                "or remove this one",
+                "exists and was not created by the demo, which would delete its "
+                "contents; choose another folder or remove this one",
             )
         shutil.rmtree(out)
-    with report_failure(out, "cannot be made"):
+    with report_failure(out, "cannot be created"):
         out.mkdir(parents=True, exist_ok=True)
         (out / MARKER).write_text("`make demo` empties this folder.\n", encoding="utf-8")
 
 
 class _Steps:
-    """Steps of the demo: a line with its time for each, and a log of all that it prints."""
+    """Steps of the demo: prints one line with the duration of each, and logs all output."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -82,7 +82,7 @@ class _Steps:
     def step(self, content: str) -> Iterator[Callable[[str, float], None]]:
         """Print the content and the duration of a step; append its output to the log.
 
-        The progress of a long step goes into the log, and its share to a terminal too.
+        The progress of a long step goes into the log, and its percentage also to a terminal.
         """
         terminal, began = sys.stdout, time.perf_counter()
         line = f"\r  {content:<62}" if terminal.isatty() else ""
@@ -135,11 +135,11 @@ class DemoResult(Result):
     folder: str = fact("the folder")
     report: str = fact("the page")
     pictures: str = fact("folder of the page's pictures")
-    log: str = fact("output of every step")
+    log: str = fact("output of each step")
     brake: str = fact("the calibrated brake")
-    build: str = fact("what a workshop needs to make it")
+    build: str = fact("files for a workshop to build it")
     run: str = fact("the virtual bench's run")
-    dataset: str = fact("the campaign as others can recompute it")
+    dataset: str = fact("the campaign as a dataset that others can recompute")
     duration: float = number("s", "time it took")
 
 
@@ -147,7 +147,7 @@ class DemoResult(Result):
 def demo(
     *,
     out: Annotated[
-        str | Path, Help("Folder to make, or one that an earlier demo made.", metavar="DIR")
+        str | Path, Help("Folder to create, or one that an earlier demo created.", metavar="DIR")
     ] = "out/demo",
     typed: Annotated[str, PythonOnly("The command line, if one was typed.", typed=True)] = "",
 ) -> DemoResult:
@@ -174,7 +174,9 @@ def _demo(out: Path) -> DemoResult:
     from layerjam.studies.choi2018.paper_report import write_report
 
     print("The brake of Choi et al. (2018), from test files to a report, in 11 steps. The files")
-    print("are synthetic, for the paper publishes no raw curve: a virtual machine writes them.\n")
+    print(
+        "are synthetic: the paper publishes no raw curves, so a virtual machine writes the files.\n"
+    )
     steps = _Steps(out / LOG)
     mine, calibrated_path = out / "my-brake.toml", out / "my-brake-calibrated.toml"
     with steps.step("measure: write the files of a virtual test machine"):
@@ -239,7 +241,7 @@ def _commands(
             *("publish", out / "measurements", "--brake", BRAKE, "--calibrate-on", pull),
             *("--out", out / DATASET, *TITLE),
         ),
-        "recompute: every number of the dataset again": ("recompute", out / DATASET),
+        "recompute: every number of the dataset once more": ("recompute", out / DATASET),
     }
 
 
@@ -248,7 +250,7 @@ def _main_job(
 ) -> tuple[Part, list[tuple[str, str]]]:
     """Return the page's part about the main job, and its five numbers.
 
-    `mine` has the measured friction, `calibrated_brake` also the calibration; `files` are
+    `mine` contains the measured friction, `calibrated_brake` also the calibration. `files` are
     friction tests, calibration pulls and validation pulls.
     """
     from layerjam.commands.predict import vacuum
@@ -272,7 +274,7 @@ def _main_job(
         ),
         (f"{calibration.scale_factor:.4f}", "scale factor with that friction"),
         (show(calibration.stiffness, "N/m"), "stiffness of brake and rig (truth 131 kN/m)"),
-        (f"{validation.mape:.2%}", "MAPE on pulls the calibration has not seen"),
+        (f"{validation.mape:.2%}", "MAPE on pulls not used in the calibration"),
         (show(needed_vacuum, "Pa"), "vacuum for 100 N at 20 mm of slip"),
     ]
     part = main_job(
@@ -301,8 +303,8 @@ def _glance(brake: BrakeFile) -> Part:
     pull = tensile(brake, vacuum=94.5e3, speed=0.013, travel=0.04)
     shot = build_pictures.shots(scene(drawing.build, drawing.lengths))["exploded"]
     drawers: dict[str, tuple[Callable[[], Figure], str]] = {
-        "device": (partial(device, brake), "The brake at rest, pulled out, and across."),
-        "exploded": (partial(build_pictures.add_labels, *shot), "Its parts, apart."),
+        "device": (partial(device, brake), "The brake at rest, extended, and in cross-section."),
+        "exploded": (partial(build_pictures.add_labels, *shot), "Its parts, separated."),
         "pull": (pull.draw, "A pull at 94.5 kPa, computed."),
         "stop": (stop.draw, "1 kg at 2.5 m/s, stopped within 40 mm, computed."),
         "rise": (rise(load_line("choi2018"), target=80e3).draw, "The paper's pumps, computed."),

@@ -36,7 +36,7 @@ def say(result: Any, as_json: bool) -> int:
     """Print a result as text or JSON; return the exit code."""
     try:
         print(result.json() if as_json else result, flush=True)
-    except BrokenPipeError:  # a reader such as `head` has seen enough; the result stands
+    except BrokenPipeError:  # a reader such as `head` has read enough; the result is still valid
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     code: int = result.exit_code
     return code
@@ -46,7 +46,7 @@ PATIENCE = 2.0
 
 
 class Ticker:
-    """Progress that is called with (stage, share) and printed each second after two seconds.
+    """Progress, called with (stage, share); after two seconds it prints once per second.
 
     The first call starts the clock: loading before it does not count.
     """
@@ -83,7 +83,7 @@ def check_target(path: Path | None, overwrite: bool, endings: tuple[str, ...]) -
         return
     if path.suffix.lower() not in endings:
         choices = f"{', '.join(endings[:-1])} or {endings[-1]}" if len(endings) > 1 else endings[0]
-        raise FileError(path, f"the ending '{path.suffix}' is not known; use {choices}")
+        raise FileError(path, f"extension '{path.suffix}' is unknown; use {choices}")
     check_name(path)
     with report_failure(path, "cannot be written"):
         exists = os.path.lexists(path)
@@ -111,7 +111,7 @@ def build(entry: Command) -> Callable[..., int]:
     names = {p.name for p in options}
     if "overwrite" not in names and (entry.result.drawable() or entry.record_endings):
         overwrite = parameter("overwrite", Overwrite, False)
-        # in `vacuum`, --force are newtons
+        # in `vacuum`, --force is a force in newtons
         old = tuple(o for o in overwrite.help.old if o not in {p.option for p in options})
         options.append(replace(overwrite, help=replace(overwrite.help, old=old)))
     places = [_place(p) for p in options]

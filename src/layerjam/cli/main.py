@@ -58,7 +58,7 @@ class Commands(TyperGroup):
         """Return the words typed; a family needs a second word."""
         if self.first and not args:
             words = (f"layerjam {name}" for name in self._names())
-            raise LayerjamError(f"say what to {self.first}: {' or '.join(words)}")
+            raise LayerjamError(f"add what to {self.first}: {' or '.join(words)}")
         return super().parse_args(ctx, args)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
@@ -183,7 +183,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _as_option(words: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the words with `--help` for none at all and for `help [COMMAND]`."""
+    """Return the words, with `--help` if there are none, and in place of `help [COMMAND]`."""
     if not words or words == HELP_OF_ALL:
         return ("--help",)
     return (*words[1:], "--help") if words[0] == "help" else words
@@ -200,11 +200,12 @@ def _expand(words: Sequence[str]) -> list[str]:
 def _answer(words: Sequence[str]) -> int:
     try:
         if sys.stdout is not None and hasattr(sys.stdout, "reconfigure"):
-            sys.stdout.reconfigure(errors="replace")  # a terminal that knows no µ gets a mark
+            # a terminal that cannot show µ gets a replacement character
+            sys.stdout.reconfigure(errors="replace")
         code = app(args=list(words), standalone_mode=False)
         if sys.stdout is not None:
             sys.stdout.flush()
-        if code == 130:  # typer hides an interrupt; the answer of a sweep was printed
+        if code == 130:  # typer hides an interrupt; the result of a sweep was already printed
             return _say("stopped", 130)
         return int(code or 0)
     except Exit as stop:
@@ -230,7 +231,7 @@ def _answer(words: Sequence[str]) -> int:
 
 
 def _describe_missing(error: Any) -> str:
-    """Return what is missing, its meaning and the line to type; "" for any other error."""
+    """Return the missing parameter, its meaning and the line to type; "" for any other error."""
     if not hasattr(error, "param_type"):
         return ""
     entry, option = load(error.ctx.command.name), error.param.opts[0]

@@ -37,12 +37,12 @@ def run() -> None:
 
 
 def _leave(codes: list[int]) -> None:
-    """End at once with the code in `codes`, or let Python end as usual if there is none."""
+    """Exit immediately with the code in `codes`, or let Python end as usual if there is none."""
     try:
         for stream in (sys.stdout, sys.stderr):
-            if stream is not None:  # Windows without a console has none
+            if stream is not None:  # Windows programs without a console have no standard streams
                 stream.flush()
-    except (OSError, ValueError):  # nobody reads any more
+    except (OSError, ValueError):  # the reader has closed the pipe
         return
     if codes:
         os._exit(codes[0])

@@ -14,14 +14,14 @@ PORT = QuantitySpec("1", "port to listen on", lo=1, hi=65535, whole=True)
 class WorkbenchResult(Result):
     """Address of the page."""
 
-    port: int = fact("port that it listened on", listed=False)
+    port: int = fact("port of the server", listed=False)
 
 
 @command("share", place=10, examples=("layerjam workbench",), computes=False)
 def workbench(
     *,
     port: Annotated[int, PORT] = 8321,
-    host: Annotated[str, Help("Address; any but this machine's own gets a token.")] = "127.0.0.1",
+    host: Annotated[str, Help("Address to listen on. Other machines need a token.")] = "127.0.0.1",
     show: Annotated[bool, Help("Open a browser.", option="--show/--no-show")] = True,
 ) -> WorkbenchResult:
     """Open the workbench: all of layerjam on a page of your browser."""

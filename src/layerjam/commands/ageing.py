@@ -1,4 +1,4 @@
-"""`ageing`: how static friction grows while the films rest, from pulls after holds."""
+"""`ageing`: growth of static friction while the films rest, from pulls after holds."""
 
 from __future__ import annotations
 
@@ -29,14 +29,17 @@ HOLD = replace(spec_of(Film, "static_hold"), text="hold under load", example="10
 
 @result
 class Ageing(FromFiles):
-    """Static friction after a hold and its growth for ten times that; `record` is the AgeingFit."""
+    """Static friction after a hold and its growth per decade of hold time.
+
+    `record` is the AgeingFit.
+    """
 
     record: AgeingFit
     static: float = number("1", "static friction after the hold", interval=True)
-    ageing: float = number("1", "growth of static friction for ten times the hold", interval=True)
-    hold: float = number("s", "hold that the static friction belongs to")
-    scatter: float = number("1", "SD of the pulls about the line")
-    pulls: int = number("1", "pulls that count")
+    ageing: float = number("1", "growth of static friction per decade of hold time", interval=True)
+    hold: float = number("s", "hold of that static friction")
+    scatter: float = number("1", "SD of the pulls about the fitted line")
+    pulls: int = number("1", "pulls used")
     pulls_table: Sequence[Mapping[str, Any]] = fact("each pull", listed=False)
 
     def lines(self) -> Iterator[str]:
@@ -63,7 +66,9 @@ def ageing(
     files: Files,
     *,
     test: FrictionTest = FrictionTest(),
-    hold: Annotated[float | None, HOLD, Help("Hold that the static friction is given at.")] = None,
+    hold: Annotated[
+        float | None, HOLD, Help("Hold at which the static friction is reported.")
+    ] = None,
     brake: TargetBrake | None = None,
     out: OutBrake | None = None,
     partial: Partial = False,
@@ -71,7 +76,7 @@ def ageing(
     progress: Progress | None = None,
     overwrite: Overwrite = False,
 ) -> Ageing:
-    """How static friction grows while the films rest under load, from pulls after holds.
+    """Fit the growth of static friction while the films rest under load, from pulls after holds.
 
     Each file is a friction test whose sidecar states its `hold`; static friction is read as
     `friction` reads it. With `brake` and `out` static friction at `hold` (the geometric mean of all
@@ -90,7 +95,7 @@ def ageing(
     def use(trace: Trace) -> tuple[Trace, float, float]:
         pressed = test.normal_force or trace.facts.normal_force or by_rule
         if pressed is None:
-            raise FitError("nothing says how hard the films were pressed; give --normal-force")
+            raise FitError("the normal force of the films is unknown; give --normal-force")
         hold_time = trace.facts.hold
         if hold_time is None:
             raise FitError('its sidecar states no hold before the pull, such as hold = "10 s"')
@@ -127,7 +132,7 @@ def _brake_text(brake: Any, fit: Any, used: Sequence[tuple[Trace, float, float]]
         text = f"{len(used)} pulls after holds; 95 % interval {low:.4g} to {high:.4g}"
         return Source(kind="measured", text=text)
 
-    hold = Source(kind="measured", text="hold that film.static belongs to")
+    hold = Source(kind="measured", text="hold of film.static")
     changes = {
         "film.static": (fit.static, source_of(fit.static_interval)),
         "film.ageing": (fit.ageing, source_of(fit.ageing_interval)),

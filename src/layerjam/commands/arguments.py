@@ -91,7 +91,10 @@ def check_kind(value: Any, kind: Any, name: str) -> None:
 
 
 def fits(value: Any, kind: Any) -> bool:
-    """Return whether an argument is of a declared type. Any fits one for type checkers alone."""
+    """Return whether an argument is of a declared type.
+
+    A type known only to type checkers accepts any argument.
+    """
     origin, inside = get_origin(kind), get_args(kind)
     if origin in (typing.Union, types.UnionType):
         return any(fits(value, member) for member in inside)
@@ -108,9 +111,9 @@ def fits(value: Any, kind: Any) -> bool:
             and not hasattr(value, "columns")
             and all(fits(member, inside[0]) for member in value)
         )
-    if kind is float:  # its specification checks it, in each unit
+    if kind is float:  # its specification checks it, in any unit
         return not isinstance(value, str | list | tuple | Mapping)
-    if kind is str:  # a path is text too
+    if kind is str:  # a path may also be given as text
         return isinstance(value, str | os.PathLike)
     if kind is Path:
         return isinstance(value, os.PathLike)

@@ -1,4 +1,4 @@
-"""`array`: equal brakes side by side and one behind the other, pulled once, slowly."""
+"""`array`: one slow pull of equal brakes in parallel and in series."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from layerjam.design.arrays import ArrayLoading
     from layerjam.report.chart import Pane
 
-PARALLEL = QuantitySpec("1", "chains of brakes side by side", lo=1, hi=100, whole=True)
-SERIES = QuantitySpec("1", "brakes one behind the other in a chain", lo=1, hi=100, whole=True)
+PARALLEL = QuantitySpec("1", "chains of brakes in parallel", lo=1, hi=100, whole=True)
+SERIES = QuantitySpec("1", "brakes in series in a chain", lo=1, hi=100, whole=True)
 BRAKES_LIMIT = 1000
-"""Brakes of one array at most; `layerjam.Array` takes more, and unequal ones."""
+"""Largest number of brakes in one array; `layerjam.Array` accepts more, and unequal ones."""
 
 
 @result
@@ -26,11 +26,11 @@ class ArrayPull(Result):
 
     record: "ArrayLoading"
     brake: str = fact("name of the brake")
-    parallel: int = number("1", "chains side by side")
-    series: int = number("1", "brakes one behind the other in a chain")
-    brakes: int = number("1", "brakes in all")
+    parallel: int = number("1", "chains in parallel")
+    series: int = number("1", "brakes in series in a chain")
+    brakes: int = number("1", "total number of brakes")
     vacuum: float = number("Pa", "vacuum of all brakes")
-    until: float | None = number("m", "elongation the pull was to reach")
+    until: float | None = number("m", "target elongation of the pull")
     peak_force: float = number("N", "greatest force of the pull")
     peak_elongation: float = number("m", "elongation at the greatest force")
     force_at_end: float = number("N", "force at the end of the pull")
@@ -38,7 +38,7 @@ class ArrayPull(Result):
     work: float = number("J", "work of the pull")
     outcome: str = fact("how the pull ended")
     travel: float = number("m", "travel by slip alone")
-    energy: float = number("J", "work of slipping all brakes through their travel")
+    energy: float = number("J", "work to slip all brakes through their travel")
     mass: float = number("kg", "mass of all brakes")
     stiffness: float = number("N/m", "stiffness before slip")
     force_density: float = number("N/kg", "greatest force over mass")
@@ -62,19 +62,19 @@ def array(
     parallel: Annotated[int, PARALLEL] = 1,
     series: Annotated[int, SERIES] = 1,
     vacuum: Annotated[
-        float | None, VACUUM, Help("Vacuum of all brakes; the site's full vacuum.")
+        float | None, VACUUM, Help("Vacuum of all brakes. Default: full vacuum of the site.")
     ] = None,
     until: Annotated[
-        float | None, ELONGATION, Help("Elongation to pull to; the end of the travel.")
+        float | None, ELONGATION, Help("Elongation to pull to. Default: the end of the travel.")
     ] = None,
     atmosphere: Atmosphere = None,
 ) -> ArrayPull:
-    """Pull equal brakes side by side and in series, slowly.
+    """Pull equal brakes, in parallel and in series, once and slowly.
 
-    At the site's full vacuum unless another is given, to the elongation `until` or to the end of
-    the travel. `outcome` is how the pull ends: FINISHED, BOTTOMED_OUT, or SNAPS where a slipping
-    brake softens faster than those in series with it relax. `travel` and `energy` are by slip
-    alone. An even share is assumed.
+    Uses full vacuum of the site unless another is given. Pulls to the elongation `until`, or to the
+    end of the travel. `outcome` is how the pull ends: FINISHED, BOTTOMED_OUT, or SNAPS if the force
+    of a slipping brake falls faster than the brakes in series with it relax. `travel` and `energy`
+    count slip only. An even share is assumed.
     """
     import numpy as np
 
@@ -94,7 +94,10 @@ def array(
     notices = [*brake.warnings(), *pull_record.warnings]
     if totals.brakes > 1:
         notices.append(
-            Notice("equal brakes share the load evenly; real ones do not quite", "even-share")
+            Notice(
+                ("equal brakes share the load evenly; real brakes do so only approximately"),
+                "even-share",
+            )
         )
     return ArrayPull.of(
         totals,

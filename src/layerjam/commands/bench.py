@@ -1,4 +1,4 @@
-"""`bench`: real hardware, or the virtual board, from the command line."""
+"""`bench`: real hardware or the virtual board, from the command line."""
 
 import json
 import sys
@@ -13,11 +13,11 @@ from layerjam.units import QuantitySpec
 if TYPE_CHECKING:
     from layerjam.rig.serve import Listening
 
-PORT = QuantitySpec("1", "port to listen on; 0 takes a free one", hi=65535, whole=True)
+PORT = QuantitySpec("1", "port to listen on; 0 selects a free one", hi=65535, whole=True)
 BenchAddress = Annotated[
     str,
     Help(
-        "Where the bench is: serial:/dev/ttyACM0, tcp:HOST:PORT, visa:RESOURCE or sim:LINE.",
+        "Address of the bench: serial:/dev/ttyACM0, tcp:HOST:PORT, visa:RESOURCE or sim:LINE.",
         metavar="ADDRESS",
     ),
 ]
@@ -30,11 +30,11 @@ class BenchState(Result, BenchStatus):
 
 @result
 class BenchServed(Result):
-    """Address of a closed gateway."""
+    """Result of a gateway after it closed."""
 
-    listening: str = fact("host and port that it listened on", listed=False)
-    pid: int = fact("process that listened", listed=False)
-    address: str = fact("bench that it served", listed=False)
+    listening: str = fact("host and port of the server", listed=False)
+    pid: int = fact("process ID of the server", listed=False)
+    address: str = fact("address of the bench that it served", listed=False)
 
 
 @command(
@@ -47,8 +47,9 @@ class BenchServed(Result):
 def bench_status(address: BenchAddress) -> BenchState:
     """Print the state of a bench.
 
-    Sends queries only. On the board's own line it is the only client; if a gateway runs, use its
-    `tcp:` address. Raises FileError, LineError and QuantityError if the bench cannot be reached.
+    Sends queries only. Only one client can use the board's serial line; if a gateway is running,
+    use its `tcp:` address. Raises FileError, LineError and QuantityError if the bench cannot be
+    reached.
     """
     from layerjam.rig.driver import open_bench
 
@@ -63,7 +64,7 @@ class BenchCleared(Result):
     fault: str | None = fact("fault that was cleared; null if there was none")
     state: str = fact("SAFE, RUN, FAULT or DRIVE")
     vacuum: float | None = number("Pa", "last reading")
-    simulated: bool = fact("whether no hardware is behind it")
+    simulated: bool = fact("whether the bench is simulated")
 
 
 @command(
@@ -74,10 +75,10 @@ class BenchCleared(Result):
     computes=False,
 )
 def bench_clear(address: BenchAddress) -> BenchCleared:
-    """Clear the latched fault of a bench, its error queue and its registers; starts nothing.
+    """Clear the latched fault of a bench, its error queue and its registers. Nothing starts.
 
-    The bench is in SAFE afterwards. Find the cause first: `bench check` looks after the wiring.
-    Raises FileError, LineError and QuantityError for a bench that cannot be reached.
+    The bench is in SAFE afterwards. Find the cause first: `bench check` tests the wiring. Raises
+    FileError, LineError and QuantityError for a bench that cannot be reached.
     """
     from layerjam.rig.driver import open_bench
 
@@ -101,18 +102,19 @@ def bench_serve(
     address: BenchAddress,
     *,
     port: Annotated[int, PORT] = 5025,
-    host: Annotated[str, Help("Address; any but this machine's own needs a token.")] = "127.0.0.1",
+    host: Annotated[str, Help("Address to listen on. Other machines need a token.")] = "127.0.0.1",
     token_file: Annotated[
-        str | Path | None, Help("File of the token; made where there is none.", metavar="FILE")
+        str | Path | None,
+        Help(("File of the token. It is created if it does not exist."), metavar="FILE"),
     ] = None,
     pty: Annotated[
-        str | Path | None, Help("Make a serial port too, and this link to it.", metavar="PATH")
+        str | Path | None, Help("Also create a serial port, with this link to it.", metavar="PATH")
     ] = None,
 ) -> BenchServed:
     """Let many clients talk to one bench, over TCP and as a serial port.
 
-    The first line that is printed is JSON: `listening`, `pid`, `address`. It stays until SIGTERM or
-    Ctrl-C, then switches the outputs off. Raises FileError if the port cannot be opened.
+    The first line printed is JSON: `listening`, `pid`, `address`. It runs until SIGTERM or Ctrl-C,
+    then switches the outputs off. Raises FileError if the port cannot be opened.
     """
     from layerjam.rig.serve import serve
 

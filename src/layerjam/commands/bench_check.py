@@ -1,4 +1,4 @@
-"""`bench check` and `bench zero`: wiring, tightness and the sensor's zero, before the first run."""
+"""`bench check` and `bench zero`: test wiring, leaks and the sensor's zero before the first run."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -33,14 +33,14 @@ REPLACED = (
     "sensor.lag",
     "sensor.noise",
 )
-"""Numbers of a line's file that they replace."""
+"""Fields of a line file that they replace."""
 FIRST_RUN = (
     *("--procedure", "evacuate to 20 kPa and hold 5 s; vent"),
     *("--brake", "choi2018-kapton", "--out", "first-run.ljrun"),
 )
 """Options of a first run that do not depend on the bench."""
 DIGITS = 4
-"""Significant digits of the values that are written; the fits are good to about 1 %."""
+"""Significant digits of the values written; the fits are accurate to about 1 %."""
 
 
 @result
@@ -51,7 +51,7 @@ class BenchChecked(Result, Checked):
     next_step: str | None = fact("command to type next", listed=False, default=None)
 
     def lines(self) -> Iterator[str]:
-        """Each measured value next to the one that the regulator is tuned to."""
+        """Each measured value with the value that the regulator is tuned to."""
         if self.expected is not None:
             yield ""
             for name, unit in MEASURED.items():
@@ -64,7 +64,7 @@ class BenchChecked(Result, Checked):
 
 VentRest = Annotated[
     Literal["open", "closed"] | None,
-    Help("Position of the vent valve without power, if the board does not know it."),
+    Help("Position of the vent valve without power. Needed if the board does not know it."),
 ]
 
 
@@ -85,7 +85,8 @@ def bench_zero(address: BenchAddress, *, vent_rest: VentRest = None) -> BenchZer
 
     The vent is open for 4.5 s; the mean of the last second is the zero. The board keeps it, and the
     date in the calibration's name. Raises QuantityError if the reading is not steady or far from
-    zero, LockedError if another client commands, InstrumentError for a bench that is not in SAFE.
+    zero, LockedError if another client has the lock, InstrumentError for a bench that is not in
+    SAFE.
     """
     from layerjam.rig.check import limit_speed, measure_zero
     from layerjam.rig.driver import open_bench
@@ -116,7 +117,7 @@ def bench_check(
     tune: Annotated[
         str | Path | None,
         OutFile(
-            "Write the line with the measured values, for the regulator of bench run.",
+            "Write a line file with the measured values, for the regulator of bench run.",
             metavar="FILE.toml",
             endings=(".toml",),
         ),
@@ -128,10 +129,10 @@ def bench_check(
 ) -> BenchChecked:
     """Check the wiring of a bench, and measure pump, leak, vent and the sensor's lag.
 
-    Pump and vent are driven for ten seconds; nothing may hang on the brake. The values of `line`
-    are those that `bench run` tunes the regulator to. `tune` writes that line with the measured
-    values. Raises QuantityError if the valve's rest is not known or a value for `tune` is missing,
-    LockedError if another client commands, InstrumentError for a bench that is not in SAFE.
+    Pump and vent are driven for ten seconds; the brake must carry no load. The values of `line` are
+    those that `bench run` tunes the regulator to. `tune` writes that line with the measured values.
+    Raises QuantityError if the valve's rest position is unknown or a value for `tune` is missing,
+    LockedError if another client has the lock, InstrumentError for a bench that is not in SAFE.
     """
     from layerjam.control.plant import plant_of
     from layerjam.rig.check import check_bench, limit_speed
@@ -172,7 +173,7 @@ def _tune(line: LineFile, checks: Checked, sensor: Sensor, address: str) -> Line
     values = {name: getattr(checks, name) for name in (*MEASURED, "noise")}
     missing = ", ".join(name for name, value in values.items() if value is None)
     if missing:
-        raise QuantityError.of(missing, "not measured, so that --tune writes nothing")
+        raise QuantityError.of(missing, "not measured, so --tune writes no file")
     lag, noise = values.pop("lag"), max(sensor.noise, values.pop("noise"))
     new_line = match_line(line.line, Plant(**values), vacuum=LINEAR_AT)
     new_line = replace(new_line, sensor=replace(sensor, lag=lag, noise=noise))

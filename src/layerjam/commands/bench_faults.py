@@ -1,4 +1,4 @@
-"""`bench faults` and `bench soak`: what the board does when something breaks, and when nothing."""
+"""`bench faults` and `bench soak`: behaviour of the board with faults and without."""
 
 import math
 from collections import Counter
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from layerjam.rig.campaign import Trial
 
 RUNS = QuantitySpec("1", "runs of each fault", lo=1, hi=1e5, whole=True, example="100")
-HOURS = QuantitySpec("1", "hours of the board's own time", hi=1e4, open_lo=True, example="24")
+HOURS = QuantitySpec("1", "hours of board time", hi=1e4, open_lo=True, example="24")
 TABLE_UNITS = {
     "onset": "s",
     "safe_after": "s",
@@ -35,32 +35,34 @@ Row = Mapping[str, Any]
 class FaultCampaign(Result):
     """Results of each fault; `record` holds the runs.
 
-    A row has the run that came nearest to its deadline: `onset` is the time from the pump's start
-    to the fault, `safe_after` the time from the fault to safe outputs in the plant's log,
+    Each row shows the run that came nearest to its deadline: `onset` is the time from the pump's
+    start to the fault, `safe_after` the time from the fault to safe outputs in the plant's log,
     `vacuum_after` the true vacuum when a sound vent would have released it. `named` counts the
-    names that the board gave. `deadline` is null if no time is promised.
+    faults that the board reported, by name. `deadline` is null if there is no deadline.
     """
 
     record: "tuple[Trial, ...]"
-    address: str = fact("virtual board that was broken", listed=False)
-    board: str = fact("what ran the firmware")
+    address: str = fact("virtual board under test", listed=False)
+    board: str = fact("interpreter of the firmware")
     faults: Sequence[Row] = fact(
         "each fault: text, onset, named, safe_after, named_after, deadline, met, vacuum_after, "
         "doubted_after, runs, missed, worst_run",
         listed=False,
     )
-    runs: int = number("1", "runs that came to their end")
-    missed: int = fact("runs that were not safe, or not named, within their deadline")
-    healthy: int = fact("runs in which nothing broke", listed=False, default=0)
-    false_faults: int = fact(
-        "runs of these in which the board reported a fault", listed=False, default=0
+    runs: int = number("1", "completed runs")
+    missed: int = fact(
+        "runs in which the bench was not safe, or the fault not named, within the deadline"
     )
-    left_out: Mapping[str, str] = fact("faults not tried, and why", listed=False)
+    healthy: int = fact("runs without a fault", listed=False, default=0)
+    false_faults: int = fact(
+        "runs among them in which the board reported a fault", listed=False, default=0
+    )
+    left_out: Mapping[str, str] = fact("faults not tested, with reasons", listed=False)
     complete: bool = fact("whether all runs were made")
 
     @property
     def exit_code(self) -> int:
-        """130 if it was stopped, 1 if a deadline was missed or more than 1 % of faults false."""
+        """Exit code: 130 if stopped, 1 if a deadline was missed or too many healthy runs fail."""
         wrong = self.missed or self.false_faults > FALSE * self.healthy
         return STOPPED if not self.complete else 1 if wrong else 0
 
@@ -76,9 +78,9 @@ class FaultCampaign(Result):
         for row in self.faults:
             yield f"{row['fault']:<{wide}}  {_sentence(row)}"
         if self.healthy:
-            yield f"nothing breaks: {self.false_faults} false faults in {self.healthy} runs"
+            yield f"no fault injected: {self.false_faults} false faults in {self.healthy} runs"
         for name, reason in self.left_out.items():
-            yield f"{name}: not tried; {reason}"
+            yield f"{name}: not tested; {reason}"
 
 
 def _sentence(row: Row) -> str:
@@ -87,7 +89,7 @@ def _sentence(row: Row) -> str:
         "never safe" if row["safe_after"] is None else f"safe after {show(row['safe_after'], 's')}"
     )
     if row["deadline"] is None:
-        promise = "nothing is promised"
+        promise = "no deadline"
     else:
         verdict = "met" if row["met"] else f"MISSED {row['missed']}"
         promise = f"deadline {show(row['deadline'], 's')}, {verdict}"
@@ -97,11 +99,11 @@ def _sentence(row: Row) -> str:
 
 @result
 class Soak(Result, Soaked):
-    """Hours in which nothing was to happen."""
+    """Result of hours without injected faults."""
 
     @property
     def exit_code(self) -> int:
-        """130 where it was stopped, 1 where something happened."""
+        """Exit code: 130 if stopped, 1 if anything unexpected happened."""
         happened = self.false_faults or self.gaps or (self.heap_growth or 0) > 0
         return STOPPED if not self.complete else 1 if happened else 0
 
@@ -118,27 +120,30 @@ class Soak(Result, Soaked):
 )
 def bench_faults(
     address: Annotated[
-        str, Help("Virtual board to break: sim:LINE with its options.", metavar="ADDRESS")
+        str,
+        Help(
+            ("Virtual board to inject faults into: sim:LINE with its options."), metavar="ADDRESS"
+        ),
     ] = VIRTUAL,
     *,
     only: Annotated[
-        Sequence[str], Help("Faults to try; all of them.", metavar="NAME...", greedy=True)
+        Sequence[str], Help("Faults to inject. Default: all.", metavar="NAME...", greedy=True)
     ] = (),
     runs: Annotated[int, RUNS] = 10,
-    seed: Annotated[Seed, Help("Seed of lines, targets, moments and noise.")] = 0,
+    seed: Annotated[Seed, Help("Seed of lines, targets, times and noise.")] = 0,
     mismatch: Annotated[
-        bool, Help("Real lines that differ from the model within the stated tolerances.")
+        bool, Help("Let the lines differ from the model within the stated tolerances.")
     ] = False,
     progress: Progress = lambda what, share: None,
 ) -> FaultCampaign:
-    """Break a virtual board in every way, many times over, and time how it becomes safe.
+    """Inject every fault into a virtual board many times, and time how it becomes safe.
 
-    Each run draws a line around that of the address, a regulator, a target and a moment from the
-    seed. With `mismatch` pump, vent, zero, lag and noise of the real line differ from the model,
-    leak and vent are orifices, the pump's flow ripples and the supply dips; ten runs in which
-    nothing breaks go with each round of faults. The firmware is the board's own; its clock runs as
-    fast as samples are computed. Raises
-    UnknownNameError for an unknown fault, QuantityError for an address that is not a virtual board.
+    For each run, the seed determines a line near that of the address, a regulator, a target and a
+    time. With `mismatch`, pump, vent, zero, lag and noise of the line differ from the model, leak
+    and vent are orifices, the pump flow ripples and the supply dips. Each round of faults includes
+    ten runs without a fault. The firmware is the board's own; its clock advances as fast as samples
+    are computed. Raises UnknownNameError for an unknown fault, QuantityError for an address that is
+    not a virtual board.
     """
     from layerjam.rig.campaign import campaign
     from layerjam.rig.kinds import KINDS, NOT_HERE, NOTHING
@@ -162,7 +167,7 @@ def bench_faults(
         Notice(f"{t.plan.name}: {t.trouble}", "run-broken") for t in record.trials if t.trouble
     ]
     if record.stopped:
-        sentence = f"stopped after {len(record.trials)} runs; the rows hold those alone"
+        sentence = f"stopped after {len(record.trials)} runs; the rows contain only those"
         notices.append(Notice(sentence, "stopped"))
     return FaultCampaign(
         address=address,
@@ -224,10 +229,10 @@ def bench_soak(
     seed: Annotated[Seed, Help("Seed of targets, holds and noise.")] = 0,
     progress: Progress = lambda what, share: None,
 ) -> Soak:
-    """Let a virtual board regulate for hours of its own time, in which nothing may happen.
+    """Let a virtual board regulate for hours of board time, and report any unexpected event.
 
-    Targets, releases and holds are drawn from the seed. A day takes minutes. Raises QuantityError
-    for an address that is not a virtual board.
+    Targets, releases and holds are drawn from the seed. A simulated day takes minutes. Raises
+    QuantityError for an address that is not a virtual board.
     """
     from layerjam.rig.soak import soak
 
@@ -236,7 +241,10 @@ def bench_soak(
     notices = []
     if record.heap_growth is None:
         notices.append(
-            Notice(f"{record.board} does not count its memory: no heap growth", "memory-unknown")
+            Notice(
+                (f"{record.board} does not count its memory, so heap growth is unknown"),
+                "memory-unknown",
+            )
         )
     if not record.complete:
         notices.append(Notice(f"stopped after {record.hours:.3g} hours", "stopped"))

@@ -14,7 +14,7 @@ class BoardFlashed(Result, Flashed):
 
     @property
     def exit_code(self) -> int:
-        """1 where another firmware runs, or nobody could ask."""
+        """Exit code: 1 if other firmware runs, or if the board could not be queried."""
         return 0 if self.verified else 1
 
 
@@ -38,8 +38,8 @@ def bench_flash(
 ) -> BoardFlashed:
     """Put firmware and wiring onto a board.
 
-    With an image the board's boot loader takes it; a board with plain MicroPython gets the
-    firmware's files otherwise. Raises FileError, ImageError, LineError, QuantityError and
+    An image is written through the board's boot loader. Without one, a board with plain MicroPython
+    receives the firmware files. Raises FileError, ImageError, LineError, QuantityError and
     UnknownNameError.
     """
     from layerjam.rig.flash import flash

@@ -1,4 +1,4 @@
-"""`bench run`, `bench log`, `bench export`: a procedure on a bench, and the file it leaves."""
+"""`bench run`, `bench log`, `bench export`: a procedure on a bench, and its file."""
 
 import json
 import sys
@@ -38,25 +38,25 @@ class DropRigOptions:
     """Mass dropped on the brake during a run, and whether its accelerometer is recorded."""
 
     shot: Annotated[
-        bool, Help("Record the accelerometer of a mass that falls on the brake in a hold.")
+        bool, Help("During a hold, record the accelerometer of a mass that falls into the brake.")
     ] = False
     mass: Annotated[
-        float | None, MASS, Help("Mass that falls; on a virtual board it does in each hold.")
+        float | None, MASS, Help("Mass that falls. On a virtual board it falls in each hold.")
     ] = None
-    speed: Annotated[float | None, ARRIVAL_SPEED, Help("Speed with which it arrives.")] = None
+    speed: Annotated[float | None, ARRIVAL_SPEED, Help("Speed of the mass on arrival.")] = None
     rope_stiffness: RopeStiffness | None = None
     trigger_level: Annotated[
-        float | None, LEVEL, Help("Acceleration that triggers, in g; 5 unless given.")
+        float | None, LEVEL, Help("Acceleration that triggers, in g. Default: 5.")
     ] = None
 
     def rig(self, brake: BrakeFile) -> "DropRig | None":
-        """The drop rig, None if no shot is asked for; QuantityError for what needs one."""
+        """Return the drop rig, or None without a shot; QuantityError for options that need one."""
         from layerjam.rig.shots import DropRig
 
         if not self.shot:
             names = (f.name for f in fields(self) if getattr(self, f.name) not in (None, False))
             if (name := next(names, None)) is not None:
-                raise QuantityError.of(name.replace("_", " "), "it belongs to a drop; add --shot")
+                raise QuantityError.of(name.replace("_", " "), "only valid for a drop; add --shot")
             return None
         capture: dict[str, Any] = {}
         if self.trigger_level is not None:
@@ -72,7 +72,7 @@ class DropRigOptions:
 
 RECORDED = QuantitySpec("s", "time to record, by the board's clock", lo=0.1, hi=1e8, example="60s")
 BOARD_PERIOD = 0.01
-RunInput = Annotated[str | Path, Help("File of a run.", metavar="FILE.ljrun")]
+RunInput = Annotated[str | Path, Help("Run file.", metavar="FILE.ljrun")]
 FINISHED, STOPPED = "FINISHED", "OPERATOR_STOPPED"
 
 
@@ -81,24 +81,24 @@ class RunRecorded(Judged):
     """Outcome of a procedure on a bench; `record` is None if a check failed first."""
 
     record: "RunResult | None" = None
-    outcome: str = fact("FINISHED, or what ended it")
+    outcome: str = fact("FINISHED, or the reason for its end")
     reason: str | None = fact("why it did not finish")
     run_id: str = fact("number of the run, also in the file")
     samples: int = number("1", "samples in the file")
-    gaps: int = number("1", "samples that are missing in between")
-    duration: float = number("s", "time from the beginning to the last sample")
-    steps: Sequence[Mapping[str, Any]] = fact("each step and when it was done", listed=False)
+    gaps: int = number("1", "samples missing between the first and the last")
+    duration: float = number("s", "time from the start to the last sample")
+    steps: Sequence[Mapping[str, Any]] = fact("each step with its time of completion", listed=False)
     fault: str | None = fact("fault that ended it")
     fault_time: float | None = number("s", "time of that fault")
     file: str | None = fact("file of the run; null if a check failed")
-    simulated: bool = fact("whether no hardware was behind it")
+    simulated: bool = fact("whether the bench was simulated")
     shots: Sequence[Mapping[str, Any]] | None = fact(
         "each record of the accelerometer; null unless --shot is given", listed=False, default=None
     )
 
     @property
     def exit_code(self) -> int:
-        """4 if a check failed, 1 where the procedure did not finish."""
+        """Exit code: 4 if a check failed, 1 if the procedure did not finish."""
         return super().exit_code or (0 if self.outcome == FINISHED else 1)
 
     @classmethod
@@ -107,16 +107,16 @@ class RunRecorded(Judged):
         return {"started": "s", "ended": "s", "time": "s", "rate": "Hz"}
 
     def lines(self) -> Iterator[str]:
-        """One line a step, one a shot."""
+        """One line for each step and each shot."""
         yield ""
         for step in self.steps:
             if step["started"] is None:
-                yield f"{step['text']}: not begun"
+                yield f"{step['text']}: not started"
                 continue
             times = f"{step['started']:.2f} s to {step['ended']:.2f} s"
             yield f"{step['text']}: {times}{'' if step['reached'] else ', not reached'}"
         for shot in self.shots or ():
-            cut = "" if shot["whole"] else ", cut off"
+            cut = "" if shot["whole"] else ", truncated"
             yield f"shot {shot['shot']}: {shot['time']:.3f} s, {shot['samples']} samples{cut}"
 
 
@@ -128,7 +128,7 @@ class RunLogged(Result, Logged):
 
     @property
     def exit_code(self) -> int:
-        """1 where line or disk ended it."""
+        """Exit code: 1 if the connection or the disk failed."""
         return 0 if self.outcome in (FINISHED, STOPPED) else 1
 
 
@@ -137,13 +137,13 @@ class RunExported(Result):
     """Files written from a run."""
 
     samples: int = number("1", "samples written")
-    gaps: int = number("1", "samples that are missing in between")
-    interrupted: bool = fact("whether nobody closed the run")
+    gaps: int = number("1", "samples missing between the first and the last")
+    interrupted: bool = fact("whether the run was not closed")
     outcome: str | None = fact("how the run ended")
-    file: str = fact("file that was written")
+    file: str = fact("file written")
     sidecar: str | None = fact("file with the facts of a CSV")
     shots: Sequence[str] = fact("files of the accelerometer's records", listed=False)
-    simulated: bool = fact("whether no hardware was behind it")
+    simulated: bool = fact("whether the bench was simulated")
 
 
 @command(
@@ -163,17 +163,20 @@ class RunExported(Result):
 def bench_run(
     address: BenchAddress,
     *,
-    procedure: Annotated[str, Help("Steps, as for tensile --procedure.", metavar="TEXT")],
+    procedure: Annotated[str, Help("Steps, in the form of tensile --procedure.", metavar="TEXT")],
     brake: BrakeInput,
     line: LineInput,
     vent_rest: Annotated[
         Literal["open", "closed"] | None,
-        Help("State of the vent valve without power. Must be declared."),
+        Help("Position of the vent valve without power. Required."),
     ] = None,
     settings: RegulatorSettings = RegulatorSettings(),
     crosshead: Annotated[
         Literal["manual", "trigger", "virtual"] | None,
-        Help("Who pulls: a person, a machine by two contacts, or the virtual machine."),
+        Help(
+            "Crosshead drive: a person, a machine connected by two contacts, or the virtual "
+            "machine."
+        ),
     ] = None,
     drop: DropRigOptions = DropRigOptions(),
     out: Annotated[
@@ -184,12 +187,12 @@ def bench_run(
 ) -> RunRecorded:
     """Carry out a procedure on a bench and record every sample.
 
-    The regulator is made for the line, at the highest vacuum of the procedure, and given to the
-    board. With `shot` the accelerometer of a falling mass waits from the first hold on, and every
-    drop is kept in the file. Whatever happens, the last act is safe outputs and a closed file;
-    Ctrl-C ends it with OPERATOR_STOPPED. Raises QuantityError for what the bench cannot do,
-    InstrumentError if it refuses, FileError for the file. Nothing moves if a check of the
-    regulator fails; the file stores the failed checks that `accept` accepts.
+    The regulator is tuned to the line at the highest vacuum of the procedure, and sent to the
+    board. With `shot`, the accelerometer of a falling mass is armed from the first hold on, and the
+    file keeps every drop. In every case the outputs end safe and the file is closed; Ctrl-C ends
+    the run with OPERATOR_STOPPED. Raises QuantityError for a procedure that the bench cannot carry
+    out, InstrumentError if it rejects a command, FileError for the file. Nothing moves if a check
+    of the regulator fails; the file stores the failed checks that `accept` accepts.
     """
     from layerjam.rig.execute import open_procedure_bench
 
@@ -197,7 +200,7 @@ def bench_run(
     regulator, notices = _regulator(line, steps, settings)
     if vent_rest is None:
         raise QuantityError.of(
-            "vent rest", "it must be declared; write open or closed, as the valve is without power"
+            "vent rest", "required; write open or closed, the position of the valve without power"
         )
     rig, verdict = drop.rig(brake), _verdict(regulator, steps, accept, out)
     if verdict.failed:
@@ -214,7 +217,7 @@ def bench_run(
         )
     notices += simulated_notice(record.simulated) + companion_notice(record.file)
     if record.shots is not None and not record.shots:
-        notices.append(Notice("nothing fell: the accelerometer was not triggered", "no-shot"))
+        notices.append(Notice("no fall was detected: the accelerometer did not trigger", "no-shot"))
     return RunRecorded.of(
         record,
         verdict,
@@ -242,7 +245,7 @@ def _not_begun(steps: Procedure, verdict: Verdict, address: str, notices: list[s
     return RunRecorded.of(
         verdict,
         outcome="NOT_BEGUN",
-        reason="a check of the regulator failed, so that nothing was moved",
+        reason="a check of the regulator failed, so the bench did not move anything",
         run_id="",
         samples=0,
         gaps=0,
@@ -256,7 +259,7 @@ def _not_begun(steps: Procedure, verdict: Verdict, address: str, notices: list[s
 def _regulator(
     line: LineFile, steps: Procedure, settings: RegulatorSettings
 ) -> tuple[Regulator, list[str]]:
-    """The regulator that a board is given, for the highest vacuum of a procedure."""
+    """Return the regulator to send to a board, for the highest vacuum of a procedure."""
     if settings.sample_time not in (None, BOARD_PERIOD):
         raise QuantityError.of(
             "sample time",
@@ -288,7 +291,10 @@ def _crosshead(
 
 
 def _resolve_address(address: str, steps: Procedure) -> Address:
-    """The address; a virtual line is made linear where the regulator is, unless it says where."""
+    """Return the address.
+
+    A virtual line is linearised where the regulator is, unless the address states a vacuum.
+    """
     target = address_of(address)
     highest = steps.highest_vacuum()
     if not target.simulated or "at" in target.options or not highest:
@@ -307,8 +313,8 @@ def companion_notice(file: Path) -> list[str]:
         return []
     return [
         Notice(
-            f"{file.name} and {companion.name} belong together: copy both, or free room on the "
-            f"disk and run 'layerjam bench export {file.name}'",
+            f"{file.name} and {companion.name} belong together: copy both, or free disk "
+            f"space and run 'layerjam bench export {file.name}'",
             "two-files",
         )
     ]
@@ -316,7 +322,7 @@ def companion_notice(file: Path) -> list[str]:
 
 def simulated_notice(simulated: bool) -> list[str]:
     """Return the notice that the numbers come from a virtual bench."""
-    text = "simulated: a virtual bench computed it, nothing was measured"
+    text = "simulated: computed by a virtual bench, not measured"
     return [Notice(text, "simulated")] if simulated else []
 
 
@@ -332,16 +338,16 @@ def bench_log(
     *,
     out: Annotated[str | Path, Help("File of the run.", metavar="FILE.ljrun")],
     duration: Annotated[
-        float | None, RECORDED, Help("Time to record; until Ctrl-C unless given.")
+        float | None, RECORDED, Help("Time to record. Default: until Ctrl-C.")
     ] = None,
-    resume: Annotated[bool, Help("Go on in a file that an interrupted log has left.")] = False,
+    resume: Annotated[bool, Help("Continue the file of an interrupted log.")] = False,
     overwrite: Overwrite = False,
 ) -> RunLogged:
-    """Record every sample of a bench that others command.
+    """Record every sample of a bench that another client controls.
 
-    A sample is acknowledged to the board only after it is on disk. A killed process loses nothing
-    that was acknowledged, and `resume` fetches what the board still has, the last ten seconds.
-    Ctrl-C or SIGTERM ends it. Raises FileError for the file, LineError for the bench.
+    A sample is acknowledged to the board only after it is on disk. No acknowledged sample is lost
+    if the process is killed; `resume` fetches the samples that the board still has, from the last
+    ten seconds. Ctrl-C or SIGTERM ends it. Raises FileError for the file, LineError for the bench.
     """
     from layerjam.rig.recorder import log
 
@@ -377,10 +383,10 @@ def bench_export(
 ) -> RunExported:
     """Write a run for other programs: CSV with its sidecar, Parquet, or NetCDF.
 
-    Friction, calibrate, leak, pump-down and regulate read the CSV as it is. Each drop in the run is
-    a file of its own in the same folder, FILE-shot1.csv, which crash reads; NetCDF contains it. A
-    run that nobody closed is `interrupted`; its file is read in place, together with its `-wal`
-    file.
+    Friction, calibrate, leak, pump-down and regulate read the CSV directly. Each drop in the run
+    becomes a separate file in the same folder, FILE-shot1.csv, which `crash` reads; NetCDF contains
+    the drops. A run that was not closed is `interrupted`; its file is read in place, together with
+    its `-wal` file.
     """
     from layerjam.rig.export import export
 

@@ -1,4 +1,4 @@
-"""`bench wiring`: how a board is wired, as a list, a check and a drawing."""
+"""`bench wiring`: the wiring of a board as a list, a check and a drawing."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -12,21 +12,22 @@ from layerjam.errors import FileError
 
 @result
 class BoardWiring(Result):
-    """The wires of a board, and what contradicts itself in them."""
+    """Wires of a board, and contradictions between them."""
 
     board: str = fact("the board")
     pins: Sequence[Any] = fact(
-        "for each wire: pin of the socket, its label, what it is for, parts, where it ends",
+        "for each wire: socket pin, label, purpose, parts and other end",
         listed=False,
     )
     margins: Sequence[Any] = fact(
-        "worst case of the electronics: name, value, unit, least and most allowed", listed=False
+        ("worst cases of the electronics: name, value, unit, allowed minimum and maximum"),
+        listed=False,
     )
     parts: Sequence[Any] = fact(
-        "parts to order, alternatives, data sheet limits and our values", listed=False
+        "parts to order, alternatives, data sheet limits and computed values", listed=False
     )
     conflicts: Sequence[str] = fact("contradictions in the wiring; empty if there are none")
-    out: str | None = fact("where the drawing was written", default=None)
+    out: str | None = fact("file of the drawing", default=None)
 
 
 @command(
@@ -43,7 +44,7 @@ def bench_wiring(
         str | Path | None, Help("Write the drawing to this SVG file.", metavar="FILE")
     ] = None,
 ) -> BoardWiring:
-    """List a board's wires and parts, calculate their worst case, and draw the circuit.
+    """List a board's wires and parts, calculate the worst cases, and draw the circuit.
 
     Raises FileError for a file that does not describe a board, or that exists; UnknownNameError for
     an unknown board.
@@ -60,7 +61,7 @@ def bench_wiring(
             with path.open("x", encoding="utf-8") as file:
                 file.write(svg)
         except FileExistsError:
-            raise FileError(path, "is there already") from None
+            raise FileError(path, "already exists") from None
         except OSError as error:
             raise FileError(path, error.strerror or "cannot be written") from None
     return BoardWiring(

@@ -1,4 +1,4 @@
-"""`bend`: how soft a brake is when off, how stiff when jammed, and its pull over a joint."""
+"""`bend`: bending stiffness of a brake, free and jammed, and its pull over a joint."""
 
 import math
 from typing import TYPE_CHECKING, Annotated
@@ -49,15 +49,15 @@ class Bend(Result):
     record: "tuple[BrakeFile, float, float, float, float | None]"
     bending_stiffness_free: float = number("N m^2", "E I of the overlap without vacuum")
     bending_stiffness_jammed: float = number("N m^2", "E I of the overlap before it slips")
-    stiffness_ratio: float = number("1", "the jammed over the free one")
+    stiffness_ratio: float = number("1", "ratio of jammed to free stiffness")
     turning_stiffness_free: float = number("N m/rad", "moment over angle without vacuum")
     turning_stiffness_jammed: float = number("N m/rad", "moment over angle before it slips")
     moment_free: float = number("N m", "moment at the angle without vacuum")
     moment: float = number("N m", "moment at the angle and the vacuum")
-    slip_moment: float = number("N m", "what friction adds once every interface slips")
+    slip_moment: float = number("N m", "added moment of friction once every interface slips")
     slip_angle: float = number(
         "rad",
-        "where the first slope reaches the moment of full slip",
+        "angle at which the initial slope reaches the moment of full slip",
         shown=lambda angle: f"{math.degrees(angle):.4g}°",
     )
     buckling_moment: float | None = number(
@@ -68,14 +68,16 @@ class Bend(Result):
     )
     shear_at_full_slip: float = number("N", "transverse force from which all interfaces slip")
     least_radius: float | None = number(
-        "m", "radius down to which one film bends without lasting curl"
+        "m", "least radius to which one film bends without lasting curl"
     )
     straight_friction: float = number("N", "friction of the sheets in a straight pull")
     joint_friction: float | None = number("N", "friction of the sheets in a pull over the joint")
     joint_friction_off: float | None = number("N", "the same without vacuum")
-    amplification: float | None = number("1", "friction over the joint over the straight one")
+    amplification: float | None = number(
+        "1", ("ratio of the friction over the joint to that of a straight pull")
+    )
     sheet_stress: float | None = number("Pa", "greatest stress of a sheet over the joint")
-    end_force_ratio: float | None = number("1", "pull at one cap over that at the other")
+    end_force_ratio: float | None = number("1", "ratio of the pulls at the two caps")
 
     def draw(self) -> "Figure":
         """Moment over the angle, and the pull over the angle of a joint."""
@@ -99,19 +101,19 @@ def bend(
     angle: Annotated[float, ANGLE],
     slip: Slip = 0.0,
     radius: Annotated[
-        float | None, RADIUS, Help("Radius of a joint that the brake is pulled over.")
+        float | None, RADIUS, Help("Radius of the joint over which the brake is pulled.")
     ] = None,
     limb_friction: Annotated[
-        float | None, LIMB, Help("Friction of the enclosure on what it lies on.")
+        float | None, LIMB, Help("Friction of the enclosure on the surface below it.")
     ] = None,
     atmosphere: Atmosphere = None,
 ) -> Bend:
-    """Bend a brake between its caps: how soft it is when off, how stiff when jammed.
+    """Bend a brake between its caps, and compute its stiffness, free and jammed.
 
-    The caps turn against each other by `angle` and may approach. With the `radius` of a joint also
-    what the sheets' friction becomes where the pull presses them together, with the enclosure's
-    outer face at its tension of that slip; `limb_friction` tells how far the caps' pulls differ
-    when the brake slides on the limb.
+    The caps rotate relative to each other by `angle` and may move closer. With the `radius` of a
+    joint, also compute the friction of the sheets where the pull presses them together, with the
+    outer face of the enclosure at its tension for that slip. `limb_friction` determines how much
+    the pulls at the caps differ when the brake slides on the limb.
     """
     from layerjam.mechanics.joint import capstan_ratio
 
@@ -197,7 +199,7 @@ def _over_joint(
 
     case = (slip, vacuum, angle, radius, outer(vacuum), device)
     force = float(joint_friction(*case))
-    # over the joint nothing is known of a fan: both without it
+    # self-amplification over a joint is unknown, so both values ignore it
     straight = float(sheet_friction(slip, vacuum, flat(device)))
     numbers = {
         "joint_friction": force,

@@ -1,4 +1,4 @@
-"""`build`: from a brake's file to what a workshop needs to make it."""
+"""`build`: from a brake file to everything a workshop needs to build the brake."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from layerjam.fabricate.drawing import Drawing
 
 BRAKES_LIMIT = 100
-"""Brakes of one build at most."""
+"""Largest number of brakes in one build."""
 MARKS = {"passed": "ok  ", "warning": "LOOK", "failed": "FAIL"}
-"""Mark of a check's level in front of its line."""
+"""Symbol of a check's level at the start of its line."""
 
 
 def _size(sides: int, name: str) -> Callable[[Any, Mapping[str, Any]], Size]:
@@ -40,7 +40,8 @@ def _size(sides: int, name: str) -> Callable[[Any, Mapping[str, Any]], Size]:
 
 
 Size = tuple[float, ...] | None
-"""Lengths [m] from text such as "600x400mm" or from SI numbers; one word on the command line."""
+"""Lengths [m] from text such as "600x400mm" or from SI numbers; a single word on the command line.
+"""
 
 
 def _amounts(masses: Mapping[str, float] | None) -> str:
@@ -56,42 +57,44 @@ class Built(Result):
     """
 
     record: Drawing | None = None
-    feasible: bool = fact("whether it can be drawn, and no check has failed that nobody accepted")
-    reason: str | None = fact("why not")
+    feasible: bool = fact("whether it can be drawn and every failed check was accepted")
+    reason: str | None = fact("reason if it is not")
     files: Sequence[str] = fact(
         "files in the folder", shown=lambda found: f"{len(found)} in the folder" if found else ""
     )
-    brakes: int = number("1", "brakes in all")
+    brakes: int = number("1", "total number of brakes")
     mass: float | None = number("kg", "drawn mass of the parts whose mass is known")
-    fittings_mass: float | None = number("kg", "of that, all but sheets and enclosure")
+    fittings_mass: float | None = number("kg", "of that, everything except sheets and enclosure")
     pin_to_pin: float | None = number("m", "distance of the pins at rest")
     overall_length: float | None = number("m", "length over both heads at rest")
     sleeve_length: float | None = number("m", "length of the enclosure, trimmed")
     strap_length: float | None = number("m", "distance of the pins at the end of the travel")
     film_pieces: int | None = number("1", "pieces of film")
     film_area: float | None = number("m^2", "area of all film parts")
-    film_used: float | None = number("1", "share of the film that becomes parts")
+    film_used: float | None = number("1", "share of the film used for parts")
     cut_length: float | None = number("m", "length of all cuts")
     silicone_volume: float | None = number("m^3", "silicone in the mould, all castings")
     silicone_mass: float | None = number("kg", "silicone to mix, waste included")
-    silicone_parts: Mapping[str, float] | None = fact("of that A and B [kg]", shown=_amounts)
+    silicone_parts: Mapping[str, float] | None = fact("of that, parts A and B [kg]", shown=_amounts)
     printed_volume: float | None = number("m^3", "plastic to print, mould and core included")
     screw: str | None = fact("screw of the clamps")
     preload: float | None = number("N", "force of each screw that holds the sheets by friction")
-    torque: float | None = number("N m", "torque that gives it")
+    torque: float | None = number("N m", "torque for that force")
     yoke_moment: float | None = number("N m", "bending moment of each yoke")
     mass_parts: Sequence[Mapping[str, Any]] | None = fact("mass of each part", listed=False)
     mass_missing: Sequence[str] | None = fact("parts whose mass is unknown until they are weighed")
     checks: Sequence[Mapping[str, Any]] = fact("checks", listed=False)
-    assumptions: Sequence[str] = fact("what nobody has measured or given", listed=False)
+    assumptions: Sequence[str] = fact(
+        ("assumptions: values neither measured nor given"), listed=False
+    )
 
     @classmethod
     def table_units(cls) -> Mapping[str, str]:
-        """{key: SI unit} inside the tables; a check says its own."""
+        """{key: SI unit} inside the tables; each check states its own unit."""
         return {"each": "kg", "silicone_parts": "kg"}
 
     def lines(self) -> Iterator[str]:
-        """The checks, and how much is assumed."""
+        """The checks and the number of assumptions."""
         yield from ("", "checks")
         for check in self.checks:
             mark = "--  " if check["ok"] is None else MARKS[check["level"]]
@@ -111,39 +114,44 @@ class Built(Result):
 def build(
     brake: BrakeInput,
     *,
-    out: Annotated[str | Path, Help("Folder to make.", metavar="DIR")],
+    out: Annotated[str | Path, Help("Folder to create.", metavar="DIR")],
     workshop: Annotated[
         str | Path | None,
-        Help("A workshop's own [build] table; the brake's counts more.", metavar="FILE.toml"),
+        Help(
+            ("A workshop's own [build] table. That of the brake takes precedence."),
+            metavar="FILE.toml",
+        ),
     ] = None,
     cutter: Annotated[
         str | None, Help("Who cuts the film: service, laser or knife.", metavar="|".join(CUTTERS))
     ] = None,
     kerf: Annotated[float | None, spec_of(Build, "kerf")] = None,
     stock: Annotated[
-        Size, Input("Film, length by width.", metavar="QxQ", convert=_size(2, "stock"))
+        Size, Input("Size of the film, length by width.", metavar="QxQ", convert=_size(2, "stock"))
     ] = None,
     laser_bed: Annotated[
-        Size, Input("Bed of the laser.", metavar="QxQ", convert=_size(2, "laser bed"))
+        Size, Input("Size of the laser bed.", metavar="QxQ", convert=_size(2, "laser bed"))
     ] = None,
     print_bed: Annotated[
-        Size, Input("Room of the printer.", metavar="QxQxQ", convert=_size(3, "print bed"))
+        Size, Input("Build volume of the printer.", metavar="QxQxQ", convert=_size(3, "print bed"))
     ] = None,
     parallel: Annotated[int, PARALLEL] = 1,
     series: Annotated[int, SERIES] = 1,
-    coupons: Annotated[bool, Help("A comb for the kerf and strips for the friction too.")] = False,
-    no_step: Annotated[bool, Help("No STEP files.")] = False,
+    coupons: Annotated[
+        bool, Help("Also draw a comb for the kerf and strips for the friction.")
+    ] = False,
+    no_step: Annotated[bool, Help("Write no STEP files.")] = False,
     accept: Accept = None,
     overwrite: Overwrite = False,
     progress: Progress = lambda what, share: None,
 ) -> Built:
-    """Write what a workshop needs to make a brake: patterns, parts, mould, instructions.
+    """Write everything a workshop needs to build a brake: patterns, parts, mould, instructions.
 
     The folder appears whole or not at all, and the same brake gives the same bytes. `feasible` is
     False if the brake cannot be drawn (exit code 1), or if a part is loaded beyond its strength or
     a seal leaks (exit code 4); `reason` names the checks, and nothing is written. `accept` accepts
-    failed checks by their code, {code: reason}; the folder then states them. Nothing here was cut,
-    printed or cast by us. Raises FileError, QuantityError, MissingExtraError.
+    failed checks by their code, {code: reason}; the folder then states them. We have not cut,
+    printed or cast any of it. Raises FileError, QuantityError, MissingExtraError.
     """
     from layerjam.fabricate.folder import LIST, check_folder, require, write_folder
 
@@ -159,7 +167,7 @@ def build(
     drawing, notices = verdict_result.record, list(verdict_result.warnings)
     if not (with_step or no_step):
         notices.append(
-            Notice('no STEP files: pip install "layerjam[step]" brings what they need', "no-step")
+            Notice('no STEP files: run pip install "layerjam[step]" to enable them', "no-step")
         )
     content = _content(drawing, with_step, coupons, notices, progress)
     names = sorted([*content, LIST])
@@ -170,13 +178,13 @@ def build(
 
 
 CHOICES = ("workshop", "cutter", "kerf", "stock", "laser_bed", "print_bed")
-"""Inputs that say how it is built."""
+"""Inputs that determine how the brake is built."""
 
 
 def verdict(brake: Any, **options: Any) -> Built:
     """Return the numbers and checks of `build`, which writes no file.
 
-    `options` are those of `build`; those of files have no effect. Raises the errors of `build`.
+    `options` are those of `build`; file options have no effect. Raises the errors of `build`.
     """
     from layerjam.fabricate.folder import require
 
@@ -198,7 +206,7 @@ def _choices(
     laser_bed: Size,
     print_bed: Size,
 ) -> Choices:
-    """The choices of brake, workshop and command together."""
+    """Return the combined choices of brake, workshop and command."""
     from layerjam.fabricate.choices import choices
 
     settings: dict[str, Any] = {"cutter": cutter, "kerf": kerf}
@@ -215,9 +223,9 @@ def _verdict(
     series: int,
     accept: Mapping[str, str] | None = None,
 ) -> Built:
-    """The result without files; its record is the drawing where there is one.
+    """Return the result without files; its record is the drawing, if there is one.
 
-    A brake that cannot be drawn has no verdict: there is nothing that somebody could accept.
+    A brake that cannot be drawn has no verdict, because there is no check to accept.
     """
     from layerjam.fabricate.folder import LIST
     from layerjam.fabricate.lengths import CannotBuildError
@@ -253,7 +261,10 @@ def _verdict(
 def _content(
     drawing: Drawing, with_step: bool, coupons: bool, notices: list[str], progress: Progress
 ) -> dict[str, str | bytes]:
-    """{path: content} of all files but the list; `notices` hears of one that cannot be made."""
+    """Return {path: content} of all files except the list.
+
+    A file that cannot be created adds to `notices`.
+    """
     from layerjam.fabricate.folder import files
     from layerjam.report.assembly_steps import PATTERN
     from layerjam.report.build_files import papers
@@ -264,14 +275,16 @@ def _content(
     content |= papers(drawing, coupons, content)
     if PATTERN not in content:
         notices.append(
-            Notice("no pattern on paper: a piece of film is larger than any paper", "no-pattern")
+            Notice(
+                ("no paper pattern: a piece of film is larger than any paper format"), "no-pattern"
+            )
         )
     progress("writing files", 0.9)
     return content
 
 
 def _counts(rows: int, row: int) -> tuple[int, int]:
-    """Chains side by side and brakes in each."""
+    """Number of chains in parallel, and of brakes in each."""
     if rows * row > BRAKES_LIMIT:
         raise QuantityError(
             f"build: {rows} by {row} are {rows * row} brakes; at most {BRAKES_LIMIT} are allowed"
@@ -294,7 +307,7 @@ def _draw_brake(file: BrakeFile, choices: Choices, parallel: int, series: int) -
 
 
 def _cannot(error: Any, file: BrakeFile, brakes: int) -> Built:
-    """The result where there are no lengths to check."""
+    """Return the result if there are no lengths to check."""
     check = {
         "code": "C4",
         "ok": False,
@@ -317,7 +330,7 @@ def _cannot(error: Any, file: BrakeFile, brakes: int) -> Built:
 
 
 def _facts(drawing: Drawing) -> dict[str, Any]:
-    """Values of the result's keys; masses, film and silicone are those of all brakes."""
+    """Return the values of the result's keys; masses, film and silicone cover all brakes."""
     from layerjam.fabricate.masses import UNWEIGHED, screw_name
     from layerjam.fabricate.silicone import cavity
 
@@ -359,7 +372,7 @@ def _facts(drawing: Drawing) -> dict[str, Any]:
 
 
 def _list_text(result: Built, file: BrakeFile) -> str:
-    """The result as a file of the folder, with what it was made from."""
+    """Return the result as a file of the folder, with its inputs."""
     facts = {
         "layerjam": __version__,
         "brake": file.name,

@@ -37,21 +37,25 @@ if TYPE_CHECKING:
     from layerjam.identify.pull.features import PullFeatures
 
 
-PRECISION = QuantitySpec("1", "half of a 95 % interval over its value", lo=1e-5, hi=1, example="1%")
+PRECISION = QuantitySpec(
+    "1", ("half of a 95 % interval, relative to its value"), lo=1e-5, hi=1, example="1%"
+)
 ALIKE = 1.001
-"""Where the widest interval after one more pull is at most this times the narrowest."""
+"""Largest ratio of the widest interval after one more pull to the narrowest at which all conditions
+count as equal.
+"""
 Within = Annotated[
     float | None,
     PRECISION,
-    Help("Say how many more pulls narrow each interval to plus or minus this."),
+    Help("Print how many more pulls narrow each interval to plus or minus this."),
 ]
 
 
 def more_pulls(calibration: Calibration, precision: float | None) -> dict[str, Any] | None:
-    """{value: its half width now and after one more pull of each condition, and pulls needed}.
+    """{value: half width now, half width after one more pull at each condition, pulls needed}.
 
-    None if nothing was asked; a value is None if the pulls at hand give no interval. Widths
-    are over the value.
+    None if not requested; a value is None if the pulls so far give no interval. Widths are relative
+    to the value.
     """
     if precision is None:
         return None
@@ -67,13 +71,13 @@ def more_pulls(calibration: Calibration, precision: float | None) -> dict[str, A
 
 
 def more_lines(further: Mapping[str, Any]) -> Iterator[str]:
-    """For each value: its interval now, and what it takes."""
+    """For each value: its current interval, and the number of pulls needed."""
     if further:
         yield ""
     for name, row in further.items():
         value = name.replace("_", " ")
         if row is None:
-            yield f"{value}: the pulls at hand give no interval; repeat one of them first"
+            yield f"{value}: the pulls so far give no interval; repeat one of them first"
             continue
         yield f"{value} is known to ± {row['half_width']:.2%}; {_pulls_needed(row)}"
 
@@ -81,16 +85,16 @@ def more_lines(further: Mapping[str, Any]) -> Iterator[str]:
 def _pulls_needed(row: Mapping[str, Any]) -> str:
     width, condition, widths = f"± {row['within']:.2%}", row["condition"], row["after_one"]
     if row["likely"] == 0:
-        return f"within {width} already"
+        return f"already within {width}"
     if row["likely"] is None:
-        return f"no 1000 further pulls bring it to {width}"
+        return f"even 1000 further pulls do not narrow it to {width}"
     alike = max(widths.values()) <= ALIKE * widths[condition]
     place = "any of these vacuums" if alike and len(widths) > 1 else condition
     after = f"one more pull at {place}: ± {widths[condition]:.2%}"
     sure = "more than 1000" if row["sure"] is None else f"{row['sure']}"
     return (
-        f"{after}; for {width} {row['likely']} more at that scatter, {sure} to be sure of it in "
-        "four of five cases"
+        f"{after}; {row['likely']} more are expected to reach {width} at the same "
+        f"scatter, {sure} to reach it in four of five cases"
     )
 
 
@@ -99,12 +103,12 @@ CHAINS = QuantitySpec("1", "chains", lo=1, hi=64, whole=True)
 SHEETS = ("scale_factor", "stiffness_measured")
 ENCLOSURE = ("enclosure.modulus", "film.friction_on_silicone")
 TABLES = ("intervals", "bootstrap", "leave_one_out", "identifiability", "covariance")
-"""Keys that a calibration holds as records."""
+"""Keys of a calibration that contain records."""
 Used = tuple["Trace", "PullFeatures", float]
-"""A pull as it is fitted: its record, its features and its vacuum [Pa]."""
+"""A pull prepared for the fit: record, features and vacuum [Pa]."""
 Depth = Annotated[
     Literal["exact", "curves", "bayesian"],
-    Help("Fit each pull's peak and slope, whole curves, or sample them."),
+    Help("Method: fit each pull's peak and slope, fit whole curves, or sample a posterior."),
 ]
 
 
@@ -112,8 +116,8 @@ Depth = Annotated[
 class Sampling:
     """Settings of the sampling of the posterior."""
 
-    draws: Annotated[int, DRAWS, Help("Draws of a chain (depth bayesian).")] = 1000
-    chains: Annotated[int, CHAINS, Help("Chains (depth bayesian).")] = 2
+    draws: Annotated[int, DRAWS, Help("Draws per chain (depth bayesian).")] = 1000
+    chains: Annotated[int, CHAINS, Help("Number of chains (depth bayesian).")] = 2
     seed: Annotated[int, SEED, Help("Seed of the draws (depth bayesian).")] = 1
 
 
@@ -129,31 +133,35 @@ class BrakeCalibration(FromFiles, Judged):
     depth: str = fact("how it was fitted", shown=lambda depth: "" if depth == "exact" else depth)
     scale_factor: float = number("1", "calibration factor on the sheets' friction")
     stiffness: float = number("N/m", "stiffness of brake and rig")
-    scale_factor_eq8: float | None = number("1", "the paper's, eq. 8, from the peaks")
-    stiffness_eq9: float | None = number("N/m", "the paper's, eq. 9, from the peaks")
+    scale_factor_eq8: float | None = number(
+        "1", ("scale factor by the paper's eq. 8, from the peaks")
+    )
+    stiffness_eq9: float | None = number("N/m", "stiffness by the paper's eq. 9, from the peaks")
     peak_force: float | None = number("N", "peak force, mean over the pulls")
     peak_elongation: float | None = number("m", "elongation at the peak, mean over the pulls")
     enclosure_factor: float | None = number("1", "factor on the enclosure's force")
     pressure_exponent: float | None = number("1", "exponent of the pressure")
     speed_slope: float | None = number("1", "change of friction with speed")
-    reference_pressure: float | None = number("Pa", "pressure it counts from")
-    reference_speed: float | None = number("m/s", "speed it counts from")
-    standard_errors: Mapping[str, Any] = fact("errors, and what they rest on", listed=False)
+    reference_pressure: float | None = number("Pa", "reference pressure of that exponent")
+    reference_speed: float | None = number("m/s", "reference speed of that change")
+    standard_errors: Mapping[str, Any] = fact("standard errors and their basis", listed=False)
     intervals: Mapping[str, Any] = fact("95 % intervals", listed=False)
     covariance: Mapping[str, Any] = fact(
         "covariance of each pair of values, SI; empty if there is no scatter", listed=False
     )
     bootstrap: Mapping[str, Any] | None = fact("intervals of resampled repeats", listed=False)
-    leave_one_out: Mapping[str, Any] | None = fact("what each file moves", listed=False)
+    leave_one_out: Mapping[str, Any] | None = fact("influence of each file", listed=False)
     identifiability: Mapping[str, Any] | None = fact("condition of the fit", listed=False)
     posterior: Mapping[str, Any] | None = fact("what was sampled", listed=False)
     pulls: Sequence[Mapping[str, Any]] = fact(
-        "each pull, and what of it is unlike the others", listed=False
+        "each pull, and how it differs from the others", listed=False
     )
     more_pulls: Mapping[str, Any] | None = fact(
-        "what further pulls would do to each interval", listed=False
+        "effect of further pulls on each interval", listed=False
     )
-    excluded: Sequence[Mapping[str, Any]] = fact("files left out by hand, and why", listed=False)
+    excluded: Sequence[Mapping[str, Any]] = fact(
+        ("files excluded by hand, with reasons"), listed=False
+    )
     understood: Mapping[str, Any]
     made_from: Mapping[str, Any] = fact("brake and files by their SHA-256", listed=False)
     refused: Mapping[str, str]
@@ -166,7 +174,7 @@ class BrakeCalibration(FromFiles, Judged):
         return [(name, values.get(name, text)) for name, text in super().rows()]
 
     def _number_text(self, name: str) -> str:
-        """A number with its interval, or with the standard error where there is no more."""
+        """Return a number with its interval, or with the standard error if it has no interval."""
         unit, interval, error = self.units[name], self.intervals[name], self.standard_errors[name]
 
         number = getattr(self, name)
@@ -181,18 +189,18 @@ class BrakeCalibration(FromFiles, Judged):
 
     def lines(self) -> Iterator[str]:
         """Return the basis of the errors, the most influential file, and the checks."""
-        yield from ("", f"standard errors rest on {self.standard_errors['rests_on']}")
+        yield from ("", f"standard errors are based on {self.standard_errors['rests_on']}")
         found = (self.leave_one_out or {}).get("scale_factor") or {}
         file_name = found.get("most_influential")
         if file_name:
             change = found["files"][file_name]
-            yield f"without {file_name} the scale factor would move by {change:+.2g}, the most"
+            yield f"excluding {file_name} changes the scale factor most, by {change:+.2g}"
         yield from pull_lines(self.pulls)
         yield from more_lines(self.more_pulls or {})
         yield from excluded_lines(self.excluded)
 
     def draw(self) -> Figure:
-        """The pulls, the fitted law and what is left between them."""
+        """The pulls, the fitted law and the residuals."""
         from layerjam.report import figures
 
         file, fit = self.record
@@ -214,7 +222,7 @@ def calibrate(
     depth: Depth = "exact",
     free: Annotated[
         Sequence[str],
-        Help("Fit this too (depth curves).", metavar="pressure_exponent|speed|force_offset"),
+        Help("Also fit this (depth curves).", metavar="pressure_exponent|speed|force_offset"),
     ] = (),
     vacuum: FileVacuum = None,
     out: OutBrake | None = None,
@@ -228,17 +236,17 @@ def calibrate(
     progress: Progress | None = None,
     overwrite: Overwrite = False,
 ) -> BrakeCalibration:
-    """Scale factor and stiffness of a brake from one or several pulls.
+    """Calibrate scale factor and stiffness of a brake from one or several pulls.
 
-    `files` are paths or traces, several or one. `depth` "exact" takes the numbers from each pull's
-    peak and slope; "curves" fits whole curves, all at once, and the enclosure's factor with them,
-    and what `free` names: "pressure_exponent", "speed", "force_offset"; "bayesian" samples the same
-    parameters (`draws` of each of `chains`, from `seed`). `vacuum` serves files without a sidecar
-    that states it. With `out` the calibrated brake is written. `exclude` leaves files or specimens
-    out, each with its reason in `because` (in Python also {file: reason}); both stay with result
-    and brake. `within` asks how many more pulls, and where, narrow each interval to plus or minus
-    this part of its value. If a check fails, nothing is written; `accept` accepts failed checks by
-    name, {check: reason}.
+    `files` are paths or traces, several or one. `depth` "exact" uses the peak and slope of each
+    pull; "curves" fits all whole curves at once, including the enclosure's factor and any
+    quantities in `free`: "pressure_exponent", "speed", "force_offset"; "bayesian" samples the same
+    parameters (`draws` of each of `chains`, from `seed`). `vacuum` applies to files whose sidecar
+    does not state it. With `out` the calibrated brake is written. `exclude` excludes files or
+    specimens, each with its reason in `because` (in Python also {file: reason}). Both are stored in
+    the result and in the brake. `within` requests how many more pulls, at which conditions, narrow
+    each interval to plus or minus this share of its value. If a check fails, nothing is written;
+    `accept` accepts failed checks by name, {check: reason}.
     """
     from layerjam.identify.calibration.peaks import fit_pull
     from layerjam.identify.curves import require_usable
@@ -281,9 +289,9 @@ def calibrate(
 def _leave_out_outliers(
     used: Sequence[Used], brake: Brake
 ) -> tuple[list[Used], list[dict[str, Any]]]:
-    """The pulls to fit, and the rows of those left out.
+    """Return the pulls to fit, and the rows of the excluded ones.
 
-    A pull is left out if no plausible scatter explains its scale factor or its stiffness.
+    A pull is excluded if no plausible scatter explains its scale factor or its stiffness.
     """
     from layerjam.identify.calibration.gross import gross_pulls
 
@@ -293,7 +301,10 @@ def _leave_out_outliers(
 
 
 def _free_parameters(free: Sequence[str] | str, depth: str) -> list[str]:
-    """The parameters to fit as well, each once; raises FitError for another depth than curves."""
+    """Return the additional parameters to fit, each once.
+
+    FitError for a depth other than curves.
+    """
     names = list(dict.fromkeys([free] if isinstance(free, str) else free))
     if names and depth != "curves":
         raise FitError(f"free: {', '.join(names)} can be fitted at depth 'curves' only")
@@ -308,7 +319,7 @@ def _notices(brake: BrakeFile, calibration: Calibration, exact: bool) -> Iterato
 
 
 def _without_slope(calibration: Calibration) -> Iterator[Notice]:
-    """Which pulls tell the scale factor only, and what a fit over speed says."""
+    """Notices about pulls used for the scale factor only, and about a fit over speed."""
     from layerjam.identify.calibration.speed_law import on_speed
 
     yield from on_speed(calibration)
@@ -316,9 +327,9 @@ def _without_slope(calibration: Calibration) -> Iterator[Notice]:
         if entry.stiffness is None:
             samples = count_of(entry.pull.rise_samples, "sample")
             yield Notice(
-                f"{Path(entry.pull.path).name}: {samples} on its rise, too few for a stiffness; it "
-                "counts for the scale factor only (pull more slowly, or sample "
-                "faster)",
+                f"{Path(entry.pull.path).name}: {samples} on its rise are too few for a "
+                "stiffness; it is used for the scale factor only (pull more slowly, or "
+                "sample faster)",
                 "no-slope",
             )
 
@@ -345,8 +356,8 @@ def _fit(
 
     if follows_speed(brake):
         raise FitError(
-            "speed_law: depth 'bayesian' knows no friction that depends on speed; take 'curves', "
-            "or the brake without that table"
+            "speed_law: depth 'bayesian' does not support speed-dependent friction; use "
+            "'curves', or the brake without that table"
         )
     settings = (sampling.draws, sampling.chains, sampling.seed)
     return calibrate_bayesian(curves, brake, settings, tell)

@@ -1,4 +1,4 @@
-"""`compare`: force over mass of layer-jamming brakes, beside what others make."""
+"""`compare`: force over mass of layer-jamming brakes and of published devices."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
@@ -41,12 +41,12 @@ TABLE_UNITS = {
 }
 NOTES = (
     Notice(
-        "force density is force over the device's own mass: pump, valve and supply are not "
-        "included, neither of our brakes nor of the others",
+        "force density is force over the mass of the device alone: pump, valve and "
+        "supply are not included for any device",
         "own-mass",
     ),
     Notice(
-        "the devices of others are those whose numbers could be read, not the best of their class",
+        "the other devices are those with published numbers, not the best of their class",
         "not-the-best",
     ),
 )
@@ -54,7 +54,7 @@ NOTES = (
 
 @result
 class Comparison(Result):
-    """Force over mass of brakes and of the devices of others, each with its source.
+    """Force over mass of brakes and of published devices, each with its source.
 
     `record` is (devices, SheetLine list, the catalogue of published devices).
     """
@@ -64,13 +64,13 @@ class Comparison(Result):
         "brakes and devices: mass, greatest force, force density, source", listed=False
     )
     sheet: Mapping[str, Any] = fact(
-        "force that one more sheet adds to the first brake, next to the paper's claim", listed=False
+        "force added to the first brake by one more sheet, with the paper's claim", listed=False
     )
     sheet_lines: "Sequence[SheetLine]" = fact(
         "each brake with more sheets", listed=False, key="lines"
     )
     none_found: Mapping[str, str] = fact(
-        "class without a sourced device: what was looked at", listed=False
+        "class without a sourced device: sources searched", listed=False
     )
 
     @classmethod
@@ -79,7 +79,7 @@ class Comparison(Result):
         return TABLE_UNITS
 
     def lines(self) -> Iterator[str]:
-        """Every device with its source, what a sheet adds, what was not found."""
+        """Devices with sources, the effect of one more sheet, and classes without a device."""
         yield "mass, greatest force, force over mass"
         for row in self.devices:
             yield ""
@@ -101,7 +101,7 @@ class Comparison(Result):
             f"    the paper: {sheet['paper_force']} and {sheet['paper_mass']}, "
             f"{sheet['paper_density']}; {self.sheet['why']}"
         )
-        yield from ("", "none found (with mass and force in a source that can be read)")
+        yield from ("", "none found (with mass and force in an accessible source)")
         for kind, missing in self.none_found.items():
             yield f"  {kind}: {missing}"
 
@@ -109,7 +109,7 @@ class Comparison(Result):
         return show(self.sheet[name], TABLE_UNITS[name]) if name in TABLE_UNITS else ""
 
     def draw(self) -> "Figure":
-        """Force over mass, both logarithmic, with lines of equal force density."""
+        """Force over mass on logarithmic axes, with lines of equal force density."""
         from layerjam.report import density_figures
 
         rows, lines, _ = self.record
@@ -133,20 +133,22 @@ def _brakes(value: Sequence[AnyBrake], arguments: Mapping[str, Any]) -> list[Bra
 def compare(
     *brakes: Annotated[
         BrakeFile,
-        Input("Brakes to compare; the catalogue's.", metavar="BRAKE", convert=_brakes),
+        Input(
+            "Brakes to compare. Default: those of the catalogue.", metavar="BRAKE", convert=_brakes
+        ),
     ],
     vacuum: Annotated[
-        float | None, VACUUM, Help("Vacuum of our brakes; the site's full vacuum.")
+        float | None, VACUUM, Help("Vacuum of our brakes. Default: full vacuum of the site.")
     ] = None,
     atmosphere: Atmosphere = None,
 ) -> Comparison:
-    """Force over mass of brakes, beside what others make.
+    """Compare force over mass of brakes with published devices.
 
-    Every row names its source. Without brakes, those of the catalogue (paper, III-F). The first
-    brake is also shown at lower vacuums, side by side with others like it, and with more sheets.
-    `devices` is a list of rows; `computed` is True for ours. `sheet` compares what a sheet adds
-    with the paper's words. `none_found` maps a class without a sourced device to what was looked
-    at.
+    Every row names its source. If no brakes are given, those of the catalogue are compared (paper,
+    III-F). The first brake is also shown at lower vacuums, in parallel with equal brakes, and with
+    more sheets. `devices` is a list of rows; `computed` is True for our brakes. `sheet` compares
+    the effect of one more sheet with the paper's statement. `none_found` maps a class without a
+    sourced device to the sources searched.
     """
     from layerjam.design.comparison import comparison
     from layerjam.design.uneven import uneven

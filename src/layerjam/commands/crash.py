@@ -1,4 +1,4 @@
-"""`crash`: an impact in an accelerometer's log."""
+"""`crash`: analyse an impact in an accelerometer log."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -38,7 +38,7 @@ HIC = QuantitySpec(
 
 
 def _range(value: float | str, _arguments: Mapping[str, Any]) -> float:
-    """m/s^2 of "250 g", "2450 m/s^2" or a number of m/s^2."""
+    """Return [m/s^2] from "250 g", "2450 m/s^2" or a number of m/s^2."""
     match = re.fullmatch(r"\s*(\d{1,9}(?:\.\d{1,9})?)\s*g\s*", str(value))
     return RANGE.si(float(match[1]) * STANDARD_GRAVITY if match else value, "range")
 
@@ -58,21 +58,27 @@ def _read(
 def _crash_notices(falling: bool, hic: Any) -> list[str]:
     sentences: list[str] = []
     if falling:
-        sentence = "the weight is taken off the velocity change: the sensor fell freely before"
+        sentence = (
+            "gravity is subtracted from the velocity change, because the sensor was in free "
+            "fall before"
+        )
         sentences.append(Notice(sentence, "falling"))
     if hic is not None:
         sentence = (
-            "HIC is defined for the resultant of a head; for one axis it is only a comparison"
+            "HIC is defined for the resultant acceleration of a head; a single axis "
+            "allows comparisons only"
         )
         sentences.append(Notice(sentence, "hic"))
     return sentences
 
 
 def _shot(file: str | Path, number: Any, sampling: Any, options: TableOptions) -> Shot:
-    """The record in a run; QuantityError for an option that says what the run says itself."""
+    """Return the record in a run; QuantityError for an option that the run already states."""
     for name, value in {"sampling": sampling, **vars(options)}.items():
         if value not in (None, ()):
-            raise QuantityError.of(name, f"{file} is a run, which states it itself; leave it out")
+            raise QuantityError.of(
+                name, (f"{file} is a run file, which already states it; omit the option")
+            )
     record = find_shot(read_run(file).shots, None if number is None else int(number), str(file))
     if len(record.counts) < LEAST:
         raise FileError(
@@ -83,12 +89,14 @@ def _shot(file: str | Path, number: Any, sampling: Any, options: TableOptions) -
 
 def _log(shot: Shot, file: str | Path) -> Log:
     columns = {"time": shot.time, "acceleration": shot.acceleration}
-    sentence = f"shot {shot.number} of the run: {shot.size} samples, time from the trigger on"
+    sentence = (
+        f"shot {shot.number} of the run: {shot.size} samples, with time counted from the trigger"
+    )
     return Log(str(file), columns, {}, {}, (sentence,), synthetic=shot.synthetic)
 
 
 def _cut(shot: Shot) -> list[str]:
-    """That a part of a record is missing."""
+    """Return a notice that part of a record is missing."""
     size = len(shot.counts)
     text = f"only {size} of the record's {shot.size} samples were kept: the run was interrupted"
     return [] if size == shot.size else [Notice(text, "cut-shot")]
@@ -96,7 +104,7 @@ def _cut(shot: Shot) -> list[str]:
 
 @result
 class CrashFound(Judged, Pulse):
-    """The greatest pulse of a log, its offset taken off; `record` is the Crash."""
+    """Greatest pulse of a log, after subtracting the offset; `record` is the Crash."""
 
     record: "Crash"
     understood: Sequence[str] = fact("how the file was read", listed=False)
@@ -127,30 +135,26 @@ def crash(
     sampling: Annotated[
         float | None, SAMPLING, Help("Sampling rate of a file without time.")
     ] = None,
-    before: Annotated[
-        float | None, BEFORE, Help("Length of the quiet part at the beginning.")
-    ] = None,
+    before: Annotated[float | None, BEFORE, Help("Length of the quiet part at the start.")] = None,
     sensor_range: Annotated[
         float | None,
         Input("Range of the sensor, e.g. '250 g'.", metavar="Q", option="--range", convert=_range),
     ] = None,
-    falling: Annotated[bool, Help("The sensor fell freely before, along its axis.")] = False,
-    hic: Annotated[
-        float | None, HIC, Help("Head injury criterion over this window at most.")
-    ] = None,
+    falling: Annotated[bool, Help("The sensor was in free fall before, along its axis.")] = False,
+    hic: Annotated[float | None, HIC, Help("Longest window of the head injury criterion.")] = None,
     shot: Annotated[
         int | None, SHOT, Help("Number of the drop in a run that holds several.")
     ] = None,
     accept: Accept = None,
     options: TableOptions = TableOptions(),
 ) -> CrashFound:
-    """Peak, filtered peak, velocity change and duration of an impact in an accelerometer's log.
+    """Compute peak, filtered peak, velocity change and duration of an impact from its log.
 
-    The greatest pulse of the log counts. `filter_class` is none, cfc60, cfc180, cfc600 or cfc1000;
-    `before` is the length of the quiet part at the beginning. `falling`: the sensor fell freely
-    before, so the weight is taken off the velocity change. `hic` is the longest window of the head
-    injury criterion. The file may be a run that `bench run --shot` recorded; it states rate and
-    range itself.
+    The greatest pulse of the log is used. `filter_class` is none, cfc60, cfc180, cfc600 or cfc1000;
+    `before` is the length of the quiet part at the beginning. `falling`: the sensor was in free
+    fall before, so gravity is subtracted from the velocity change. `hic` is the longest window of
+    the head injury criterion. The file may be a run that `bench run --shot` recorded; such a run
+    already states rate and range.
     """
     from layerjam.identify.logs import crash as crash_log
     from layerjam.identify.logs.checks import crash_checks

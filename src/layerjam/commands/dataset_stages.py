@@ -1,4 +1,4 @@
-"""The stages of a dataset, from its own files: what `publish` and `recompute` have in common."""
+"""The stages of a dataset, computed from its own files, which `publish` and `recompute` share."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
@@ -31,11 +31,11 @@ STAGES = ("friction", "calibration", "validation")
 
 
 def derive(root: Path, recipe: Recipe, out: Path, tell: Progress) -> "tuple[Recipe, BrakeReport]":
-    """Write into the folder `out` what follows from the inputs of a dataset in `root`.
+    """Write the results of a dataset in `root` into the folder `out`.
 
-    These are report, calibrated brake, recipe and README. Returns the recipe with the files that
-    were refused and the measurements that no stage was given, and the report. Raises LayerjamError
-    for inputs from which nothing follows.
+    These are report, calibrated brake, recipe and README. Returns the recipe, with rejected files
+    and measurements that no stage uses, and the report. Raises LayerjamError for inputs that give
+    no result.
     """
     from layerjam.report import brake_files
 
@@ -62,7 +62,7 @@ def derive(root: Path, recipe: Recipe, out: Path, tell: Progress) -> "tuple[Reci
     used_names = {name for names in files.values() for name in names}
     for name in campaign(root / crate.RAW, settings.options).measurements:
         if f"{crate.RAW}/{name}" not in used_names:
-            unused[f"{crate.RAW}/{name}"] = {"use": "", "why": "no stage was given this file"}
+            unused[f"{crate.RAW}/{name}"] = {"use": "", "why": "no stage uses this file"}
     recipe = replace(recipe, friction=friction, calibrate=pulls, validate=tests, unused=unused)
     texts = {RECIPE: recipe.text()}
     if facts is not None:
@@ -86,7 +86,7 @@ def describe(
 def _split_uses(
     root: Path, files: Mapping[str, Sequence[str]], content: "BrakeReport"
 ) -> tuple[list[tuple[str, ...]], dict[str, dict[str, str]]]:
-    """The files that served each of USES, and {path: use and reason} of those refused."""
+    """Return the files used for each of USES, and {path: use and reason} of rejected ones."""
     groups: dict[str, tuple[str, ...]] = {}
     unused: dict[str, dict[str, str]] = {}
     for use, stage in zip(USES, STAGES, strict=True):
@@ -97,7 +97,7 @@ def _split_uses(
             digest = sha256(path) if path.is_file() else ""
             if digest in hashes or name not in reasons:
                 groups[use] = (*groups.get(use, ()), file)
-                hashes.discard(digest)  # a second file of the same content was refused
+                hashes.discard(digest)  # a second file with the same content was rejected
             else:
                 unused[file] = {"use": use, "why": reasons[name]}
     return [groups.get(use, ()) for use in USES], unused
@@ -123,7 +123,10 @@ def options_of(methods: HowTested) -> dict[str, Any]:
 
 
 def how_of(recipe: Recipe, root: Path) -> HowTested:
-    """How the files of a dataset were read and fitted; raises FileError for what cannot be."""
+    """Settings with which the files of a dataset were read and fitted.
+
+    FileError for invalid ones.
+    """
     options = dict(recipe.options)
     own_names = {f.name for f in fields(HowTested)} | {"exclude"}
     try:
@@ -131,7 +134,7 @@ def how_of(recipe: Recipe, root: Path) -> HowTested:
         reading = {f.name: options.pop(f.name) for f in fields(FileOptions) if f.name in options}
         unknown = [name for name in options if name not in own_names]
         if unknown:
-            raise FileError(root / RECIPE, f"option {unknown[0][:60]!r} is not known here")
+            raise FileError(root / RECIPE, f"unknown option {unknown[0][:60]!r}")
         raw = f"{crate.RAW}/"
         exclude = {
             str(root / name) if name.startswith(raw) else name: reason

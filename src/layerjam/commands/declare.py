@@ -5,9 +5,9 @@
 
 A parameter is annotated with a quantity's specification (`Annotated[float, QuantitySpec]`), a
 `Help`, an `Input` that is converted, or a record made by `options` that flattens into options. The
-annotation states what the function gets; `__init__.pyi` what a caller may give. From them come the
-checks of every call, the command line, the page's controls, the copied code, the reference and the
-JSON Schema (`commands/schema.py`).
+annotation states the type that the function receives; `__init__.pyi` the types that a caller may
+give. The annotations define the checks of every call, the command line, the page's controls, the
+copied code, the reference and the JSON Schema (`commands/schema.py`).
 """
 
 import contextlib
@@ -55,11 +55,11 @@ GROUPS = {
 
 @dataclass(frozen=True)
 class Help:
-    """A parameter that is no quantity: what it means, and how it is typed.
+    """Parameter that is not a quantity: its meaning and its form on the command line.
 
-    `option` is the name on the command line where it differs from the parameter's; `old` are former
-    names, which stay hidden and say what they are called now. A `greedy` option of several values
-    takes all words up to the next option, so that a shell's pattern can follow it.
+    `option` is the command line name if it differs from the parameter's. `old` are former names;
+    they stay hidden, and using one prints the new name. A `greedy` option of several values takes
+    all words up to the next option, so that a shell's pattern can follow it.
     """
 
     text: str = ""
@@ -71,39 +71,39 @@ class Help:
 
 @dataclass(frozen=True)
 class PythonOnly(Help):
-    """A parameter without an option or a control; `typed` gets the command line that was typed."""
+    """A parameter without an option or a control; `typed` receives the command line as typed."""
 
     typed: bool = False
 
 
 @dataclass(frozen=True)
 class Input(Help):
-    """A parameter that `convert(value, given)` turns into what the function takes.
+    """Parameter that `convert(value, given)` converts for the function.
 
-    `given` holds the other arguments of the call as they were given. The annotation of `value`
-    states what a caller may give.
+    `given` contains the other arguments of the call, unconverted. The annotation of `value` states
+    the types that a caller may give.
     """
 
     convert: Callable[[Any, Mapping[str, Any]], Any] | None = None
 
 
 def input_type(convert: Callable[..., Any]) -> Any:
-    """Return the type of what an `Input` converts, as text if only type checkers know it."""
+    """Return the type that an `Input` accepts, as text if only type checkers know it."""
     kind = next(iter(convert.__annotations__.values()))
     with contextlib.suppress(NameError):
-        return eval(kind, convert.__globals__) if isinstance(kind, str) else kind  # our own source
+        return eval(kind, convert.__globals__) if isinstance(kind, str) else kind
     return kind
 
 
 @dataclass(frozen=True)
 class OutFile(Help):
-    """A file that the command writes; its ending is checked before anything is computed."""
+    """A file that the command writes; its extension is checked before anything is computed."""
 
     endings: tuple[str, ...] = ()
 
 
 Progress = Callable[[str, float], None]
-"""Told what is being done, and which share of it is."""
+"""Progress callback: receives the current stage and its completed share."""
 FLATTENED = "__layerjam_options__"
 
 
@@ -117,7 +117,7 @@ def options(cls: type[T]) -> type[T]:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter as it was declared."""
+    """One declared parameter."""
 
     name: str
     default: Any = None
@@ -139,7 +139,7 @@ class Parameter:
 
     @property
     def stands_alone(self) -> bool:
-        """Whether it is typed without an option's name."""
+        """Whether it is a positional argument."""
         return self.positional and not self.help.option and not isinstance(self.help, OutFile)
 
     @property
@@ -159,7 +159,7 @@ class Parameter:
 
     @property
     def default_text(self) -> str:
-        """The default as it is typed; empty if there is none."""
+        """The default as typed; empty if there is none."""
         if self.spec is not None and isinstance(self.default, float):
             return show(self.default, self.spec.unit)
         return "" if self.default in (None, ()) else str(self.default)
@@ -176,7 +176,7 @@ class Parameter:
         return "N" if self.spec.whole else "NUMBER" if self.spec.unit == "1" else "Q"
 
     def read(self, value: Any, arguments: Mapping[str, Any], notices: list[Notice]) -> Any:
-        """The value as the function takes it: SI floats, checked."""
+        """The value for the function: SI floats, checked."""
         if value is None:
             if self.required or not (self.optional or self.default is None):
                 raise QuantityError.of(self.label, f"missing; {self.sentence}")
@@ -206,8 +206,8 @@ class Parameter:
         if 0 < number < spec.unlikely_below:
             notices.append(
                 Notice(
-                    f"{self.label}: {number:g} was taken as {show(number, spec.unit)}; if another "
-                    f"unit is meant, write it, such as '{number:g} kPa'",
+                    f"{self.label}: {number:g} was read as {show(number, spec.unit)}; for "
+                    f"another unit, write it, such as '{number:g} kPa'",
                     "unlikely-unit",
                 )
             )
@@ -264,7 +264,7 @@ def parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
 
 
 def record_parameters(group: Any, record: str = "") -> Iterator[Parameter]:
-    """Return the fields of an `options` record that are annotated by us."""
+    """Return the annotated fields of an `options` record."""
     hints = typing.get_type_hints(group, include_extras=True)
     for f in fields(group):
         if any(get_origin(kind) is Annotated for kind in union(hints[f.name])):
@@ -272,10 +272,10 @@ def record_parameters(group: Any, record: str = "") -> Iterator[Parameter]:
 
 
 PYTHON_ONLY = object()
-"""The type of a parameter that is named to type checkers alone: no option, no control."""
+"""Type of a parameter that only type checkers see; it has no option and no control."""
 
 ARRAY = object()
-"""Beside a specification: arrays are taken too, and broadcast."""
+"""Annotation in addition to a specification: arrays are also accepted, and broadcast."""
 
 
 class Command:
@@ -319,21 +319,21 @@ class Command:
         if not isinstance(text, str):
             return text
         try:
-            return eval(text, vars(sys.modules[self.module]))  # our own source, never a user's text
+            return eval(text, vars(sys.modules[self.module]))  # never a user's text
         except (NameError, TypeError):
             return PYTHON_ONLY
 
     @functools.cached_property
     def result(self) -> type[Result]:
-        """The class of its result."""
+        """Class of its result."""
         return_type = self._annotation(self.signature.return_annotation)
         if not (isinstance(return_type, type) and issubclass(return_type, Result)):
-            raise TypeError(f"{self.python_name} does not say which Result it returns")
+            raise TypeError(f"{self.python_name} does not declare which Result it returns")
         return return_type
 
     @functools.cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """All of them, those of flattened records among them."""
+        """All parameters, including those of flattened records."""
         parameters: list[Parameter] = []
         for name, place in self.signature.parameters.items():
             kind = self._annotation(place.annotation)
@@ -358,7 +358,7 @@ class Command:
     def arguments(
         self, args: Sequence[Any], kwargs: Mapping[str, Any], notices: list[Notice]
     ) -> dict[str, Any]:
-        """The arguments as the function takes them; raises as a call does."""
+        """Return the arguments converted for the function; raises the same errors as a call."""
         flat = {p.name: p.record for p in self.parameters if p.record}
         options = ((o, p.name) for p in self.parameters for o in (p.option, *p.help.old))
         own_names = {o.lstrip("-").replace("-", "_"): name for o, name in options}
@@ -396,7 +396,7 @@ class Command:
         return align(values, units)
 
     def __call__(self, *args: Any, **named: Any) -> Result:
-        """Check, compute in double precision, and add what there is to say of the input."""
+        """Check the arguments, compute in double precision, and add notices about the input."""
         notices: list[Notice] = []
         with precision() if self.computes else contextlib.nullcontext():
             values = self.arguments(args, named, notices)
@@ -427,10 +427,10 @@ def command(
     record: tuple[str, ...] = (),
     parent: str = "",
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Declare a command of a group of GROUPS; the most used come first, by `place`.
+    """Declare a command of a group of GROUPS; sorted by `place`, the most used first.
 
-    `old` are former names; a command that does not compute (`computes=False`) loads no JAX;
-    `record` are the endings of the file that `--out` writes the result's record to. A command of
+    `old` are former names; a command that does not compute (`computes=False`) does not load JAX;
+    `record` lists the file extensions that `--out` accepts for the result's record. A command of
     two words is declared `parent` the first: the function export_c under "export" is "export c".
     """
     if group not in GROUPS:

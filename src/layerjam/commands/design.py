@@ -1,4 +1,4 @@
-"""`design`: from a specification to a brake, and why not another one."""
+"""`design`: from a specification to the best brake, with the reasons."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ if TYPE_CHECKING:
     from layerjam.device.file import BrakeFile
 
 MOST_SHOWN = 500
-"""Designs of the front in the result; `sweep` writes all of them."""
+"""Largest number of front designs in the result; `sweep` writes all of them."""
 MOST_IN_MEMORY = 300_000_000
-"""More designs than these are left to `sweep`, which can be stopped and goes on."""
+"""Largest number of designs; more need `sweep`, which can be stopped and resumed."""
 NEAR_MISSES, SLOPES = 3, 4
-"""Forbidden designs and sensitivities that are printed."""
+"""Number of excluded designs and sensitivities that are printed."""
 DESIGN_NUMBER = QuantitySpec("1", "number of a design", whole=True)
 Row = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
 class Designed:
-    """Everything behind a result: specification, search, the best between the grid's steps."""
+    """Data behind a result: specification, search, and the best design between grid steps."""
 
     spec: DesignSpecification
     search: Search
@@ -44,35 +44,33 @@ class Designed:
 
 @result
 class DesignResult(Judged):
-    """The best design, the front, the runner-up and why it lost; or why there is none.
+    """The best design, the front, the runner-up and why it lost; or the reason why there is none.
 
     `record` is a Designed.
     """
 
     record: Designed
     name: str = fact("name of the specification")
-    feasible: bool | None = fact("whether a design meets it")
-    reason: str | None = fact("why none does")
+    feasible: bool | None = fact("whether any design meets it")
+    reason: str | None = fact("reason if none does")
     designs: int = number("1", "designs of the specification")
     examined: int | None = number("1", "designs that were computed")
-    feasible_designs: int | None = number("1", "designs that meet it")
+    feasible_designs: int | None = number("1", "designs that meet the specification")
     killed_by: str | None = fact("the constraint that rules all of them out")
     reachable: float | None = fact("the best value of that constraint's quantity", listed=False)
     excludes: Sequence[str] | None = fact("constraints that contradict it", listed=False)
-    chosen: Row | None = fact("the best design of the grid", listed=False)
-    refined: Row | None = fact("the best between its steps", listed=False)
-    runner_up: Row | None = fact("the best with another film or other sheets", listed=False)
-    runner_up_lost: str | None = fact("why it lost", listed=False)
-    binding: Sequence[str] | None = fact(
-        "constraints met with less than 2 % to spare", listed=False
-    )
+    chosen: Row | None = fact("best design of the grid", listed=False)
+    refined: Row | None = fact("best design between the grid steps", listed=False)
+    runner_up: Row | None = fact("best design with another film or other sheets", listed=False)
+    runner_up_lost: str | None = fact("reason why it lost", listed=False)
+    binding: Sequence[str] | None = fact("constraints met with less than 2 % margin", listed=False)
     forbidden: Sequence[Row] | None = fact(
-        "designs that would have won but for one constraint", listed=False
+        "designs that only one constraint excludes from winning", listed=False
     )
     front_size: int | None = number("1", "designs on the front")
     front: Sequence[Row] | None = fact("the front, 500 at most", listed=False)
     sensitivities: Mapping[str, Row] | None = fact(
-        "share by which each merit follows each variable", listed=False
+        "relative sensitivity of each merit to each variable", listed=False
     )
     robustness: Mapping[str, Row] | None = fact(
         "chance that each constraint holds with the scatter in friction", listed=False
@@ -99,12 +97,12 @@ class DesignResult(Judged):
         return design_figures.front(self)
 
     def lines(self) -> Iterator[str]:
-        """The design, the runner-up, what forbids better ones, margins."""
+        """The design, the runner-up, constraints that exclude better ones, and margins."""
         if not self.feasible:
             return
         yield from self._choice()
         if self.binding:
-            yield from ("", "held by: " + ", ".join(self.binding))
+            yield from ("", "limited by: " + ", ".join(self.binding))
         by_shortfall = sorted(self.forbidden or (), key=lambda f: f["short"])
         yield from (f"forbidden: {f['reason']}" for f in by_shortfall[:NEAR_MISSES])
         yield from self._margins()
@@ -139,14 +137,14 @@ class DesignResult(Judged):
         strong = sorted(slopes.items(), key=lambda item: -abs(item[1]))[:SLOPES]
         words = ", ".join(f"{n} {v:+.2f}" for n, v in strong if abs(v) > 0.005)
         if strong:
-            yield from ("", f"1 % more of these changes {first} by as many percent: {words}")
+            yield from ("", f"relative sensitivity of {first} to: {words}")
 
 
 R = TypeVar("R", bound=DesignResult)
 
 
 def _spec(value: str | Path | DesignSpecification, _: Mapping[str, Any]) -> DesignSpecification:
-    """The specification, with what draws its brakes as `build` does."""
+    """Return the specification, with the function that draws brakes as `build` does."""
     from layerjam.design.requirements import DesignSpecification
     from layerjam.design.specification import load_spec
     from layerjam.fabricate.choices import choices
@@ -158,7 +156,11 @@ def _spec(value: str | Path | DesignSpecification, _: Mapping[str, Any]) -> Desi
 
 SpecInput = Annotated[
     "DesignSpecification",
-    Input("Requirement: a file, or wrist or stop.", metavar="SPEC.toml", convert=_spec),
+    Input(
+        "Requirement: a TOML file, or the example wrist or stop.",
+        metavar="SPEC.toml",
+        convert=_spec,
+    ),
 ]
 
 
@@ -172,10 +174,10 @@ def design(
 ) -> DesignResult:
     """Find the best brake for a set of requirements.
 
-    Beside it: the front, the runner-up and why it lost, what forbids better ones. `feasible` is
-    False with `reason`, `killed_by` and `reachable` where nothing meets the constraints;
-    contradictions that follow from bounds are found before anything is swept. `chosen` is the best
-    design of the grid, `refined` the best between its steps.
+    Also returns the front, the runner-up and why it lost, and the constraints that exclude better
+    ones. `feasible` is False with `reason`, `killed_by` and `reachable` if no design meets the
+    constraints; contradictions that follow from bounds are found before anything is swept. `chosen`
+    is the best design of the grid, `refined` the best between its steps.
     """
     from layerjam.design.bounds import impossible
     from layerjam.design.search import Search
@@ -193,11 +195,11 @@ def design(
 
 
 def brake_of(result: DesignResult, number: int | None = None) -> BrakeFile:
-    """One brake of a result's design as a file: by the design's number, or the refined one.
+    """Return one brake of a design as a file, by the number of the design, or the refined one.
 
-    Of brakes in series and in parallel it is one. Numbers that were fitted or measured on the brake
-    the design began from are labelled as belonging to that one. Raises QuantityError if no design
-    has the number, and for a brake whose checks fail unless `design` accepted them.
+    If the design has several brakes, the file describes one of them. Numbers that were fitted or
+    measured on the base brake of the design are labelled as belonging to it. Raises QuantityError
+    if no design has the number, and for a brake whose checks fail unless `design` accepted them.
     """
     from layerjam.design.checks import design_checks
     from layerjam.design.design_file import design_file, plain_name
@@ -212,7 +214,9 @@ def brake_of(result: DesignResult, number: int | None = None) -> BrakeFile:
     else:
         DESIGN_NUMBER.check(number, "number")
         if number >= grid.size:
-            raise QuantityError(f"number: {number} is none of the {grid.size} designs, from 0 on")
+            raise QuantityError(
+                f"number: {number} is not one of the {grid.size} designs, numbered from 0"
+            )
         refinement, values, row = None, {}, source.search.design(int(number))
     point = replace_values(grid.point(int(number)), values)
     name = f"{plain_name(spec.name)}-{number}{'-refined' if refinement is not None else ''}"
@@ -232,7 +236,7 @@ def brake_of(result: DesignResult, number: int | None = None) -> BrakeFile:
 def infeasible(
     make: Callable[..., R], search: Search, exclusion: Exclusion, sweep: SweepResult | None = None
 ) -> R:
-    """The result where nothing meets the specification: shown by bounds, or by computing all."""
+    """Return the result if nothing meets the specification, by bounds or by a full sweep."""
     return make(
         name=search.spec.name,
         feasible=False,
@@ -251,7 +255,7 @@ def infeasible(
 def best(
     make: Callable[..., R], search: Search, sweep: SweepResult, accept: Mapping[str, str] | None
 ) -> R:
-    """The result from what a search found; `accept` are {check: reason}."""
+    """Return the result of a search; `accept` is {check: reason}."""
     from layerjam.design.checks import design_checks
     from layerjam.design.design_file import design_file
     from layerjam.design.merit import MERITS
@@ -316,7 +320,7 @@ def _design_notices(
 ) -> Iterator[Notice]:
     if is_local:
         yield Notice(
-            "no runner-up: every other design that fits has the same film and sheets",
+            "no runner-up: every other feasible design has the same film and sheets",
             "no-runner-up",
         )
     if on_front > MOST_SHOWN:
@@ -340,6 +344,6 @@ def _notices(spec: DesignSpecification) -> Iterator[str]:
         )
     if spec.evaluation.stop is not None and spec.grid.most_in_row > 1:
         yield Notice(
-            "brakes in series: the stop is that of rigid ones, used up one after another",
+            "brakes in series are assumed rigid and use up their travel one after another",
             "rigid-series",
         )

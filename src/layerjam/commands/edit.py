@@ -1,4 +1,4 @@
-"""Numbers of a brake or a line changed in its file's own text; comments and sources stay."""
+"""Edits of the numbers of a brake or line in the text of its file, keeping comments and sources."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -20,11 +20,11 @@ Fields = dict[str, tuple[QuantitySpec, bool]]
 BRAKE_FIELDS: Fields = {path: (spec, is_required) for path, spec, is_required in quantities(Brake)}
 """{dotted path: (specification, required)} of every number of a brake."""
 LINE_FIELDS: Fields = {path: (spec, is_required) for path, spec, is_required in quantities(Line)}
-"""The same of a line; a flow curve is no number."""
+"""The same for a line; a flow curve is not a number."""
 BY_HAND = "set by hand"
 GEOMETRY = ("sheets", "film", "enclosure", "mount")
 OF_THE_BRAKE = ("scale_factor", "stiffness_measured", "weighed_mass", "fittings_mass")
-"""Numbers that were measured or fitted on one brake and hold for no other."""
+"""Numbers measured or fitted on one brake, which are valid for no other."""
 
 
 @result
@@ -47,10 +47,10 @@ def edit(
 ) -> EditedFile:
     """A brake with another name and other numbers.
 
-    `changes` maps a dotted path to text with a unit, an SI number, or None: not known, or what the
-    material or the default says. `kind` and `source` say where the new numbers come from; without
-    a source, what stood there before is kept. Raises QuantityError for a bad value or path,
-    FileError for values that contradict each other.
+    `changes` maps a dotted path to text with a unit, an SI number, or None, which means unknown, or
+    the value of the material or the default. `kind` and `source` state the source of the new
+    numbers; if no source is given, the previous one is kept. Raises QuantityError for a bad value
+    or path, FileError for values that contradict each other.
     """
     file = brake_file(brake)
     edition = file.edited(_set(file, changes, BRAKE_FIELDS, kind, source), name=name)
@@ -70,9 +70,9 @@ def edit_line(
 ) -> EditedFile:
     """A line with other numbers or parts; `changes`, `kind` and `source` as in `edit`.
 
-    `takes` maps a table to a part of the catalogue, which replaces the whole table, or to None: the
-    line has no such thing; these come first. Raises UnknownNameError, QuantityError for a bad
-    value, and FileError for what makes no line, such as a tube without a bore.
+    `takes` maps a table to a part of the catalogue, which replaces the whole table, or to None if
+    the line has no such part; parts are set before numbers. Raises UnknownNameError, QuantityError
+    for a bad value, and FileError for an invalid line, such as a tube without a bore.
     """
     file = line_file(line)
     tables = {table: _part(table, part) for table, part in (takes or {}).items()}
@@ -128,21 +128,21 @@ def stale(file: BrakeFile) -> list[Notice]:
     if not (sizes and paths):
         return []
     sentence = (
-        f"{', '.join(paths)} {'are' if len(paths) > 1 else 'is'} still of the brake as it was "
-        f"before {', '.join(sizes)} {'were' if len(sizes) > 1 else 'was'} set by hand"
+        f"{', '.join(paths)} {'date' if len(paths) > 1 else 'dates'} from before "
+        f"{', '.join(sizes)} {'were' if len(sizes) > 1 else 'was'} set by hand"
     )
     return [Notice(sentence, "stale")]
 
 
 def _part(table: str, part: str | None) -> dict[str, str] | None:
-    """A line's table that takes a part of the catalogue; None for no such table."""
+    """Return the table of a line that accepts a catalogue part, or None."""
     tables = {path.split(".")[0] for path in LINE_FIELDS if "." in path}
     if table not in tables:
         raise UnknownNameError("table", table, tables)
     if part is None:
         return None
     if table not in FAMILIES:
-        raise QuantityError.of(table, f"no parts are kept; there are {', '.join(FAMILIES)}")
+        raise QuantityError.of(table, f"unknown part family; choose one of {', '.join(FAMILIES)}")
     if part not in parts(table):
         raise UnknownNameError(f"part for [{table}]", part, parts(table))
     return {"part": part}

@@ -28,7 +28,7 @@ GAUGE_LENGTH = QuantitySpec(
 )
 STRAIN = QuantitySpec("1", "engineering strain", hi=30)
 SEVERAL_MATERIALS = Notice(
-    "the files are of several materials, so there is no mean; see each in 'files'",
+    "the files contain several materials, so no mean is given; see each one in 'files'",
     "several-materials",
 )
 
@@ -57,22 +57,24 @@ class SiliconeFit(FromFiles, Judged):
 
     record: "dict[str, tuple[Specimen, Moduli, dict[str, Fit], str]]"
     material: str | None = fact("silicone of the catalogue")
-    specimens: int | None = number("1", "specimens that count")
+    specimens: int | None = number("1", "specimens used")
     modulus_100: float | None = number("Pa", "engineering stress at 100 % strain")
     modulus_100_sd: float | None = number("Pa", "SD over the specimens")
-    data_sheet: float | None = number("Pa", "the same of the maker's data sheet")
-    difference: float | None = number("1", "modulus over the data sheet's, less 1", shown=_percent)
-    initial_modulus: float | None = number("Pa", "slope over the window of strain")
+    data_sheet: float | None = number("Pa", "the same from the manufacturer's data sheet")
+    difference: float | None = number(
+        "1", ("relative difference from the data sheet"), shown=_percent
+    )
+    initial_modulus: float | None = number("Pa", "slope over the strain window")
     initial_modulus_sd: float | None = number("Pa", "SD over the specimens")
     modulus_300: float | None = number("Pa", "engineering stress at 300 % strain")
     strength: float | None = number("Pa", "greatest engineering stress")
     strain_at_end: float | None = number("1", "strain where the record ends", shown="{:.0%}".format)
-    model: str | None = fact("model that was chosen")
+    model: str | None = fact("model chosen")
     parameters: Mapping[str, float] | None = fact("its parameters", shown=_parameters)
-    why: str | None = fact("why that model")
+    why: str | None = fact("reason for the choice")
     model_modulus: float | None = number("Pa", "initial modulus of the model")
     strain_range: Sequence[float] | None = number("1", "strains that were fitted", shown=_range)
-    rmse: float | None = number("Pa", "root of the mean squared error")
+    rmse: float | None = number("Pa", "root mean square error")
     error_at_100: float | None = number("1", "error of the model at 100 % strain", shown=_percent)
     stable: bool | None = fact("whether the model is stable")
     models: Mapping[str, Any] | None = fact("every model", listed=False)
@@ -80,7 +82,7 @@ class SiliconeFit(FromFiles, Judged):
     files: Mapping[str, Mapping[str, Any]] = fact("each specimen", listed=False)
 
     def lines(self) -> Iterator[str]:
-        """One line a file: its 100 % modulus beside the data sheet's, and its model."""
+        """One line per file: its 100 % modulus next to that of the data sheet, and its model."""
         yield ""
         for path, row in self.files.items():
             text = f"{Path(path).name}: 100 % modulus {show(row['modulus_100'], 'Pa')}"
@@ -127,7 +129,7 @@ def enclosure(
         float, STRAIN, Help("Strain where the initial slope ends.", option="--to")
     ] = 0.2,
     fit_to: Annotated[
-        float | None, STRAIN, Help("Greatest strain that is fitted, e.g. 200%; else all.")
+        float | None, STRAIN, Help("Greatest strain to fit, e.g. 200%. Default: all.")
     ] = None,
     material: Annotated[
         str | None, Help("Silicone of the catalogue to compare with.", metavar="NAME")
@@ -135,19 +137,19 @@ def enclosure(
     brake: TargetBrake | None = None,
     out: OutBrake | None = None,
     hyperelastic: Annotated[
-        bool, Help("Write the model that was chosen into the brake too, as [hyperelastic].")
+        bool, Help("Also write the chosen model into the brake, as [hyperelastic].")
     ] = False,
     partial: Partial = False,
     accept: Accept = None,
     options: TableOptions = TableOptions(),
     overwrite: Overwrite = False,
 ) -> SiliconeFit:
-    """Modulus and hyperelastic fit of the enclosure's silicone from ASTM D412 curves.
+    """Compute modulus and hyperelastic fit of the enclosure's silicone from ASTM D412 curves.
 
     `start` and `end` bound the strain of the initial slope, `fit_to` is the greatest strain that is
     fitted. Each file is one specimen; specimens of one material are pooled. `material` names the
-    silicone of the catalogue to compare with, where the files do not. With `brake` and `out` the
-    mean 100 % modulus is written into a copy of the brake, with `hyperelastic` the model too.
+    silicone of the catalogue to compare with, if the files do not. With `brake` and `out` the mean
+    100 % modulus is written into a copy of the brake, and with `hyperelastic` also the model.
     """
     from layerjam.identify.rubber.checks import specimen_checks
     from layerjam.identify.rubber.specimens import data_sheets, material_of, pool, read, row_of
@@ -208,7 +210,10 @@ def _write(
     partial: bool,
     verdict: Verdict,
 ) -> tuple[str | None, list[Notice]]:
-    """Write the changed brake; its path, and that its scale factor belongs to the old enclosure."""
+    """Write the changed brake.
+
+    Return its path, and a notice that its scale factor belongs to the old enclosure.
+    """
     if brake is None:
         return None, []
     text = bound(updated_text, brake, changes=changes, acceptances=verdict.decisions)
@@ -216,8 +221,8 @@ def _write(
     factor = brake.brake.scale_factor
     if path and factor != 1.0:
         old = (
-            f"the scale factor {factor:g} was found with the old enclosure; run 'layerjam "
-            "calibrate' again"
+            f"the scale factor {factor:g} was fitted with the old enclosure; run "
+            "'layerjam calibrate' again"
         )
         notices = [*notices, Notice(old, "old-scale-factor")]
     return path, notices
@@ -229,7 +234,7 @@ def _changes(
     brake: BrakeFile | None,
     hyperelastic: bool,
 ) -> dict[str, tuple[float, Source] | None]:
-    """The modulus, and the chosen model if it is wanted, as a brake's file takes them."""
+    """Return the modulus, and the chosen model if requested, in the form of a brake file."""
     from layerjam.identify.provenance import mark_synthetic
 
     if brake is None:
@@ -244,7 +249,7 @@ def _changes(
 def _with_model(
     values: Mapping[str, Any], brake: BrakeFile, modulus: Source, wanted: bool
 ) -> dict[str, tuple[float, Source] | None]:
-    """The chosen model as a brake's file takes it, in place of the one that it has."""
+    """Return the chosen model in the form of a brake file, replacing the existing one."""
     from layerjam.device.hyperelastic import NAMES
 
     old = [path for path in brake.sources if path.startswith("hyperelastic.")]
@@ -257,8 +262,8 @@ def _with_model(
         return {}
     if not values["stable"]:
         raise FitError(
-            f"hyperelastic: {values['model']} is not stable in tension over the curve; fit less of "
-            "it (--fit-to)"
+            f"hyperelastic: {values['model']} is not stable in tension over the curve; "
+            "fit a smaller part (--fit-to)"
         )
     text = modulus.text.replace("engineering stress at 100 %", f"{values['model']} fitted")
     source = Source(kind="measured", text=text)
@@ -272,11 +277,11 @@ def _with_model(
 def _with_modulus(
     values: Mapping[str, Any], results: Mapping[str, Any]
 ) -> dict[str, tuple[float, Source]]:
-    """The mean 100 % modulus as a brake's file takes it; FitError if there is none."""
+    """Return the mean 100 % modulus in the form of a brake file; FitError if there is none."""
     from layerjam.identify.provenance import sha256
 
     if values.get("modulus_100") is None:
-        raise FitError("out: no brake is written without one 100 % modulus of all the files")
+        raise FitError("out: writing a brake needs one 100 % modulus common to all files")
     names = ", ".join(f"{Path(p).name} (SHA-256 {sha256(p)[:12]})" for p in results)
     sd = values.get("modulus_100_sd")
     source = Source(

@@ -28,11 +28,11 @@ def in_words(parameters: Mapping[str, float]) -> str:
 class Export:
     """Base of the results of all exports."""
 
-    kind: str = fact("what it was written for")
-    feasible: bool = fact("whether it was written; false with --strict where the brake could snap")
-    reason: str | None = fact("why not")
+    kind: str = fact("target of the export")
+    feasible: bool = fact("whether it was written; false with --strict if the brake could snap")
+    reason: str | None = fact("reason if it is not")
     files: Sequence[str] = fact("files in the folder")
-    holds: float = number("N", "what it holds at rest at the site's full vacuum, c L2")
+    holds: float = number("N", "force at rest at full vacuum of the site, c L2")
 
 
 @result
@@ -57,7 +57,7 @@ class Exported(ExportedNumbers):
 
     record: Parameters
     parameters: Mapping[str, float]
-    state_bytes: int = number("1", "bytes of memory that a brake's state takes")
+    state_bytes: int = number("1", "bytes of memory for the state of a brake")
     holds: float
 
 
@@ -73,7 +73,7 @@ def export_c(
     out: Annotated[str | Path, Help("Folder to write into.", metavar="DIR")],
     precision: Annotated[
         Literal["double", "single"],
-        Help("Precision of all numbers; single if the chip has no double."),
+        Help("Precision of all numbers. Use single if the chip lacks double precision."),
     ] = "double",
     rope_stiffness: RopeStiffness | None = None,
     strict: Strict = False,
@@ -81,9 +81,9 @@ def export_c(
 ) -> Exported:
     """Write the brake as C source for a microcontroller or a simulator.
 
-    C99 that allocates nothing, keeps no global data and needs `sqrt` alone (`pow` too with a
-    pressure exponent). A rope counts in series with the brake's stiffness. The law holds c L2 at
-    rest; static friction above it is not exported. Raises FileError if a file exists unless
+    The C99 code allocates nothing, has no global data and needs only `sqrt` (and `pow` with a
+    pressure exponent). A rope is in series with the brake's stiffness. At rest the exported law
+    holds c L2; static friction above that is not exported. Raises FileError if a file exists unless
     `overwrite`, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure.
     """
     from layerjam.interop.source import NAMES, c_files
@@ -114,7 +114,7 @@ class ExportedFmu(Result, Export):
     bytes: int | None = number("B", "its size; None if it was not written")
     fmi_version: str = fact("version of the standard")
     token: str = fact("instantiation token, the same for every brake")
-    platforms: Sequence[str] = fact("platforms that it has a library for")
+    platforms: Sequence[str] = fact("platforms with a compiled library")
     compiler: str | None = fact("compiler of this machine's library; None with sources only")
     variables: Sequence[str] = fact("names of all variables")
     holds: float
@@ -142,7 +142,7 @@ def export_fmu(
         ),
     ] = None,
     sources_only: Annotated[
-        bool, Help("Put in no library; the importer compiles the sources.")
+        bool, Help("Include no library; the importer compiles the sources.")
     ] = False,
     rope_stiffness: RopeStiffness | None = None,
     strict: Strict = False,
@@ -150,9 +150,9 @@ def export_fmu(
 ) -> ExportedFmu:
     """Write the brake as a functional mock-up unit for Simulink, Dymola, OpenModelica and others.
 
-    FMI 3.0 or 2.0, co-simulation and model exchange, compiled C: no Python at the target. Inputs
-    are elongation, velocity and vacuum, outputs force, slip and energies; parameters carry the
-    brake file's own names, units and bounds. Raises FileError if the file exists unless
+    FMI 3.0 or 2.0, co-simulation and model exchange, compiled C, so the target needs no Python.
+    Inputs are elongation, velocity and vacuum, outputs force, slip and energies; parameters carry
+    the brake file's own names, units and bounds. Raises FileError if the file exists unless
     `overwrite`, QuantityError for sheets that fan out, a speed law or a hyperelastic enclosure, or
     an unknown platform; CompilerError if no compiler is found.
     """
@@ -164,7 +164,9 @@ def export_fmu(
 
     numbers, values = parameters(brake, rope_stiffness), units.start_values(brake, rope_stiffness)
     if sources_only and platforms is not None:
-        raise QuantityError.of("platforms", "sources only have no library for any of them")
+        raise QuantityError.of(
+            "platforms", ("with sources only there are no libraries; omit the platforms")
+        )
     platform_names = None if platforms is None else [name.strip() for name in platforms.split(",")]
     platform_choice = () if sources_only else units.chosen_platforms(fmi, platform_names)
     facts, size = export_facts("fmu", brake, numbers, strict), None
@@ -188,28 +190,28 @@ def export_fmu(
 
 
 def friction_at_full_vacuum(file: BrakeFile, numbers: Parameters) -> float:
-    """c [N/m] at the site's full vacuum."""
+    """Return c [N/m] at full vacuum of the site."""
     full = file.brake.site.atmosphere
     return numbers.contact * full * (full / numbers.test_pressure) ** numbers.exponent
 
 
 def export_facts(kind: str, file: BrakeFile, numbers: Parameters, strict: bool) -> dict[str, Any]:
-    """Return what is known of every export but its files: the fields of `Export`, and warnings."""
+    """Return the data common to all exports: the fields of `Export`, and warnings."""
     notices, snaps = [*file.warnings()], None
     least = friction_at_full_vacuum(file, numbers)
     if numbers.stiffness <= least:
         snaps = Notice(
             f"the stiffness of {show(numbers.stiffness, 'N/m')} is not above the "
-            f"{show(least, 'N/m')} by which the friction falls at the site's full vacuum: the "
-            "brake would snap and its force jump",
+            f"{show(least, 'N/m')} by which the friction falls at full vacuum of the "
+            "site: the brake would snap, and its force would jump",
             "snaps",
         )
         notices.append(snaps)
     if numbers.exponent:
         notices.append(
             Notice(
-                "the pressure exponent takes pow from the target's C library: the last bits of a "
-                "force may differ from one machine to another",
+                "the pressure exponent uses pow of the target's C library, so the last "
+                "bits of a force may differ between machines",
                 "pow",
             )
         )
@@ -233,7 +235,7 @@ class ExportedMujoco(ExportedNumbers):
     record: Parameters
     plugin: str = fact("name of the plugin in a model")
     library: str | None = fact("the compiled plugin; none with --no-build")
-    mujoco_version: str | None = fact("the MuJoCo that it was compiled for")
+    mujoco_version: str | None = fact("version of MuJoCo that it was compiled for")
     parameters: Mapping[str, float]
     holds: float
 
@@ -253,7 +255,11 @@ def export_mujoco(
     ),
     vacuum_lag: Annotated[float | None, LAG] = None,
     coupling: Annotated[
-        Coupling, Help("How a step's force is found: limited softens what a step cannot carry.")
+        Coupling,
+        Help(
+            "Method for the force of a step: 'limited' softens stiffness that the time step "
+            "cannot resolve."
+        ),
     ] = "limited",
     no_build: Annotated[bool, Help("Sources only; needs neither MuJoCo nor a compiler.")] = False,
     rope_stiffness: RopeStiffness | None = None,
@@ -262,10 +268,10 @@ def export_mujoco(
 ) -> ExportedMujoco:
     """Write the brake as an actuator plugin of MuJoCo whose control is the vacuum.
 
-    `actuator.xml` is for `<include>` in a model that has the tendon, `brake.xml` is a model to look
-    at. The library is compiled for the MuJoCo that is installed. Raises FileError if a file
-    exists unless `overwrite`, CompilerError, MissingExtraError, QuantityError for sheets that fan
-    out, a speed law or a hyperelastic enclosure.
+    `actuator.xml` is for `<include>` in a model that has the tendon, `brake.xml` is a model for
+    viewing. The library is compiled for the installed MuJoCo. Raises FileError if a file exists
+    unless `overwrite`, CompilerError, MissingExtraError, QuantityError for sheets that fan out, a
+    speed law or a hyperelastic enclosure.
     """
     from layerjam.interop import mjcf
     from layerjam.interop.source import plugin_files
@@ -314,4 +320,4 @@ def _library() -> tuple[_CompiledPlugin, str]:
     try:
         return _CompiledPlugin(plugin()), str(import_mujoco().__version__)
     except CompilerError as error:
-        raise CompilerError(f"{error}; or give --no-build") from None
+        raise CompilerError(f"{error}; or use --no-build") from None

@@ -1,4 +1,4 @@
-"""Common steps of commands on measured files: read, name refused files, write a brake whole."""
+"""Common steps of commands on measured files: reading, rejected files, and the brake file."""
 
 from __future__ import annotations
 
@@ -33,9 +33,10 @@ S = TypeVar("S", bound=Measured)
 T = TypeVar("T")
 SpecimenReaders = Sequence[tuple[str, Callable[[], T] | None]]
 CURVE, PICTURE = 10_000, 2_000
-"""Samples of a pull, and of a record that is only drawn, that are kept once it has been read, so
-that a gigabyte of files does not have to fit into memory. Means over neighbours: maxima, slopes and
-noise are taken from all samples before."""
+"""Number of samples kept of a pull, and of a record that is only drawn, after it has been read, so
+that a gigabyte of files need not fit into memory. They are means over neighbours; maxima, slopes
+and noise are taken from all samples before.
+"""
 
 
 @result
@@ -43,7 +44,7 @@ class FromFiles(Result):
     """A result of measured files, with the brake file that was written."""
 
     understood: Mapping[str, Any] = fact("how each file was read", listed=False)
-    refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
+    refused: Mapping[str, str] = fact("files not used, with reasons", listed=False)
     file: str | None = fact("brake file that was written")
 
 
@@ -54,10 +55,11 @@ def read_each(
     progress: Progress | None = None,
     left_out: Mapping[str, Collection[str]] | None = None,
 ) -> tuple[list[T], dict[str, str]]:
-    """`use` of every trace and of every file that can be used, and {file: why} of the others.
+    """Return `use` of every usable trace and file, and {file: reason} of the others.
 
-    What `use` returns is kept, so that it should not hold a long record. `left_out` names specimens
-    of files that are left out. A record that was exported twice counts once; the second is refused.
+    The results of `use` are kept, so they should not contain a long record. `left_out` names
+    specimens of files that are left out. A record that was exported twice is counted once; the
+    second file is rejected.
     """
     from layerjam.measure.readers.read import open_traces
     from layerjam.measure.same_record import Records
@@ -70,8 +72,8 @@ def read_each(
         same = records.find_same(trace)
         if same is not None:
             raise FitError(
-                f"holds the same record as {same}, exported with another sampling or number "
-                "format; it counts once"
+                f"contains the same record as {same}, exported with another sampling or "
+                "number format; it is counted once"
             )
         value = use(trace)
         records.add(name, trace)
@@ -102,7 +104,7 @@ def use_each(
 
     `open_source` yields the specimens of a source with a function that reads each, None for one
     left out. If none can be used, the reason of the first is raised. Ctrl-C continues with the
-    results so far; the other sources count as refused.
+    results so far; the other sources count as rejected.
     """
     results: list[T] = []
     refusals: dict[str, str] = {}
@@ -114,7 +116,7 @@ def use_each(
             digest = _digest(source)
             if digest in known_files:
                 raise FitError(
-                    f"holds the same measurement as {known_files[digest]}, which counts once"
+                    f"contains the same measurement as {known_files[digest]}; it is counted once"
                 )
             known_files[digest] = name
         except LayerjamError as error:
@@ -152,7 +154,7 @@ def use_each(
 
 
 def _count_refusals(refusals: Sequence[str], files: Sequence[str]) -> str:
-    """How many more files and specimens were refused, as the end of a sentence."""
+    """Return how many more files and specimens were rejected, as the end of a sentence."""
     file_count = sum(name in files for name in refusals)
     parts = [
         f"{count} more {noun if count == 1 else noun + 's'}"
@@ -160,7 +162,7 @@ def _count_refusals(refusals: Sequence[str], files: Sequence[str]) -> str:
         if count
     ]
     was = "was" if len(refusals) == 1 else "were"
-    return f" ({' and '.join(parts)} {was} refused too)" if parts else ""
+    return f" ({' and '.join(parts)} {was} also rejected)" if parts else ""
 
 
 def _name(source: Measured, number: int) -> str:
@@ -168,7 +170,7 @@ def _name(source: Measured, number: int) -> str:
 
 
 def _digest(source: Measured) -> str:
-    """The same for two sources that hold the same."""
+    """Return the same key for two sources with the same content."""
     from layerjam.identify.provenance import sha256
 
     if not isinstance(source, Trace):
@@ -177,7 +179,7 @@ def _digest(source: Measured) -> str:
 
 
 def _reason(error: LayerjamError, path: str) -> str:
-    """The reason alone where the error is about that file, else its whole sentence."""
+    """Return only the reason if the error concerns that file, otherwise the whole sentence."""
     if not isinstance(error, FileError | FitError) or error.path != path:
         return str(error)
     line = f"line {error.line}: " if isinstance(error, FileError) and error.line else ""
@@ -185,7 +187,7 @@ def _reason(error: LayerjamError, path: str) -> str:
 
 
 def describe_readings(traces: Iterable[Trace]) -> dict[str, list[str]]:
-    """{file, and specimen where it holds several: what was made of it}."""
+    """Return {file, with the specimen if there are several: interpretation of it}."""
     return {
         f"{t.path}, specimen {t.specimen}" if t.specimen else t.path: list(t.understood)
         for t in traces
@@ -193,7 +195,7 @@ def describe_readings(traces: Iterable[Trace]) -> dict[str, list[str]]:
 
 
 def _measurements(files: Sequence[Measured]) -> list[Measured]:
-    """The files without what only says how they were made: `*` catches sidecars and lists too."""
+    """Return the files without sidecars and lists, which `*` also matches."""
     paths = {str(f) for f in files if not isinstance(f, Trace)}
     neighbours = {
         name
@@ -211,8 +213,7 @@ def odd_facts(
     name = Path(trace.path).name
     if vacuum is not None and abs(vacuum - pressure) > 1e-6 * pressure:
         yield Notice(
-            f"{name}: its file or sidecar states {show(pressure, 'Pa')}, which counts, not "
-            "--vacuum",
+            f"{name}: its file or sidecar states {show(pressure, 'Pa')}, which overrides --vacuum",
             "vacuum-stated",
         )
     brakes, brake_name = catalogue(), trace.facts.brake
@@ -220,12 +221,14 @@ def odd_facts(
         return
     differs = _other_sheets(load(brake_name).brake.sheets, file.brake.sheets)
     if differs or file.name in brakes:
-        sentence = f"{name}: its sidecar names the brake {brake_name}, this is {file.name}"
+        sentence = (
+            f"{name}: its sidecar names the brake {brake_name}, but the brake given is {file.name}"
+        )
         yield Notice(f"{sentence}{differs}", "other-brake")
 
 
 def _other_sheets(file_sheets: Sheets, brake_sheets: Sheets) -> str:
-    """The first dimension in which sheets are others, as the end of a sentence."""
+    """Return the first dimension in which the sheets differ, as the end of a sentence."""
     for field in fields(Sheets):
         was, has = getattr(file_sheets, field.name), getattr(brake_sheets, field.name)
         if abs(was - has) > 0.01 * was:
@@ -241,21 +244,23 @@ def _odd_record(trace: Trace) -> Iterator[Notice]:
     name, summary = Path(trace.path).name, pull_summary(trace)
     if off_zero(summary.start, summary.features):
         yield Notice(
-            f"{name}: the force is {show(summary.start.baseline, 'N')} before the load rises, a "
-            "preload or the load cell's zero. Nothing is subtracted; 'layerjam pull --tare' shows "
-            "its effect, depth curves can fit it (--free force_offset)",
+            f"{name}: the force is {show(summary.start.baseline, 'N')} before the load "
+            "rises, a preload or the load cell's zero. It is not subtracted; 'layerjam "
+            "pull --tare' shows its effect, depth curves can fit it (--free force_offset)",
             "preload",
         )
     if summary.teeth is not None:
         yield Notice(
-            f"{name}: sticks and slips, {show(summary.teeth.amplitude, 'N')} about its middle: its "
-            "peak is static friction, and the law of a brake is that of the middle",
+            f"{name}: sticks and slips, {show(summary.teeth.amplitude, 'N')} about its "
+            "middle: its peak shows static friction, whereas the law of a brake "
+            "describes the middle",
             "stick-slip",
         )
     if summary.second_rise is not None:
         yield Notice(
-            f"{name}: the force rises twice, as if the brake was switched on while it slid; "
-            "'layerjam pull --from --to' shows each rise, and a file with one of them can be used",
+            f"{name}: the force rises twice, as if the brake was switched on while it "
+            "slid; view each rise with 'layerjam pull --from --to', and use a file with "
+            "one of them",
             "two-rises",
         )
 
@@ -281,7 +286,7 @@ def pulls(
     progress: Progress | None = None,
     specimens_out: Mapping[str, Collection[str]] | None = None,
 ) -> tuple[list[tuple[Trace, PullFeatures, float]], dict[str, str], list[str]]:
-    """Pulls with their features and vacuums [Pa], refused files, and what is odd about the rest.
+    """Return pulls with features and vacuums [Pa], rejected files, and notices about the rest.
 
     `test` raises for a pull that cannot be used; `specimens_out` are specimens left out by hand.
     """
@@ -296,8 +301,8 @@ def pulls(
         end, overlap = float(pull.elongation[-1]), file.brake.sheets.overlap
         if end > 2 * overlap:
             raise FitError(
-                f"pulls to {show(end, 'm')}, but the sheets overlap by {show(overlap, 'm')}: is "
-                "the unit of the elongation right?"
+                f"pulls to {show(end, 'm')}, but the sheets overlap by "
+                f"{show(overlap, 'm')}: check the unit of the elongation"
             )
         test(pull, pressure, file.brake)
         odd.extend(trace.warnings)
@@ -324,7 +329,9 @@ def write_brake(
     if out is None or (verdict is not None and verdict.failed):
         return None, []
     if refused and not partial:
-        sentence = f"{out} was not written because files were refused; --partial writes it"
+        sentence = (
+            f"{out} was not written because files were rejected; use --partial to write it anyway"
+        )
         return None, [Notice(sentence, "not-written")]
     content = text(Path(out).stem)
     BrakeFile.read(content, out)

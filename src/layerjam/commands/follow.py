@@ -1,4 +1,4 @@
-"""`follow`: a brake whose force follows a profile while it slides on."""
+"""`follow`: make the force of a sliding brake follow a profile."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -27,15 +27,15 @@ PROFILES = ("step", "sine", "rehabilitation")
 PERIOD = replace(DURATION, text="period of the profile", example="10s")
 SLIP_SPEED = replace(CROSSHEAD_SPEED, text="speed of the slip", lo=0.0, example="1mm/s")
 MODEL_ERROR = QuantitySpec(
-    "1", "true friction over the friction that the regulator knows", lo=0.1, hi=10, example="1.1"
+    "1", "ratio of the true friction to that assumed by the regulator", lo=0.1, hi=10, example="1.1"
 )
 SLIP_NOISE = QuantitySpec("m", "standard deviation of a measured slip", hi=0.1, example="0.1mm")
 FORCE_COLUMN = Want("force", "N", r"\b(force|load|kraft|f)\b", ("N", "kN"))
 SLIP_COLUMN = Want("slip", "m", r"\b(slip|travel|weg|x|s)\b", ("mm", "m"), optional=True)
 HELD_AT = 0.6
-"""Share of the atmosphere at which leak and valve are made linear."""
+"""Share of the atmosphere at which leak and valve are linearised."""
 FREQUENCIES = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
-"""Frequencies tried [Hz]; those with fewer than twenty samples a period are left out."""
+"""Frequencies tried [Hz]; those with fewer than twenty samples per period are skipped."""
 
 
 @options
@@ -47,7 +47,7 @@ class ScheduledSettings(RegulatorSettings):
 
 @options
 class Swing:
-    """A profile that is drawn: between two forces while the brake slips steadily."""
+    """Generated profile: between two forces while the brake slips steadily."""
 
     low: Annotated[float | None, FORCE, Help("Least force of the profile.")] = None
     high: Annotated[float | None, FORCE, Help("Greatest force of the profile.")] = None
@@ -64,16 +64,20 @@ class FollowedForce(Result):
     rms_error: float = number("N", "root mean square of the force's error")
     greatest_error: float = number("N", "greatest error of the force")
     possible: float = fact(
-        "share of the time in which brake and line can follow the demand",
+        "share of the time in which brake and line can follow the profile",
         shown=lambda share: f"{share:.1%} of the time",
     )
-    reasons: list[str] = fact("why they cannot in the rest", listed=False)
-    feasible: bool = fact("whether all of it is possible", shown=lambda yes: "" if yes else "no")
-    outcome: str = fact("what the detector says: HEALTHY, or the fault")
+    reasons: list[str] = fact("reason why they cannot at other times", listed=False)
+    feasible: bool = fact(
+        "whether the whole profile can be followed", shown=lambda yes: "" if yes else "no"
+    )
+    outcome: str = fact("state reported by the detector: HEALTHY, or the fault")
     greatest_vacuum: float = number("Pa", "greatest vacuum")
     pump_switches: int = fact("how often the pump was switched")
     vent_switches: int = fact("how often the vent was switched")
-    bandwidth: float | None = number("Hz", "where a sine of half the swing comes out at 71 %")
+    bandwidth: float | None = number(
+        "Hz", ("frequency at which a sine of half the swing is reduced to 71 %")
+    )
     bode: list[dict[str, float]] | None = fact("frequency response", listed=False)
     sample_time: float = number("s", "time between two samples")
 
@@ -83,7 +87,7 @@ class FollowedForce(Result):
             yield from ("", *(f"cannot: {reason}" for reason in self.reasons))
 
     def draw(self) -> "Figure":
-        """Wanted and true force over time, the vacuum, and the frequency response."""
+        """Target and true force over time, the vacuum, and the frequency response."""
         from layerjam.report import control_figures
 
         return control_figures.following(*self.record)
@@ -104,7 +108,7 @@ def follow(
     profile: Annotated[
         str | Path,
         Help(
-            "Force over time; a file also has the slip.",
+            "Profile of force over time. A file also contains the slip.",
             metavar="step|sine|rehabilitation|FILE",
         ),
     ],
@@ -115,10 +119,10 @@ def follow(
     seed: Annotated[Seed, Help("Seed of the sensor's noise.")] = 0,
     atmosphere: Atmosphere = None,
 ) -> FollowedForce:
-    """Make a sliding brake's force follow a profile, and say what it cannot follow.
+    """Make a sliding brake's force follow a profile, and report where it cannot.
 
-    The profile is drawn between the forces `low` and `high` with a `period` while the brake slips
-    at `speed`, or it is a file with time, force and slip.
+    The profile varies between the forces `low` and `high` with a `period` while the brake slips at
+    `speed`, or it is a file with time, force and slip.
     """
     from layerjam.control.follow import bode
     from layerjam.control.follow import follow as run
@@ -129,7 +133,7 @@ def follow(
         target, slip = _read_profile(str(profile), regulator.sample_time, swing)
     elif swing != Swing():
         names = ", ".join(vars(swing))
-        raise QuantityError(f"{names}: they go only with {' or '.join(PROFILES)}")
+        raise QuantityError(f"{names}: only valid with {' or '.join(PROFILES)}")
     else:
         target, slip = _from_file(profile, regulator.sample_time)
     device = brake.brake
@@ -178,7 +182,9 @@ def _read_profile(profile: str, dt: float, swing: Swing) -> tuple[Any, Any]:
         raise QuantityError(f"{', '.join(missing)}: missing; the profile {profile} needs them")
     low, high, period, length, speed = vars(swing).values()
     if high <= low:
-        raise QuantityError.of("high", f"{show(high, 'N')} is not above low, {show(low, 'N')}")
+        raise QuantityError.of(
+            "high", (f"{show(high, 'N')} is not above the value of low, {show(low, 'N')}")
+        )
     time = np.arange(round(length / dt)) * dt
     if len(time) < 2:
         raise QuantityError.of("duration", f"{show(length, 's')} is less than two samples")
@@ -194,7 +200,7 @@ def _from_file(path: str | Path, dt: float) -> tuple[Any, Any]:
     """The same from a file with time, force and slip, joined by straight lines."""
     log = read_log(path, (TIME, FORCE_COLUMN, SLIP_COLUMN))
     if "slip" not in log:
-        raise FileError(path, "has no column of slip; the force depends on it")
+        raise FileError(path, "has no slip column, on which the force depends")
     time = log["time"] - log["time"][0]
     if len(time) < 2 or (np.diff(time) <= 0).any():
         raise FileError(path, "its time must rise from row to row")

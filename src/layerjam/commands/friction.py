@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 DISPLACEMENT = QuantitySpec("m", "displacement of the sled", hi=10)
 ALIKE = 1.5
-"""Up to this ratio of pressures nothing is said."""
+"""Ratio of pressures up to which no notice is given."""
 
 
 @options
@@ -55,11 +55,11 @@ class FrictionTest:
     area: Annotated[float | None, AREA, Help("Area under the sled.")] = None
     accept_stick_slip: Annotated[
         bool,
-        Help("Take the middle of stick–slip as the kinetic friction.", old=("--accept-judder",)),
+        Help("Use the middle of stick–slip as kinetic friction.", old=("--accept-judder",)),
     ] = False
 
     def window(self, rule: Standard) -> tuple[float, float] | None:
-        """Window of the kinetic mean [m]; the standard fills an open end; None if not given."""
+        """Window of the kinetic mean [m]; the standard sets an open end; None if not given."""
         if self.start is None and self.end is None:
             return None
         low, high = (
@@ -80,12 +80,12 @@ class Friction(FromFiles, Judged):
     kinetic: float | None = number("1", "kinetic friction; null if the films stick and slip")
     static_sd: float | None = number("1", "SD over the repeats")
     kinetic_sd: float | None = number("1", "SD over the repeats")
-    repeats: int = number("1", "repeats that count")
+    repeats: int = number("1", "repeats used")
     standard: str = fact("how the records were read", listed=False)
-    window: list[float] = number("m", "displacement of the kinetic mean", listed=False)
+    window: list[float] = number("m", "displacement range of the kinetic mean", listed=False)
     intervals: Mapping[str, Any] = fact("95 % intervals of the means", listed=False)
     stick_slip: Mapping[str, Any] | None = fact("envelope of the stick–slip", listed=False)
-    pressure: Mapping[str, Any] = number("Pa", "pressure of the test and of use", listed=False)
+    pressure: Mapping[str, Any] = number("Pa", "pressures in the test and in use", listed=False)
     repeats_table: Sequence[Mapping[str, Any]] = fact("each repeat", listed=False)
 
     def lines(self) -> Iterator[str]:
@@ -139,9 +139,9 @@ def friction(
     `files` are paths or traces, several or one. `normal_force` may come from the files' sidecars,
     or from the 200 g of the two standards; `start` and `end` bound the displacement of the kinetic
     mean, counted from the record's first sample; `area` is that under the sled, for the pressure of
-    the test. If a record sticks and slips, kinetic is None; `accept_stick_slip` takes the middle
-    of the stick–slip. With `brake` and `out` the result is written into a copy of the brake's file.
-    If a check fails, nothing is written; `accept` accepts failed checks by name, {check: reason}.
+    the test. If a record sticks and slips, kinetic is None; `accept_stick_slip` uses the middle of
+    the stick–slip. With `brake` and `out` the result is written into a copy of the brake's file. If
+    a check fails, nothing is written; `accept` accepts failed checks by name, {check: reason}.
     """
     from layerjam.identify.friction.reduction import GRAVITY, pool, reduce_repeat, with_friction
     from layerjam.identify.friction.standards import find_standard
@@ -155,7 +155,7 @@ def friction(
     def use(trace: Trace) -> tuple[Trace, FrictionRepeat, float]:
         load = test.normal_force or trace.facts.normal_force or by_rule
         if load is None:
-            raise FitError("nothing says how hard the films were pressed; give --normal-force")
+            raise FitError("the normal force of the films is unknown; give --normal-force")
         repeat = reduce_repeat(trace, load, span, rule, accept_envelope)
         return trace.thinned(PICTURE), repeat, float(load)
 
@@ -217,19 +217,20 @@ def _film_range(traces: Sequence[Trace], brake: BrakeFile | None) -> tuple[float
 def _odd_loads(
     traces: Sequence[Trace], load: float, assumed: bool, rule: Standard
 ) -> Iterator[Notice]:
-    """Normal forces that sidecars state otherwise, or that nobody stated."""
+    """Notices about normal forces that sidecars contradict, or that are not stated."""
     for trace in traces:
         own_load = trace.facts.normal_force
         if own_load is not None and abs(own_load - load) > 1e-3 * load:
             yield Notice(
-                f"{Path(trace.path).name}: its sidecar states {show(own_load, 'N')}, the normal "
-                f"force given is {show(load, 'N')}, which counts",
+                f"{Path(trace.path).name}: its sidecar states {show(own_load, 'N')}, but "
+                f"the normal force given, {show(load, 'N')}, takes precedence",
                 "normal-force-stated",
             )
         if own_load is None and assumed:
             yield Notice(
-                f"the normal force is that of the {show(rule.sled_mass, 'kg')} sled of "
-                f"{rule.title}, {show(load, 'N')}; give --normal-force if yours differs",
+                f"the normal force of {show(load, 'N')} is that of the "
+                f"{show(rule.sled_mass, 'kg')} sled of {rule.title}; give --normal-force "
+                "if yours differs",
                 "normal-force-assumed",
             )
 
@@ -237,18 +238,19 @@ def _odd_loads(
 def _pressure(
     load: float, test: FrictionTest, traces: Sequence[Trace], site: Site, rule: Standard
 ) -> tuple[dict[str, Any], list[Notice]]:
-    """The pressures of the test and of use, the site's atmosphere; a notice if they differ.
+    """Return the pressures in the test and in use, and a notice if they differ.
 
-    The area under the sled is that given, or else stated by a sidecar, or else of the standard.
+    The area under the sled is the one given, otherwise that of a sidecar, otherwise that of the
+    standard.
     """
     area: Any = test.area or next((t.facts.area for t in traces if t.facts.area), None)
     sled_area, use = area or rule.area, site.atmosphere
     stress = load / sled_area
-    whose = "the area given" if area else f"the area of {rule.title}, another one: --area"
+    whose = "the given area" if area else f"the area of {rule.title}; set --area for another"
     sentence = (
-        f"the films were pressed with {show(stress, 'Pa')} ({whose}), a brake presses them with "
-        f"up to {show(use, 'Pa')}, {use / stress:.0f} times that; friction changes with pressure, "
-        "and only pulls of the brake show by how much"
+        f"the films were pressed with {show(stress, 'Pa')} ({whose}), but a brake presses "
+        f"them with up to {show(use, 'Pa')}, {use / stress:.0f} times more. Friction "
+        "changes with pressure; only pulls of the brake show by how much"
     )
     ratio = use / stress
     pressures = {"test": stress, "use": use, "ratio": ratio, "area": sled_area}
@@ -261,9 +263,9 @@ def _stick_slip_notices(friction: FrictionResult) -> Iterator[Notice]:
     if envelope is None:
         return
     consequence = (
-        f"the middle, {envelope.middle:.4g}, is taken as kinetic friction"
+        f"the middle, {envelope.middle:.4g}, is used as kinetic friction"
         if envelope.accepted
-        else "there is no kinetic friction to average (--accept-stick-slip takes the middle)"
+        else "there is no steady kinetic friction to average (--accept-stick-slip uses the middle)"
     )
     yield Notice(
         f"{', '.join(envelope.files)}: the films stick and slip between "
@@ -273,8 +275,9 @@ def _stick_slip_notices(friction: FrictionResult) -> Iterator[Notice]:
     )
     if not friction.standard.first_maximum:
         yield Notice(
-            "static is the greatest force, here the highest of many teeth, and so above what "
-            "they end at on average; --standard d1894 takes the first maximum",
+            "static friction is taken from the greatest force, here the highest of many "
+            "teeth and therefore above their mean; --standard d1894 uses the first "
+            "maximum",
             "static-of-teeth",
         )
 

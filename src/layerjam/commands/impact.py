@@ -1,4 +1,4 @@
-"""`drop`: what the brake does to a moving mass, and what is measured of it."""
+"""`drop`: the stop of a moving mass by the brake, and its measurement."""
 
 from __future__ import annotations
 
@@ -69,31 +69,31 @@ class Stop(Reading, Heating):
     peak_deceleration: float | None = number(
         "m/s^2", "peak force over mass, less gravity along the pull", default=None
     )
-    peak_g: float | None = number("1", "peak force over weight, as felt", default=None)
+    peak_g: float | None = number("1", "peak force over weight", default=None)
     stopping_time: float | None = number("s", "time from the taut rope", default=None)
     dissipated_energy: float | None = number("J", "heat until then", default=None)
     end_speed: float | None = number("m/s", "speed at the end", default=None)
     crash_force: float | None = number(
         "N", "greatest force after the travel is used up, if its end is rigid", default=None
     )
-    crash_g: float | None = number("1", "the same over weight, as felt", default=None)
+    crash_g: float | None = number("1", "the same over weight", default=None)
     vacuum: float | None = number("Pa", "vacuum of the brake", default=None)
-    outcome: str | None = fact("how it ended", default=None)
+    outcome: str | None = fact("outcome", default=None)
     speed: float | None = number("m/s", "speed at the taut rope", default=None)
     feasible: bool = fact(
         "whether it could be computed", default=True, shown=lambda yes: "" if yes else "no"
     )
-    reason: str | None = fact("why not", default=None)
+    reason: str | None = fact("reason if it is not", default=None)
     least_stiffness: float | None = number(
         "N/m", "stiffness of rope and brake above which it cannot snap", default=None
     )
     slip_at_end: float | None = number("m", "slip when `duration` is over", default=None)
-    outcome_at_end: str | None = fact("how the time after it ended", default=None)
+    outcome_at_end: str | None = fact("outcome of the time after it", default=None)
     crash: Crash | None = None
     """Crash after the end of the travel, or None if it is unknown."""
 
     def rows(self) -> list[tuple[str, str]]:
-        """Without what was only assumed, and without a sensor that shows the stop as it is."""
+        """Without values that were only assumed, and without an ideal sensor."""
         left_out: tuple[str, ...] = ASSUMED if self.feasible else ()
         if (self.accelerometer, self.filter, self.measured_rate) == ("ideal", "none", None):
             left_out += IDLE_SENSOR
@@ -107,11 +107,11 @@ class Stop(Reading, Heating):
         if isinstance(self.record, BareDrop):
             return impact_figures.bare(self.record)
         if self.record is None:
-            raise QuantityError(f"a drop that cannot be has no curve: {self.reason}")
+            raise QuantityError(f"an impossible drop has no curve: {self.reason}")
         return impact_figures.drop(self.record, self.crash)
 
     def quiet_curves(self) -> Sequence[Curve]:
-        """Those of a drop without a brake are force over time alone."""
+        """For a drop without a brake: only force over time."""
         return super().quiet_curves()[: 1 if isinstance(self.record, BareDrop) else None]
 
 
@@ -142,10 +142,10 @@ def drop(
     vacuum_share: VacuumShare | None = None,
     leak_time: LeakTime | None = None,
     held: HoldTime | None = None,
-    duration: Annotated[float | None, DURATION, Help("Follow the rebound for this long.")] = None,
+    duration: Annotated[float | None, DURATION, Help("Simulate the rebound for this long.")] = None,
     sensing: Sensing = Sensing(),
     warmth: Warmth = Warmth(),
-    no_brake: Annotated[bool, Help("The rope alone.")] = False,
+    no_brake: Annotated[bool, Help("Use the rope alone, without the brake.")] = False,
     horizontal: Horizontal = False,
     accept: Accept = None,
     atmosphere: Atmosphere = None,
@@ -153,15 +153,15 @@ def drop(
 ) -> Stop:
     """Stop a falling mass with the brake, at a vacuum or at "tuned" for a travel (slip).
 
-    Without `rope_stiffness` the mass hangs on the brake alone; with `no_brake` on the rope alone.
-    Slip, peak and time refer to the first standstill or the end of travel. Exact at constant
-    vacuum; with `rope_damping`, a `vacuum_history` (a file with time and vacuum, or a History) or a
-    `duration` (to follow the rebound) it is marched in time. `reading` says what a file's pressure
-    counts from (absolute, gauge or vacuum) where its column does not; `columns` and `decimal` are
-    as for every log. `vacuum_share` of what the gauge reads presses the sheets. With `leak_time`
+    Without `rope_stiffness` only the brake holds the mass; with `no_brake` only the rope. Slip,
+    peak and time refer to the first standstill or the end of travel. Exact at constant vacuum; with
+    `rope_damping`, a `vacuum_history` (a file with time and vacuum, or a History) or a `duration`
+    (to follow the rebound) it is integrated in time. `reading` is the pressure reference of a file
+    (absolute, gauge or vacuum) if its column does not state it; `columns` and `decimal` are as for
+    every log. The share `vacuum_share` of the gauge's reading presses the sheets. With `leak_time`
     the line is shut off `held` before the rope is taut, and the vacuum leaks away. A mass that has
     not stopped when `duration` is over has the outcome FINISHED and no `stopping_time`; one that
-    creeps to rest on an overdamped rope has neither.
+    creeps to rest on an overdamped rope has no `stopping_time` either.
     """
     site = brake.brake.site
     arrives = arrival(speed, height, horizontal, site.gravity)
@@ -196,12 +196,12 @@ def drop(
 
 
 def not_tuned(tuning: TunedVacuum, speed: float | None = None) -> Stop:
-    """The stop at a tuned vacuum that there is not: why, and nothing else."""
+    """Return the result if no tuned vacuum exists: only the reason."""
     return Stop(speed=speed, feasible=False, reason=tuning.reason, warnings=tuning.warnings)
 
 
 def _not_tuned_for(damping: bool, leak: bool, stop: Stop, travel: float) -> Stop:
-    """The stop with a notice of what its tuned vacuum leaves out."""
+    """Return the stop with a notice of the effects that its tuned vacuum ignores."""
     for is_there, key, words in (
         (damping, "damping", "for a rope without damping"),
         (leak, "leak", "without the leak"),
@@ -225,13 +225,13 @@ def _check(
 ) -> None:
     if no_brake:
         if history is not None or duration is not None:
-            raise QuantityError("vacuum: without a brake there is none, and no time to follow it")
+            raise QuantityError("vacuum and duration: not valid without a brake")
         if vacuum is not None or travel is not None:
-            raise QuantityError("vacuum: without a brake there is none to give, nor a travel")
+            raise QuantityError("vacuum and travel: not valid without a brake")
         return
     if history is None and log != LogOptions():
         raise QuantityError(
-            "reading, columns and decimal: they go only with the file of a vacuum history"
+            "reading, columns and decimal: only valid with the file of a vacuum history"
         )
     if history is not None:
         if vacuum is not None or travel is not None:
@@ -241,20 +241,20 @@ def _check(
     elif vacuum == "tuned" and travel is None:
         raise QuantityError("travel: missing; a tuned vacuum needs the slip to stop within")
     elif vacuum != "tuned" and travel is not None:
-        raise QuantityError("travel: goes only with a tuned vacuum")
+        raise QuantityError("travel: only valid with a tuned vacuum")
 
 
 def _check_leak(values: tuple[Any, Any, Any], history: Any, no_brake: bool) -> None:
-    """That share, leak time and held go with a brake and with one vacuum."""
+    """Check that share, leak time and held are given only with a brake and one vacuum."""
     values_by_name = dict(zip(("vacuum share", "leak time", "held"), values, strict=True))
     for name, value in values_by_name.items():
         if value is not None and no_brake:
-            raise QuantityError(f"{name}: without a brake there is no vacuum")
+            raise QuantityError(f"{name}: not valid without a brake, which needs no vacuum")
     if values_by_name["leak time"] is None:
         if values_by_name["held"] is not None:
             raise QuantityError("held: goes only with a leak; give its leak time too")
     elif history is not None:
-        raise QuantityError("leak time: a history holds the vacuum itself, its leak included")
+        raise QuantityError("leak time: not valid with a history, which already includes the leak")
 
 
 def _with_brake(
@@ -265,7 +265,7 @@ def _with_brake(
     until: float | None,
     progress: Progress | None,
 ) -> Stop:
-    """The stop in closed form where the vacuum is constant and nothing damps, else in time."""
+    """Return the stop: in closed form, or integrated in time if damped or if the vacuum changes."""
     from layerjam.mechanics.pull import least_stiffness
     from layerjam.simulate.speed import follows_speed
 
@@ -294,7 +294,7 @@ def _with_brake(
         "record": record,
     }
     if end.outcome is Outcome.SNAPS:
-        # a stop that snaps has no numbers
+        # a stop that snaps has no results
         return Stop(
             feasible=False,
             reason=end.reason,
@@ -311,7 +311,7 @@ def _with_brake(
         end_speed=end.end_speed,
         dissipated_energy=end.heat,
         stopping_time=None if end.outcome is Outcome.FINISHED else end.time,
-        # friction that grows with speed holds any spring
+        # friction that grows with speed is stable on any spring
         least_stiffness=None
         if follows_speed(brake.brake)
         else float(least_stiffness(record.vacuum, brake.brake)),
@@ -329,8 +329,8 @@ def _crash(record: DropRecord, g: float) -> tuple[Crash | None, dict[str, Any], 
     crash_record = crash(record)
     if crash_record is None:
         sentence = (
-            "the peaks leave the crash out: how hard it is depends on what gives at the end of the "
-            "travel, and without a rope nothing is known that does"
+            "the peaks exclude the crash at the end of the travel: its force depends on "
+            "the compliance there, which is unknown without a rope"
         )
         return None, {}, [Notice(sentence, "crash-unknown")]
     force = crash_record.peak_force
@@ -366,9 +366,9 @@ def _without_brake(case: dict[str, Any], damping: float, g: float) -> Stop:
     reason = None
     if not stands:
         reason = (
-            f"on a rope damped by {show(damping, 'N s/m')} the mass never stands still: it creeps "
-            f"to {show(mass * gravity / rope, 'm')}, where its weight hangs; peak and heat are "
-            "those of all the time to come"
+            f"on a rope damped by {show(damping, 'N s/m')} the mass never comes to rest: "
+            f"it creeps towards {show(mass * gravity / rope, 'm')}, where the rope "
+            "carries its weight; peak and heat cover the whole motion"
         )
     return Stop(
         **_peaks(force, mass, gravity, g),
@@ -398,9 +398,9 @@ def observed(
     warmth: Warmth | None = None,
     accept: Mapping[str, str] | None = None,
 ) -> Stop:
-    """The same stop with what another accelerometer shows of it, and another allowed rise.
+    """Return the same stop with the reading of another accelerometer and another allowed rise.
 
-    And how warm it makes the sheets; a stop that is none stays as it is.
+    Return the stop with the temperature rise of the sheets; an impossible stop is unchanged.
     """
     if not stop.feasible or stop.record is None:
         return stop
@@ -410,7 +410,7 @@ def observed(
         signal = reading(
             (bare.time, bare.acceleration), sensing, gravity=bare.gravity, accept=accept
         )
-        bounces = "the reading holds the first pull of the rope; bounces after it are left out"
+        bounces = "the reading covers the first pull of the rope; later bounces are excluded"
         notices = [] if sensing.plain() else [Notice(bounces, "first-pull")]
         return replace(
             stop,
@@ -419,7 +419,8 @@ def observed(
         )
     record = stop.record
     if stop.outcome_at_end:
-        # what is held behind the end is how the record ended, not how the stop did
+        # the force after the end of travel depends on the outcome of the record, not on that of the
+        # stop
         record = replace(record, outcome=Outcome(stop.outcome_at_end))
     signal = reading(record, sensing, accept=accept)
     warm = heating(float(stop.dissipated_energy or 0.0), stop.record.brake, warmth)

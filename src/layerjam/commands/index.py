@@ -1,8 +1,8 @@
-"""Which commands there are: found by their declarations, without importing what they compute with.
+"""List of commands, found by their declarations without importing the code that computes.
 
-A file below `commands/` or `studies/` that holds `@command(` is a place of commands. `--help`
-reads their decorator, name and first sentence from the source, in milliseconds; a command's module
-is imported when the command is used.
+Files below `commands/` or `studies/` that contain `@command(` declare commands. `--help` reads
+their decorator, name and first sentence from the source, in milliseconds; a command's module is
+imported when the command is used.
 """
 
 import ast
@@ -51,8 +51,8 @@ def _in_source(path: Path) -> Iterator[Entry]:
     heads, count = HEAD.findall(text), len(DECORATOR.findall(text))
     if len(heads) != count:
         raise RuntimeError(
-            f"{path}: {count} commands, of which {len(heads)} are found; a command is a function "
-            "of the module with @command(...), a result type and a docstring"
+            f"{path}: {count} commands, but only {len(heads)} recognised; a command is a "
+            "function of the module with @command(...), a result type and a docstring"
         )
     module = ".".join(("layerjam", *path.relative_to(HOME).with_suffix("").parts))
     for head in heads:
@@ -93,7 +93,7 @@ def commands() -> dict[str, Entry]:
 
 
 def find(name: str) -> Entry | None:
-    """The command of a name as typed or as in Python; a former name will do."""
+    """Return the command of a name, as typed or as in Python; former names work too."""
     typed_name = name.replace("_", "-")
     return next(
         (e for e in commands().values() if typed_name in (e.name, *e.old) or name == e.python_name),
@@ -107,7 +107,10 @@ def family(word: str) -> tuple[str, ...]:
 
 
 def load(name: str) -> Command:
-    """The declaration of the command that `find` finds; raises UnknownNameError if none is."""
+    """Return the declaration of the command that `find` returns.
+
+    UnknownNameError if there is none.
+    """
     entry = find(name)
     if entry is None:
         raise UnknownNameError("command", name, commands())

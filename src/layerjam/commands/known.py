@@ -1,4 +1,4 @@
-"""A result whose numbers can be relied on to be there."""
+"""A result whose numbers are never None."""
 
 from typing import Any
 
@@ -6,10 +6,10 @@ from layerjam.errors import NotKnownError
 
 
 class KnownResult:
-    """A feasible result; reading a value of it that is not known raises NotKnownError."""
+    """A feasible result; reading an unknown value raises NotKnownError."""
 
     def __init__(self, answer: Any) -> None:
-        """Wrap a result; raises NotKnownError if it is infeasible, or an element of it is."""
+        """Wrap a result; raises NotKnownError if it or one of its elements is infeasible."""
         feasible = getattr(answer, "feasible", True)
         if not getattr(feasible, "all", lambda: feasible)():
             raise NotKnownError(getattr(answer, "reason", None) or "the result is infeasible")
@@ -25,7 +25,7 @@ class KnownResult:
         answer = self.__dict__["answer"]
         value = getattr(answer, name)
         if value is None and any(f.name == name for f in answer.keys()):  # noqa: SIM118
-            raise NotKnownError(f"{name.replace('_', ' ')}: it is not known for this case")
+            raise NotKnownError(f"{name.replace('_', ' ')}: unknown for this case")
         return value
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""`lab`: practice files of a whole campaign, from a stated truth and a machine with faults."""
+"""`lab`: practice files of a whole campaign, from stated true values and a machine with faults."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -18,14 +18,15 @@ if TYPE_CHECKING:
     from layerjam.campaigns.campaign import Campaign
 
 PRACTICE = "practice"
-"""Name of the campaign that is built in."""
+"""Name of the built-in campaign."""
 
 
 @result
 class PracticeFiles(Result):
-    """The files of a campaign and where the truth is; `record` is the Campaign.
+    """Files of a campaign, and the file with the true values; `record` is the Campaign.
 
-    For an example to edit, `text` holds it, or says what to do with the file, and all else is None.
+    For an example to edit, `text` is the example or explains what to do with its file; the rest is
+    None.
     """
 
     record: "Campaign | None" = None
@@ -36,16 +37,16 @@ class PracticeFiles(Result):
     friction_tests: int | None = number("1", "friction tests", default=None)
     pulls: int | None = number("1", "pulls", default=None)
     samples: int | None = number("1", "samples of all files", default=None)
-    faulty: int | None = number("1", "files with a fault on purpose", default=None)
+    faulty: int | None = number("1", "files with an intentional fault", default=None)
     seed: int | None = number("1", "seed of the campaign", default=None)
-    truth: str | None = fact("file with the truth", default=None)
+    truth: str | None = fact("file with the true values", default=None)
     next: Sequence[str] | None = fact("commands to try", default=None, listed=False)
     stopped: bool | None = fact("whether it was stopped", default=None, listed=False)
     text: str = ""
 
     @property
     def exit_code(self) -> int:
-        """130 where the keyboard stopped it, as for every interrupted command."""
+        """Exit code: 130 if interrupted, as for every command."""
         return 130 if self.stopped else super().exit_code
 
     def lines(self) -> Iterator[str]:
@@ -53,7 +54,7 @@ class PracticeFiles(Result):
         yield from ("", "try:", *(f"  {line}" for line in self.next or ()))
 
     def table(self, width: int = 80) -> str:
-        """The example as it is, or the table."""
+        """The example itself, or the table."""
         return self.text.rstrip("\n") or super().table(width)
 
     def json(self) -> str:
@@ -71,7 +72,7 @@ def lab_example(out: str | Path | None = None, *, overwrite: bool = False) -> st
     """
     from layerjam.campaigns.text import example, spec_text
 
-    # plain ASCII: `>` of Windows' shells changes other letters
+    # plain ASCII, because `>` in Windows shells garbles other letters
     text = spec_text(example()).replace("µ", "u")
     if out is not None:
         if Path(out).suffix != ".toml":
@@ -88,26 +89,26 @@ def lab_example(out: str | Path | None = None, *, overwrite: bool = False) -> st
 def lab(
     spec: Annotated[
         str | Path | Spec | None,
-        Help("The campaign's TOML file, or practice, which is built in.", metavar="SPEC"),
+        Help("TOML file of the campaign, or the built-in campaign practice.", metavar="SPEC"),
     ] = None,
     *,
     out: Annotated[
         str | Path | None,
-        Help("Folder to write, new or empty; with --example a .toml file.", metavar="DIR"),
+        Help("New or empty folder to write; with --example, a .toml file.", metavar="DIR"),
     ] = None,
     example: Annotated[
-        bool, Help("Print a commented campaign to edit, or write it to --out.")
+        bool, Help("Print a commented campaign for you to edit, or write it to --out.")
     ] = False,
-    seed: Annotated[int | None, SEED, Help("Seed instead of the campaign's own.")] = None,
+    seed: Annotated[int | None, SEED, Help("Seed, in place of the campaign's own.")] = None,
     overwrite: Overwrite = False,
     progress: Progress | None = None,
 ) -> PracticeFiles:
-    """Practice files of a virtual laboratory: the truth is known, the machine has its faults.
+    """Write practice files of a virtual laboratory, with known true values and machine faults.
 
-    The files of a campaign and the truth are written into the folder `out`. `spec` is
-    the path of a TOML file, a Spec, or "practice", which is built in; `seed` counts instead of its
-    own. Every file says that it is synthetic. Stopped by the keyboard, the files written are whole
-    and the result says so. Raises FileError if `out` is not empty and `overwrite` is not set.
+    The files of a campaign and the true values are written into the folder `out`. `spec` is the
+    path of a TOML file, a Spec, or "practice", which is built in; `seed` replaces the seed in it.
+    Every file says that it is synthetic. Stopped by the keyboard, the files written are whole and
+    the result says so. Raises FileError if `out` is not empty and `overwrite` is not set.
     """
     from layerjam.campaigns.campaign import campaign
     from layerjam.campaigns.campaign_files import commands, write_campaign
@@ -115,7 +116,7 @@ def lab(
 
     if example:
         if spec is not None or seed is not None:
-            raise QuantityError("--example: takes --out and --overwrite only")
+            raise QuantityError("--example: only --out and --overwrite are valid with it")
         text = lab_example(out, overwrite=overwrite)
         if out is not None:
             text = f"Edit it, then: layerjam lab {quote_word(str(out))} --out DIR"
@@ -131,12 +132,13 @@ def lab(
     warnings = [Notice("the files are synthetic: written by a program, not measured", "synthetic")]
     if record.stopped:
         sentence = f"{len(record.files)} of {len(campaign_record.tests)} files were written; "
-        sentence += "those are whole"
+        sentence += "those are complete"
         warnings.append(Notice(f"stopped: {sentence}", "stopped"))
     if record.strangers:
         count = record.strangers
         others = "1 other file" if count == 1 else f"{count} other files"
-        were = "is not of this campaign; it was" if count == 1 else "are not of this one; they were"
+        verb, were = ("does", "it was") if count == 1 else ("do", "they were")
+        were = f"{verb} not belong to this campaign; {were}"
         sentence = f"{others} in {record.folder} {were} there before"
         warnings.append(Notice(sentence, "strangers"))
     return PracticeFiles(

@@ -1,4 +1,4 @@
-"""Array arguments of a command: how they broadcast, and the labels that its result keeps."""
+"""Array arguments of a command: broadcasting, and the labels of its result."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -22,7 +22,7 @@ ROWS = 12
 MOST_CURVES = 24
 """Most curves of an array result that one figure shows."""
 MOST_ELEMENTS = 10_000_000
-"""Most combinations of array arguments in one call; more would not fit into memory."""
+"""Largest number of combinations of array arguments in one call; more would not fit into memory."""
 
 
 Coordinate = tuple[tuple[str, ...], Any, Mapping[str, Any]]
@@ -30,7 +30,7 @@ Coordinate = tuple[tuple[str, ...], Any, Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Grid:
-    """The array arguments of one call, and the dimensions of what is computed from them.
+    """The array arguments of one call, and the dimensions of the results.
 
     `inputs` are SI arrays that broadcast to `shape`, `units` their SI units. `coordinates` maps a
     name to the dimensions, values and attributes of a coordinate; one with the name of an input

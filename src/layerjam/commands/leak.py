@@ -1,4 +1,4 @@
-"""`leak`: the leak of a closed chamber from a pressure-hold log."""
+"""`leak`: leak rate of a closed chamber from a pressure-hold log."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ if TYPE_CHECKING:
 
 @result
 class LeakFound(Judged):
-    """Leak of a closed chamber, by the law that suits the log best; `record` is the Leak.
+    """Leak of a closed chamber, by the law that fits the log best; `record` is the Leak.
 
     Leak rates are at the window's mean pressure, positive out of the chamber; None without a
     volume.
     """
 
     record: Leak
-    model: str = fact("law that suits best")
-    distinct: bool = fact("whether it suits clearly better than the others")
+    model: str = fact("law that fits best")
+    distinct: bool = fact("whether it fits clearly better than the others")
     rate: float = number("1/s", "conductance over volume", listed=False, interval=True)
     time_constant: float | None = number("s", "time constant of the leak", interval=True)
     conductance: float | None = number("m^3/s", "conductance of the leak")
@@ -50,14 +50,14 @@ class LeakFound(Judged):
     leak_rate_sccm: float | None = number("cm^3/min at 0 °C and 101325 Pa", "the same in sccm")
     pressure_change_rate: float = number("Pa/s", "change of the pressure there")
     mean_pressure: float = number("Pa", "mean absolute pressure of the window")
-    side: str = fact("side of the atmosphere")
-    reading: str = fact("what the pressure counts from")
+    side: str = fact("whether the pressure is above or below the atmosphere")
+    reading: str = fact("pressure reference")
     atmosphere: float = number("Pa", "atmosphere of the site")
     zero_fitted: float | None = number("Pa", "zero of the sensor, as fitted")
     temperature: float = number("K", "temperature of the gas")
-    temperature_equivalent: float = number("K", "change of temperature that would do the same")
-    window: Sequence[float] = number("s", "part of the log that counts", shown=span_text)
-    samples: int = number("1", "samples that count")
+    temperature_equivalent: float = number("K", "temperature change with the same effect")
+    window: Sequence[float] = number("s", "part of the log used", shown=span_text)
+    samples: int = number("1", "samples used")
     models: Mapping[str, Any] = fact("every law", listed=False)
     understood: Sequence[str] = fact("how the file was read", listed=False)
 
@@ -66,7 +66,7 @@ class LeakFound(Judged):
         yield ""
         for name, fit in self.models.items():
             constant = f"{fit['time_constant']:.4g} s" if fit["time_constant"] else "none"
-            yield f"{name}: time constant {constant}, misses by {fit['rmse']:.3g} Pa (RMSE)"
+            yield f"{name}: time constant {constant}, RMSE {fit['rmse']:.3g} Pa"
 
     def draw(self) -> Figure:
         """Pressure over time with the laws."""
@@ -94,11 +94,11 @@ def leak(
     atmosphere: Atmosphere = None,
     options: LogOptions = LogOptions(),
 ) -> LeakFound:
-    """Leak of a closed chamber from a pressure-hold log.
+    """Fit the leak of a closed chamber to a pressure-hold log.
 
-    `reading` says what the pressure counts from (absolute, gauge, vacuum) where the file does not.
-    Without `volume` only rates can be told. A column of temperature is used; else `temperature` is
-    that of the gas all the time.
+    `reading` is the pressure reference (absolute, gauge, vacuum) if the file does not state it.
+    Without `volume`, only rates can be determined. A temperature column is used if present;
+    otherwise the gas has the constant `temperature`.
     """
     from layerjam.identify.logs.checks import leak_checks
     from layerjam.identify.logs.leak import fit_leak, sccm
@@ -144,24 +144,24 @@ def leak(
 
 
 def _period(rate: float) -> float | None:
-    """The time constant of a rate; None if there is no leak."""
+    """Return the time constant of a rate; None if there is no leak."""
     return 1 / rate if rate > 0 else None
 
 
 def _unsure(result: Leak, no_volume: bool, logged: bool, given: bool) -> Iterator[Notice]:
     """Yield the unknown numbers, each with the measurement that would determine it."""
     if logged and given:
-        sentence = "the log has a column of temperature, which counts, not --temperature"
+        sentence = "the log has a temperature column, which overrides --temperature"
         yield Notice(sentence, "temperature-logged")
     if no_volume:
         yield Notice("without --volume only the rate is known, not the leak", "no-volume")
     elif not (given or logged):
-        sentence = "the gas is taken to have 20 °C for sccm; --temperature says otherwise"
+        sentence = "the gas is assumed to be at 20 °C for sccm; set --temperature if it is not"
         yield Notice(sentence, "temperature-assumed")
     if not result.distinct:
         yield Notice(
-            "the log does not tell the leak's laws apart: the leak near the pressures measured is "
-            "known, at others it depends on the law (see models)",
+            "the log does not distinguish the leak laws: the leak is known near the "
+            "measured pressures; elsewhere it depends on the law (see models)",
             "laws-alike",
         )
 

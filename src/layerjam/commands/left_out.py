@@ -1,6 +1,6 @@
-"""Files and specimens that are left out by hand, each with its reason, which stays with the result.
+"""Files and specimens excluded by hand, each with a reason that is stored in the result.
 
-A specimen of a file that holds several is named as results name it: `FILE, specimen LABEL`.
+A specimen of a file with several is named as in results: `FILE, specimen LABEL`.
 """
 
 from collections import defaultdict
@@ -18,27 +18,27 @@ Name = TypeVar("Name", str, tuple[str, str])
 SEPARATOR = ", specimen "
 """Between a file and its specimen."""
 Specimens = Mapping[str, Collection[str]]
-"""{file: specimens of it that are left out}."""
+"""{file: its excluded specimens}."""
 
 
 @options
 class LeftOut:
-    """Which files and specimens are left out, and why."""
+    """Excluded files and specimens, with reasons."""
 
     exclude: Annotated[
         Sequence[str] | Mapping[str, str],
         Help(
-            "Leave this file out, or 'FILE, specimen NAME' of one that holds several; say why "
-            "with --because.",
+            "Exclude this file, or 'FILE, specimen NAME' of a file with several; give "
+            "the reason with --because.",
             metavar="FILE",
         ),
     ] = ()
     because: Annotated[
-        Sequence[str], Help("Why, one for each --exclude in their order.", metavar="TEXT")
+        Sequence[str], Help("Reason, one for each --exclude, in the same order.", metavar="TEXT")
     ] = ()
 
     def reasons(self) -> dict[str, str]:
-        """{file as it was named: why}; QuantityError if one of the two is missing."""
+        """Return {file as named: reason}; QuantityError if either is missing."""
         if isinstance(self.exclude, Mapping):
             if self.because:
                 raise QuantityError.of("because", "the reasons are already stored with the files")
@@ -48,12 +48,14 @@ class LeftOut:
         if len(names) != len(reasons):
             raise QuantityError.of(
                 "exclude",
-                f"{len(names)} named, {count_of(len(reasons), 'reason')} given; "
-                "say of each why it is left out: --exclude FILE --because TEXT",
+                f"{len(names)} named, {count_of(len(reasons), 'reason')} given; give a "
+                "reason for each: --exclude FILE --because TEXT",
             )
         for name, reason in zip(names, reasons, strict=True):
             if not reason.strip():
-                raise QuantityError.of("because", f"is empty for {name}; say why it is left out")
+                raise QuantityError.of(
+                    "because", (f"is empty for {name}; give the reason why it is excluded")
+                )
         return _unique((n, reason.strip()) for n, reason in zip(names, reasons, strict=True))
 
     def split_excluded(
@@ -61,10 +63,10 @@ class LeftOut:
     ) -> tuple[list[Measured], Specimens, list[dict[str, Any]]]:
         """Return the other files, specimens left out of these, and a list of everything left out.
 
-        The list gives `file` (with its specimen), `because` and `sha256`. A file is named
-        by its path, or by its name alone where only one has it. Raises QuantityError for a name
-        that is none of the files', a specimen that the file does not hold, and where nothing is
-        left; FileError if a specimen is named of a file that cannot be read.
+        The list gives `file` (with its specimen), `because` and `sha256`. A file is named by its
+        path, or by its name if it is unique. Raises QuantityError for a name that matches no file,
+        a specimen that the file does not contain, or if nothing is left; FileError if a specimen is
+        named in a file that cannot be read.
         """
         sources, meanings = several(files), self._reasons_of(several(files))
         by_name = {_name_of(f): f for f in sources}
@@ -87,7 +89,7 @@ class LeftOut:
         return sources_left, labels_of, out
 
     def among(self, *groups: Sequence[Measured]) -> "Iterator[LeftOut]":
-        """The same for each of several groups of files; a name must be in one of them."""
+        """Return the same for several groups of files; each name must be in one of them."""
         meanings = self._reasons_of([*{_name_of(f): f for group in groups for f in group}.values()])
         for group in groups:
             paths = {_name_of(f) for f in group}
@@ -120,7 +122,7 @@ def _texts(texts: Sequence[str]) -> list[str]:
 
 
 def _unique(pairs: Iterable[tuple[Name, str]]) -> dict[Name, str]:
-    """A dictionary; QuantityError if two are of one name."""
+    """Return a dictionary; QuantityError if a name occurs twice."""
     reasons_by_name: dict[Name, str] = {}
     for name, reason in pairs:
         if name in reasons_by_name:
@@ -135,23 +137,23 @@ def _full_name(path: str, specimen: str) -> str:
 
 
 def _name_of(source: Measured) -> str:
-    """A path, or that of a trace with its specimen."""
+    """Return a path, or that of a trace with its specimen."""
     return _full_name(source.path, source.specimen) if isinstance(source, Trace) else str(source)
 
 
 def _source_of(name: str, files: Sequence[Measured]) -> tuple[str, str]:
-    """Path and specimen, "" for a whole file, that a name stands for."""
+    """Return the path and specimen that a name refers to; "" for a whole file."""
     parts = name.split(SEPARATOR)
     for count in range(len(parts), 0, -1):
         source = _path(SEPARATOR.join(parts[:count]), files)
         if source is not None:
             return source, SEPARATOR.join(parts[count:])
     paths = ", ".join(map(_name_of, files[:6])) + ", ..." * (len(files) > 6)
-    raise QuantityError.of("exclude", f"{name} is none of the files given: {paths}")
+    raise QuantityError.of("exclude", f"{name} is not one of the files given: {paths}")
 
 
 def _path(name: str, files: Sequence[Measured]) -> str | None:
-    """The one file of that path, or of that name; None if there is none."""
+    """Return the file with that path or unique name; None if there is none."""
     same = [f for f in files if _name_of(f) == name]
     same = same or [f for f in files if Path(_name_of(f)).name == name]
     if len(same) > 1:
@@ -161,7 +163,7 @@ def _path(name: str, files: Sequence[Measured]) -> str | None:
 
 
 def _specimens(source: Measured, labels_out: Collection[str], options: ReadingOptions) -> set[str]:
-    """The specimens that a file holds; QuantityError if it does not hold all those named."""
+    """Return the specimens of a file; QuantityError if it lacks a named one."""
     from layerjam.measure.readers.read import open_traces
 
     path, labels = _name_of(source), []

@@ -1,4 +1,4 @@
-"""A vacuum line as an argument of a command, and what fills it."""
+"""A vacuum line as an argument of a command, and the fluid in it."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -20,7 +20,7 @@ ONLY_COMPLIANCE = Notice(
 def line_file(line: AnyLine, atmosphere: float | str | None = None) -> LineFile:
     """The line with its name and sources, at the site's atmosphere if one is given.
 
-    A record made in Python is checked like a file. Raises UnknownNameError, FileError or
+    A record created in Python is checked like a file. Raises UnknownNameError, FileError or
     QuantityError.
     """
     return record_file(line, LineFile, load_line, atmosphere)

@@ -15,13 +15,13 @@ from layerjam.units import QuantitySpec, show
 
 SPEED = QuantitySpec("m/s", "speed of the crosshead", open_lo=True)
 SAME_SHARE = 0.03
-"""Part by which a held back vacuum or speed may differ from the one given."""
+"""Relative tolerance between a reserved vacuum or speed and the one given."""
 Paths = Sequence[Measured] | Measured
 
 
 @options
 class Measurements:
-    """The files of a report, and which of them serve what."""
+    """Files of a report, and the use of each."""
 
     friction: Annotated[Paths, Help("Friction tests.", metavar="FILE...", greedy=True)] = ()
     pulls: Annotated[Paths, Help("Pulls to calibrate on.", metavar="FILE...", greedy=True)] = ()
@@ -29,7 +29,7 @@ class Measurements:
     calibrate_on: Annotated[
         Paths,
         Help(
-            "Calibrate on these alone; the other pulls serve the validation.",
+            "Calibrate on these only; validate on the other pulls.",
             metavar="FILE...",
             greedy=True,
         ),
@@ -37,7 +37,7 @@ class Measurements:
     holdout: Annotated[
         Sequence[str],
         Help(
-            "Keep the pulls at this vacuum, speed or 'repeat N' for the validation.",
+            "Reserve the pulls at this vacuum, speed or 'repeat N' for the validation.",
             metavar="Q...",
             greedy=True,
         ),
@@ -53,7 +53,7 @@ class Measurements:
         if choice and holdout:
             raise QuantityError("--calibrate-on and --holdout: give one of them")
         if holdout and not pulls:
-            raise QuantityError("--holdout: there are no --pulls to hold back from")
+            raise QuantityError("--holdout: no --pulls are given to hold back from")
         if holdout:
             calibration, held_back = _held_back(pulls, holdout, reading, tell)
             return calibration, [*held_back, *others]
@@ -61,7 +61,9 @@ class Measurements:
             identities = {_identity(p) for p in choice}
             others_left = [p for p in pulls if _identity(p) not in identities]
             if not (others_left or others):
-                raise QuantityError("--calibrate-on: names every pull, none is left to validate on")
+                raise QuantityError(
+                    "--calibrate-on: names every pull, so none is left to validate on"
+                )
             return choice, [*others_left, *others]
         return pulls, others or pulls
 
@@ -73,7 +75,7 @@ def _identity(source: Measured) -> str:
 def _held_back(
     pulls: Sequence[Measured], holdout: Sequence[str], reading: FileOptions, tell: Progress
 ) -> tuple[list[Measured], list[Measured]]:
-    """The pulls apart: to calibrate on, and those at a vacuum, speed or repeat of `holdout`."""
+    """Return the pulls to calibrate on, and those at a vacuum, speed or repeat in `holdout`."""
     from layerjam.identify.curves import speed_of
     from layerjam.measure.readers.read import read_trace
 
@@ -86,7 +88,7 @@ def _held_back(
         try:
             trace = source if isinstance(source, Trace) else read_trace(source, reading)
         except LayerjamError:
-            kept_pulls.append(source)  # refused, with its reason, where it would be used
+            kept_pulls.append(source)  # rejected later, with a reason, where it is used
             continue
         facts = asdict(replace(trace.facts, speed=speed_of(trace)))
         if facts["vacuum"] is not None:

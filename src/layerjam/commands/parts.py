@@ -19,12 +19,11 @@ UNITS = {
 
 @result
 class PartList(Result):
-    """Parts of the catalogue; `record` holds them as Part.
+    """Parts of the catalogue; `record` contains them as Part.
 
     Each is a mapping: `name` (what a line's file calls it), `title`, `kind`, `numbers` (fields of
-    the line, assumed ones among them), `printed` (what else the sources print), `sources` (a
-    sentence for each), `missing` (the number that a line needs in addition, or None) and
-    `note`.
+    the line, assumed ones among them), `printed` (other published data), `sources` (a sentence for
+    each), `missing` (the number that a line needs in addition, or None) and `note`.
     """
 
     record: list[Part]
@@ -96,10 +95,10 @@ def _part_row(part: Part) -> dict[str, Any]:
 
 
 def _summary_lines(part: Part) -> Iterator[str]:
-    """Name, what is known and what is assumed of a part."""
+    """Name, known values and assumptions of a part."""
     yield f"  {part.name}: {part.title}"
     numbers, assumed_numbers = _numbers(part, False), _numbers(part, True)
-    missing_number = [] if part.missing is None else [f"no {part.missing} printed"]
+    missing_number = [] if part.missing is None else [f"{part.missing} not published"]
     yield f"    {', '.join(numbers + missing_number)}"
     if assumed_numbers:
         yield f"    assumed: {', '.join(assumed_numbers)}"
@@ -116,7 +115,7 @@ def _numbers(part: Part, guessed: bool) -> list[str]:
     if part.sources["curve"].kind != "assumed":
         return out if guessed else [f"curve {_number('curve', part.values['curve'])}", *out]
     if guessed:
-        return ["flow straight between these two", *out]
+        return ["flow linear between these two", *out]
     ends = ("free_flow", "ultimate_vacuum")
     return [f"{k.replace('_', ' ')} {_number(k, part.printed[k])}" for k in ends] + out
 
@@ -128,7 +127,7 @@ def _number_lines(part: Part) -> Iterator[str]:
         yield f"  {key.replace('_', ' ')}: {_number(key, value)}"
         yield f"    {part.sources[key].sentence()}"
     if part.missing is not None:
-        yield f"  no {part.missing}: a line's file states it next to the part"
+        yield f"  {part.missing} not published: state it in the line file, next to the part"
     if part.note:
         yield f"  {part.note}"
 

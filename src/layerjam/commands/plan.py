@@ -1,4 +1,4 @@
-"""`plan`: whether the vacuum will be there when the collision comes, and what to build if not."""
+"""`plan`: whether the vacuum is reached before a collision, and what to build if not."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from layerjam.control.plan_spread import Spread
     from layerjam.control.standby import Standby
 
-NO_VACUUM = "no vacuum of the site stops it within the travel"
+NO_VACUUM = "no vacuum available at the site stops it within the travel"
 WARNING = QuantitySpec("s", "warning time, up to the taut rope,", hi=1e5, example="3s")
 SAMPLES = QuantitySpec("1", "masses and speeds to try", lo=100, hi=10_000_000, whole=True)
 MASS_SD = QuantitySpec("kg", "standard deviation of the mass", hi=MASS.hi, example="0.1kg")
@@ -54,73 +54,79 @@ SPEED_SD = QuantitySpec(
 
 @result
 class CollisionPlan(Judged):
-    """Stop with the vacuum that comes in time, and a sufficient vacuum; `record` is the Plan.
+    """Stop with the vacuum that is reached in time, and with a sufficient vacuum.
 
-    No prefix: all the vacuum that comes in time. `tuned_`: the vacuum that just stops the estimate
-    within the travel, capped by it. `full_` and `tuned_` chances are over log-normal mass and
-    speed: `_beyond` needs more slip than the travel, `_out` more than the brake has; `expected_g`
-    is of those that stop. `_needed` are sizes that would do, each alone; None if it would not or
-    need not, with the reason beside it.
+    `record` is the Plan.
+
+    No prefix: with all the vacuum that is reached in time. `tuned_`: the vacuum that just stops the
+    estimate within the travel, capped by it. `full_` and `tuned_` are probabilities for log-normal
+    mass and speed: `_beyond` of needing more slip than the travel, `_out` of more than the brake
+    has. `expected_g` covers the stops that succeed. `_needed` are sufficient sizes, each changed
+    alone. None if no size is sufficient or none is needed, with the reason next to it.
     """
 
     record: Plan
-    feasible: bool = fact("whether the estimate stops within the travel at all the vacuum in time")
-    reason: str | None = fact("why it does not")
+    feasible: bool = fact(
+        "whether the estimated mass stops within the travel at the vacuum reached in time"
+    )
+    reason: str | None = fact("reason if it does not")
     warning: float = number("s", "warning time")
     standing: float = number("Pa", "idle vacuum, held while waiting")
     reached: float = number("Pa", "vacuum at the taut rope")
     reachable: float = number("Pa", "greatest vacuum that the line reaches")
-    needed: float | None = number("Pa", "least vacuum that stops the estimate within the travel")
-    knife_edge: bool = fact(
-        "whether 1 ppm less than that runs out of travel", shown=lambda edge: "yes" * edge
+    needed: float | None = number(
+        "Pa", ("least vacuum that stops the estimated mass within the travel")
     )
-    safe_vacuum: float | None = number("Pa", "vacuum with the margin that a knife edge needs")
-    outcome: str = fact("how the stop ends")
+    knife_edge: bool = fact(
+        "whether 1 ppm less vacuum runs out of travel", shown=lambda edge: "yes" * edge
+    )
+    safe_vacuum: float | None = number("Pa", "vacuum with the margin needed at a knife edge")
+    outcome: str = fact("outcome of the stop")
     slip: float | None = number("m", "slip of the brake")
     peak_force: float | None = number("N", "greatest force on the mass")
     peak_g: float | None = number("1", "peak force over weight")
     end_speed: float | None = number("m/s", "speed at the end")
     dissipated_energy: float | None = number("J", "heat of the stop")
     vacuum_change: float | None = number("Pa", "change of the vacuum as the enclosure stretches")
-    slip_change: float | None = number("m", "what that changes of the slip")
-    peak_change: float | None = number("N", "what that changes of the peak force")
-    coupling_matters: bool | None = fact("whether that is much")
+    slip_change: float | None = number("m", "resulting change of the slip")
+    peak_change: float | None = number("N", "resulting change of the peak force")
+    coupling_matters: bool | None = fact("whether that change is significant")
     tuned_vacuum: float = number("Pa", "tuned vacuum")
     tuned_capped: bool = fact("whether the line limits it")
-    tuned_outcome: str = fact("how the stop ends")
+    tuned_outcome: str = fact("outcome of the stop")
     tuned_slip: float | None = number("m", "slip of the brake")
     tuned_peak_force: float | None = number("N", "greatest force on the mass")
     tuned_peak_g: float | None = number("1", "peak force over weight")
     tuned_vacuum_change: float | None = number("Pa", "change of the vacuum during the stop")
-    tuned_slip_change: float | None = number("m", "what that changes of the slip")
-    tuned_peak_change: float | None = number("N", "what that changes of the peak force")
-    tuned_coupling_matters: bool | None = fact("whether that is much")
-    coupling_rounds: int | None = fact("rounds in which line and stop were brought together")
-    coupling_remaining: float | None = number("1", "relative change in the last round")
+    tuned_slip_change: float | None = number("m", "resulting change of the slip")
+    tuned_peak_change: float | None = number("N", "resulting change of the peak force")
+    tuned_coupling_matters: bool | None = fact("whether that change is significant")
+    coupling_rounds: int | None = fact("iterations between line and stop")
+    coupling_remaining: float | None = number("1", "relative change in the last iteration")
     full_expected_g: float | None = number("1", "expected peak in g")
     full_g_95: float | None = number("1", "peak in g that 95 % do not exceed")
-    full_beyond: float = number("1", "chance to need more slip than the travel")
-    full_out: float = number("1", "chance to need more slip than the brake has")
+    full_beyond: float = number("1", "probability of needing more slip than the travel")
+    full_out: float = number("1", "probability of needing more slip than the brake has")
     tuned_expected_g: float | None = number("1", "expected peak in g")
     tuned_g_95: float | None = number("1", "peak in g that 95 % do not exceed")
-    tuned_beyond: float = number("1", "chance to need more slip than the travel")
-    tuned_out: float = number("1", "chance to need more slip than the brake has")
+    tuned_beyond: float = number("1", "probability of needing more slip than the travel")
+    tuned_out: float = number("1", "probability of needing more slip than the brake has")
     expected_g_error: float | None = number("1", "standard error of the expected peaks")
-    chance_error: float = number("1", "standard error of the chances")
+    chance_error: float = number("1", "standard error of the probabilities")
     samples: int = fact("masses and speeds tried")
     seed: int = fact("seed of their random shifts")
-    warning_needed: float | None = number("s", "warning time that would do")
-    warning_needed_reason: str | None = fact("why there is none")
-    reservoir_needed: float | None = number("m^3", "reservoir that would do")
-    reservoir_needed_reason: str | None = fact("why there is none")
+    warning_needed: float | None = number("s", "sufficient warning time")
+    warning_needed_reason: str | None = fact("reason if there is none")
+    reservoir_needed: float | None = number("m^3", "sufficient reservoir volume")
+    reservoir_needed_reason: str | None = fact("reason if there is none")
     conductance_needed: float | None = number("m^3/(s Pa)", "conductance of its valve")
-    conductance_needed_reason: str | None = fact("why there is none")
-    standing_needed: float | None = number("Pa", "idle vacuum that would do")
-    standing_needed_reason: str | None = fact("why there is none")
+    conductance_needed_reason: str | None = fact("reason if there is none")
+    standing_needed: float | None = number("Pa", "sufficient idle vacuum")
+    standing_needed_reason: str | None = fact("reason if there is none")
     cv_needed: float | None = number("1", "flow coefficient Cv of the valve")
-    reservoir_conductance: float | None = number("m^3/(s Pa)", "conductance that it counts with")
-    conductance_volume: float | None = number("m^3", "volume that the conductance counts with")
-    standing_needed_power: float | None = number("W", "least power to hold that idle vacuum")
+    reservoir_conductance: float | None = number("m^3/(s Pa)", "conductance used for it")
+    conductance_volume: float | None = number("m^3", "volume used for that conductance")
+    standing_needed_power: float | None = number("W", "least pump power to hold that idle vacuum")
     standing_needed_electric: float | None = number("W", "electric power for it")
     standing_needed_force: float | None = number("N", "force of the brake at that idle vacuum")
     jam_work: float = number("J", "work done on the gas by this jam")
@@ -128,12 +134,16 @@ class CollisionPlan(Judged):
     pump_energy: float | None = number("J", "electric energy of the pump during the warning")
     standing_power: float | None = number("W", "least power to hold the idle vacuum")
     standing_electric: float | None = number("W", "electric power for it")
-    heat_per_work: float | None = number("1", "heat of the stop over the work of the jam")
-    heat_per_pump_energy: float | None = number("1", "heat of the stop over the pump's energy")
+    heat_per_work: float | None = number(
+        "1", ("ratio of the heat of the stop to the work of jamming")
+    )
+    heat_per_pump_energy: float | None = number(
+        "1", ("ratio of the heat of the stop to the pump energy")
+    )
     certain: bool = False
 
     def rows(self) -> list[tuple[str, str]]:
-        """Without chances where nothing is uncertain, and without reasons where nothing lacks."""
+        """Omits probabilities if nothing is uncertain, and reasons if nothing is missing."""
         left_out = set()
         if self.needed is None or self.feasible:
             left_out |= {f.name for f in self.keys() if f.name.endswith("_needed_reason")}
@@ -147,10 +157,10 @@ class CollisionPlan(Judged):
         ]
 
     def _rounded_up(self, name: str) -> str | None:
-        """The text of a quantity that must not be rounded down; None for another one."""
+        """Return the text of a quantity that must not be rounded down; None for any other."""
         key = name.replace(" ", "_")
         if key not in LEAST_SIZES or (key == "tuned_vacuum" and self.tuned_capped):
-            return None  # capped, it is the vacuum that is reached
+            return None  # if capped, it is the vacuum that is reached
         limit = math.inf
         if key == "standing_needed":
             limit = self.reachable
@@ -194,7 +204,7 @@ def plan(
     travel: StopTravel,
     mass_sd: Annotated[float, MASS_SD] = 0.0,
     speed_sd: Annotated[float, SPEED_SD] = 0.0,
-    standing: Annotated[float, VACUUM, Help("Idle vacuum: what is held while waiting.")] = 0.0,
+    standing: Annotated[float, VACUUM, Help("Idle vacuum, held while waiting.")] = 0.0,
     stored: Annotated[
         float | None, VACUUM, Help("Vacuum in the line's reservoir before the warning.")
     ] = None,
@@ -203,16 +213,16 @@ def plan(
     fluid: Fluid = "air",
     vacuum_share: VacuumShare | None = None,
     leak_time: LeakTime | None = None,
-    samples: Annotated[int, SAMPLES, Help("Masses and speeds to try, at least.")] = 40_000,
+    samples: Annotated[int, SAMPLES, Help("Least number of masses and speeds to try.")] = 40_000,
     seed: Annotated[Seed, Help("Seed of their random shifts.")] = 1,
     accept: Accept = None,
     atmosphere: Atmosphere = None,
 ) -> CollisionPlan:
-    """Whether the vacuum is there when a collision comes, and what to build if not.
+    """Predict whether the vacuum is reached before a collision, and what to build if not.
 
-    The estimate is the mean of mass and speed. The reservoir begins as low as pump and leak come
-    to unless `stored` says otherwise. `vacuum_share` of what the gauge reads presses the sheets.
-    `leak_time` is a laminar leak of the chamber, which goes on during the stop.
+    The estimate is the mean of mass and speed. Unless `stored` is given, the reservoir starts at
+    the pressure at which pump and leak balance. The share `vacuum_share` of the gauge's reading
+    presses the sheets. `leak_time` is a laminar leak of the chamber, which continues in the stop.
     """
     from layerjam.control.plan import Arrival
     from layerjam.control.plan import plan as make_plan
@@ -257,7 +267,7 @@ def plan(
 
 
 def _stops(plan: Plan) -> tuple[Any, ...]:
-    """Both stops, and how each was brought together with the line."""
+    """Both stops, and the iteration of each with the line."""
     full, tuned_coupling = plan.full.coupled, plan.tuned.coupled
     later_stop = add_prefix(
         "tuned_", plan.tuned, tuned_coupling, add_prefix("coupling_", tuned_coupling)
@@ -270,10 +280,10 @@ def _leaking(line: LineFile, leak_time: Any, water: bool) -> LineFile:
     if leak_time is None:
         return line
     if water:
-        raise QuantityError.of("leak_time", "is a leak of gas; leave it out in water")
+        raise QuantityError.of("leak_time", "is a gas leak; omit it in water")
     if line.line.leak != Leak():
         raise QuantityError.of(
-            "leak_time", f"{line.name} states a leak of its own; leave one of the two out"
+            "leak_time", f"{line.name} already states a leak; omit one of the two"
         )
     leak = Leak(laminar=line.line.chamber.volume / leak_time)
     leaking_line = replace(line, line=replace(line.line, leak=leak))
@@ -284,32 +294,32 @@ def _leaking(line: LineFile, leak_time: Any, water: bool) -> LineFile:
 def _reservoir_pressure(vacuum: float, line: Line) -> float:
     """Absolute pressure of the reservoir [Pa]."""
     if line.reservoir is None:
-        raise QuantityError.of("stored", "the line has no reservoir; leave it out")
+        raise QuantityError.of("stored", "the line has no reservoir; omit this option")
     vacuum_within(vacuum, line, "stored")
     return line.site.atmosphere - vacuum
 
 
 def _check(case: Arrival, line: LineFile, brake: BrakeFile, water: bool) -> float:
-    """Greatest vacuum that the line reaches [Pa]; QuantityError for what does not fit together."""
+    """Return the greatest vacuum of the line [Pa]; QuantityError for contradicting options."""
     from layerjam.fluid.closed_forms import reachable
 
     ours, theirs = line.line.site.atmosphere, brake.brake.site.atmosphere
     if ours != theirs:
         raise QuantityError.of(
             "atmosphere",
-            f"{show(ours, 'Pa', 6)} in the line {line.name} and {show(theirs, 'Pa', 6)} in the "
-            f"brake {brake.name}; give the one of the site",
+            f"{show(ours, 'Pa', 6)} in the line {line.name} and {show(theirs, 'Pa', 6)} "
+            f"in the brake {brake.name}; give the one at your site",
         )
     if water:
         water_compliance(line.line)
     if water and line.line.reservoir is not None:
         raise QuantityError.of(
             "fluid",
-            f"water, but {line.name} has a reservoir, which is one of gas; plan it in air or take "
-            "the reservoir out of its file",
+            f"water, but {line.name} has a gas reservoir; plan in air, or remove the "
+            "reservoir from the line file",
         )
     highest, usable = reachable(line.line, water), brake.brake.sheets.usable_travel
-    sentence = f"more than the line can hold; pump and leak come to {show(highest, 'Pa')}"
+    sentence = f"more than the line can hold; pump and leak balance at {show(highest, 'Pa')}"
     for name, value, limit, unit, consequence in (
         ("travel", case.travel, usable, "m", f"beyond the usable travel of {show(usable, 'm')}"),
         ("mass sd", case.mass_sd, case.mass, "kg", "more than the mass itself"),
@@ -327,7 +337,7 @@ def _reason(plan: Plan) -> str:
     if plan.needed is None:
         numbers = {k: getattr(case, k) for k in ("mass", "speed", "travel", "rope_stiffness")}
         tuning = tune(plan.brake, **numbers, horizontal=not case.gravity)
-        return f"no vacuum of the site does it: {tuning.reason}"
+        return f"no vacuum at the site is sufficient: {tuning.reason}"
     if plan.full.outcome is Outcome.SNAPS:
         return (
             f"at {show(plan.reached, 'Pa')} the brake snaps on a rope so soft; the tuned vacuum, "
@@ -379,7 +389,7 @@ def _sizes(plan: Plan, build: Build | None) -> dict[str, Any]:
     from layerjam.control.plan_build import Size, valve_cv
     from layerjam.mechanics.pull import brake_force
 
-    enough = "not needed: enough vacuum is there in time"
+    enough = "not needed: the vacuum is reached in time"
     none = Size(None, NO_VACUUM if plan.needed is None else enough)
     out: dict[str, Any] = {}
     for name in ("warning", "reservoir", "conductance", "standing"):
@@ -398,7 +408,7 @@ def _sizes(plan: Plan, build: Build | None) -> dict[str, Any]:
 
 
 def _waiting(head: str, vacuum: float, standby: Standby) -> dict[str, float | None]:
-    """Power to hold an idle vacuum [Pa] in air."""
+    """Return the power to hold an idle vacuum [Pa] in air."""
     from layerjam.fluid.energy import holding
 
     if standby.water:

@@ -30,12 +30,15 @@ def plan_notices(plan: "Plan", build: "Build | None") -> Iterator[Notice]:
             "chances",
         )
     if tank is not None and tank.delay >= case.warning:
-        late = f"the reservoir's valve opens after {show(tank.delay, 's')}, when the mass is there"
+        late = (
+            f"the reservoir valve opens after {show(tank.delay, 's')}, when the mass has "
+            "already arrived"
+        )
         yield Notice(late, "reservoir-late")
     if (tank is not None or build is not None) and standby.stored is None and not standby.water:
         yield Notice(
-            f"reservoir: emptied to {show(lowest(line), 'Pa')} absolute before the warning, as low "
-            "as pump and leak come to",
+            f"reservoir: emptied to {show(lowest(line), 'Pa')} absolute before the "
+            "warning, the lowest pressure that pump and leak allow",
             "reservoir-emptied",
         )
     if build is not None:
@@ -46,8 +49,8 @@ def plan_notices(plan: "Plan", build: "Build | None") -> Iterator[Notice]:
     for name, mode in modes.items():
         if mode.coupled is not None and mode.coupled.matters:
             yield Notice(
-                f"{name} vacuum: the enclosure's stretching changes slip or peak by more than "
-                f"{MATTERS:.0%}; chances and sizes count at constant vacuum",
+                f"{name} vacuum: the enclosure's stretching changes slip or peak by more "
+                f"than {MATTERS:.0%}; probabilities and sizes assume constant vacuum",
                 "coupling-matters",
             )
     if plan.needed is not None and plan.tuned.vacuum > plan.needed and not plan.capped:
@@ -57,5 +60,5 @@ def plan_notices(plan: "Plan", build: "Build | None") -> Iterator[Notice]:
             "idle-vacuum-left",
         )
     if plan.rising.vacuum[-1] < case.standing * (1 - 1e-9):
-        falls = "the vacuum falls during the warning: the leak is more than the pump takes out"
+        falls = "the vacuum falls during the warning: the leak exceeds the flow of the pump"
         yield Notice(falls, "vacuum-falls")

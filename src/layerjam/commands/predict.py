@@ -1,4 +1,4 @@
-"""`new`, `show`, `force` and `vacuum`: what a brake is, and what it will do."""
+"""`new`, `show`, `force` and `vacuum`: data of a brake and predictions."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -78,7 +78,7 @@ def new(
 
     Raises FileError if `out` exists and `overwrite` is not set, or the name will not do.
     """
-    # the title names the brake it was; the new one is its owner's to name
+    # the title names the original brake; the owner chooses the name of the new one
     file = replace(load(start), title="")
     text = file.render(name)
     BrakeFile.read(text, f"brake named '{name[:80]}'")
@@ -93,12 +93,14 @@ class BrakeSummary(Result):
     record: BrakeFile
     name: str = fact("name of the brake")
     mass: float = number("kg", "mass of the brake")
-    drawn_mass: float | None = number("kg", "mass as `build` draws it; null if it cannot")
+    drawn_mass: float | None = number(
+        "kg", ("mass of the brake as drawn by `build`; null if it cannot be drawn")
+    )
     stiffness_before_slip: float = number("N/m", "stiffness before slip, eq. 1")
     stiffness_sliding: float = number("N/m", "stiffness while sliding, eq. 6, at rest lengths")
     stiffness_measured: float | None = number("N/m", "measured stiffness of brake and rig")
     stiffness_mount: float | None = number("N/m", "stiffness of the mount, inferred from both")
-    usable_travel: float = number("m", "slip the brake may be used to")
+    usable_travel: float = number("m", "usable slip of the brake")
     max_force: float = number("N", "peak of a pull at the site's full vacuum")
     holding_force: float = number("N", "static holding force at the same vacuum")
     energy_capacity: float = number("J", "work over the usable travel at the same vacuum")
@@ -106,13 +108,13 @@ class BrakeSummary(Result):
     buckling_force: float = number("N", "compression at which one sheet buckles, fixed–free")
     sheet_stress: float = number("Pa", "stress of the sheets at the greatest force")
     clamp_stress: float = number("Pa", "stress of the sheets next to the screw holes")
-    film_strength: float | None = number("Pa", "stress the film bears without lasting stretch")
+    film_strength: float | None = number("Pa", "yield stress of the film")
     scale_factor: float = number("1", "calibration factor on the sheets' friction")
     peak_vacuum: float = number("Pa", "vacuum above which a pull has a peak")
-    sources: Mapping[str, str] = fact("where each number comes from", listed=False)
+    sources: Mapping[str, str] = fact("source of each number", listed=False)
 
     def rows(self) -> list[tuple[str, str]]:
-        """The numbers; those that rest on an accepted failed check name it."""
+        """The numbers; those that depend on an accepted failed check name it."""
         rows = []
         for name, text in super().rows():
             paths = RESTS_ON.get(name.replace(" ", "_"), ())
@@ -131,7 +133,7 @@ class BrakeSummary(Result):
         return device(self.record)
 
     def lines(self) -> Iterator[str]:
-        """Where the numbers come from."""
+        """Sources of the numbers."""
         yield from ("", "where the numbers come from")
         for path, text in self.sources.items():
             yield f"  {path}: {text}"
@@ -139,7 +141,7 @@ class BrakeSummary(Result):
 
 @command("predict", place=40, examples=("layerjam show choi2018-kapton",))
 def show(brake: BrakeInput, *, atmosphere: Atmosphere = None) -> BrakeSummary:
-    """Mass, forces, energy and strength of a brake, and the source of each of its numbers."""
+    """Show mass, forces, energy and strength of a brake, and the source of each number."""
     from layerjam.device.brake import mass
     from layerjam.device.gauge import notices_of_gauge
     from layerjam.fabricate.drawn_mass import drawn_mass
@@ -153,7 +155,9 @@ def show(brake: BrakeInput, *, atmosphere: Atmosphere = None) -> BrakeSummary:
     mount = float(stiffness.mount_stiffness(device))
     notices = [*brake.warnings(), *notices_of_gauge(brake)]
     if brake.brake.hyperelastic is not None:
-        sentence = "these numbers take the enclosure's one modulus, not its [hyperelastic] law"
+        sentence = (
+            "these numbers use the single modulus of the enclosure, not its [hyperelastic] law"
+        )
         notices.append(Notice(sentence, "one-modulus"))
     if not bool(peak.inside):
         notices.append(
@@ -204,7 +208,7 @@ class BrakeForce(Result):
     force: float = number("N", "force of the brake, both together")
 
     def draw(self) -> "Figure":
-        """Force over slip, with this slip marked; of arrays over their first dimension."""
+        """Force over slip, with this slip marked; for arrays, over their first dimension."""
         from layerjam.report import figures
 
         if self.grid is not None:
@@ -265,8 +269,8 @@ def _within_fitted(enclosure: Any, vacuum: Any, device: Any) -> None:
     greatest = float(np.min(greatest_slip(vacuum, device)))
     raise QuantityError.of(
         "slip",
-        f"beyond {in_words(greatest, 'm')} the enclosure is stretched more than the "
-        f"{device.hyperelastic.strain:.0%} that hyperelastic.strain says was measured",
+        f"beyond {in_words(greatest, 'm')} the enclosure is stretched beyond the measured "
+        f"{device.hyperelastic.strain:.0%} (hyperelastic.strain)",
     )
 
 
@@ -287,13 +291,13 @@ class VacuumForForce(Result):
 
     record: tuple[BrakeFile, float | Array, float | Array, float | Array]
     vacuum: float | None = number("Pa", "vacuum that gives the force; null if there is none")
-    feasible: bool = fact("whether there is such a vacuum, of each element")
-    reason: str | None = fact("why there is none, of the first element without one")
+    feasible: bool = fact("whether there is such a vacuum, for each element")
+    reason: str | None = fact("reason for the first element without such a vacuum")
     least_force: float = number("N", "force of the enclosure alone at that slip")
     greatest_force: float = number("N", "force at the site's full vacuum at that slip")
 
     def draw(self) -> "Figure":
-        """Force over vacuum at the slip, with the force marked; of arrays the vacuum over it."""
+        """Force over vacuum at the slip, with the force marked; for arrays, vacuum over force."""
         from layerjam.report import figures
 
         if self.grid is not None:
@@ -352,7 +356,7 @@ def _sliding(file: BrakeFile, speed: Any) -> BrakeFile:
 
 
 def _why_not(device: Any, slip: Any, force: Any, pressure: Any, low: Any, high: Any) -> str:
-    """The reason, of the first of several cases that has no vacuum."""
+    """Return the reason for the first case without a vacuum."""
     import numpy as np
 
     missing = np.flatnonzero(~np.isfinite(np.ravel(pressure)))[0]
@@ -361,8 +365,8 @@ def _why_not(device: Any, slip: Any, force: Any, pressure: Any, low: Any, high: 
     place = f"at {in_words(x, 'm')}"
     if target < least:
         return (
-            f"{place} the enclosure alone resists with {in_words(least, 'N')}; no vacuum makes it "
-            "less"
+            f"{place} the enclosure alone resists with {in_words(least, 'N')}; no vacuum "
+            "reduces this"
         )
     full = in_words(device.site.atmosphere, "Pa", 6)
     return (

@@ -1,4 +1,4 @@
-"""Logs of pressure as commands take them: what the pressure counts from, and which part counts."""
+"""Pressure logs as arguments of commands: pressure reference, and the part used."""
 
 import re
 from collections.abc import Sequence
@@ -21,11 +21,11 @@ from layerjam.units import QuantitySpec, show
 VOLUME = QuantitySpec("m^3", "volume", lo=1e-10, hi=1e3, example="120mL")
 ZERO = QuantitySpec("Pa", "reading of the sensor at the atmosphere", lo=-1e6, hi=1e6)
 ROOM = 293.15
-"""Temperature [K] of the gas where none is given: 20 °C, assumed."""
+"""Default temperature [K] of the gas: 20 °C, assumed."""
 
 
 def temperature_of(text: float | str | None, _arguments: object = None) -> float | None:
-    """Kelvin of "23 °C", "296 K" or a number of kelvin; QuantityError for what is none."""
+    """Return [K] from "23 °C", "296 K" or a number of kelvin; QuantityError otherwise."""
     if text is None:
         return None
     value = float(text) if isinstance(text, int | float) else None
@@ -46,21 +46,23 @@ def temperature_of(text: float | str | None, _arguments: object = None) -> float
 
 
 LogFile = Annotated[str | Path, Help("Log: a column of time, one of pressure.", metavar="FILE")]
-Zero = Annotated[float | None, ZERO, Help("Reading of the sensor at the atmosphere; 0.")]
-Start = Annotated[float | None, LOG_TIME, Help("Time where the part used starts.", option="--from")]
-End = Annotated[float | None, LOG_TIME, Help("Time where it ends.", option="--to")]
+Zero = Annotated[float | None, ZERO, Help("Reading of the sensor at the atmosphere. Default: 0.")]
+Start = Annotated[float | None, LOG_TIME, Help("Start time of the part to use.", option="--from")]
+End = Annotated[float | None, LOG_TIME, Help("End time of the part to use.", option="--to")]
 Temperature = Annotated[
     float | None,
-    Input("Temperature of the gas, e.g. 23°C; else 20 °C.", metavar="Q", convert=temperature_of),
+    Input(
+        "Temperature of the gas, e.g. 23°C. Default: 20 °C.", metavar="Q", convert=temperature_of
+    ),
 ]
 
 
 @dataclass(frozen=True)
 class PressureLog:
-    """A log of pressure: `absolute` [Pa], shape (N,), and what it was read as.
+    """A log of pressure: `absolute` [Pa], shape (N,), and how it was read.
 
     `reading` is the reference of the pressure in the file, `atmosphere` [Pa] that of the site,
-    `said` what the user should know.
+    `said` the notices for the user.
     """
 
     log: Log
@@ -82,23 +84,25 @@ def read_pressure(
     zero: float | None = None,
     warm: bool = False,
 ) -> PressureLog:
-    """The pressure of a log, counted from nothing; with `warm` its temperature too, if it has one.
+    """Return the absolute pressure of a log; with `warm` also its temperature, if it has one.
 
-    Raises FileError if nothing says what the pressure counts from, or it would be below zero.
+    Raises FileError if the pressure reference is unknown, or if the pressure would be negative.
     """
     around = Site().atmosphere if atmosphere is None else atmosphere
     log = read_log(file, [TIME, PRESSURE, *[TEMPERATURE] * warm], options)
     kind, says = log.pressure_reference(options.reading)
     sentences: list[str] = [*log.notices]
     if says not in (None, kind):
-        sentences.append(f"{log.name}: its column says {says}; --reading {kind} counts")
+        sentences.append(
+            f"{log.name}: its column states {says}, but --reading {kind} takes precedence"
+        )
     value = log["pressure"] - (zero or 0.0)
     absolute = {"absolute": value, "gauge": around + value, "vacuum": around - value}[kind]
     if (absolute < -0.01 * around).any():
         raise FileError(
             log.path,
-            f"read as {kind}, its pressure falls to {show(float(absolute.min()), 'Pa')} absolute, "
-            "which cannot be: check --reading, the unit and --zero",
+            f"read as {kind}, its pressure falls to {show(float(absolute.min()), 'Pa')} "
+            "absolute, which is impossible: check --reading, the unit and --zero",
         )
     return PressureLog(log, np.maximum(absolute, 1.0), kind, around, sentences)
 
@@ -111,5 +115,5 @@ def window(start: float | None, end: float | None) -> tuple[float | None, float 
 
 
 def span_text(span: Sequence[float]) -> str:
-    """A part of a log in words."""
+    """Return a description of a part of a log."""
     return f"{span[0]:.4g} s to {span[1]:.4g} s"

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from layerjam.report.brake_report import BrakeReport
 
 SHOWN = 6
-"""Differences of a file that the table lists."""
+"""Number of differences of a file that the table lists."""
 Author = Annotated[
-    Sequence[str], Help("Who made it, with the ORCID iD if known.", metavar="NAME[,ORCID]")
+    Sequence[str], Help("Author, with the ORCID iD if known.", metavar="NAME[,ORCID]")
 ]
 
 
@@ -45,13 +45,13 @@ class Published(Result):
     friction_tests: int = number("1", "friction tests")
     calibrated_on: int = number("1", "pulls that the brake was calibrated on")
     validated_on: int = number("1", "pulls that it was validated on")
-    crate: str | None = fact("its description for repositories")
+    crate: str | None = fact("description of the dataset for repositories")
     checksums: str | None = fact("SHA-256 of every file")
-    fingerprint: str | None = fact("digest of the checksums: it changes with every file")
+    fingerprint: str | None = fact("digest of the checksums, which changes if any file changes")
     report: str | None = fact("the page")
     licence: str | None = fact("licence")
-    authors: Sequence[Mapping[str, str]] = fact("who made it", listed=False)
-    refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
+    authors: Sequence[Mapping[str, str]] = fact("authors", listed=False)
+    refused: Mapping[str, str] = fact("files not used, with reasons", listed=False)
 
     def lines(self) -> Iterator[str]:
         """How others check it."""
@@ -71,10 +71,12 @@ class Published(Result):
 def publish(
     campaign: Annotated[str | Path, Help("Folder of the measurements.", metavar="CAMPAIGN")],
     *,
-    out: Annotated[str | Path, Help("Folder to write, new or a dataset's.", metavar="DIR")],
+    out: Annotated[
+        str | Path, Help(("Folder to write: new, or an existing dataset."), metavar="DIR")
+    ],
     brake: Annotated[
         AnyBrake | None,
-        Input("Brake that was tested, where the folder does not say.", metavar="BRAKE"),
+        Input("Brake that was tested, if the folder does not state it.", metavar="BRAKE"),
     ] = None,
     line: Annotated[
         str | Path | None, Help("Vacuum line it was tested with.", metavar="LINE")
@@ -97,17 +99,16 @@ def publish(
     overwrite: Overwrite = False,
     progress: Progress | None = None,
 ) -> Published:
-    """Write one campaign as a dataset that stands alone, so that others can recompute its numbers.
+    """Write one campaign as a self-contained dataset, so that others can recompute its numbers.
 
     The raw files are copied unchanged, with their sidecars and all other files in the folder
     `campaign`. The dataset adds brake and line, report, results, recipe, checksums, and a
     description that repositories read (RO-Crate 1.1). A measurement that states a normal force is a
-    friction test, any other a pull; a calibrated brake in the folder says which pulls it was
-    calibrated on, and `measurements` say it otherwise, as in `report`. If a check fails, nothing is
-    written; `accept` accepts failed checks by name, {check: reason}, and the dataset states them.
-    Raises FileError if neither
-    the folder nor `brake` states which brake was tested, or if `out` exists and is not a dataset
-    to be replaced with `overwrite`.
+    friction test, any other a pull; a calibrated brake in the folder states its calibration pulls;
+    otherwise `measurements` do, as in `report`. If a check fails, nothing is written; `accept`
+    accepts failed checks by name, {check: reason}, and the dataset states them. Raises FileError if
+    neither the folder nor `brake` states which brake was tested, or if `out` exists and is not a
+    dataset to be replaced with `overwrite`.
     """
     from layerjam.commands.publishing import write
     from layerjam.dataset.people import Details, author_of
@@ -138,27 +139,27 @@ def publish(
 
 @result
 class Recomputed(Result):
-    """Whether a dataset's numbers came out again; `record` is the list of differences."""
+    """Whether a dataset's numbers were reproduced; `record` is the list of differences."""
 
     record: "list[Difference] | None" = None
     equal: bool = fact("whether every number and every file is as published")
     numbers: int = number("1", "numbers compared")
     differs: Sequence[Mapping[str, Any]] = fact(
-        "numbers and words that came out otherwise", shown=lambda found: str(len(found))
+        "numbers and words that differ", shown=lambda found: str(len(found))
     )
     changed_files: Sequence[str] = fact("files that are not as published", shown=_names)
     added_files: Sequence[str] = fact(
         "files without a checksum", shown=lambda found: _names(found) if found else ""
     )
     not_compared: Mapping[str, str] = fact(
-        "parts of files that were not compared, and why", listed=False
+        "parts of files not compared, with reasons", listed=False
     )
-    fingerprint: str | None = fact("digest of the checksums: it changes with every file")
-    versions: Mapping[str, Mapping[str, str]] = fact("programs then and now", listed=False)
+    fingerprint: str | None = fact("digest of the checksums, which changes if any file changes")
+    versions: Mapping[str, Mapping[str, str]] = fact("program versions then and now", listed=False)
 
     @property
     def exit_code(self) -> int:
-        """1 where anything differs."""
+        """Exit code: 1 if anything differs."""
         return 0 if self.equal else 1
 
     def lines(self) -> Iterator[str]:
@@ -190,7 +191,7 @@ def _number(value: Any) -> str:
 @command("share", place=70, examples=("layerjam recompute dataset", "layerjam recompute data.zip"))
 def recompute(
     dataset: Annotated[
-        str | Path, Help("Folder or zip file that `publish` made.", metavar="DIR|FILE.zip")
+        str | Path, Help("Folder or zip file created by `publish`.", metavar="DIR|FILE.zip")
     ],
     *,
     progress: Progress | None = None,
@@ -198,11 +199,11 @@ def recompute(
     """Compute a published dataset again from its raw files, and list everything that differs.
 
     Numbers, tables, page, PDF, figures, calibrated brake and description are derived again. Two
-    numbers are the same up to a relative difference of 1e-6. A file that does not hold what its
-    checksum says, has no checksum, or is missing is named, whatever the numbers do. If other
-    versions of the programs wrote the dataset, words and drawings may differ: then the numbers in
-    them are compared, and `not_compared` lists the rest. Nothing is written. Raises FileError for
-    a folder that is not a dataset.
+    numbers are the same up to a relative difference of 1e-6. A file whose content does not match
+    its checksum, that has no checksum, or that is missing is reported in any case. If other
+    versions of the programs wrote the dataset, text and drawings may differ; then only their
+    numbers are compared, and `not_compared` lists the rest. Nothing is written. Raises FileError
+    for a folder that is not a dataset.
     """
     from layerjam.commands.recomputing import recompute_dataset
 

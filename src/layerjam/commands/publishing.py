@@ -49,7 +49,7 @@ def write(
     page.check_extras()
     notices = details.notices()
     _writable(folder, out, overwrite)
-    tell("looking at the files", 0.0)
+    tell("examining the files", 0.0)
     campaign = campaigns.campaign(folder, methods.options)
     file = _brake_of(brake, campaign, methods.atmosphere)
     uses = _relative_uses(campaign, measurements)
@@ -88,7 +88,7 @@ def write(
 
 
 def _where_it_lies(error: FileError, staging: Path, folder: Path) -> FileError:
-    """The refusal of a copy, of the user's own file."""
+    """Return the error about a copied file, worded for the user's own file."""
     try:
         relative = Path(error.path).relative_to(staging / RAW)
     except ValueError:
@@ -102,8 +102,8 @@ def _notices(content: "BrakeReport") -> Iterator[Notice]:
         yield Notice("synthetic: written by a program, not measured", "synthetic")
     if content.seen:
         yield Notice(
-            "validated on pulls that were also calibrated on, which does not test the model: hold "
-            "some back with --holdout or --calibrate-on",
+            "validated on pulls that were also calibrated on, which does not test the "
+            "model: reserve some with --holdout or --calibrate-on",
             "calibrated-on",
         )
 
@@ -116,7 +116,7 @@ def _derive(
     details: Details,
     tell: Progress,
 ) -> "tuple[Recipe, BrakeReport]":
-    """Everything that follows from the raw files, written beside them."""
+    """Results computed from the raw files, written next to them."""
     options = options_of(methods)
     if "exclude" in options:
         exclusions = options["exclude"].items()
@@ -158,11 +158,11 @@ def _writable(folder: Path, out: Path, overwrite: bool) -> None:
             raise FileError(out, "is a file, not a folder")
         if any(out.iterdir()):
             if not (out / RECIPE).is_file():
-                raise FileError(out, "is not empty and no dataset; name another folder")
+                raise FileError(out, "is not empty and is not a dataset; choose another folder")
             if not overwrite:
                 raise FileError(out, "exists already; --overwrite replaces it")
     if out.resolve().is_relative_to(folder.resolve()):
-        raise FileError(out, f"lies in the campaign's own folder {folder}; name one outside it")
+        raise FileError(out, f"lies in the campaign's own folder {folder}; choose one outside it")
 
 
 def _brake_of(

@@ -1,4 +1,4 @@
-"""`pull`: what measured pulls show, file by file, without any model of the brake."""
+"""`pull`: features of measured pulls, file by file, without a model of the brake."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ class Pulls(Judged):
 
     record: list[tuple[Trace, PullSummary]]
     pulls: Sequence[Mapping[str, Any]] = fact("each pull", listed=False)
-    tare: bool = fact("whether the force before the load rises was subtracted", listed=False)
+    tare: bool = fact("whether the force before the load rise was subtracted", listed=False)
     understood: Mapping[str, Any] = fact("how each file was read", listed=False)
-    refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
+    refused: Mapping[str, str] = fact("files not used, with reasons", listed=False)
 
     def lines(self) -> Iterator[str]:
         """A paragraph a pull."""
@@ -57,7 +57,7 @@ class Pulls(Judged):
             yield from _paragraph(row)
 
     def draw(self) -> Figure:
-        """Force over elongation with what was read from it."""
+        """Force over elongation with the features read from it."""
         from layerjam.report import pull_figures
 
         return pull_figures.pulls(self.record)
@@ -76,7 +76,7 @@ class Pulls(Judged):
 
     @classmethod
     def takes_beside(cls, kind: type[Result]) -> bool:
-        """None: these are the curves of files, each with a panel of its own."""
+        """None, because each file has its own panel."""
         return False
 
 
@@ -84,7 +84,7 @@ class Pulls(Judged):
 def pull(
     files: Files,
     *,
-    tare: Annotated[bool, Help("Subtract the force before the load rises.")] = False,
+    tare: Annotated[bool, Help("Subtract the force before the load rise.")] = False,
     start: Start = None,
     end: End = None,
     accept: Accept = None,
@@ -95,8 +95,8 @@ def pull(
 
     `files` are paths or traces, several or one. Nothing is subtracted from a force unless `tare`
     asks for the force before the load rises. `start` and `end` choose a part of each record by its
-    time. Stick–slip grows with its spacing; teeth of one spacing in several files whose swings
-    differ are a ripple of the machine.
+    time. Stick–slip grows with its spacing; teeth of equal spacing but different swing in several
+    files are a ripple of the machine.
     """
     from layerjam.identify.pull.summary import pull_summary
     from layerjam.identify.stick_slip import share_a_spacing
@@ -135,7 +135,7 @@ def _cut(trace: Trace, span: tuple[float | None, float | None]) -> Trace:
     if span == (None, None):
         return trace
     if trace.time is None:
-        raise FileError(trace.path, "holds no time, by which --from and --to choose; cut the file")
+        raise FileError(trace.path, "contains no time, which --from and --to need; cut the file")
     return trace.between(*span)
 
 
@@ -159,14 +159,17 @@ def _rises(used: list[tuple[Trace, PullSummary]]) -> Check:
     return check(
         "rises",
         not places,
-        f"two rises: {', '.join(places)}" if places else "each record rises once",
-        "; the brake slides, then its force rises again. Choose one with --from, --to and --tare",
+        f"two rises: {', '.join(places)}" if places else "every record has one rise",
+        (
+            "; the brake slides, then its force rises again. Select one rise with --from, "
+            "--to and --tare"
+        ),
         "failed",
     )
 
 
 def _trace_name(trace: Trace) -> str:
-    """The file, and the specimen where it holds several."""
+    """Return the file, and the specimen if it has several."""
     return f"{trace.path}, specimen {trace.specimen}" if trace.specimen else trace.path
 
 
@@ -253,6 +256,7 @@ def _paragraph(row: Mapping[str, Any]) -> Iterator[str]:
         )
     if row["unloading_stiffness"] is not None:
         yield (
-            f"  unloading {text('unloading_stiffness')}, left over {text('residual_elongation')} "
-            f"and {text('residual_force')}; kept {text('loop_energy')} of {text('work')}"
+            f"  unloading {text('unloading_stiffness')}, residual "
+            f"{text('residual_elongation')} and {text('residual_force')}; dissipated "
+            f"{text('loop_energy')} of {text('work')}"
         )

@@ -1,4 +1,4 @@
-"""The table pull by pull as commands give it: rows for JSON, lines for people, remarks."""
+"""The table pull by pull as printed by commands: rows for JSON, lines for people, and remarks."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
@@ -41,7 +41,7 @@ def cells(row: Mapping[str, Any]) -> list[str]:
 
 
 def pull_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """The table as lines; nothing for a single pull, which has no others beside it."""
+    """Yield the lines of the table; none for a single pull, which has no others to compare with."""
     if len(rows) < 2:
         return
     table = [list(HEADS), *(cells(row) for row in rows)]
@@ -60,7 +60,7 @@ def one_of_all(pulls: "Sequence[SinglePull]") -> Iterator[Notice]:
     for quantity, value in alike(pulls).items():
         unit, others = words[quantity]
         yield Notice(
-            f"one {quantity} only, {show(value, unit, 3)}: nothing here says whether the friction "
-            f"is the same at other {others}",
+            f"only one {quantity}, {show(value, unit, 3)}: these pulls do not show "
+            f"whether the friction is the same at other {others}",
             f"one-{quantity}",
         )

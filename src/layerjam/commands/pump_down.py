@@ -42,12 +42,12 @@ PROPORTION = (
     "curve; give --volume, --flow, or a second log with --added-volume"
 )
 LIMIT_AND_LEAK = (
-    "the ultimate pressure holds the pump's own limit and the line's leak together; a "
-    "pressure-hold log (layerjam leak) tells the leak"
+    "the ultimate pressure combines the pump's own limit and the leak of the line; a "
+    "pressure-hold log (layerjam leak) gives the leak"
 )
 NO_COMPLIANCE = (
-    "a volume that changes with vacuum is not clearly better than a constant one (AICc); its "
-    "compliance is not shown by this log"
+    "a volume that changes with vacuum is not clearly better than a constant one (AICc); "
+    "this log does not show its compliance"
 )
 
 
@@ -63,23 +63,21 @@ class PumpFound(Judged):
     rate: float = number("1/s", "flow over volume", interval=True)
     rate_with_volume: float | None = number("1/s", "the same with the volume added")
     time_constant: float = number("s", "time constant of the pump-down")
-    volume: float | None = number("m^3", "volume that is pumped", interval=True)
+    volume: float | None = number("m^3", "pumped volume", interval=True)
     flow: float | None = number("m^3/s", "flow of the pump", interval=True)
     ultimate_pressure: float = number(
         "Pa", "absolute pressure that the pump reaches", interval=True
     )
     ultimate_vacuum: float = number("Pa", "vacuum that the pump reaches")
     start_pressure: float = number("Pa", "absolute pressure at the start")
-    compliance_ratio: float | None = number(
-        "1/Pa", "volume lost per vacuum over volume", interval=True
-    )
+    compliance_ratio: float | None = number("1/Pa", "relative compliance", interval=True)
     compliance: float | None = number("m^3/Pa", "volume lost per vacuum")
-    rmse: float = number("Pa", "root of the mean squared error")
-    identifiable: str = fact("what the logs tell")
-    reading: str = fact("what the pressure counts from")
+    rmse: float = number("Pa", "root mean square error")
+    identifiable: str = fact("quantities that the logs determine")
+    reading: str = fact("pressure reference")
     atmosphere: float = number("Pa", "atmosphere of the site")
-    window: Sequence[float] = number("s", "part of the log that counts", shown=span_text)
-    samples: int = number("1", "samples that count", listed=False)
+    window: Sequence[float] = number("s", "part of the log used", shown=span_text)
+    samples: int = number("1", "samples used", listed=False)
     understood: Sequence[str] = fact("how the file was read", listed=False)
 
     def draw(self) -> Figure:
@@ -103,7 +101,7 @@ def pump_down(
         str | Path | None, Help("The same line with a known volume added.", metavar="FILE2")
     ] = None,
     *,
-    volume: Annotated[float | None, VOLUME, Help("Volume pumped, if known.")] = None,
+    volume: Annotated[float | None, VOLUME, Help("Pumped volume, if known.")] = None,
     flow: Annotated[float | None, FLOW, Help("Flow of the pump, if known.")] = None,
     added_volume: Annotated[float | None, VOLUME, Help("Volume added for FILE2.")] = None,
     compliance: Annotated[
@@ -118,10 +116,11 @@ def pump_down(
     atmosphere: Atmosphere = None,
     options: LogOptions = LogOptions(),
 ) -> PumpFound:
-    """Volume and pump flow from pump-down logs, as far as they tell them.
+    """Fit volume and pump flow to pump-down logs, as far as the logs determine them.
 
-    One log gives flow over volume. `volume`, `flow`, or the log `with_volume` of the same line with
-    `added_volume` gives both. `compliance` is the volume lost per vacuum, or "fit".
+    One log gives only the ratio of flow to volume. `volume`, `flow`, or the log `with_volume` of
+    the same line with `added_volume` gives both. `compliance` is the volume lost per vacuum, or
+    "fit".
     """
     from layerjam.identify.logs.checks import pump_down_checks
     from layerjam.identify.logs.pump_down import better_with_shrink, fit_pump_down
@@ -169,7 +168,7 @@ def pump_down(
 
 
 def _given_names(volume: Any, flow: Any, added_volume: Any, compliance: Any) -> list[str]:
-    """Return the quantities that are given beside the log; QuantityError if there are several."""
+    """Return the quantities given in addition to the log; QuantityError if there are several."""
     numbers = {"volume": volume, "flow": flow, "added volume": added_volume}
     names = [name for name, value in numbers.items() if value is not None]
     if len(names) > 1:
@@ -194,7 +193,7 @@ def _shrinking(
     if volume is None and flow is None:
         raise QuantityError("compliance: needs --volume or --flow, or write --compliance fit")
     fit = constant
-    for _ in range(12 if volume is None else 1):  # the volume follows from the flow, and back
+    for _ in range(12 if volume is None else 1):  # the volume follows from the flow, and vice versa
         fit = fit_with(with_compliance(volume, flow, compliance, fit))
     return fit
 
@@ -234,7 +233,7 @@ def _of_pump(
 
 
 def _intervals(numbers: Mapping[str, Any]) -> Iterator[tuple[str, tuple[float, float, float]]]:
-    """(quantity, (value, low, high)) of what has a 95 % interval and is positive by nature."""
+    """Yield (quantity, (value, low, high)) of positive quantities with a 95 % interval."""
     for name in ("rate", "ultimate_pressure", "volume", "flow"):
         value, low, high = (numbers.get(f"{name}{end}") for end in ("", "_low", "_high"))
         if value is not None and low is not None and high is not None:

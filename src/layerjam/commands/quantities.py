@@ -73,7 +73,7 @@ RopeDamping = Annotated[float, ROPE_DAMPING]
 Duration = Annotated[float, DURATION]
 Seed = Annotated[int, SEED]
 VacuumShare = Annotated[
-    float, SHARE, Help("Share of the vacuum that presses the sheets; all of it if not given.")
+    float, SHARE, Help("Share of the vacuum that presses the sheets. Default: all of it.")
 ]
 LeakTime = Annotated[float, LEAK_TIME, Help("Time constant of the leak, as `leak` prints it.")]
 HoldTime = Annotated[
@@ -105,7 +105,7 @@ Accept = Annotated[
 def brake_file(brake: AnyBrake, atmosphere: float | str | None = None) -> BrakeFile:
     """The brake with its name and sources, at the site's atmosphere if one is given.
 
-    A record made in Python is checked like a file. Raises UnknownNameError, FileError or
+    A record created in Python is checked like a file. Raises UnknownNameError, FileError or
     QuantityError.
     """
     return record_file(brake, BrakeFile, load, atmosphere)
@@ -117,7 +117,7 @@ def record_file(
     read: Callable[[str | Path], F],
     atmosphere: float | str | None,
 ) -> F:
-    """The file of a brake or a line from its name, its path, a file or a bare record, checked."""
+    """Return the checked file of a brake or line, from its name, its path, a file or a record."""
     if isinstance(source, str | Path):
         file = read(source)
     elif isinstance(source, kind):
@@ -184,7 +184,7 @@ def parse_options(cls: type[T], values: Mapping[str, Any]) -> T:
 
 
 def vacuum_within(value: Any, device: "Brake | Line", name: str = "vacuum") -> Any:
-    """A vacuum [Pa], number or array, that the site's atmosphere allows; else QuantityError."""
+    """Return a vacuum [Pa], number or array; QuantityError if it exceeds the site's atmosphere."""
     import numpy as np
 
     greatest = float(np.max(value)) if np.size(value) else 0.0

@@ -1,4 +1,4 @@
-"""Measured files as commands take them: paths or traces, one or several, and how they are read."""
+"""Measured files as arguments of commands: paths or traces, and the options for reading them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -74,7 +74,7 @@ Decimal = Annotated[str | None, Help("Decimal sign of the files.", metavar=". or
 
 @options
 class TableOptions(ReadingOptions):
-    """How a table or a log is read where it leaves something open."""
+    """Options for reading an ambiguous table or log."""
 
     columns: Columns = None
     decimal: Decimal = None
@@ -82,7 +82,7 @@ class TableOptions(ReadingOptions):
 
 @options
 class LogOptions(TableOptions):
-    """How a log of pressure is read where it leaves something open."""
+    """Options for reading an ambiguous pressure log."""
 
     columns: Annotated[
         str | None,
@@ -100,7 +100,7 @@ class LogOptions(TableOptions):
 
 @options
 class FileOptions(TableOptions):
-    """How the files of a test machine are read where they leave something open."""
+    """Options for reading ambiguous files of a test machine."""
 
     negative: Annotated[
         Sequence[str],
@@ -128,5 +128,5 @@ class FileOptions(TableOptions):
     speed: Annotated[
         float | None,
         CROSSHEAD_SPEED,
-        Help("Speed of the crosshead, where nothing else states it."),
+        Help("Speed of the crosshead, if no file states it."),
     ] = None

@@ -29,7 +29,7 @@ from layerjam.verdict import Acceptance
 
 @dataclass
 class _Comparison:
-    """Comparison of a dataset in `root` with its recomputed files, as far as it went."""
+    """Comparison of a dataset in `root` with its recomputed files, as far as completed."""
 
     root: Path
     recipe: Recipe
@@ -54,11 +54,11 @@ class _Comparison:
             except ValueError:
                 differences = [Difference("text", name, "cannot be read", None)]
             if not differences:
-                self.not_compared[name] = f"its words and drawings: {others}"
+                self.not_compared[name] = f"its text and drawings: {others}"
         self.found += differences
 
     def description(self, text: str) -> None:
-        """Compare ro-crate-metadata.json, without the files whose checksum differs already."""
+        """Compare ro-crate-metadata.json, without files whose checksum already differs."""
         path = self.root / METADATA
         try:
             original = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
@@ -84,7 +84,7 @@ class _Comparison:
             if local.get(n) != v
         ]
         if self.recipe.format < FORMAT:
-            differing.append(f"form {self.recipe.format} of the recipe")
+            differing.append(f"format {self.recipe.format} of the recipe")
         return "; ".join(differing)
 
 
@@ -140,7 +140,7 @@ def recompute_dataset(source: Path, tell: Progress) -> dict[str, Any]:
 
 
 def _failure(error: LayerjamError, root: Path) -> Difference:
-    """The difference that nothing can be computed from the files as they are."""
+    """Return the difference for a dataset whose files give no results."""
     path = Path(error.path) if isinstance(error, FileError) else root / RECIPE
     inside = path.is_relative_to(root)
     name = path.relative_to(root).as_posix() if inside else RECIPE

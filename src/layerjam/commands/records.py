@@ -1,4 +1,4 @@
-"""`records`: what was built, measured and calibrated, in a database that nobody overwrites."""
+"""`records`: brakes, measurements and calibrations in a database that is never overwritten."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -9,13 +9,16 @@ from layerjam.commands.results import Result, fact, result
 from layerjam.errors import MissingExtraError, Notice
 
 RecordsDatabase = Annotated[
-    str | None,  # a path would lose a slash of a URL
+    str | None,  # as a path, a URL would lose a slash
     Help(
-        "File of the records, or URL of a PostgreSQL database; else a file in your data folder.",
+        (
+            "File of the records, or URL of a PostgreSQL database; by default, a file in "
+            "your data folder."
+        ),
         metavar="URL",
     ),
 ]
-RecordId = Annotated[str, Help("Its id, the first characters of it, or its name.", metavar="ID")]
+RecordId = Annotated[str, Help("ID, first characters of the ID, or name.", metavar="ID")]
 SHORT = 8
 """Characters of an id that people are shown."""
 
@@ -25,9 +28,9 @@ class RecordsAdded(Result):
     """Records added."""
 
     ids: Mapping[str, str] = fact("id of each file that was added", listed=False)
-    also_added: Mapping[str, str] = fact("ids of records that were inside them", listed=False)
-    refused: Mapping[str, str] = fact("files that were not added, and why", listed=False)
-    database: str = fact("where the records are")
+    also_added: Mapping[str, str] = fact("IDs of the records contained in them", listed=False)
+    refused: Mapping[str, str] = fact("files not added, with reasons", listed=False)
+    database: str = fact("location of the records")
 
     def lines(self) -> Iterator[str]:
         """One line a record."""
@@ -43,8 +46,8 @@ class RecordsAdded(Result):
 class RecordsListed(Result):
     """All records."""
 
-    rows_: Sequence[Mapping[str, Any]] = fact("one row a record", listed=False, key="rows")
-    database: str = fact("where the records are")
+    rows_: Sequence[Mapping[str, Any]] = fact("one row per record", listed=False, key="rows")
+    database: str = fact("location of the records")
 
     def lines(self) -> Iterator[str]:
         """One line a record."""
@@ -55,13 +58,13 @@ class RecordsListed(Result):
 
 @result
 class RecordShown(Result):
-    """One record and what it comes from."""
+    """One record and its sources."""
 
-    record_: Mapping[str, Any] = fact("all that is known of it", listed=False, key="record")
-    derived_from: Sequence[Mapping[str, Any]] = fact("what it comes from", listed=False)
+    record_: Mapping[str, Any] = fact("all information about it", listed=False, key="record")
+    derived_from: Sequence[Mapping[str, Any]] = fact("its sources", listed=False)
     used_by: Sequence[Mapping[str, Any]] = fact("entries derived from it", listed=False)
     unlinked: Sequence[Mapping[str, Any]] = fact(
-        "what it names and the records do not hold", listed=False
+        "entries that it names but the records do not contain", listed=False
     )
 
     def rows(self) -> list[tuple[str, str]]:
@@ -89,19 +92,19 @@ class RecordShown(Result):
 
 @result
 class RecordsVerified(Result):
-    """Whether files are as they were when they were added."""
+    """Whether files are unchanged since they were added."""
 
-    checked: int = fact("files and texts that were compared with their digests")
-    changed: Sequence[Mapping[str, Any]] = fact("those whose bytes are others now", listed=False)
+    checked: int = fact("files and texts compared with their digests")
+    changed: Sequence[Mapping[str, Any]] = fact("those whose content has changed", listed=False)
     missing: Sequence[Mapping[str, Any]] = fact("files that cannot be found", listed=False)
 
     @property
     def exit_code(self) -> int:
-        """1 where something is changed or missing."""
+        """Exit code: 1 if a file has changed or is missing."""
         return 1 if self.changed or self.missing else 0
 
     def lines(self) -> Iterator[str]:
-        """One line for each that is not as it was."""
+        """One line for each changed file."""
         for word, records in (("changed", self.changed), ("missing", self.missing)):
             for row in records:
                 folder = f", {row['folder']} on {row['host']}" if row["folder"] else ""
@@ -110,14 +113,14 @@ class RecordsVerified(Result):
 
 @result
 class RecordWithdrawn(Result):
-    """A record that counts no more."""
+    """A withdrawn record."""
 
     id: str = fact("its id")
-    used_by: Sequence[str] = fact("ids of the records that come from it", listed=False)
+    used_by: Sequence[str] = fact("IDs of the records derived from it", listed=False)
 
 
 def _text(value: Any) -> str:
-    """A value for people; "" for what is not known or not for a line."""
+    """Return a value for people; "" if it is unknown or does not fit on a line."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, Mapping):
@@ -161,14 +164,14 @@ def records_add(
     *,
     db: RecordsDatabase = None,
     serial: Annotated[
-        str | None, Help("Number stamped on the one brake or line given.", metavar="TEXT")
+        str | None, Help("Serial number of the one brake or line given.", metavar="TEXT")
     ] = None,
 ) -> RecordsAdded:
-    """Add files to the records, linked with what they come from.
+    """Add files to the records, linked to their sources.
 
-    Links follow from digests inside the files. A file that is in the records already, or that is
-    nothing the records take, is refused; the others are added in one transaction. Raises
-    RecordsError for the database, and then nothing was added.
+    Links follow from digests inside the files. A file that is already in the records, or of an
+    unsupported kind, is rejected; the others are added in one transaction. Raises RecordsError for
+    the database, and then nothing was added.
     """
     database = _database(db)
     from layerjam.records.store import add
@@ -183,8 +186,8 @@ def records_add(
             *(Notice(f"{path}: {text}", "record") for path, text in result.notes),
             *(
                 Notice(
-                    f"{path}: comes from {name} ({role}, {key[:16]}), which is not in the records; "
-                    "it is linked when that is added",
+                    f"{path}: derived from {name} ({role}, {key[:16]}), which is not in "
+                    "the records; it will be linked when that is added",
                     "not-linked",
                 )
                 for path, role, name, key in result.unlinked
@@ -216,8 +219,8 @@ def records_list(*, db: RecordsDatabase = None) -> RecordsListed:
 
 
 def _none_yet(database: Any, records: Sequence[Any]) -> list[Notice]:
-    """That there is nothing yet, so that a mistyped name is noticed."""
-    text = f"{database.where}: there are no records yet; 'layerjam records add' makes them"
+    """Return a notice that there are no records yet, so that a mistyped name is noticed."""
+    text = f"{database.where}: there are no records yet; create them with 'layerjam records add'"
     return [] if records else [Notice(text, "no-records")]
 
 
@@ -249,15 +252,15 @@ def records_show(ident: RecordId, *, db: RecordsDatabase = None) -> RecordShown:
 )
 def records_verify(
     folders: Annotated[
-        Sequence[str | Path], Help("Folders to look for moved files in.", metavar="FOLDER...")
+        Sequence[str | Path], Help("Folders in which to look for moved files.", metavar="FOLDER...")
     ] = (),
     *,
     db: RecordsDatabase = None,
 ) -> RecordsVerified:
-    """Whether every file still has the bytes that it had.
+    """Check whether every file is unchanged.
 
-    Withdrawn files are not looked for. Exits with 1 where something is changed or missing. Raises
-    RecordsError for the database.
+    Withdrawn files are not looked for. Exits with Exit code: 1 if a file has changed or is missing.
+    Raises RecordsError for the database.
     """
     database = _database(db)
     from layerjam.records.view import verify
@@ -276,18 +279,18 @@ def records_verify(
 def records_withdraw(
     ident: RecordId,
     *,
-    why: Annotated[str, Help("Fault of the entry.", metavar="TEXT")],
+    why: Annotated[str, Help("Fault in the entry.", metavar="TEXT")],
     db: RecordsDatabase = None,
 ) -> RecordWithdrawn:
-    """Mark a record as one that counts no more; it stays, with the reason.
+    """Withdraw a record; it is kept, with the reason.
 
-    A file that was withdrawn cannot be added again. Raises RecordsError if there is no such
-    record, or it was withdrawn before.
+    A file that was withdrawn cannot be added again. Raises RecordsError if there is no such record,
+    or it was withdrawn before.
     """
     database = _database(db)
     from layerjam.records.store import withdraw
 
     result, used_by = withdraw(database, ident, why)
-    text = "records come from it and stay as they are; see 'layerjam records show'"
+    text = "records are derived from it and do not change; see 'layerjam records show'"
     notices = [Notice(f"{len(used_by)} {text}", "used")] if used_by else []
     return RecordWithdrawn(id=result, used_by=used_by, warnings=notices)

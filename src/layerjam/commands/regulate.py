@@ -35,21 +35,22 @@ Fault = Literal[
     "sensor-stuck",
     "sensor-offset",
 ]
-RUNS_FULL = "; it shows where the pump runs full, as in a rise, and here it hardly runs"
+RUNS_FULL = (
+    "; it shows only if the pump runs at full power, as during a rise, and here it hardly runs"
+)
 UNSEEN = {
     "pump-weak": RUNS_FULL,
     "line-blocked": RUNS_FULL,
     "pump-dead": RUNS_FULL,
-    "sensor-offset": "; an offset shows when the line is vented, and here it is held",
-    "sensor-stuck": "; one number for long tells nothing of a sensor without noise that is at its "
-    "target",
+    "sensor-offset": "; an offset shows only if the line is vented, and here the vacuum is held",
+    "sensor-stuck": "; a sensor without noise shows one constant number at the target in any case",
 }
 """Why the detector may not see a fault."""
 
 
 @result
 class Regulation(Judged):
-    """How the vacuum came and was held; `record` is (Regulator, ClosedLoop).
+    """How the vacuum was reached and held; `record` is (Regulator, ClosedLoop).
 
     Times are those of the true vacuum, not of the reading.
     """
@@ -57,8 +58,8 @@ class Regulation(Judged):
     record: tuple[Regulator, ClosedLoop]
     target: float = number("Pa", "vacuum to hold")
     kind: str = fact("control law")
-    safe_state: str = fact("where a fault ends")
-    outcome: str = fact("what the detector says: HEALTHY, or the fault")
+    safe_state: str = fact("safe state after a fault")
+    outcome: str = fact("state reported by the detector: HEALTHY, or the fault")
     rise_time: float | None = number("s", "time from 10 to 90 % of the target")
     overshoot: float = number("Pa", "greatest vacuum beyond the target")
     steady_error: float | None = number("Pa", "mean error at the end")
@@ -67,19 +68,21 @@ class Regulation(Judged):
     vent_switches: int = fact("how often the vent was switched")
     pump_on: float = number("s", "time for which the pump ran")
     fault_time: float | None = number("s", "time at which a fault was reported")
-    fault: str | None = fact("what was broken")
-    fault_at: float | None = number("s", "time at which the fault began")
-    broken: str | None = fact("the fault in words")
-    said_after: float | None = number("s", "time until the detector said it, from its beginning")
+    fault: str | None = fact("injected fault")
+    fault_at: float | None = number("s", "time at which the fault started")
+    broken: str | None = fact("description of the fault")
+    said_after: float | None = number("s", "detection time, from its start")
     reachable: float = number("Pa", "greatest vacuum that the pump holds")
     time_constant: float = number("s", "time constant of the line at the target")
     gain: float | None = number("1/Pa", "pump command per error")
     integral_time: float | None = number("s", "integral time")
     sample_time: float = number("s", "time between two samples")
     duration: float = number("s", "time simulated")
-    identified: Mapping[str, Any] | None = fact("what the step shows, 95 %", listed=False)
+    identified: Mapping[str, Any] | None = fact(
+        ("values from the step, with 95 % intervals"), listed=False
+    )
     detection: Mapping[str, float | None] = fact(
-        "longest time until each is reported", listed=False
+        "longest detection time of each fault", listed=False
     )
 
     def lines(self) -> Iterator[str]:
@@ -96,7 +99,7 @@ class Regulation(Judged):
             yield f"  {name}: {'not detected' if time is None else f'{time:.3g} s'}"
 
     def panes(self) -> Sequence[Pane]:
-        """Vacuum, reading and target over time, and what the pump does."""
+        """Vacuum, reading and target over time, and the pump command."""
         from layerjam.report import control_figures
 
         regulator, loop = self.record
@@ -120,22 +123,22 @@ def regulate(
     target: Annotated[Target, Help("Vacuum to hold.")],
     settings: RegulatorSettings = RegulatorSettings(),
     duration: Annotated[
-        float | None, DURATION, Help("Time to simulate; 12 time constants unless given.")
+        float | None, DURATION, Help("Time to simulate. Default: 12 time constants.")
     ] = None,
     recorded: RecordedStep = RecordedStep(),
-    fault: Annotated[Fault | None, Help("Part that breaks.")] = None,
-    fault_at: Annotated[float | None, FAULT_AT, Help("When it breaks.")] = None,
+    fault: Annotated[Fault | None, Help("Fault to inject.")] = None,
+    fault_at: Annotated[float | None, FAULT_AT, Help("Time of the fault.")] = None,
     seed: Annotated[Seed, Help("Seed of the sensor's noise.")] = 0,
     accept: Accept = None,
     atmosphere: Atmosphere = None,
 ) -> Regulation:
-    """Bring a line to a vacuum and hold it there, in closed loop with a noisy sensor.
+    """Simulate a line that reaches and holds a vacuum, in closed loop with a noisy sensor.
 
-    With a recorded `step` gains, detectors and the line simulated are those that the log shows
-    (`identified`), and its scatter is the noise unless that is given. `detection` is the longest
-    time [s] until each fault is reported at this vacuum (None: never). `fault` breaks the line or
-    the sensor from `fault_at` on; `said_after` is None if it reported nothing, or reported before
-    that time.
+    With a recorded `step`, gains, detectors and the simulated line are identified from the log
+    (`identified`), and its scatter is used as the noise unless that is given. `detection` is the
+    longest time [s] until each fault is reported at this vacuum (None: never). `fault` is injected
+    into the line or the sensor at `fault_at`; `said_after` is None if it was not reported, or
+    reported before that time.
     """
     from layerjam.control.checks import regulation_checks
     from layerjam.control.closed_loop import simulate
@@ -153,7 +156,7 @@ def regulate(
         )
         notices += further
     elif recorded != RecordedStep():
-        raise QuantityError("reading, from, to: they go only with --step")
+        raise QuantityError("reading, from, to: only valid with --step")
     constant = law.plant.time_constant(target)
     length = 12 * constant if duration is None else duration
     injection, fault_text = _fault_injection(fault, fault_at, law, target, length, line)
@@ -212,7 +215,7 @@ def _fault_injection(
         )
     injection, words = injection_of(fault, start, regulator, target)
     if file.line.valve is None and injection.pump < 1:
-        # the pump run backwards is the only way down
+        # the vacuum can fall only by running the pump backwards
         injection = replace(injection, vent=injection.pump)
     return injection, words
 
@@ -229,7 +232,7 @@ def _of_the_fault(fault: str, injection: FaultInjection, loop: ClosedLoop) -> Ch
     offset = float(loop.vacuum[-1] - loop.target[-1])
     side = "above" if offset > 0 else "below"
     notice_text = (
-        f"{fault} was not said in the time simulated{UNSEEN.get(fault, '')}; the vacuum ends "
-        f"{show(abs(offset), 'Pa')} {side} the target"
+        f"{fault} was not reported in the simulated time{UNSEEN.get(fault, '')}; the "
+        f"vacuum ends {show(abs(offset), 'Pa')} {side} the target"
     )
     return check("fault", False, notice_text)

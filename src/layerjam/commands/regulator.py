@@ -1,4 +1,4 @@
-"""The regulator of a vacuum line as options of a command, and its plant from one recorded step."""
+"""Regulator of a vacuum line as command options, and its plant from a recorded step."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -23,9 +23,9 @@ SENSOR_RANGE = replace(spec_of(Sensor, "range"), example="103kPa")
 NOISE = replace(spec_of(Sensor, "noise"), example="50Pa")
 LEAST_RUN = replace(spec_of(Regulator, "minimum_on"), example="0.2s")
 FAR_OFF = 1.2
-"""Ratio of the rates found and expected beyond which the difference is said."""
+"""Ratio of identified to expected rate beyond which a notice is given."""
 FELT = 1.05
-"""Ratio of the time constants with and without tube from which on a step is no exponential."""
+"""Ratio of the time constants with and without tube above which a step is not exponential."""
 FEWEST = 20
 """Samples that a step needs."""
 
@@ -36,21 +36,23 @@ class RegulatorSettings:
 
     safe_state: Annotated[
         Literal["release", "hold"] | None,
-        Help("Where a fault ends: vented, or with the valves closed. Must be declared."),
+        Help("Safe state after a fault: vented, or with the valves closed. Required."),
     ] = None
     kind: Annotated[Literal["bang-bang", "pi", "scheduled"], Help("The control law.")] = "pi"
     fluid: Fluid = "air"
     sample_time: Annotated[
-        float | None, SAMPLE_TIME, Help("Time between two samples; 10 ms unless given.")
+        float | None, SAMPLE_TIME, Help("Time between two samples. Default: 10 ms.")
     ] = None
-    sensor_range: Annotated[
-        float | None, SENSOR_RANGE, Help("Greatest vacuum that the sensor shows.")
-    ] = None
+    sensor_range: Annotated[float | None, SENSOR_RANGE, Help("Greatest vacuum of the sensor.")] = (
+        None
+    )
     noise: Annotated[
         float | None, NOISE, Help("Standard deviation of a reading of the sensor.")
     ] = None
-    reversible: Annotated[bool, Help("The pump regulates downwards by running backwards.")] = False
-    least_run: Annotated[float | None, LEAST_RUN, Help("Shortest run and rest of the pump.")] = None
+    reversible: Annotated[bool, Help("Lower the vacuum by running the pump backwards.")] = False
+    least_run: Annotated[
+        float | None, LEAST_RUN, Help("Shortest run time and rest time of the pump.")
+    ] = None
 
 
 @options
@@ -59,32 +61,35 @@ class RecordedStep:
 
     step: Annotated[
         str | Path | None,
-        Help("Log of the real line at full pump, to tune the regulator by.", metavar="FILE"),
+        Help(
+            ("Log of the real line with the pump at full power, to tune the regulator."),
+            metavar="FILE",
+        ),
     ] = None
     reading: Annotated[
         Literal["absolute", "gauge", "vacuum"] | None,
         Help("Zero of the log's pressure."),
     ] = None
     start: Annotated[
-        float | None, LOG_TIME, Help("Where the step begins in the log.", option="--from")
+        float | None, LOG_TIME, Help("Start of the step in the log.", option="--from")
     ] = None
     end: Annotated[
-        float | None, LOG_TIME, Help("Where the pump stops in the log.", option="--to")
+        float | None, LOG_TIME, Help("Time at which the pump stops in the log.", option="--to")
     ] = None
 
 
 def regulator_of(
     file: LineFile, vacuum: float, settings: RegulatorSettings
 ) -> tuple[Regulator, list[str]]:
-    """A regulator for a line, its leak and valve made linear at a vacuum [Pa]; what is assumed."""
+    """Return a regulator for a line linearised at a vacuum [Pa], and the assumptions."""
     notices = [*file.warnings()]
     plant = plant_of(file.line, vacuum=vacuum, water=settings.fluid == "water")
     sensor = sensor_of(file, settings.sensor_range, settings.noise)
     if not plant.vent or file.line.valve is None:
         notices.append(
             Notice(
-                f"{file.name} has no valve: venting stands for its pumps run backwards, and a "
-                "fault of the pump leaves it without release",
+                f"{file.name} has no valve: it is vented by running the pumps backwards, "
+                "so a pump fault prevents release",
                 "no-valve",
             )
         )
@@ -95,7 +100,7 @@ def regulator_of(
         sensor=sensor,
         kind=settings.kind,
         safe_state=settings.safe_state or "",
-        # without a valve there is no other way down
+        # without a valve the vacuum cannot be lowered otherwise
         reversible=settings.reversible or (file.line.valve is None and plant.backwards > 0),
         tuned_at=vacuum,
         **_drop_none(sample_time=settings.sample_time, minimum_on=run, minimum_off=run),
@@ -107,7 +112,8 @@ def sensor_of(file: LineFile, span: float | None, noise: float | None = None) ->
     """Return a line's sensor with a given range and noise [Pa]; QuantityError without a range."""
     if file.line.sensor is None and span is None:
         raise QuantityError.of(
-            "sensor", f"{file.name} has none; give --sensor-range, the greatest vacuum it shows"
+            "sensor",
+            (f"{file.name} has no sensor; give --sensor-range, the greatest vacuum of yours"),
         )
     return replace(file.line.sensor or Sensor(range=1.0), **_drop_none(range=span, noise=noise))
 
@@ -129,7 +135,10 @@ def _left_out(file: LineFile, plant: Plant) -> list[Notice]:
     if line.reservoir is not None:
         notices.append(
             Notice(
-                "reservoir: its valve stays closed, as the regulator commands pump and vent alone",
+                (
+                    "reservoir: its valve stays closed, because the regulator controls only "
+                    "pump and vent"
+                ),
                 "reservoir-closed",
             )
         )
@@ -161,7 +170,9 @@ def tuned_by(
     atmosphere: float,
     keep_noise: bool,
 ) -> tuple[Regulator, Identified, list[str]]:
-    """The regulator with the plant that a step shows; leak and vent stay the line's.
+    """Return the regulator with the plant identified from a step.
+
+    Leak and vent are those of the line.
 
     The scatter of the readings about the fit becomes the sensor's noise unless `keep_noise`. Raises
     FileError for a log that cannot be read, FitError if it holds no step.
@@ -189,8 +200,8 @@ def tuned_by(
         )
     except FitError as err:
         raise FitError(
-            f"{log.name}: {err}; a step is the pump at full command from rest (--from, --to), its "
-            "pressure read as --reading says"
+            f"{log.name}: {err}; a step needs the pump at full power from rest (--from, "
+            "--to) and the right pressure reference (--reading)"
         ) from None
     notices = [*read.notices]
     plant = replace(fit.plant, backwards=old.backwards)
@@ -198,12 +209,12 @@ def tuned_by(
     if not 1 / FAR_OFF < ratio < FAR_OFF:
         notices.append(
             Notice(
-                f"the step's rate of {show(plant.rate, '1/s')} is {ratio:.3g} times that of the "
-                f"line's file, {show(old.rate, '1/s')}; the step counts",
+                f"the step's rate of {show(plant.rate, '1/s')} is {ratio:.3g} times that "
+                f"of the line's file, {show(old.rate, '1/s')}; the step takes precedence",
                 "step-far-off",
             )
         )
-    sentence = f"tuned to the step in {log.name}; leak and vent are those of the line's file"
+    sentence = f"tuned to the step in {log.name}; leak and vent are from the line file"
     sensor = regulator.sensor if keep_noise else replace(regulator.sensor, noise=fit.noise)
     regulator_tuned = replace(regulator, plant=plant, sensor=sensor)
     return regulator_tuned, fit, [*notices, Notice(sentence, "tuned-to-step")]

@@ -39,7 +39,9 @@ if TYPE_CHECKING:
 class Issued:
     """Identity of a report, in addition to its brake and date."""
 
-    report_number: Annotated[str, Help("Number of the report, on every page.", metavar="TEXT")] = ""
+    report_number: Annotated[
+        str, Help(("Number of the report, printed on every page."), metavar="TEXT")
+    ] = ""
     customer: Annotated[str, Help("Customer, with the address.", metavar="TEXT")] = ""
 
 
@@ -60,14 +62,16 @@ class Report(Result):
         default=(),
         shown=lambda found: found and f"{len(found)} in {Path(found[0]).parent}",
     )
-    friction: Mapping[str, Any] | None = fact("keys of friction", listed=False)
-    calibration: Mapping[str, Any] | None = fact("keys of calibrate", listed=False)
-    validation: Mapping[str, Any] | None = fact("keys of validate", listed=False)
+    friction: Mapping[str, Any] | None = fact("results of friction", listed=False)
+    calibration: Mapping[str, Any] | None = fact("results of calibrate", listed=False)
+    validation: Mapping[str, Any] | None = fact("results of validate", listed=False)
     calibrated_on_the_same: Sequence[str] = fact(
-        "files that were both calibrated and validated on", listed=False
+        "files used for both calibration and validation", listed=False
     )
-    excluded: Sequence[Mapping[str, Any]] = fact("files left out by hand, and why", listed=False)
-    refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
+    excluded: Sequence[Mapping[str, Any]] = fact(
+        ("files excluded by hand, with reasons"), listed=False
+    )
+    refused: Mapping[str, str] = fact("files not used, with reasons", listed=False)
 
     def lines(self) -> Iterator[str]:
         """Yield the files left out by the user."""
@@ -120,7 +124,7 @@ class _Work:
         report.files += [file_used(trace, stage) for trace in traces]
 
     def take_over(self, file: BrakeFile) -> None:
-        """The brake that a stage has made, at the site's atmosphere."""
+        """Return the brake from a stage, at the site's atmosphere."""
         self.report.file = brake_file(file, self.how.atmosphere)
 
 
@@ -160,14 +164,14 @@ def report(
     """Measurements of one brake as a page: friction, calibration, validation, HTML and PDF.
 
     Writes report.html, report.pdf, figures, numbers.csv and results.json into the folder `out`.
-    `friction` tests give the friction, `pulls` the calibration, `validate` are the pulls to compare
-    the calibrated brake with; each may be omitted. Without `validate` some pulls can be held back:
-    `calibrate_on` names those to calibrate on, or `holdout` holds back a vacuum ("46.1 kPa"), a
-    speed ("19 mm/s") or a repeat ("repeat 3"). Without any of these the brake is compared with the
-    pulls it was calibrated on, and the page says so. `vacuum` serves files without a sidecar; the
-    options of friction tests, `depth` and `exclude` are as in `friction` and `calibrate`. `command`
-    is shown as the command that made the page, `date` (ISO) is today unless given; `names` {file
-    name: name in the report} serves files that are stored under other names than their own.
+    `friction` are friction tests, `pulls` calibrate the brake, and `validate` are pulls to compare
+    the calibrated brake with; each may be omitted. Without `validate`, some of the pulls can be
+    reserved for validation: `calibrate_on` names those to calibrate on, or `holdout` reserves a
+    vacuum ("46.1 kPa"), a speed ("19 mm/s") or a repeat ("repeat 3"). Otherwise the brake is
+    compared with its calibration pulls, and the page states this. `vacuum` applies to files without
+    a sidecar; the options of friction tests, `depth` and `exclude` are as in `friction` and
+    `calibrate`. `command` is printed as the command that created the page; `date` (ISO) defaults to
+    today. `names` {file name: name in the report} is for files stored under other names.
     `report_number` and `customer` appear on the pages; sidecars may state them instead. If a check
     fails, nothing is written; `accept` accepts failed checks by name, {check: reason}. Raises
     FileError if a report exists and `overwrite` is not set.
@@ -203,7 +207,10 @@ def report(
 
 @dataclass(frozen=True, kw_only=True)
 class HowTested:
-    """How the files of a report are read and fitted; the fields are those of the command."""
+    """Options for reading and fitting the files of a report.
+
+    The fields are those of the command.
+    """
 
     test: FrictionTest = FrictionTest()
     depth: Literal["exact", "curves"] = "exact"
@@ -224,7 +231,7 @@ def stages(
     date: str | None = None,
     names: Mapping[str, str] | None = None,
 ) -> BrakeReport:
-    """The stages of a report, computed and not written; `publish` and `recompute` take them too.
+    """The stages of a report, computed but not written; also used by `publish` and `recompute`.
 
     `command`, `date` and `names` as in `report`. Raises FitError if no file is given, and
     QuantityError or UnknownNameError for an accepted check that did not fail.
@@ -263,8 +270,9 @@ def _result(content: BrakeReport, files: ReportFiles | None) -> Report:
         warnings.insert(0, Notice(sentence, "synthetic"))
     if content.seen:
         sentence = (
-            "validated on pulls that were also calibrated on, which does not test the model: hold "
-            "some back with --holdout or --calibrate-on, or give others with --validate"
+            "validated on pulls that were also calibrated on, which does not test the "
+            "model: reserve some with --holdout or --calibrate-on, or give others with "
+            "--validate"
         )
         warnings.append(Notice(sentence, "calibrated-on"))
     stages = {s: content.stages.get(s) for s in ("friction", "calibration", "validation")}
@@ -291,7 +299,7 @@ def _friction(work: _Work, files: Sequence[Measured]) -> None:
     verdict = work.judge("friction", fit.checks, [f"film.{kind}" for kind in fit.means])
     name = work.report.file.name
     if fit.kinetic is None:
-        stands = f"the kinetic friction of {name}'s file stands: these tests give none"
+        stands = f"the kinetic friction in the file of {name} is kept: these tests give none"
         work.report.warnings["friction"].append(Notice(stands, "kinetic-stands"))
     else:
         text, _ = with_friction(work.report.file, fit, name, verdict.decisions)
@@ -329,7 +337,7 @@ def _calibration(work: _Work, files: Sequence[Measured], exclusions: LeftOut) ->
 
 
 def _validation(work: _Work, files: Sequence[Measured], exclusions: LeftOut) -> None:
-    """The validation into the report, also before calibration, and what was calibrated on."""
+    """Add the validation to the report, also before calibration, and the files calibrated on."""
     from layerjam.identify.validation.table import validation_checks
 
     work.tell(f"validation: {count_of(len(files), 'pull')}", 0.6)

@@ -37,9 +37,9 @@ __all__ = ["Judged", "Result", "add_prefix", "bounds", "fact", "key_of", "number
 T = TypeVar("T")
 PICTURES = (".svg", ".png", ".pdf")
 STOPPED = 130
-"""Exit code of what was stopped from the keyboard and gives what it has."""
+"""Exit code of a command that was interrupted and returns a partial result."""
 FAILED = 4
-"""Exit code if a check failed that nobody accepted."""
+"""Exit code if a check failed and was not accepted."""
 JUDGED = ("verdict", "failed_checks", "accepted", "refitted")
 """Fields that `Result.of` takes from a Verdict by their names."""
 
@@ -48,7 +48,7 @@ JUDGED = ("verdict", "failed_checks", "accepted", "refitted")
     kw_only_default=True, frozen_default=True, field_specifiers=(number, fact, field)
 )
 def result(cls: type[T]) -> type[T]:
-    """A frozen, keyword-only record; its fields made by `number` and `fact` are the JSON's keys."""
+    """A frozen, keyword-only record; fields by `number` and `fact` are the keys of the JSON."""
     return dataclass(frozen=True, kw_only=True, repr=False, eq=False)(declare(cls))
 
 
@@ -56,10 +56,10 @@ def result(cls: type[T]) -> type[T]:
 class Result:
     """Base of all results.
 
-    `warnings` are sentences with a key each (`Notice`); `record` holds the arrays or the fit behind
-    the numbers, where there are any. `verdict` is `passed`, `failed`, `accepted`, or None if no
-    check judged the numbers; `failed_checks` has rows of `name` and `reason`, `accepted` rows of
-    `check`, `reason`, `date` and `file`. `refitted` are the dotted paths of newly fitted numbers.
+    `warnings` are sentences, each with a key (`Notice`). `record` contains the arrays or the fit
+    behind the numbers, if any. `verdict` is `passed`, `failed`, `accepted`, or None if no check
+    judged the numbers; `failed_checks` has rows of `name` and `reason`, `accepted` rows of `check`,
+    `reason`, `date` and `file`. `refitted` are the dotted paths of newly fitted numbers.
     """
 
     command: ClassVar[str] = ""
@@ -70,15 +70,15 @@ class Result:
     accepted: Sequence[Mapping[str, Any]] = ()
     refitted: Sequence[str] = ()
     grid: Grid | None = None
-    """The array arguments that it was computed from; None if all were single numbers."""
+    """Array arguments from which it was computed; None if all were single numbers."""
 
     @classmethod
     def of(cls, *known: object, **given: Any) -> Self:
-        """The result with what is `given`, its other keys from `known` by their names.
+        """Return a result with the values `given`; its other keys are taken from `known` by name.
 
         Each of `known` is a record, a mapping, `add_prefix(...)`, or None; the first that has a
-        name counts. A float that is not finite becomes None, which is not known, and so does what
-        nobody has where it may be None. Raises TypeError for a key without value or default.
+        name counts. A float that is not finite becomes None (unknown), as does an optional value
+        that no source has. Raises TypeError for a key without value or default.
         """
         for f in cls.keys():  # noqa: SIM118
             value = value_of(f.name, (given, *known))
@@ -116,7 +116,7 @@ class Result:
 
     @classmethod
     def table_units(cls) -> Mapping[str, str]:
-        """{key: SI unit} inside the result's tables, where it has any."""
+        """{key: SI unit} inside the result's tables, if it has any."""
         return {}
 
     @property
@@ -139,7 +139,7 @@ class Result:
         """The fields that are keys of the contract.
 
         First those of records of lower folders, then the class's own, then those of other results.
-        A key that the class names again comes where it does so.
+        A key that the class declares again takes its new position.
         """
         key_fields = {f.name: f for f in fields(cls) if "result" in f.metadata}
         own_annotations = get_annotations(cls)
@@ -161,7 +161,7 @@ class Result:
         return ()
 
     def panes(self) -> Sequence[Pane]:
-        """The description of its figure, for commands whose figure the page draws too."""
+        """Description of its figure, for commands whose figure the page also draws."""
         raise LayerjamError(f"{self.command or type(self).__name__} has no curve to draw")
 
     def draw(self) -> Figure:
@@ -185,13 +185,13 @@ class Result:
         return self.record is not None
 
     def quiet_curves(self) -> Sequence[Curve]:
-        """Its main curve in each pane; none if results of this command are not laid over others."""
+        """Return its main curve in each pane; none if results of this command are not overlaid."""
         described = type(self).panes is not Result.panes and self.has_curve
         return [pane.curves[0] for pane in self.panes()] if described else ()
 
     @classmethod
     def takes_beside(cls, kind: type[Result]) -> bool:
-        """Whether curves of another kind of result are drawn beside those of this one."""
+        """Return whether curves of another kind of result can be overlaid on those of this one."""
         return kind is cls
 
     @takes_force
@@ -203,13 +203,12 @@ class Result:
         overwrite: bool = False,
         beside: Mapping[str, Result] | None = None,
     ) -> Figure:
-        """The figure; written to `path` (.svg, .png or .pdf) if one is given.
+        """Return the figure, and write it to `path` (.svg, .png or .pdf) if one is given.
 
-        It is drawn into `ax`, Matplotlib axes or a list or array of as many as the figure has.
-        `beside` maps labels to other results of the command, drawn as quiet curves under its own;
-        a `tensile` takes those of `pull` too, drawn as points.
-        Raises FileError if the file exists unless `overwrite`, and LayerjamError for results that
-        have no such curve.
+        It is drawn into `ax`, Matplotlib axes or a list or array with as many axes as the figure
+        has. `beside` maps labels to other results of the command, drawn as faint curves below its
+        own; a `tensile` also accepts those of `pull`, drawn as points. Raises FileError if the file
+        exists unless `overwrite`, and LayerjamError for results that have no such curve.
         """
         from layerjam.report import chart
         from layerjam.report.style import drawing_into, save
@@ -219,7 +218,7 @@ class Result:
         quiet = {label: item.quiet_curves() for label, item in (beside or {}).items()}
         for label, curves in quiet.items():
             if not curves or not self.takes_beside(type((beside or {})[label])):
-                raise LayerjamError(f"{label}: it has no curve to compare with this one")
+                raise LayerjamError(f"{label}: has no curve to compare with this one")
         with contextlib.nullcontext() if ax is None else drawing_into(ax):
             figure = (
                 self.draw_panes(chart.add_comparisons(self.panes(), quiet))
@@ -288,7 +287,7 @@ class Result:
             target: Path = self.record.save(path, overwrite=overwrite)
             return target
         endings = [".json", *(PICTURES if self.drawable() else ())]
-        raise FileError(path, f"the ending '{path.suffix}' is not known; use {', '.join(endings)}")
+        raise FileError(path, f"extension '{path.suffix}' is unknown; use {', '.join(endings)}")
 
     def json(self) -> str:
         """The JSON of the command line's contract."""
@@ -302,7 +301,7 @@ class Result:
 
     @property
     def judgement(self) -> dict[str, Any]:
-        """The verdict with its failed and its accepted checks, as the JSON holds them."""
+        """Return the verdict with its failed and accepted checks, in the form of the JSON."""
         return {
             "verdict": self.verdict,
             "failed_checks": list(self.failed_checks),
@@ -310,7 +309,7 @@ class Result:
         }
 
     def interval(self, name: str) -> tuple[float | None, float | None]:
-        """The 95 % interval of a number that has one; None is an open or unknown end.
+        """The 95 % interval of a number, if it has one; None is an open or unknown end.
 
         Raises UnknownNameError for a number without an interval.
         """
@@ -354,7 +353,7 @@ class Result:
             if value is None or not f.metadata["listed"]:
                 continue
             if self.grid is not None and getattr(value, "shape", None):
-                continue  # a column of the table
+                continue  # one column of the table
             spec = f.metadata["quantity"]
             text = show_text(value) if show_text else in_words(value, spec.unit if spec else "")
             low, high = self.interval(f.name) if f.metadata["interval"] else (None, None)
@@ -440,11 +439,11 @@ class Judged(Result):
 
 
 def bounds(**intervals: tuple[float | None, float | None] | None) -> dict[str, float | None]:
-    """{NAME_low: ..., NAME_high: ...} of 95 % intervals; what has none is left out."""
+    """{NAME_low: ..., NAME_high: ...} of 95 % intervals; numbers without one are omitted."""
     ends = {name: ends for name, ends in intervals.items() if ends is not None}
     return {f"{n}_{end}": v for n, pair in ends.items() for end, v in zip(ENDS, pair, strict=True)}
 
 
 def key_of(f: Field[Any]) -> str:
-    """The key in the JSON of a field of a result."""
+    """Return the JSON key of a field of a result."""
     return f.metadata["key"] or f.name

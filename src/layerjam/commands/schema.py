@@ -1,4 +1,4 @@
-"""`schema`: a JSON Schema of what every command prints with --json, from its declaration."""
+"""`schema`: JSON Schema of the --json output of every command, from its declaration."""
 
 import builtins
 import inspect
@@ -38,11 +38,12 @@ def _annotation(cls: type, name: str) -> Any:
     """The type of a field, looked up in the module of the class that declares it."""
     owner = next(base for base in cls.__mro__ if name in inspect.get_annotations(base))
     text = inspect.get_annotations(owner)[name]
-    return eval(text, {}, _names(owner)) if isinstance(text, str) else text  # our own source
+    # source of this package
+    return eval(text, {}, _names(owner)) if isinstance(text, str) else text
 
 
 def type_schema(kind: Any) -> dict[str, Any]:
-    """The schema of values of a Python type; {} for those that are not known."""
+    """The schema of values of a Python type; {} for unknown types."""
     members = list(union(kind))
     if len(members) > 1:
         schemas = [type_schema(member) for member in members]
@@ -99,7 +100,7 @@ def schema_of(command: Command) -> dict[str, Any]:
             "additionalProperties": {"type": "string"},
             "description": "SI unit of each key",
         },
-        "warnings": {"type": "array", "items": {"type": "string"}, "description": "what to know"},
+        "warnings": {"type": "array", "items": {"type": "string"}, "description": "notices"},
     }
     verdict_schema = {
         "verdict": {"type": "string", "description": "outcome of the checks"},
@@ -111,12 +112,12 @@ def schema_of(command: Command) -> dict[str, Any]:
         "accepted": {
             "type": "array",
             "items": {"type": "object"},
-            "description": "failed checks that somebody accepted",
+            "description": "failed checks that were accepted",
         },
     }
     summary = (inspect.getdoc(cls) or "").split("\n\n")[0].replace("\n", " ")
     schema = _object({**keys, **common})
-    # present if a check judged the numbers, or those of a file that was read
+    # present if checks judged these numbers, or those of an input file
     schema["properties"] = {**verdict_schema, **schema["properties"]}
     return {
         "title": f"layerjam {command.name} --json",
@@ -127,7 +128,7 @@ def schema_of(command: Command) -> dict[str, Any]:
 
 @result
 class Schemas(Result):
-    """One JSON Schema with a definition for each command; it holds for what any of them prints."""
+    """One JSON Schema with a definition for each command, valid for the output of any of them."""
 
     dialect: str = fact("dialect of the schema", default=DIALECT, key="$schema", listed=False)
     any_of: Sequence[Mapping[str, str]] = fact(
@@ -163,13 +164,13 @@ def _in_words(schema: Mapping[str, Any]) -> str:
 )
 def schema(
     name: Annotated[
-        str | None, Help("Name of a command; all of them unless given.", metavar="COMMAND")
+        str | None, Help("Name of a command. Default: all commands.", metavar="COMMAND")
     ] = None,
 ) -> Schemas:
-    """JSON Schema of what a command prints with --json.
+    """Return the JSON Schema of the --json output of a command.
 
-    Draft 2020-12; each key has type, meaning and SI `unit`. The output is itself a
-    schema: `anyOf` refers to the definitions of `$defs`, one for each command.
+    Draft 2020-12; each key has type, meaning and SI `unit`. The output is itself a schema: `anyOf`
+    refers to the definitions of `$defs`, one for each command.
     """
     names = list(commands()) if name is None else [load(name).name]
     return Schemas(

@@ -32,14 +32,14 @@ LEAST_SAMPLES = 10
 """Samples in a pull below which its peak may fall between them."""
 ALLOWED_RISE = QuantitySpec(
     "K",
-    "temperature rise that the sheets may reach over the air around the brake",
+    "allowed temperature rise of the sheets above the surrounding air",
     lo=0.01,
     hi=1000,
     example="20K",
 )
 FILM_COEFFICIENT = QuantitySpec(
     "W/(m^2 K)",
-    "heat given off by the enclosure's outer surface",
+    "heat transfer coefficient of the enclosure's outer surface",
     lo=0.01,
     hi=1e5,
     example="'10 W/(m^2 K)'",
@@ -56,14 +56,14 @@ SAMPLING = replace(spec_of(Accelerometer, "sampling"), example="10kHz")
 def _rise(value: float | str, arguments: Mapping[str, Any]) -> float:
     if isinstance(value, str) and re.search(r"°|deg|[CF]\s*$", value):
         raise QuantityError(
-            f"allowed rise: '{value[:40]}' is a temperature; a temperature rise is given in K"
+            f"allowed rise: '{value[:40]}' is a temperature; give a temperature rise in K"
         )
     return ALLOWED_RISE.si(value, "allowed rise")
 
 
 @options
 class Sensing:
-    """Measuring chain of a stop: accelerometer, low-pass, rate, and a filter after it."""
+    """Measuring chain of a stop: accelerometer, low-pass, sampling rate, and filter."""
 
     accelerometer: Annotated[
         str | Accelerometer, Help("Accelerometer of the stop: ideal or adxl193.", metavar="NAME")
@@ -76,7 +76,7 @@ class Sensing:
     sampling: Annotated[float | None, SAMPLING, Help("Sampling rate of the accelerometer.")] = None
 
     def plain(self) -> bool:
-        """Whether it shows the stop as it is."""
+        """Whether it shows the stop unchanged."""
         return self == Sensing()
 
 
@@ -86,10 +86,10 @@ class Warmth:
 
     allowed_rise: Annotated[
         float | None,
-        Input("Temperature rise that the sheets may reach, e.g. 20K.", metavar="Q", convert=_rise),
+        Input("Allowed temperature rise of the sheets, e.g. 20K.", metavar="Q", convert=_rise),
     ] = None
     film_coefficient: Annotated[
-        float | None, FILM_COEFFICIENT, Help("Heat transfer to the air.")
+        float | None, FILM_COEFFICIENT, Help("Heat transfer coefficient to the air.")
     ] = None
 
 
@@ -105,7 +105,7 @@ class Reading(Judged):
     measured_rate: float | None = number("Hz", "sampling rate", default=None)
     accelerometer: str | None = fact("the sensor", default=None)
     filter: str | None = fact("the filter after it", default=None)
-    saturated: bool | None = fact("whether the sensor's range was left", default=None)
+    saturated: bool | None = fact("whether the sensor saturated", default=None)
 
 
 @result
@@ -119,9 +119,9 @@ class Heating(Result):
         "K", "temperature rise of the whole sheets, their mean", default=None
     )
     stops_per_minute: float | None = number(
-        "1/min", "such stops a minute that keep below the allowed rise", default=None
+        "1/min", "stops per minute that stay below the allowed rise", default=None
     )
-    allowed_rise: float | None = number("K", "temperature rise that is allowed", default=None)
+    allowed_rise: float | None = number("K", "allowed temperature rise", default=None)
     film_coefficient: float | None = number(
         "W/(m^2 K)", "heat transfer from the enclosure to the air", default=None
     )
@@ -134,16 +134,16 @@ def channel_class(text: str | None) -> int | None:
     match = re.fullmatch(r"(?:cfc)?[ -]?([0-9]{1,6})", text.strip().lower())
     if match is None or int(match.group(1)) not in CLASSES:
         names = ", ".join(f"cfc{c}" for c in CLASSES)
-        raise QuantityError(f"filter: '{text[:40]}' is not known; there are none, {names}")
+        raise QuantityError(f"filter: '{text[:40]}' is unknown; choose none, {names}")
     return int(match.group(1))
 
 
 def sensor_of(
     accelerometer: str | Accelerometer, low_pass: float | None, sampling: float | None
 ) -> Accelerometer:
-    """A named sensor with another low-pass or rate where they are given.
+    """A named sensor with another low-pass or rate if given.
 
-    A low-pass of its own makes the sensor's 2-pole Butterworth one unless it has one already.
+    A given low-pass is a 2-pole Butterworth filter unless the sensor already has its own.
     """
     sensor = find_accelerometer(accelerometer) if isinstance(accelerometer, str) else accelerometer
     if low_pass is not None:
@@ -192,11 +192,11 @@ def reading(
 
 
 def _checks(measurement: Seen, signal: Signal, sensor: Accelerometer) -> Iterator[Check]:
-    """Return the checks of a sensor with a range and a rate; an ideal one has none."""
+    """Return the checks of a sensor with a range and a rate; an ideal sensor has none."""
     if sensor.range is not None:
         fits = "the sensor's range contains the peak"
         limit = show(sensor.range, "m/s^2")
-        sentence = f"the peak is beyond the sensor's range of {limit}, which replaces it"
+        sentence = f"the peak exceeds the sensor's range of {limit}, which is reported instead"
         yield check(
             "saturation",
             not measurement.saturated,
@@ -241,7 +241,10 @@ def heating(
     joule, brake = QuantitySpec("J", "heat of a stop").si(heat, "heat"), file.brake
     verdict = Heating(allowed_rise=rise, film_coefficient=film)
     if brake.film.specific_heat is None:
-        unknown = f"{file.name} does not say the film's specific heat: no temperature rise"
+        unknown = (
+            f"{file.name} does not state the film's specific heat, so no temperature rise is "
+            "computed"
+        )
         return verdict.noting(Notice(unknown, "no-specific-heat"))
     return replace(
         verdict,

@@ -1,4 +1,4 @@
-"""`stick-slip`: does the brake stick and slip, how much, and what would stop it."""
+"""`stick-slip`: whether a brake sticks and slips, how much, and the remedies."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ STATIC = replace(spec_of(Film, "static"), text="static friction", example="0.3")
 
 @result
 class StickSlip(Result):
-    """The last slip of the run, and what would stop it; `record` is the StickSlipRecord."""
+    """The last slip of the run, and remedies for stick–slip; `record` is the StickSlipRecord."""
 
     record: StickSlipRecord
     outcome: str = fact("how the run ended")
@@ -53,12 +53,12 @@ class StickSlip(Result):
     relative_amplitude: float | None = number("1", "amplitude over the kinetic force")
     force_high: float | None = number("N", "force before the last slip")
     force_low: float | None = number("N", "force after the last slip")
-    slip_per_event: float | None = number("m", "slip of the sheets in the last slip")
+    slip_per_event: float | None = number("m", "distance slid in the last slip")
     period: float | None = number("s", "time between the last two slips")
-    events: int = number("1", "slips of the run")
-    static_force: float = number("N", "force that the static friction bears at the start")
+    events: int = number("1", "number of slips in the run")
+    static_force: float = number("N", "static friction force at the start")
     kinetic_force: float = number("N", "force of steady sliding at the start")
-    critical_speed: float | None = number("m/s", "speed above which stick–slip dies")
+    critical_speed: float | None = number("m/s", "speed above which stick–slip decays")
     stable_speed: float | None = number("m/s", "speed above which steady sliding is stable")
     stiffness_needed: float | None = number(
         "N/m", "stiffness that brings the critical speed down to this speed"
@@ -95,7 +95,7 @@ def stick_slip(
     *,
     vacuum: Vacuum,
     speed: CrossheadSpeed,
-    mass: Annotated[Mass, Help("Moving mass; half of the brake unless given.")] | None = None,
+    mass: Annotated[Mass, Help("Moving mass. Default: half of the brake.")] | None = None,
     mount_stiffness: Annotated[
         float | None, MOUNT, Help("Stiffness of your mount, instead of the measured one.")
     ] = None,
@@ -103,16 +103,16 @@ def stick_slip(
     stribeck_speed: Annotated[float, STRIBECK_SPEED] = 0.0,
     static: Annotated[float | None, STATIC, Help("Static friction, instead of the film's.")] = None,
     slip: Annotated[Slip, Help("Slip at the start.")] = 0.0,
-    travel: Annotated[Elongation, Help("Elongation to pull over; a dozen slips unless given.")]
+    travel: Annotated[Elongation, Help("Elongation of the pull. Default: about a dozen slips.")]
     | None = None,
     atmosphere: Atmosphere = None,
 ) -> StickSlip:
-    """Pull a brake at one speed and see whether it sticks and slips, and what would stop it.
+    """Simulate a pull at one speed: whether the brake sticks and slips, and the remedies.
 
     It starts from rest at `slip`. Amplitude and forces are those of the last slip of the run.
-    `critical_speed`, `stable_speed` and `stiffness_needed` hold friction at its value at `slip`.
-    `stribeck_speed` 0 means that static friction is lost at once. Raises FitError for a run of too
-    many steps.
+    `critical_speed`, `stable_speed` and `stiffness_needed` assume the friction at `slip`.
+    `stribeck_speed` 0 means that static friction vanishes immediately. Raises FitError for a run of
+    too many steps.
     """
     from layerjam.simulate import stick_slip as simulation
 
@@ -138,8 +138,8 @@ def stick_slip(
     if static is None and bounds.static > bounds.kinetic:
         notices.append(
             Notice(
-                "static friction is that of a friction test; sheets that let go one after another "
-                "bear less together (tensile --model stack)",
+                "static friction is that of a friction test; sheets that start to slip "
+                "one after another carry less in total (tensile --model stack)",
                 "static-of-a-test",
             )
         )
@@ -220,7 +220,7 @@ def _limits(slide: Slide, bounds: Bounds, ratio: float) -> dict[str, float]:
 
     drag = float(slide.damping) + float(slide.level) * float(slide.viscous)
     out = {"critical_speed": critical_speed_of(slide)}
-    # without any damping sliding is never stable, only (jump law) never unstable
+    # without damping, steady sliding is never stable; with the jump law it is only not unstable
     if drag and slide.law is None:
         drop = bounds.static - bounds.kinetic
         out["stable_speed"] = float(stable_speed(drop, slide.stribeck, slide.exponent, drag))
@@ -239,29 +239,30 @@ def _assumptions(record: StickSlipRecord, assumed: bool) -> list[Notice]:
         times = f"{count} time{'s' if count > 1 else ''}"
         out.append(
             Notice(
-                f"it stuck {times} before it settled: friction falls with slip, and the critical "
-                "speed with it",
+                f"it stuck {times} before it settled: friction and critical speed fall with slip",
                 "settled-late",
             )
         )
     if assumed:
         out.append(
             Notice(
-                f"moving mass {show(record.mass, 'kg')}: half of the brake (assumed). Add the mass "
-                "that hangs on it",
+                f"moving mass {show(record.mass, 'kg')}: half of the brake (assumed). Add "
+                "any mass attached to it",
                 "assumed-mass",
             )
         )
     if not record.damping:
         out.append(
             Notice(
-                "no damping was given: stick–slip then dies at no speed; critical speed and "
-                "stiffness needed are not known",
+                "no damping was given, so stick–slip decays at no speed; critical speed "
+                "and required stiffness are unknown",
                 "no-damping",
             )
         )
     if record.stribeck.speed == 0:
-        sentence = "static friction is taken as lost at once; no Stribeck speed is measured"
+        sentence = (
+            "static friction is assumed to vanish immediately; no Stribeck speed was measured"
+        )
     else:
         sentence = "the Stribeck speed is an input: none is measured for the catalogue's films"
     fastest = float(record.speed_of_mass.max())

@@ -29,7 +29,7 @@ class DesignSweep(DesignResult):
 
     @property
     def exit_code(self) -> int:
-        """As of a design; 130 where it was stopped."""
+        """Exit code: as for `design`; 130 if stopped."""
         return STOPPED if self.feasible is None else super().exit_code
 
 
@@ -45,21 +45,21 @@ def sweep(
     spec: SpecInput,
     *,
     out: Annotated[
-        str | Path, Help("Folder for the blocks; the same one to go on.", metavar="DIR")
+        str | Path, Help("Folder for the blocks. Give the same one to resume.", metavar="DIR")
     ],
     scheduler: Annotated[
         str | None, Help("Dask cluster, e.g. tcp://10.0.0.1:8786.", metavar="ADDRESS")
     ] = None,
-    block: Annotated[int | None, PythonOnly("Designs of a block.")] = None,
+    block: Annotated[int | None, PythonOnly("Number of designs per block.")] = None,
     accept: Accept = None,
     progress: Progress | None = None,
 ) -> DesignSweep:
     """Compute every design of a specification, in blocks on disk.
 
-    The folder is new, empty or that of the same sweep, which then goes on: `blocks_found` of its
+    The folder is new, empty or that of the same sweep, which then resumes: `blocks_found` of its
     blocks were there already. `block` is the number of designs in one, `scheduler` the address of a
-    Dask cluster. Stopped from the keyboard, `complete` is False and the same call goes on. Raises
-    FileError for a folder of something else, MissingExtraError without pyarrow or Dask, and
+    Dask cluster. If interrupted, `complete` is False and the same call resumes. Raises FileError
+    for a folder with other content, MissingExtraError if pyarrow or Dask is missing, and
     ClusterError.
     """
     from layerjam.design.blocks import NOTE, Store
@@ -88,7 +88,10 @@ def sweep(
                     progress("designs", designs_done / total)
         except KeyboardInterrupt:
             designs_done = total - len(store.missing(total))
-            notice = f"stopped: {designs_done} of {total} blocks are done; the same command goes on"
+            notice = (
+                f"stopped: {designs_done} of {total} blocks are done; run the same command to "
+                "resume"
+            )
             return make(
                 name=spec.name,
                 designs=spec.grid.size,

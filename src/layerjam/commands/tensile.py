@@ -37,7 +37,7 @@ SCATTER = QuantitySpec(
 SAMPLES = QuantitySpec(
     "1", "stacks pulled to estimate the scatter", lo=2, hi=10_000_000, whole=True
 )
-LUMPED = "needs the model 'lumped'; the stack keeps the vacuum it starts with"
+LUMPED = "needs the model 'lumped'; the stack keeps its initial vacuum"
 STACK = "belongs to the model 'stack'; the lumped brake has one friction"
 
 
@@ -54,10 +54,10 @@ class Tensile(Result):
     peak_elongation: float = number("m", "elongation at the greatest force")
     force_at_end: float = number("N", "force at the end of the pull")
     work: float = number("J", "work of the test machine")
-    dissipated_energy: float = number("J", "work less what is stored at the end")
+    dissipated_energy: float = number("J", "work minus the energy stored at the end")
     outcome: str = fact("how the pull ended")
-    procedure: str = fact("the steps that were run")
-    samples: int | None = number("1", "stacks that were pulled", default=None)
+    procedure: str = fact("steps that were run")
+    samples: int | None = number("1", "number of stacks pulled", default=None)
     seed: int | None = number("1", "seed of the scatter", default=None)
     scatter: float | None = number("1", "relative SD of the interfaces' friction", default=None)
     peak_mean: float | None = number("N", "mean of the stacks' peaks", default=None)
@@ -107,18 +107,16 @@ def tensile(
         ),
     ] = None,
     model: Annotated[
-        Literal["lumped", "stack"], Help("One friction, or the stack sheet by sheet.")
+        Literal["lumped", "stack"], Help("One friction force, or the stack sheet by sheet.")
     ] = "lumped",
-    static: Annotated[
-        bool, Help("Stack: static friction holds an interface until it slides.")
-    ] = False,
+    static: Annotated[bool, Help("Stack: use static friction until an interface slides.")] = False,
     one_by_one: Annotated[
-        bool, Help("Stack, with --static: what a break overloads lets go one by one.")
+        bool, Help("Stack, with --static: interfaces that a slip overloads slip one at a time.")
     ] = False,
     interfaces: Interfaces | None = None,
     housing: Housing | None = None,
-    scatter: Annotated[float | None, SCATTER, Help("Stack: relative SD of friction.")] = None,
-    samples: Annotated[int | None, SAMPLES, Help("Stack: stacks pulled (1000).")] = None,
+    scatter: Annotated[float | None, SCATTER, Help("Stack: relative SD of the friction.")] = None,
+    samples: Annotated[int | None, SAMPLES, Help("Stack: number of stacks pulled (1000).")] = None,
     seed: Annotated[int | None, SEED, Help("Stack: seed of the scatter (1).")] = None,
     vacuum_share: VacuumShare | None = None,
     leak_time: LeakTime | None = None,
@@ -128,14 +126,14 @@ def tensile(
     """Pull a brake in a simulated test machine.
 
     Either vacuum, speed and travel (elongation of the crosshead), or a procedure. Only for the
-    model "stack": `static` friction before an interface slides, and `one_by_one`: interfaces that a
-    break overloads let go one after the other, the most overloaded first, and not together;
-    `interfaces` that differ, a `housing` that rubs, and `scatter`, the relative SD of the
-    interfaces' friction: then `samples` (1000) stacks, drawn from `seed` (1), give mean and SD of
-    peak, stiffness and onset; interrupted from the keyboard, of those that are done. `vacuum_share`
-    of the gauge's reading presses the sheets. With `leak_time` the line is shut off after every
-    evacuation and the vacuum leaks away from then on; not in the stack, which keeps the vacuum it
-    starts with. Raises ProcedureError or QuantityError for contradictions.
+    model "stack": `static` uses static friction before an interface slides. With `one_by_one`,
+    overloaded interfaces slip one at a time, the most overloaded first. `interfaces` may differ, a
+    `housing` may rub. `scatter` is the relative SD of the interfaces' friction: `samples` (1000)
+    stacks, drawn from `seed` (1), then give mean and SD of peak, stiffness and onset; if
+    interrupted, those of the stacks done so far. `vacuum_share` of the gauge's reading presses the
+    sheets. With `leak_time` the line is shut off after every evacuation and the vacuum leaks away
+    from then on; not in the model "stack", which keeps its initial vacuum. Raises ProcedureError or
+    QuantityError for contradictions.
     """
     brake = with_share(brake, vacuum_share)
     steps = _steps(brake, vacuum, speed, travel, procedure)
@@ -182,16 +180,16 @@ def _stack(
     seed: int | None,
     tell: Progress,
 ) -> Tensile:
-    """The pull sheet by sheet, and its spread over stacks whose interfaces scatter."""
+    """Return the pull sheet by sheet, and its spread over stacks with scattered interfaces."""
     import numpy as np
 
-    # compiled loops, only where asked for
+    # use compiled loops only if requested
     from layerjam.simulate.sheet_motion import motion_of
     from layerjam.simulate.stack import sliding_at, tensile_stack
     from layerjam.simulate.stack_spread import peak_spread
 
     if scatter is None and (samples is not None or seed is not None):
-        raise QuantityError("samples and seed belong to scatter; give it too")
+        raise QuantityError("samples and seed need scatter; give it as well")
     highest = vacuum_within(steps.highest_vacuum(), brake.brake)
     tell("pull", 0.0)
     record, pull = tensile_stack(brake, steps, **layout, progress=lambda p: tell("pull", p))
@@ -209,7 +207,7 @@ def _stack(
     spread = peak_spread(brake_at_speed, highest, scatter, count, start, **layout, progress=share)
     notices = []
     if spread.done < count:
-        sentence = f"stopped: {spread.done} of {count} stacks were pulled, and those count"
+        sentence = f"stopped: only the {spread.done} of {count} stacks pulled so far are used"
         notices.append(Notice(sentence, "stopped"))
     if count_lost := int((~np.isfinite(spread.peak)).sum()):
         sentence = f"{count_lost} of {spread.done} stacks could not be followed to their peak"

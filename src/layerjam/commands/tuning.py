@@ -1,4 +1,4 @@
-"""`tune`: the vacuum that stops a mass within a travel, or why there is none and what would do."""
+"""`tune`: the vacuum that stops a mass within a travel, or why there is none, with alternatives."""
 
 from __future__ import annotations
 
@@ -28,25 +28,30 @@ if TYPE_CHECKING:
 
 @result
 class TunedVacuum(Result):
-    """The vacuum that stops the mass within the travel; or the reason, and what would be enough."""
+    """Vacuum that stops the mass within the travel, or the reason why none does."""
 
     vacuum: float | None = number("Pa", "vacuum that stops the mass after exactly the travel")
-    vacuum_eq10: float | None = number("Pa", "the paper's: eq. 10, no gravity, no elastic part")
+    vacuum_eq10: float | None = number(
+        "Pa", ("vacuum by the paper's eq. 10, without gravity and elastic energy")
+    )
     feasible: bool = fact("whether there is such a vacuum", shown=lambda yes: "" if yes else "no")
-    reason: str | None = fact("why there is none, and what would do", default=None)
-    floor_g: float | None = number("1", "least peak in g of any stop within the travel")
-    least_speed: float | None = number("m/s", "slowest arrival that can be stopped so")
-    greatest_speed: float | None = number("m/s", "fastest arrival that can be stopped so")
-    travel_needed: float | None = number("m", "nearest travel that would do", default=None)
-    sheets_needed: int | None = number("1", "number of sheets that would do", default=None)
-    brakes_needed: int | None = number("1", "brakes side by side that would do", default=None)
+    reason: str | None = fact("reason if there is none, with alternatives", default=None)
+    floor_g: float | None = number("1", "least possible peak of a stop within the travel, in g")
+    least_speed: float | None = number("m/s", "least arrival speed that can be stopped so")
+    greatest_speed: float | None = number("m/s", "greatest arrival speed that can be stopped so")
+    travel_needed: float | None = number("m", "nearest sufficient travel", default=None)
+    sheets_needed: int | None = number("1", "sufficient number of sheets", default=None)
+    brakes_needed: int | None = number("1", "sufficient number of brakes in parallel", default=None)
 
 
 def arrival(speed: float | None, height: float | None, horizontal: bool, gravity: float) -> float:
-    """Speed [m/s] at the taut rope, from one of the two; QuantityError for both or neither."""
+    """Return the speed [m/s] at the taut rope, from speed or height.
+
+    QuantityError for both or neither.
+    """
     if (speed is None) == (height is None):
         both = "both" if speed is not None else "neither"
-        raise QuantityError(f"speed and height: {both} given; give one of them")
+        raise QuantityError(f"speed and height: {both} given; give exactly one")
     if height is None:
         return float(speed or 0.0)
     if horizontal:
@@ -74,9 +79,9 @@ def tune(
 ) -> TunedVacuum:
     """Vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
 
-    The mass arrives with `speed` or falls from `height`. Where there is no such vacuum, `reason`
-    says why and what would do: the speeds that can be stopped so, another travel, another number
-    of sheets, more brakes side by side, each by itself. Each was tuned before it is named.
+    The mass arrives with `speed` or falls from `height`. If there is no such vacuum, `reason`
+    explains why and lists alternatives: the speeds that can be stopped so, another travel, another
+    number of sheets, more brakes side by side, each by itself. Each was tuned before it is named.
     """
     from layerjam.mechanics.pull import peak
     from layerjam.mechanics.stop.exact import stop
@@ -137,7 +142,7 @@ def tuning_case(
 
 
 def _ways_out(case: Case, reach: tuple[float, float] | None) -> dict[str, Any]:
-    """Why no vacuum does it, and what would: all of it tried by the function that tunes."""
+    """Return why no vacuum is sufficient, with alternatives, each tested by the tuning function."""
     from layerjam.simulate import tuned
 
     out: dict[str, Any] = {
@@ -159,7 +164,7 @@ def _ways_out(case: Case, reach: tuple[float, float] | None) -> dict[str, Any]:
 
 
 def _reason(case: Case, reach: tuple[float, float] | None) -> str:
-    """Why no vacuum stops it after just the travel, and which speeds some vacuum stops so."""
+    """Return why no vacuum stops it after exactly the travel, and the speeds for which one does."""
     from layerjam.mechanics.pull import least_stiffness
     from layerjam.simulate.drop import spring_of
     from layerjam.simulate.tuned import balanced_speeds
@@ -169,14 +174,16 @@ def _reason(case: Case, reach: tuple[float, float] | None) -> str:
     if math.isnan(high):
         return f"the brake cannot hold {weight} at {travel} of slip"
     if high < low:
-        # what full vacuum leaves over the weight cannot even take the drop into the rope
+        # even the force of full vacuum minus the weight cannot absorb the drop into the rope
         return (
-            f"no vacuum stops {show(case.mass, 'kg')} after just {travel} at any speed: the "
-            f"vacuum that holds its weight of {weight} there stops it sooner"
+            f"no vacuum stops {show(case.mass, 'kg')} after exactly {travel} at any "
+            f"speed: a vacuum that holds its weight of {weight} there stops it sooner"
         )
     least, most_text = ("", "") if reach is None else _inside(case, *reach)
     range_text = (
-        f"from {least} to {most_text} there is one" if reach else "no speed was found that has one"
+        f"there is one from {least} to {most_text}"
+        if reach
+        else ("no speed with such a vacuum was found")
     )
     if case.speed > high:
         reach_text = f"full vacuum stops up to {most_text}" if reach else range_text
@@ -185,9 +192,11 @@ def _reason(case: Case, reach: tuple[float, float] | None) -> str:
         stiff = float(least_stiffness(case.brake.site.atmosphere, case.brake))
         stiff = _round_digits(stiff, 4, ROUND_CEILING)
         return (
-            f"rope and brake together give {show(spring_of(case.brake, case.rope), 'N/m')}: on a "
-            f"spring so soft the mass stops or the brake snaps before {travel} at "
-            f"{show(case.speed, 'm/s')}; {range_text}; above {show(stiff, 'N/m')} it cannot snap"
+            "rope and brake together have "
+            f"{show(spring_of(case.brake, case.rope), 'N/m')}: on such a soft spring the "
+            f"mass stops, or the brake snaps, before {travel} at "
+            f"{show(case.speed, 'm/s')}; {range_text}; above {show(stiff, 'N/m')} it "
+            "cannot snap"
         )
     speed = format_distinct(case.speed, low, "m/s")
     return f"{speed} is too slow for {travel}: {_slow(case)}; {range_text}"
@@ -198,15 +207,16 @@ def _slow(case: Case) -> str:
     from layerjam.mechanics.pull import brake_force
 
     if float(brake_force(case.travel, 0.0, case.brake)) >= case.mass * case.gravity:
-        # the enclosure pulls harder than the weight: no vacuum at all stops it sooner already
+        # the enclosure pulls harder than the weight, so it stops the mass too early even without
+        # vacuum
         return "the enclosure alone, without vacuum, stops the mass before that"
-    return "a vacuum low enough to let the mass run that far could not hold its weight there"
+    return "a vacuum low enough for that travel could not hold the weight there"
 
 
 def _inside(case: Case, low: float, high: float) -> tuple[str, str]:
-    """The ends of a range of speeds [m/s] as text that, typed again, still lies in it.
+    """The ends of a range of speeds [m/s] as text that still lies in the range when typed.
 
-    Rounded inwards, with as many digits as it takes.
+    Rounded inwards, with as many digits as needed.
     """
     from layerjam.simulate.tuned import tuning_vacuum
 
@@ -223,6 +233,6 @@ def _round_digits(value: float, digits: int, rounding: str) -> float:
 
 
 def format_distinct(value: float, bound: float, unit: str) -> str:
-    """The value with as many digits as it takes to tell it from the bound."""
+    """Return the value with enough digits to distinguish it from the bound."""
     pairs = [(show(value, unit, d), show(bound, unit, d)) for d in (4, 6, 9, 12, 17)]
     return next((ours for ours, theirs in pairs if ours != theirs), pairs[-1][0])

@@ -23,34 +23,34 @@ if TYPE_CHECKING:
     from layerjam.report.chart import Pane
 
 MATTERS = 0.05
-"""Share of the rise time from which on what the tube delays is said."""
+"""Share of the rise time above which the delay of the tube is reported."""
 CELLS = 10
-"""Cells of a tube to start with: the front of a wave is then right to a tenth of the length."""
+"""Suggested number of tube cells: resolves a wave front to a tenth of the length."""
 
 
 @result
 class VacuumRise(Result):
-    """How fast the vacuum comes and goes; `record` is the Response in air, a Filling in water."""
+    """How fast the vacuum rises and falls; `record` is the Response in air, a Filling in water."""
 
     record: Response | Filling
     rise_time: float | None = number("s", "time from 10 to 90 % of the target")
     time_constant: float = number("s", "time constant of pump and chamber")
     fall_time: float | None = number("s", "time from 90 to 10 % of the target when vented")
-    fall_by: str | None = fact("what vents the line: the valve, or the pumps run backwards")
+    fall_by: str | None = fact("device that vents the line: the valve, or the pumps run backwards")
     feasible: bool = fact("whether the target is reached", shown=lambda yes: "" if yes else "no")
-    reason: str | None = fact("why it is never reached")
+    reason: str | None = fact("reason if it is never reached")
     reachable: float = number("Pa", "greatest vacuum that the line reaches")
     target: float = number("Pa", "vacuum to reach")
-    fluid: str = fact("what fills the line")
-    closed_form: float | None = number("s", "rise time by the closed form, where it holds")
-    closed_form_fall: float | None = number("s", "fall time by the closed form, where it holds")
+    fluid: str = fact("fluid in the line")
+    closed_form: float | None = number("s", "rise time by the closed form, if valid")
+    closed_form_fall: float | None = number("s", "fall time by the closed form, if valid")
     gas_work: float | None = number("J", "work done on the gas up to the target")
     tube_delay: float | None = number("s", "travel time of a pressure wave along the tube")
     tube_lag: float | None = number("s", "time constant of tube resistance and chamber at target")
     line: LineFile
 
     def draw_panes(self, panes: Sequence[Pane]) -> Figure:
-        """Vacuum over time, and what would make the line faster."""
+        """Vacuum over time, and ways to make the line faster."""
         from layerjam.report import fluid_figures
 
         line, water = self.line.line, self.fluid == "water"
@@ -78,12 +78,12 @@ def rise(
 ) -> VacuumRise:
     """Time in which a line reaches a vacuum, and time in which it releases it.
 
-    The pump runs full on until the target is reached. If it is never reached, `rise_time`
-    is None, `feasible` False and `reason` states the vacuum that can be reached. In air the line is
+    The pump runs full on until the target is reached. If it is never reached, `rise_time` is None,
+    `feasible` False and `reason` states the vacuum that can be reached. In air the line is
     integrated; `closed_form` holds for a rigid volume without an effect of tube or orifice.
-    `fall_time` is by the vent valve from when it is open, or the pumps run backwards (`fall_by`),
-    with `closed_form_fall` likewise; None if the line has neither. `tube_delay` and `tube_lag`
-    are None in water and for a line that has no tube. A tube in many cells takes a while.
+    `fall_time` counts from the opening of the vent valve, or uses pumps run backwards (`fall_by`);
+    `closed_form_fall` likewise. None if the line has neither. `tube_delay` and `tube_lag` are None
+    in water and for a line that has no tube. A tube with many cells takes long to compute.
     """
     from layerjam.fluid import closed_forms as forms
     from layerjam.fluid.energy import jam_work
@@ -106,7 +106,7 @@ def rise(
         means = None if falls is None else "pumps run backwards"
     elif rises is not None:
         falls, means = air_fall_time(target, pipe, _share(progress, "fall"))
-    if response is None:  # in air, of a line that never gets there: how far it comes
+    if response is None:  # in air, for a line that never reaches the target: the vacuum it reaches
         response = (
             forms.filling(target, pipe) if water else respond(pipe, 8 * forms.time_constant(pipe))
         )
@@ -147,7 +147,7 @@ def _why_not(line: Line, target: float, low: float, water: bool) -> str:
     elif line.leak.laminar or line.leak.orifice:
         cause = "pump and leak balance"
     else:
-        cause = "the pump takes in no more"
+        cause = "the pump reaches its ultimate pressure"
     return f"{show(target, 'Pa')} is never reached: at {show(low, 'Pa')} {cause}"
 
 
@@ -173,17 +173,17 @@ def _of_the_tube(line: Line, tube: Tube, rise: float, delay: float, lag: float) 
     if delay > MATTERS * rise and not tube.cells:
         out.append(
             Notice(
-                f"tube: a pressure wave takes {show(delay, 's')}, {delay / rise:.0%} of the rise; "
-                f"tube.cells = {CELLS} counts it",
+                f"tube: a pressure wave takes {show(delay, 's')}, {delay / rise:.0%} of "
+                f"the rise; set tube.cells = {CELLS} to include it",
                 "tube-delay",
             )
         )
     if lag > MATTERS * rise:
         out.append(
             Notice(
-                f"tube: its resistance makes a lag of {show(lag, 's')} at the target, "
-                f"{lag / rise:.0%} of the rise, which is counted; a wider or shorter tube is "
-                "faster",
+                f"tube: its resistance causes a lag of {show(lag, 's')} at the target, "
+                f"{lag / rise:.0%} of the rise, which is included; a wider or shorter "
+                "tube is faster",
                 "tube-lag",
             )
         )
@@ -193,8 +193,8 @@ def _of_the_tube(line: Line, tube: Tube, rise: float, delay: float, lag: float) 
         out.append(
             Notice(
                 f"tube: at full flow the Reynolds number is {flow:.0f}, above "
-                f"{LAMINAR_UP_TO:.0f}: the flow is turbulent at first, but laminar resistance is "
-                "counted; the real line is slower than this",
+                f"{LAMINAR_UP_TO:.0f}: the flow is turbulent at first, but laminar "
+                "resistance is assumed; the real line is slower than this",
                 "turbulent",
             )
         )

@@ -1,4 +1,4 @@
-"""`validate`: how far the model lies from measured pulls."""
+"""`validate`: errors of the model against measured pulls."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -39,29 +39,31 @@ class ModelErrors(Judged):
     mape_sd: float | None = number("1", "SD over the pulls", shown=_percent)
     mape_conditions: float = number("1", "mean over the conditions", listed=False)
     mape_conditions_sd: float | None = number("1", "SD over the conditions", listed=False)
-    rmse: float = number("N", "root of the mean squared error")
-    bias: float = number("N", "mean of model less measured force")
+    rmse: float = number("N", "root mean square error")
+    bias: float = number("N", "mean of model minus measured force")
     r_squared: float | None = number(
         "1", "part of the variance that is explained", shown="{:.4f}".format
     )
-    scatter: Mapping[str, Any] | None = fact("the repeats' part of the error", listed=False)
+    scatter: Mapping[str, Any] | None = fact("share of the error due to repeats", listed=False)
     conditions: Sequence[Mapping[str, Any]] = fact("each vacuum and speed", listed=False)
     uncalibrated: Mapping[str, Any] | None = fact(
         "the same of the brake with a scale factor of 1 and the sheets' own stiffness", listed=False
     )
     pulls: Sequence[Mapping[str, Any]] = fact(
-        "each pull, and what of it is unlike the others", listed=False
+        "each pull, and how it differs from the others", listed=False
     )
-    excluded: Sequence[Mapping[str, Any]] = fact("files left out by hand, and why", listed=False)
+    excluded: Sequence[Mapping[str, Any]] = fact(
+        ("files excluded by hand, with reasons"), listed=False
+    )
     files: Sequence[Mapping[str, Any]] = fact("each pull", listed=False)
-    refused: Mapping[str, str] = fact("files that were not used, and why", listed=False)
+    refused: Mapping[str, str] = fact("files not used, with reasons", listed=False)
     before: Any = None
     calibrated_on: Sequence[str] = ()
     """Paths of those pulls that the brake was calibrated on."""
     traces: Sequence[Trace] = ()
 
     def lines(self) -> Iterator[str]:
-        """Tables per file and per condition, and what the repeats explain."""
+        """Tables per file and per condition, and the share explained by repeats."""
         yield from ("", "MAPE    RMSE      vacuum     file")
         for row in self.files:
             note = f" ({row['note']})" if row["note"] else ""
@@ -86,7 +88,7 @@ class ModelErrors(Judged):
         yield from excluded_lines(self.excluded)
 
     def draw(self) -> "Figure":
-        """Measured and predicted curves, and what is left between them."""
+        """Measured and predicted curves, and the residuals."""
         from layerjam.report import figures
 
         file, validation = self.record
@@ -101,14 +103,12 @@ def _share(scatter: Mapping[str, Any] | None) -> str:
 
 def _of_scatter(scatter: Mapping[str, Any]) -> str:
     if scatter["share"] is None:
-        return "the model meets every pull exactly"
+        return "the model matches every pull exactly"
     if scatter["model_mse"] <= 0:
-        return (
-            "the model's own error cannot be distinguished from zero: the repeats scatter as much"
-        )
+        return "the model error is not distinguishable from zero: the repeats scatter as much"
     return (
-        f"of the mean squared error {scatter['share']:.0%} is scatter between repeats, which no "
-        "model can take away"
+        f"{scatter['share']:.0%} of the mean squared error is scatter between repeats, "
+        "which no model can remove"
     )
 
 
@@ -128,12 +128,12 @@ def validate(
     options: FileOptions = FileOptions(),
     progress: Progress | None = None,
 ) -> ModelErrors:
-    """How far the brake's model lies from measured pulls.
+    """Compare the brake's model with measured pulls.
 
-    `files` are paths or traces, several or one. identify.validation.metrics says over which window.
+    `files` are paths or traces, several or one. See identify.validation.metrics for the window.
     `uncalibrated` holds the same errors of the brake with a scale factor of 1 and the sheets' own
-    stiffness. A warning says where the brake was calibrated on one of the files. `exclude` leaves
-    files out, each with its reason in `because` (in Python also {file: reason}).
+    stiffness. A warning names files that were also used for the calibration. `exclude` leaves files
+    out, each with its reason in `because` (in Python also {file: reason}).
     """
     from layerjam.identify.curves import curves_of
     from layerjam.identify.provenance import calibrated_on
@@ -154,12 +154,12 @@ def validate(
     try:
         before = validate_curves(curves, uncalibrated(brake.brake))
     except FitError as error:
-        sentence = f"before calibration there is nothing to compare: {error}"
+        sentence = f"no comparison with the model before calibration: {error}"
         warnings.append(Notice(sentence, "uncalibrated"))
     same = calibrated_on(brake, [t.path for t, _, _ in used])
     if same:
         sentence = (
-            f"{', '.join(same)}: this brake was calibrated on it, which does not test the model"
+            f"{', '.join(same)}: also used to calibrate this brake, so it does not test the model"
         )
         warnings.append(Notice(sentence, "calibrated-on"))
     return ModelErrors.of(

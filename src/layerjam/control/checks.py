@@ -1,4 +1,4 @@
-"""Checks of a regulator in closed loop: whether it holds the vacuum, and what keeps it from it."""
+"""Checks of a regulator in closed loop: whether it holds the vacuum, and the cause if not."""
 
 import math
 from collections.abc import Iterator
@@ -62,8 +62,8 @@ def step_check(regulator: Regulator, target: float) -> Check:
 def regulation_checks(regulator: Regulator, target: float, loop: "ClosedLoop") -> Iterator[Check]:
     """Return the checks of a closed loop without an injected fault that shall hold `target` [Pa].
 
-    A vacuum that comes and stays passes; a fault where there is none, a target that is not
-    reached, and a ripple that is a multiple of the regulator's own band fail.
+    A vacuum that is reached and held passes. A false fault, a missed target, or a ripple above a
+    multiple of the regulator's own band fails.
     """
     sentence = f"the detectors report {loop.outcome}"
     wrong = f" after {show(loop.fault_time, 's')}, although nothing is broken"
@@ -91,7 +91,7 @@ def _ripple(regulator: Regulator, target: float, ripple: float) -> Check:
     if fine:
         return check("ripple", True, sentence)
     cause, move = next(iter(shortest_moves(regulator, target).items()))
-    advice = "; the gains, or the lag of sensor and tube, make it swing"
+    advice = "; the gains, or the lag of sensor and tube, cause the oscillation"
     if move > 0.25 * ripple:
         advice = f": {cause} moves the vacuum by {show(move, 'Pa')}" + _remedy(
             regulator, move, target
@@ -100,13 +100,13 @@ def _ripple(regulator: Regulator, target: float, ripple: float) -> Check:
 
 
 def _remedy(regulator: Regulator, move: float, target: float) -> str:
-    """Return what to change so that a move of the vacuum [Pa] becomes as small as is allowed."""
+    """Return the changes that reduce a move of the vacuum [Pa] to the allowed size."""
     sample, limit = regulator.sample_time, min(idle_band(regulator), 0.5 * SWING * target)
     changes = "kind pi instead of bang-bang, " if regulator.kind == "bang-bang" else ""
     if max(regulator.minimum_on, regulator.minimum_vent) > sample:
-        return f": take {changes}a shorter least run, a smaller pump or a larger volume"
+        return f": use {changes}a shorter minimum run, a smaller pump or a larger volume"
     if move > limit:
         digit = 10.0 ** math.floor(math.log10(sample * limit / move))
         shorter = digit * math.floor(sample * limit / move / digit)
         changes += f"a sample time of {show(shorter, 's')}, "
-    return f": take {changes}a smaller pump or valve, or a larger volume"
+    return f": use {changes}a smaller pump or valve, or a larger volume"

@@ -1,8 +1,8 @@
-"""The law and its plant in closed loop: one run with its history, or thousands over the cores.
+"""The law and its plant in closed loop: one run with its history, or thousands on all cores.
 
 Between samples the plant and the sensor's lag are exact (`plant.py`; the lag to 1e-11 of a sample's
 rise); behind a tube they are integrated (`through_tube.py`). Noise is that of `noise.py`: the
-result of a run depends on its seed and number alone, not on other runs or on its core.
+result of a run depends only on its seed and number, not on other runs or the core.
 """
 
 import functools
@@ -37,7 +37,7 @@ class Runs:
     rise_time: Any
     """10 to 90 % of the first target [s], NaN where not reached in its time."""
     overshoot: Any
-    """Greatest vacuum less the first target during its time [Pa]; negative if not reached."""
+    """Greatest vacuum minus the first target, during that target [Pa]; negative if not reached."""
     steady_error: Any
     """Mean of vacuum less target in the last part of the run [Pa]."""
     ripple: Any
@@ -86,10 +86,10 @@ def simulate(
 ) -> ClosedLoop:
     """One run from no vacuum, with its history.
 
-    `targets` are pairs (duration [s], vacuum [Pa]), begun again at their end if `duration` is
-    longer. `plant` and `sensor` are the true ones if they differ from the regulator's settings.
-    `steady` is the last part of the run, over which steady error and ripple are taken.
-    Raises QuantityError for what `settings.validate` refuses.
+    `targets` are pairs (duration [s], vacuum [Pa]), repeated if `duration` is longer. `plant` and
+    `sensor` are the true ones if they differ from the regulator's settings. `steady` is the last
+    part of the run, over which steady error and ripple are taken. Raises QuantityError for settings
+    that `settings.validate` rejects.
     """
     loop_of = _Loop(regulator, plant, sensor, injected or FaultInjection())
     course = loop_of.course(targets, duration, steady)
@@ -117,15 +117,15 @@ def simulate_many(
     seed: int = 0,
     steady: float = 0.25,
 ) -> Runs:
-    """The same `runs` times with noise of their own, over the cores; run j is stream j of `seed`.
+    """Simulate `runs` runs with independent noise on all cores; run j uses stream j of `seed`.
 
     Raises QuantityError as `simulate` does.
     """
     loop_of = _Loop(regulator, plant, sensor, injected or FaultInjection())
     course = loop_of.course(targets, duration, steady)
     out, none = np.zeros((runs, len(COLUMNS))), np.zeros((0, 6))
-    # a task for each run: cores that others use as well share alike, and Ctrl-C waits only for
-    # the runs that have begun
+    # one task per run: busy cores share the work evenly, and Ctrl-C waits only for the runs that
+    # have started
     with Workers() as pool:
         task = functools.partial(loop_of.run, course, seed, history=none)
         deque(pool.map(task, range(runs), out), maxlen=0)
@@ -134,7 +134,7 @@ def simulate_many(
 
 @dataclass(frozen=True)
 class _Loop:
-    """A regulator with the true plant and sensor, and what breaks."""
+    """A regulator with the true plant and sensor, and the injected fault."""
 
     regulator: Regulator
     plant: Plant | None
@@ -144,7 +144,7 @@ class _Loop:
     def course(self, targets: Targets, duration: float | None, steady: float) -> Course:
         """Return the schedule of a run; raises QuantityError if it is impossible."""
         if not targets or min(lasting for lasting, _ in targets) <= 0:
-            raise QuantityError("targets: each needs a duration of more than zero")
+            raise QuantityError("targets: each needs a duration above zero")
         validate(self.regulator, max(level for _, level in targets))
         fault, dt = self.injected, self.regulator.sample_time
         if fault.sensor not in SENSOR_FAULTS:
@@ -152,7 +152,7 @@ class _Loop:
         length = sum(lasting for lasting, _ in targets) if duration is None else duration
         count = round(length / dt)
         if count < 1:
-            raise QuantityError(f"duration: {show(length, 's')} is less than a sample")
+            raise QuantityError(f"duration: {show(length, 's')} is shorter than one sample")
         return Course(
             dt=dt,
             lag=float((self.sensor or self.regulator.sensor).lag),
@@ -166,7 +166,7 @@ class _Loop:
         )
 
     def run(self, course: Course, seed: int, number: int, out: Array, history: Array) -> None:
-        """One run into `out` and, where it has room, `history`."""
+        """Write one run to `out` and, if it has room, to `history`."""
         plant, sensor = self.plant or self.regulator.plant, self.sensor or self.regulator.sensor
         lowest = float(self.regulator.lowest_reading)
         sound = Chain(

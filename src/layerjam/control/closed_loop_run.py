@@ -44,7 +44,7 @@ class Course(NamedTuple):
     """Lag of the sensor [s]."""
     samples: int
     ends: Array
-    """Sample at which each target ends; behind the last they begin again."""
+    """Sample at which each target ends; after the last they repeat."""
     levels: Array
     """Targets [Pa]."""
     onset: int
@@ -54,11 +54,11 @@ class Course(NamedTuple):
     shown: float
     """Number that a broken sensor shows [Pa]."""
     steady: int
-    """Sample from which on steady error and ripple are taken."""
+    """First sample for steady error and ripple."""
 
 
 def _law() -> dict[str, Any]:
-    """The law's functions compiled, by name; no rounding is changed."""
+    """Return the compiled functions of the law, by name; rounding is unchanged."""
     names: dict[str, Any] = {k: v for k, v in vars(law).items() if isinstance(v, int | float)}
     helpers = (
         "move_drive",
@@ -98,7 +98,7 @@ def _reading(value, noise, chain):  # type: ignore[no-untyped-def]  # pragma: no
 
 @cache_threadsafe
 def loop() -> Any:
-    """The compiled loop: some seconds when its files or the law have changed, else from cache."""
+    """Return the loop, compiled in some seconds if the law has changed, otherwise from cache."""
     folder = Path(__file__).parent
     names = ("law.py", "noise.py", "exact.py", "closed_loop_run.py", "through_tube.py")
     stamp = stamp_of(folder / name for name in names)

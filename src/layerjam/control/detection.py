@@ -1,7 +1,7 @@
 """Longest detection times: the law's own detectors, tried on the broken plant without noise.
 
 The pump runs at full command, and the fault begins at a vacuum. The trials take both ends of the
-tolerances of pump, zero and lag in every combination; the longest time counts. The limits are
+tolerances of pump, zero and lag in every combination; the longest time is used. The limits are
 raised by the noise beforehand.
 """
 
@@ -23,18 +23,20 @@ from layerjam.mechanics.compiled import stamp_of
 from layerjam.mechanics.threads import cache_threadsafe
 
 IN_NOISE = 5.0
-"""Standard deviations of a reading by which noise may put off a detector."""
+"""Number of standard deviations by which noise may mislead a detector."""
 WINDOW = 200
-"""Steps of a trial, at least, in which a healthy pump owes one decision step."""
+"""Least number of trial steps in which a healthy pump must produce one decision step."""
 SURE = 0.02
 """Share by which a block's limit is raised in its trial, and the time of another fault."""
 FINE = 0.01
-"""Share of the blocked line's time constant that a step of its trial lasts, if that is more than a
-sample."""
+"""Duration of a trial step, as a share of the blocked line's time constant, if longer than one
+sample.
+"""
 BLOCKS = (1.0, 0.01)
-"""Volumes left by a block, over the largest that is promised: behind a tube a small one hides."""
+"""Volumes remaining after a block, relative to the largest promised; a tube can hide a small one.
+"""
 STARTS = 5
-"""Vacuums, from none to the one asked for, at which a fault is tried."""
+"""Number of vacuums, from zero to the requested one, at which a fault is tested."""
 LONGEST = 20_000
 """Steps after which an unreported fault counts as undetected."""
 
@@ -43,13 +45,13 @@ def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
     """{fault: worst time [s] until the regulator answers it} at a vacuum [Pa] or below.
 
     Times hold for every bench within the regulator's tolerances. For NO_VACUUM, WEAK_PUMP (half of
-    `weak_ratio` of the flow or less) and LINE_BLOCKED (a volume of 1/(2 blocked_ratio) of the
-    chamber's or less): of uninterrupted pumping at full command from the fault on, even if the vent
-    has just closed. A block needs room to rise: inf where the pump's vacuum is too near.
-    SENSOR_OFFSET, for twice the limit or more: with the vent open, from its opening or from the
-    fault. VACUUM_LOST: from where the vacuum leaves the band below a target once reached.
-    SENSOR_STUCK: of a noisy sensor always; of one without noise, of full pumping. inf: not seen at
-    this vacuum.
+    `weak_ratio` of the flow or less) and LINE_BLOCKED (at most 1/(2 blocked_ratio) of the chamber's
+    volume): counted from the fault, during uninterrupted pumping at full command, even if the vent
+    has just closed. Detecting a block needs a further rise: inf if the vacuum is already near the
+    pump's limit. SENSOR_OFFSET, for at least twice the limit: with the vent open, counted from its
+    opening or from the fault. VACUUM_LOST: counted from the moment the vacuum leaves the band below
+    a target that it had reached. SENSOR_STUCK: for a noisy sensor at any time; for one without
+    noise, only during full pumping. inf: not seen at this vacuum.
     """
     dt, lag = regulator.sample_time, regulator.slowest
     none = _worst(regulator, vacuum, FaultInjection(pump=0.0))
@@ -70,7 +72,7 @@ def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
 
 
 def _worst(regulator: Regulator, vacuum: float, fault: FaultInjection) -> float:
-    """Longest time [s] until a fault is detected that begins at any reading up to one [Pa]."""
+    """Return the longest detection time [s] of a fault that starts at readings up to one [Pa]."""
     starts = np.linspace(0.0, vacuum, STARTS).tolist()
     pump, zero = regulator.tolerances.pump, regulator.zero
     ends = itertools.product((-pump, pump), (-zero, zero), (0.0, regulator.slowest))
@@ -90,7 +92,9 @@ def _detection_time(
     ran: bool,
     end: tuple[float, float, float],
 ) -> float:
-    """Time [s] until a fault is detected that begins at a reading [Pa]; `ran`: the pump did.
+    """Return the detection time [s] of a fault that starts at a reading [Pa].
+
+    `ran`: the pump was running.
 
     `end` is the error of the pump, the sensor's zero [Pa] and its lag [s].
     """

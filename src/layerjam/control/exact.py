@@ -1,4 +1,7 @@
-"""The plant between two samples, exact: the text of the compiled loop and of a virtual board."""
+"""Exact plant between two samples.
+
+The compiled loop and a virtual board use the same source text.
+"""
 
 import math
 from typing import NamedTuple
@@ -14,7 +17,7 @@ class Rates(NamedTuple):
     vent: float
     backwards: float
     side: float = 0.0
-    """Gas of the tube over the chamber's; 0 without a tube."""
+    """Gas volume of the tube over that of the chamber; 0 without a tube."""
     passes: float = 0.0
     atmosphere: float = 0.0
 
@@ -29,7 +32,7 @@ def factors(
     a = plant.rate * pump * plant.top if pump > 0.0 else plant.backwards * pump
     b = plant.leak + plant.rate * plant.weight * max(pump, 0.0) + plant.vent * vent
     x = b * dt
-    # (1 - exp(-x))/x; with the vent closed a series does, to the last digit
+    # (1 - exp(-x))/x; with the vent closed, a series is exact to the last digit
     series = 1.0 / 24.0 - x * (1.0 / 120.0 - x * (1.0 / 720.0))
     series = 1.0 - x * (1.0 / 2.0 - x * (1.0 / 6.0 - x * series))
     gain = dt * (series if x < 0.01 else -math.expm1(-x) / x)

@@ -1,4 +1,4 @@
-"""Faults, by name as a bench would provoke them: what breaks, so that a detector can be tried."""
+"""Faults to inject, by name, to test detectors."""
 
 import math
 from dataclasses import dataclass
@@ -10,13 +10,17 @@ from layerjam.errors import UnknownNameError
 from layerjam.units import show
 
 PROVOKED = {
-    "pump-dead": "the pump gives no flow",
-    "pump-weak": "the pump gives half the share of its flow below which it counts as weak",
-    "line-blocked": "the line is blocked: the pump empties little more than the tube before it",
-    "leak": "a leak opens against which the full pump holds half the target",
-    "sensor-nan": "the sensor gives no number",
-    "sensor-stuck": "the sensor shows the same number for ever",
-    "sensor-offset": "the sensor shows too much, by 2.5 times what counts as none when vented",
+    "pump-dead": "the pump delivers no flow",
+    "pump-weak": "the pump delivers half of the flow below which it is considered weak",
+    "line-blocked": (
+        "the line is blocked: the pump evacuates little more than the tube up to the blockage"
+    ),
+    "leak": "a leak opens, and the pump at full power holds only half the target",
+    "sensor-nan": "the sensor gives no reading",
+    "sensor-stuck": "the sensor reading is frozen",
+    "sensor-offset": (
+        "the sensor reads too high, by 2.5 times the reading still accepted as zero when vented"
+    ),
 }
 OFFSET = 2.5
 """Injected offset over the greatest reading that counts as zero when vented.
@@ -72,7 +76,7 @@ def injection_of(
         return FaultInjection(at=start, pump=0.0), PROVOKED[fault]
     if fault == "pump-weak":
         share = regulator.weak_ratio / 2
-        return FaultInjection(at=start, pump=share), f"the pump gives {share:.0%} of its flow"
+        return FaultInjection(at=start, pump=share), f"the pump delivers {share:.0%} of its flow"
     if fault == "line-blocked":
         left = 1 / (2 * regulator.blocked_ratio)
         return FaultInjection(
@@ -83,11 +87,11 @@ def injection_of(
         total = plant.rate * (plant.top - plant.weight * half) / half
         extra = max(total - plant.leak, 0.0)
         return FaultInjection(at=start, leak=extra), (
-            f"a leak opens against which the full pump holds {show(half, 'Pa')}"
+            f"a leak opens, and the pump at full power holds only {show(half, 'Pa')}"
         )
     if fault == "sensor-offset":
         value = OFFSET * regulator.largest_zero
         return FaultInjection(at=start, sensor="offset", value=value), (
-            f"the sensor shows {show(value, 'Pa')} too much"
+            f"the sensor reads {show(value, 'Pa')} too high"
         )
     return FaultInjection(at=start, sensor=fault.removeprefix("sensor-")), PROVOKED[fault]

@@ -1,11 +1,10 @@
 """Control of force: from target force and measured slip to a vacuum, and the resulting force.
 
-The brake slides on along a given slip (a joint that turns, a rope that runs out), so that its force
-is the law's at the vacuum of the moment, and with a speed law at the speed of that slip. Wanted
-force and measured slip give the target by the inverse law of the brake as the controller knows it
-(`model`); the true brake may differ, and the measured slip is noisy. What cannot be followed is
-reported before it is tried: forces outside the brake's range, and vacuums that change faster than
-pump and vent can.
+The brake slides along a given slip (a turning joint, a rope running out). Its force is that of the
+law at the current vacuum and, with a speed law, at the current speed. Target force and measured
+slip give the target vacuum by the inverse law of the brake known to the controller (`model`); the
+true brake may differ, and the measured slip is noisy. Parts that cannot be followed are reported
+beforehand: forces outside the brake's range, and vacuums that change faster than pump and vent can.
 """
 
 from collections.abc import Sequence
@@ -27,11 +26,12 @@ from layerjam.units import show
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 LEAST = 1.0
-"""Vacuum [Pa] asked for where a force wants none: a target of zero opens the vent for good."""
+"""Target vacuum [Pa] for a force that needs none: a target of zero would open the vent permanently.
+"""
 MARGIN = 0.98
 """Greatest target as a share of the pump's vacuum."""
 CYCLES = 6
-"""Cycles of a sine that are followed; the last half is fitted."""
+"""Number of sine cycles to follow; the last half is fitted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,9 @@ class Following:
     force: Array = field(repr=False)
     slip: Array = field(repr=False)
     possible: Mask
-    """Whether the brake can give the force at this slip, and pump or vent change as fast."""
+    """Whether the brake can give the force at this slip, and pump or vent can change it fast
+    enough.
+    """
     reasons: tuple[str, ...]
     """Reasons for impossible samples."""
 
@@ -64,9 +66,9 @@ class Following:
 
 
 def _pad(values: Array) -> Array:
-    """The values and the last again up to one of few lengths: each compiles the laws once more.
+    """Return the values, padded to one of few lengths, because each compiles the laws again.
 
-    The laws take 0.2 ms for 4,096 values and a hundred times as long to compile.
+    The laws take 0.2 ms for 4,096 values; compiling them takes a hundred times longer.
     """
     count, length = len(values), 4096
     while length < count:
@@ -79,9 +81,9 @@ def targets_for(
 ) -> tuple[Array, Mask, list[str]]:
     """Return the vacuum [Pa] for each target force [N] at a slip [m], whether it exists, reasons.
 
-    Targets below the enclosure's own force get the least vacuum, those above the greatest force
-    get `highest` [Pa].
-    `pace` [m/s] is how fast the sheets slide, where friction depends on it; None: ever so slowly.
+    Targets below the enclosure's own force get the least vacuum, those above the greatest force get
+    `highest` [Pa]. `pace` [m/s] is the sliding speed, if friction depends on it; None means
+    quasi-static.
     """
     count = len(slip)
     wide = _pad(slip)
@@ -110,7 +112,7 @@ def targets_for(
 
 
 def slew(targets: Array, dt: float, plant: Plant) -> tuple[Mask, list[str]]:
-    """Return where pump and vent can follow the targets, and the reasons elsewhere."""
+    """Return where pump and vent can follow the targets, and the reasons where they cannot."""
     middle = (targets[1:] + targets[:-1]) / 2
     rate = np.diff(targets) / dt
     up, down = plant.rise(middle), plant.fall(middle)
@@ -121,7 +123,7 @@ def slew(targets: Array, dt: float, plant: Plant) -> tuple[Mask, list[str]]:
             i = int(np.argmax(fast))
             reasons.append(
                 f"at {show(i * dt, 's')} the vacuum would have to change by "
-                f"{show(abs(float(rate[i])), 'Pa')} a second, the {actor} does "
+                f"{show(abs(float(rate[i])), 'Pa')} per second, but the {actor} achieves "
                 f"{show(float(limit[i]), 'Pa')}"
             )
     return fine, reasons
@@ -141,8 +143,8 @@ def follow(
 ) -> Following:
     """Follow forces [N] at slips [m], one for each sample of the regulator, shape (N,).
 
-    `brake` is the true one where it differs from `model`; `slip_noise` [m] the standard deviation
-    of a measured slip; `pace` [m/s] the speed at which friction counts, where it is not the slip's.
+    `brake` is the true brake if it differs from `model`; `slip_noise` [m] is the standard deviation
+    of a measured slip; `pace` [m/s] is the speed for the friction, if it is not that of the slip.
     Raises QuantityError for profiles that do not fit together or a slip beyond the overlap.
     """
     wanted, slip = np.asarray(wanted, float), np.asarray(slip, float)
@@ -152,7 +154,7 @@ def follow(
             "length, two samples or more"
         )
     if not (np.isfinite(wanted).all() and np.isfinite(slip).all()):
-        raise QuantityError("profile: holds a number that is not finite")
+        raise QuantityError("profile: contains a number that is not finite")
     if slip.min() < 0 or slip.max() > model.sheets.overlap:
         raise QuantityError(
             f"slip: {show(float(slip.min()), 'm')} to {show(float(slip.max()), 'm')} is not "
@@ -184,7 +186,7 @@ class Bode:
     """[Hz]"""
     magnitude: Array = field(repr=False)
     phase: Array = field(repr=False)
-    """[degrees], below zero where the force lags."""
+    """[degrees], negative if the force lags."""
 
     @property
     def bandwidth(self) -> float | None:
@@ -213,8 +215,8 @@ def bode(
 ) -> Bode:
     """Follow a sine of force [N] about a mean at one slip [m]; fitted over the last cycles.
 
-    Of this amplitude only: a pump is one-way and limited, so that the response depends on it. `how`
-    goes to `follow`.
+    Valid for this amplitude only, because a pump works in one direction and is limited. `how` is
+    passed to `follow`.
     """
     ratios = []
     dt = regulator.sample_time
@@ -236,7 +238,7 @@ def bode(
 def rehabilitation(time: Any, *, low: float, high: float, period: float) -> Any:
     """A profile of resistance [N]: smooth rise, hold, smooth fall and rest, a quarter each.
 
-    A shape of ours for trying, not a clinical one.
+    An invented shape for tests, not a clinical one.
     """
     phase = (time / period) % 1.0
     rise = 0.5 - 0.5 * np.cos(np.pi * np.clip(4 * phase, 0, 1))

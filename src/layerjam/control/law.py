@@ -1,7 +1,7 @@
 """The control law of a brake's vacuum: one step of a regulator with its fault detectors.
 
-This file imports nothing and uses floats and tuples of floats only, so that the very same text runs
-in CPython, on a microcontroller under MicroPython, and compiled in batches. `settings.py` makes the
+This file imports nothing and uses floats and tuples of floats only, so that the same text runs in
+CPython, on a microcontroller under MicroPython, and compiled in batches. `settings.py` makes the
 tuples; `docs/control.md` states the rules. Vacuum in pascals, time in samples.
 
 settings = (regulator, watch), state = (drive, seen); the layouts are those unpacked below.
@@ -78,7 +78,7 @@ def command(
                 error *= top / (room if room > LEAST_ROOM * top else LEAST_ROOM * top)
             new_integral = integral + integral_gain * error
             effort = feedforward + gain * error + new_integral
-            # conditional integration: the sum stands still while it would push further out
+            # conditional integration: the integral stops if it would push further into saturation
             if effort > 1.0:
                 effort = 1.0
                 if error < 0.0:
@@ -91,7 +91,7 @@ def command(
                 integral = new_integral
             size = effort if effort > 0.0 else -effort
             if size < least:
-                # half the least command is where it stops: a pump near it does not chatter
+                # it stops at half the least command, so a pump near that command does not chatter
                 still = pump * effort > 0.0 and size > 0.5 * least
                 effort = 0.0 if not still else (least if effort > 0.0 else -least)
     if pump * effort < 0.0:
@@ -181,9 +181,9 @@ def detect(
         least, largest, rate = healthy_rises(
             pump, value, zero, rate, lag, rise, top, fall, flow_limit, flow_slope, bend
         )
-        # an orifice leaks as much at a low vacuum
+        # an orifice leaks equally at a low vacuum
         loss = leak * (value if value > 0.5 * top else 0.5 * top)
-        # a vent closed just now still shows in a slow sensor
+        # a vent that has just closed still affects a slow sensor
         pumping = pump > 0.0 and vent == 0.0 and drive[4] > fade_steps
         surplus = excess(surplus + change, largest, loss, fast, sound) if pumping else 0.0
         if surplus > jump:
@@ -230,10 +230,10 @@ def healthy_rises(
     bend: float,
 ) -> tuple[float, float, float]:
     """(least, largest rise in a sample of a healthy line, the largest one delayed by the lag)."""
-    # a zero that is off hides how near the pump's end is
+    # a zero error hides how close the pump's limit is
     high = healthy_rise(pump, vacuum - zero, rise, top, fall, flow_limit, flow_slope, bend)
     low = healthy_rise(pump, vacuum + zero, rise, top, fall, flow_limit, flow_slope, bend)
-    # a sensor may be fast or slow: the smaller of both rises is owed, the greater is allowed
+    # a sensor may be fast or slow: the smaller of both rises is expected, the greater is allowed
     rate += lag * (high - rate)
     least, largest = (rate, high) if rate < high else (high, rate)
     return least - (high - low), largest, rate

@@ -4,8 +4,8 @@ A 64-bit counter times the golden ratio is mixed by SplitMix64's finaliser (Stee
 2014). One word makes one number by the ziggurat of 256 layers (Marsaglia and Tsang 2000 as Doornik
 2005 has it: 8 bits choose the layer, 53 others the place in it); the one word in a hundred that it
 rejects is mixed again. So the distribution is the standard normal one itself, tails and all.
-Streams are stretches of one sequence of period 2^64 that begin at mixed places: for 10,000 streams
-of 3.6e5 numbers the chance that any two overlap is 2e-6.
+Streams are sections of one sequence of period 2^64 that start at scattered positions: for 10,000
+streams of 3.6e5 numbers the probability that any two overlap is 2e-6.
 """
 
 import math
@@ -22,11 +22,11 @@ _S30, _S27, _S31, _S11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(
 _LAYER = np.uint64(255)
 LAYERS = 256
 EDGE = 3.6541528853610088
-"""End of the lowest layer and start of the tail, so that 256 layers have one area."""
+"""End of the lowest layer and start of the tail, so that the 256 layers have equal area."""
 
 
 def _layers() -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """(right edge of each layer, that of the next one over it)."""
+    """(right edge of each layer, ratio of the next one to it)."""
     foot = math.exp(-0.5 * EDGE * EDGE)
     area = EDGE * foot + math.sqrt(math.pi / 2) * math.erfc(EDGE / math.sqrt(2))
     x = np.zeros(LAYERS + 1)
@@ -61,7 +61,7 @@ def uniform(word: np.uint64) -> float:  # pragma: no cover
 
 @numba.njit(**_INLINE)  # type: ignore[untyped-decorator]
 def normal(key: np.uint64, count: int) -> float:  # pragma: no cover
-    """The `count`-th standard normal number of the stream at `key`."""
+    """Return the `count`-th standard normal number of the stream at `key`."""
     word = mix(key + np.uint64(count) * _GOLDEN)
     layer = np.int64(word & _LAYER)
     place = 2.0 * uniform(word) - 1.0
@@ -72,7 +72,7 @@ def normal(key: np.uint64, count: int) -> float:  # pragma: no cover
 
 @numba.njit(**_LOOP)  # type: ignore[untyped-decorator]
 def _rare(word: np.uint64) -> float:  # pragma: no cover
-    """Tail, edge of a layer, or another try."""
+    """Return a number from the tail or the edge of a layer, or try again."""
     while True:
         layer = np.int64(word & _LAYER)
         place = 2.0 * uniform(word) - 1.0

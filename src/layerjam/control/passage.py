@@ -5,8 +5,8 @@ With p = atmosphere - v of chamber and side (the tube's gas, where pump and vent
     v' = passes (p^2 - s^2) - leak v,
     volume w' = -passes (p^2 - s^2) + u k (top - w) - vent w,    s = atmosphere - w,
 
-all rates over the chamber's volume. The rise that the law expects falls straight with the vacuum,
-in proportion to the pump's command; behind a tube it is at most a parabola (`owing`).
+all rates over the chamber's volume. The rise that the law expects is proportional to the pump
+command and falls linearly with the vacuum; behind a tube it is at most a parabola (`owing`).
 """
 
 import functools
@@ -17,12 +17,12 @@ import numpy as np
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 DEEPEST = 0.05
-"""Share of the atmosphere up to which the owed rise is made right where a target is deeper."""
+"""Share of the atmosphere up to which the expected rise is exact, even if a target is deeper."""
 GRID = 400
 
 
 UNBOUNDED = 1e15
-"""Rise [Pa/s] that no tube holds up."""
+"""Rise [Pa/s] without a tube."""
 
 
 class Owed(NamedTuple):
@@ -39,17 +39,17 @@ class Owed(NamedTuple):
     less: float = 0.0
     bend: float = 0.0
     ratio: float = 1.0
-    """The true rise over it at most, at any command of the pump."""
+    """Largest ratio of the true rise to it, at any pump command."""
 
     def rise_at(self, vacuum: Any, command: Any = 1.0) -> Any:
-        """The rise [Pa/s], the leak not yet taken off; vacuum [Pa] and command broadcast."""
+        """Return the rise [Pa/s] before subtracting the leak; vacuum [Pa] and command broadcast."""
         through = self.most - (self.less - self.bend * vacuum) * vacuum
         return np.minimum(command * self.rate * (self.top - self.weight * vacuum), through)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Passage:
-    """A tube as the plant has it, over the chamber's volume."""
+    """Tube of the plant, relative to the chamber's volume."""
 
     volume: float
     """Gas of the tube over that of the chamber [1]."""
@@ -70,12 +70,12 @@ class Passage:
         """Rise of the chamber's vacuum [Pa/s] under a pump of this rate, once it runs."""
         p, low = self.atmosphere - np.asarray(vacuum, float), self.atmosphere - top
         s = self.side(p, rate, low)
-        # the tube's own gas is drawn as well, as far as its pressure follows the chamber's
+        # the gas of the tube is also pumped, as far as its pressure follows that of the chamber
         follows = p / (s + rate / (2 * self.passes))
         return rate * (s - low) / (1 + self.volume * follows)
 
     def exchange(self, vacuum: float) -> float:
-        """Time constant [s] in which chamber and tube come to one pressure."""
+        """Time constant [s] in which the pressures of chamber and tube equalise."""
         p = max(self.atmosphere - vacuum, DEEPEST * self.atmosphere)
         return self.volume / (1 + self.volume) / (2 * self.passes * p)
 
@@ -84,7 +84,7 @@ class Passage:
         return self.volume / (rate + 2 * self.passes * p * (1 + self.volume))
 
     def missing(self, rate: float, owed: Owed, switched: bool = False) -> float:
-        """Rise [Pa] of what is owed that comes late at most, beyond the lag at no vacuum.
+        """Largest part [Pa] of the expected rise that is delayed, beyond the lag at zero vacuum.
 
         The thinner the gas and the slower the pump, the longer the tube takes.
         """
@@ -109,7 +109,10 @@ class Passage:
 
 
 def _commands(switched: bool) -> Array:
-    """Commands of a running pump, shape (C, 1); only the full one where it is just switched."""
+    """Commands of a running pump, shape (C, 1).
+
+    Only full command if the pump is just switched on and off.
+    """
     return np.ones((1, 1)) if switched else np.linspace(0.05, 1.0, 20)[:, None]
 
 
@@ -117,8 +120,8 @@ def _commands(switched: bool) -> Array:
 def owing(passage: Passage, rate: float, top: float, switched: bool = False) -> Owed:
     """Rise that a healthy pump owes behind a tube, up to the passage's vacuum.
 
-    The parabola is fitted to the full pump's rise in ratio; a gentle pump is not held up. Both are
-    then made smaller alike until no true rise is below the smaller of the two.
+    The parabola is fitted to the relative rise of the full pump; the tube does not limit a slow
+    pump. Both are then reduced equally until no true rise is below the smaller of the two.
     """
     deepest = min(passage.vacuum, (1 - DEEPEST) * top)
     vacuum = np.linspace(0.0, deepest, GRID)
@@ -128,7 +131,7 @@ def owing(passage: Passage, rate: float, top: float, switched: bool = False) -> 
     commands = _commands(switched)
     ratio = passage.rise(vacuum, commands * rate, top) / fit.rise_at(vacuum, commands)
     low, high = float(ratio.min()), float(ratio.max())
-    if not switched:  # the gentlest pump rises as the straight line does
+    if not switched:  # the slowest pump rises along the straight line
         high = max(high, 1.0)
     return Owed(
         rate=low * unheld,

@@ -1,8 +1,9 @@
 """A collision with a warning: the vacuum that is reached in time, and the resulting stop.
 
-The line waits at its idle vacuum (`standby`); at the end of the warning the rope is taut. Two modes
-of the paper: `full`, all the vacuum that comes in time, and `tuned`, just what stops the estimate
-within the travel, capped by what comes in time, then shut off.
+The line waits at its idle vacuum (`standby`); the rope is taut at the end of the warning. Two modes
+of the paper: `full` uses all the vacuum that is reached in time. `tuned` is the vacuum that just
+stops the estimated mass within the travel, limited to the vacuum reached in time; then the line is
+shut off.
 """
 
 import math
@@ -29,9 +30,11 @@ from layerjam.simulate.speed import follows_speed
 Array = npt.NDArray[np.float64]
 STOPS = (Outcome.STOPPED, Outcome.NEVER_SLID)
 MARGIN = 0.02
-"""Part by which mass, speed and vacuum may be off at the safe vacuum of a knife edge."""
+"""Relative error of mass, speed and vacuum that the safe vacuum at a knife edge must tolerate."""
 LEVELS, GRID = 7, 65
-"""Rounds of a search for the least vacuum and vacuums tried in each: to 2e-13 of the range."""
+"""Rounds of a search for the least vacuum, and vacuums tried in each: accurate to 2e-13 of the
+range.
+"""
 NUMBERS = ("slip", "peak_force", "heat", "end_speed")
 
 
@@ -56,9 +59,9 @@ class Arrival:
 
 @dataclass(frozen=True, kw_only=True)
 class Mode:
-    """One way to use the warning: the vacuum at the taut rope, and the stop of the estimate.
+    """One way to use the warning: vacuum at the taut rope, and stop of the estimated mass.
 
-    Slip, forces, heat and speed are NaN where the brake snaps.
+    Slip, forces, heat and speed are NaN if the brake snaps.
     """
 
     vacuum: float
@@ -85,7 +88,7 @@ class Mode:
 def needed_vacuum(brake: Brake, case: Arrival) -> float | None:
     """Least vacuum [Pa] that stops the estimate within the travel; None if there is none.
 
-    The tuned vacuum where there is one; what holds the mass where that is more.
+    Return the tuned vacuum if there is one; the vacuum that holds the mass if that is higher.
     """
     spring = spring_of(brake, case.rope_stiffness)
     return _least_vacuum(
@@ -96,7 +99,7 @@ def needed_vacuum(brake: Brake, case: Arrival) -> float | None:
 def safe_vacuum(brake: Brake, case: Arrival) -> float | None:
     """Least vacuum [Pa] that stops the estimate with mass, speed and vacuum off by `MARGIN`.
 
-    None if no vacuum of the site does.
+    None if no vacuum at the site does.
     """
     spring = spring_of(brake, case.rope_stiffness)
     worst = replace(case, mass=case.mass * (1 + MARGIN), speed=case.speed * (1 + MARGIN))
@@ -145,7 +148,7 @@ def stop_at(
     during: "During | None" = None,
     water: bool = False,
 ) -> Mode:
-    """The stop of the estimate at a vacuum [Pa], coupled to a line with volume per slip or leak."""
+    """Return the stop of the estimated mass at a vacuum [Pa], coupled to a changing line."""
     spring = spring_of(file.brake, case.rope_stiffness)
     result: Stop | TimedStop = stop(case.mass, case.speed, vacuum, spring, case.gravity, file.brake)
     coupling = None
@@ -175,14 +178,15 @@ class During(NamedTuple):
     line: Line
     drive: Drive
     state: Array | None = None
-    """State at the taut rope; None: all of the line at the vacuum of the chamber."""
+    """State at the taut rope; None if the whole line is at the vacuum of the chamber."""
     leaks: bool = False
-    """Whether its leak goes on during the stop; without volume per slip it is left out else."""
+    """Whether the leak continues during the stop; otherwise ignored if there is no volume per slip.
+    """
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Plan:
-    """The vacuum that comes in time, the stop in both modes, and what would be needed."""
+    """The vacuum reached in time, the stop in both modes, and sufficient sizes."""
 
     case: Arrival
     brake: BrakeFile
@@ -194,7 +198,7 @@ class Plan:
     full: Mode
     tuned: Mode
     capped: bool
-    """Whether the tuned vacuum is more than what comes in time (or there is none)."""
+    """Whether the tuned vacuum exceeds the vacuum reached in time (or does not exist)."""
     knife_edge: bool
     """Whether 1 ppm less than the vacuum needed lets the mass run out of its travel."""
     safe_vacuum: float | None
@@ -212,7 +216,7 @@ def plan(
 ) -> Plan:
     """Plan one collision; all in SI, checked by the caller.
 
-    `leaks`: the line goes on leaking during the stop, even without a volume per slip.
+    `leaks`: the line continues to leak during the stop, even without a volume per slip.
     """
     standby = Standby(line, case.standing, stored, water)
     rising = standby.respond(case.warning)

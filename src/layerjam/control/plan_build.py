@@ -29,7 +29,7 @@ LARGEST = {"volume": 1.0, "conductance": 1e-6}
 
 @dataclass(frozen=True)
 class Size:
-    """A size that does it, or why there is none."""
+    """A sufficient size, or the reason why there is none."""
 
     value: float | None
     reason: str | None = None
@@ -37,7 +37,7 @@ class Size:
 
 @dataclass(frozen=True, kw_only=True)
 class Build:
-    """Sufficient sizes, each with all else as it is (or assumed)."""
+    """Sufficient sizes, each with everything else unchanged (or assumed)."""
 
     warning: Size
     """Warning time [s]."""
@@ -59,7 +59,9 @@ def valve_cv(conductance: float) -> float:
 
 
 def least(excess: Callable[[float], float], low: float, high: float) -> float | None:
-    """Least x in [low, high] from which `excess` is not negative; None if it is up to `high`.
+    """Least x in [low, high] from which `excess` is not negative.
+
+    None if it is negative up to `high`.
 
     Grows by fours from `low`, then Brent's method on log x.
     """
@@ -113,7 +115,7 @@ def what_to_build(standby: Standby, vacuum: float, warning: float) -> Build:
 def _tank(
     standby: Standby, tank: Reservoir, vacuum: float, warning: float, name: str, phrase: str
 ) -> Size:
-    """The least volume or conductance of a reservoir, else as it is."""
+    """Return the least volume or conductance of a reservoir, with everything else unchanged."""
 
     def excess(value: float) -> float:
         line = replace(standby.line, reservoir=replace(tank, **{name: value}))
@@ -124,7 +126,7 @@ def _tank(
     if root is not None:
         return Size(root)
     short, limit = show(-excess(high), "Pa"), show(high, spec.unit)
-    return Size(None, f"even a {phrase} {limit} is {short} short in that time")
+    return Size(None, f"even a {phrase} {limit} falls {short} short in that time")
 
 
 def _warning(standby: Standby, vacuum: float) -> Size:
@@ -135,7 +137,9 @@ def _warning(standby: Standby, vacuum: float) -> Size:
     time = least(lambda t: standby.vacuum_after(t) - vacuum, 1e-6, LONGEST)
     if time is not None:
         return Size(time)
-    return Size(None, f"the pump takes more than {show(LONGEST, 's')} to {show(vacuum, 'Pa')}")
+    return Size(
+        None, (f"the pump needs more than {show(LONGEST, 's')} to reach {show(vacuum, 'Pa')}")
+    )
 
 
 def _standing(standby: Standby, target: float, warning: float) -> Size:
@@ -151,11 +155,11 @@ def _standing(standby: Standby, target: float, warning: float) -> Size:
         return Size(None, _never(standby, target))
     if excess(top) <= 0:
         return Size(top)
-    # half of the tolerance more, so that the size is enough
+    # add half of the tolerance, so that the size is sufficient
     root = float(brentq(excess, 0.0, top, xtol=CLOSE * target / 4))
     return Size(min(root + CLOSE * target / 2, top))
 
 
 def _never(standby: Standby, vacuum: float) -> str:
     low = show(reachable(standby.line, standby.water), "Pa")
-    return f"the line never holds {show(vacuum, 'Pa')}: its pump comes to {low} in the end"
+    return f"the line never holds {show(vacuum, 'Pa')}: its pump reaches only {low}"

@@ -1,4 +1,4 @@
-"""Checks of a plan for a collision: a margin at the vacuums it names, and sheets that hold."""
+"""Checks of a plan for a collision: a margin at its vacuums, and the strength of the sheets."""
 
 import math
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ from layerjam.units import show, show_at_least
 from layerjam.verdict import Check, check
 
 MAX_CHANCE = 0.05
-"""Chance to need more slip than the travel that deserves a look."""
+"""Probability of needing more slip than the travel above which a notice is given."""
 
 
 def plan_checks(plan: Plan, chance: float) -> Iterator[Check]:
@@ -18,7 +18,7 @@ def plan_checks(plan: Plan, chance: float) -> Iterator[Check]:
         yield _knife_edge(plan, plan.needed)
     yield from _strength(plan)
     if plan.case.mass_sd or plan.case.speed_sd:
-        sentence = f"the chance to need more slip than the travel is {chance:.1%}"
+        sentence = f"the probability of needing more slip than the travel is {chance:.1%}"
         yield check("chance", chance <= MAX_CHANCE, sentence, f", more than {MAX_CHANCE:.0%}")
 
 
@@ -27,10 +27,10 @@ def _knife_edge(plan: Plan, least: float) -> Check:
     atmosphere = plan.brake.brake.site.atmosphere
     vacuum = show_at_least(least, "Pa", atmosphere)
     if not plan.knife_edge:
-        return check("knife edge", True, f"the stop changes little just below {vacuum}")
+        return check("knife edge", True, f"the stop hardly changes just below {vacuum}")
     sentence = f"at {vacuum} the mass barely comes to rest; with 1 ppm less it runs out of travel"
     if plan.safe_vacuum is None:
-        advice = ", and no vacuum of the site leaves a margin"
+        advice = ", and no vacuum at the site leaves a margin"
     else:
         safe = show_at_least(plan.safe_vacuum, "Pa", atmosphere)
         advice = f". With {safe} it stops even if mass, speed and vacuum are each {MARGIN:.0%} off"
@@ -44,5 +44,8 @@ def _strength(plan: Plan) -> Iterator[Check]:
     if peak is None or brake.film.strength is None:
         return
     stress, limit = float(sheet_stress(peak, brake)), brake.film.strength
-    sentence = f"at {show(peak, 'N')} the sheets bear {show(stress, 'Pa')} of {show(limit, 'Pa')}"
+    sentence = (
+        f"at {show(peak, 'N')} the stress in the sheets is {show(stress, 'Pa')}, with "
+        f"{show(limit, 'Pa')} allowed"
+    )
     yield check("sheet strength", stress <= limit, sentence, ": they stretch or tear", "failed")

@@ -1,4 +1,4 @@
-"""Full against tuned vacuum where mass and speed are uncertain: expected peak, chance to run out.
+"""Full and tuned vacuum for uncertain mass and speed: expected peak, risk of a crash.
 
 Mass and speed are independent and log-normal with the mean and standard deviation given. The mean
 over them is taken on a Fibonacci lattice of quantiles, shifted at random (Cranley and Patterson
@@ -30,13 +30,13 @@ class Spread(NamedTuple):
     peak_g_95: float
     """Peak force over weight that 95 % of those that stop do not exceed."""
     beyond: float
-    """Chance to need more slip than the travel asked for."""
+    """Probability of needing more slip than the travel."""
     beyond_error: float
     out: float
     """Chance to run out of the brake's usable travel (or to snap)."""
     out_error: float
     end_speed: float
-    """Mean speed of those that run out, at the end of travel [m/s]; 0 where none does."""
+    """Mean speed of those that run out, at the end of travel [m/s]; 0 if none does."""
     tried: int
     """Masses and speeds tried."""
 

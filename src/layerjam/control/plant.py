@@ -28,9 +28,12 @@ class Plant:
     """Flow over volume for air, rise over `top` for water."""
     top: float = quantity("Pa", "vacuum the pump reaches without leak", lo=10, hi=1.2e5)
     leak: float = quantity("1/s", "decay of the vacuum with the pump off", hi=1e3, default=0.0)
-    vent: float = quantity("1/s", "decay that the open vent adds", hi=1e5, open_lo=True)
+    vent: float = quantity("1/s", "additional decay with the vent open", hi=1e5, open_lo=True)
     backwards: float = quantity(
-        "Pa/s", "fall with the pump run backwards; 0 where it cannot", hi=1e9, default=0.0
+        "Pa/s",
+        ("decay with the pump run backwards; 0 if it cannot run backwards"),
+        hi=1e9,
+        default=0.0,
     )
     water: bool = False
     """Filled with water: the pump's rate does not fall with vacuum."""
@@ -53,7 +56,7 @@ class Plant:
 
     @property
     def joined(self) -> "Plant":
-        """The plant with the tube's gas in the chamber: what it does slowly."""
+        """Return the plant with the tube's gas added to the chamber, its slow behaviour."""
         if self.passage is None:
             return self
         gas = 1 + self.passage.volume
@@ -73,13 +76,13 @@ class Plant:
         return 0.0 if tube is None else float(tube.lag(self.rate, tube.atmosphere))
 
     def up_to(self, vacuum: float) -> "Plant":
-        """The plant with its detectors tuned to `vacuum` [Pa] at the most, where a tube counts."""
+        """Return the plant with detectors tuned to at most `vacuum` [Pa] (matters with a tube)."""
         if self.passage is None:
             return self
         return replace(self, passage=replace(self.passage, vacuum=vacuum))
 
     def rise(self, vacuum: Any) -> Any:
-        """Rise of the vacuum [Pa/s] at full pump, leak and all, once the pump runs."""
+        """Return the rise of the vacuum [Pa/s] at full pump, including the leak."""
         gross = (
             self.rate * (self.top - self.weight * vacuum)
             if self.passage is None
@@ -88,10 +91,10 @@ class Plant:
         return gross - self.leak * vacuum
 
     def fall(self, vacuum: Any) -> Any:
-        """Fall of the vacuum [Pa/s] with the vent open, once that acts."""
+        """Fall of the vacuum [Pa/s] with the vent open, after its delay."""
         if self.passage is None:
             return (self.vent + self.leak) * vacuum
-        # an open vent draws on the tube as a pump would that only reaches the atmosphere
+        # an open vent acts on the tube like a pump that reaches only the atmosphere
         return self.leak * vacuum - self.passage.rise(vacuum, self.vent, 0.0)
 
     def time_constant(self, vacuum: float) -> float:
@@ -103,15 +106,15 @@ class Plant:
 
 
 def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
-    """The plant of a fluid line, its leak and valve made linear so as to be right at `vacuum` [Pa].
+    """The plant of a fluid line, with leak and valve linearised at `vacuum` [Pa].
 
-    So is a pump by its flow curve. Exact for a pump by its displacement, without leak. A valve's
-    choked flow stands for its whole curve, so that late in a release the plant is the faster one.
-    Without valve the vent's command stands for the pump run backwards, which a driver must then do:
-    a fault of the pump leaves such a line without release. A tube is in it, in air, without the
-    waves of its cells, and a regulator's detectors are tuned on it up to `vacuum`. The reservoir's
-    valve stays closed; slip and shrinking are left out; a water line is taken as tight. Raises
-    QuantityError without any way to vent.
+    So is a pump by its flow curve. Exact for a pump by its displacement, without leak. The choked
+    flow of a valve replaces its whole curve, so the plant is too fast late in a release. Without a
+    valve, the vent command means running the pump backwards, which a driver must then do; a pump
+    fault leaves such a line without release. In air, a tube is included without pressure waves, and
+    the detectors are tuned to it up to `vacuum`. The reservoir's valve stays closed; slip and
+    shrinking are ignored; a water line is assumed to be tight. Raises QuantityError without any way
+    to vent.
     """
     pump, chamber, atmosphere = line.pump, line.chamber, line.site.atmosphere
     passage, n = None, line.polytropic

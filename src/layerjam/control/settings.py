@@ -1,4 +1,4 @@
-"""A regulator as a user states it: quantities with units and bounds, and the law's tuples of it."""
+"""Settings of a regulator: quantities with units and bounds, and the tuples for the law."""
 
 import math
 from dataclasses import dataclass, replace
@@ -17,7 +17,9 @@ from layerjam.units import check, quantity, show
 KINDS = {
     "bang-bang": "pump full on or off, with hysteresis",
     "pi": "proportional-integral with feed-forward",
-    "scheduled": "the same, its gain rising as the pump's effect falls with the vacuum",
+    "scheduled": (
+        "proportional-integral, with a gain that rises as the pump's effect falls with the vacuum"
+    ),
 }
 SAFE_STATES = {"release": "pump off, vent open", "hold": "pump off, vent closed"}
 FAULTS = {
@@ -34,13 +36,13 @@ FAULTS = {
 SLOWEST = 0.1
 """A sample lasts at most this share of the line's time constant."""
 CLEAR_OF_NOISE = 20.0
-"""Standard deviations of a reading that a detector's decision step has at least."""
+"""Least decision step of a detector, in standard deviations of a reading."""
 CLEAR_OF_ZERO = 5.0
-"""Standard deviations of a reading between the largest zero and the limit of an offset."""
+"""Distance between the largest zero and the offset limit, in standard deviations of a reading."""
 FADES = 6.0
-"""Lags after which a closed vent no longer shows in the reading."""
+"""Number of lags after which a closed vent no longer affects the reading."""
 AT_START = 2.5
-"""A decision step over what a tube brings late, at least."""
+"""Least ratio of a decision step to the rise that a tube delays."""
 SAFELY = 1.3
 """A blocked line rises at least this many times faster than any healthy one."""
 _NEVER = 1e15
@@ -52,8 +54,8 @@ LawSettings = tuple[tuple[float, ...], tuple[float, ...]]
 class Regulator:
     """Settings of the law; missing ones are calculated from plant and sensor.
 
-    Raises QuantityError for an unknown kind or safe state, or without safe state: what a fault
-    should end in depends on what hangs on the brake.
+    Raises QuantityError for an unknown kind or safe state, or if no safe state is given: it depends
+    on the load on the brake.
     """
 
     plant: Plant
@@ -64,10 +66,14 @@ class Regulator:
     """Differences from `plant` and `sensor` that the detectors allow."""
     sample_time: float = quantity("s", "time between two samples", lo=1e-5, hi=10, default=0.01)
     hysteresis: float | None = quantity(
-        "Pa", "bang-bang: distance of switching on and off", hi=1e5, open_lo=True, default=None
+        "Pa",
+        "bang-bang: hysteresis between switching on and off",
+        hi=1e5,
+        open_lo=True,
+        default=None,
     )
     dead_band: float | None = quantity(
-        "Pa", "PI: half width of the band of error that counts as none", hi=1e5, default=None
+        "Pa", "PI: half width of the dead band of the error", hi=1e5, default=None
     )
     vent_band: float | None = quantity(
         "Pa", "excess over the target at which the vent opens", hi=1.2e5, open_lo=True, default=None
@@ -83,9 +89,9 @@ class Regulator:
     )
     feed_forward: bool = True
     reversible: bool = False
-    """The pump regulates downwards by running backwards; the vent opens to release only."""
+    """The pump lowers the vacuum by running backwards; the vent opens only to release."""
     least_command: float = quantity(
-        "1", "PI: command below which the pump stands still", lo=1e-6, hi=1, default=0.02
+        "1", "PI: command below which the pump stops", lo=1e-6, hi=1, default=0.02
     )
     minimum_on: float = quantity("s", "shortest run of the pump", hi=1e4, default=0.0)
     minimum_off: float = quantity("s", "shortest rest of the pump", hi=1e4, default=0.0)
@@ -93,32 +99,49 @@ class Regulator:
         "s", "shortest time between vent switchings", hi=1e4, default=0.0
     )
     confirm: int = quantity(
-        "1", "samples in a row out of range that make a fault", lo=1, hi=1e6, whole=True, default=3
+        "1",
+        "consecutive samples out of range that indicate a fault",
+        lo=1,
+        hi=1e6,
+        whole=True,
+        default=3,
     )
     decision_step: float | None = quantity(
-        "Pa", "rise owed by a dead pump when it is detected", hi=1e5, open_lo=True, default=None
+        "Pa", "missing rise at which a dead pump is detected", hi=1e5, open_lo=True, default=None
     )
     no_vacuum_ratio: float = quantity(
-        "1", "share of the rise owed below which there is no vacuum", lo=0.01, hi=1, default=0.2
+        "1", "share of the expected rise below which there is no vacuum", lo=0.01, hi=1, default=0.2
     )
     weak_ratio: float = quantity(
-        "1", "share of the rise owed below which the pump is weak", lo=0.01, hi=0.9, default=0.5
+        "1", "share of the expected rise below which the pump is weak", lo=0.01, hi=0.9, default=0.5
     )
     blocked_ratio: float = quantity(
-        "1", "multiple of the rise owed that only a blocked line gives", lo=3, hi=1e3, default=4.0
+        "1",
+        ("multiple of the expected rise that indicates a blocked line"),
+        lo=3,
+        hi=1e3,
+        default=4.0,
     )
     lost_band: float | None = quantity(
-        "Pa", "distance below a reached target that is a loss", hi=1e5, open_lo=True, default=None
+        "Pa",
+        "drop below a reached target that indicates a loss of vacuum",
+        hi=1e5,
+        open_lo=True,
+        default=None,
     )
-    lost_time: float = quantity("s", "for how long it must be", hi=1e4, default=1.0)
+    lost_time: float = quantity("s", "how long that drop must last", hi=1e4, default=1.0)
     stuck_time: float = quantity(
-        "s", "for how long a noisy sensor may show one number", hi=1e6, default=1.0
+        "s", "how long a noisy sensor may show a constant number", hi=1e6, default=1.0
     )
     offset_limit: float | None = quantity(
-        "Pa", "greatest reading that counts as none when vented", hi=1e5, open_lo=True, default=None
+        "Pa", "greatest reading accepted as zero when vented", hi=1e5, open_lo=True, default=None
     )
     settle_time: float | None = quantity(
-        "s", "time after which an open vent leaves no vacuum", hi=1e4, open_lo=True, default=None
+        "s",
+        "time after which an open vent must have removed the vacuum",
+        hi=1e4,
+        open_lo=True,
+        default=None,
     )
     floor: float | None = quantity(
         "Pa", "reading below which the sensor is out of range", lo=-1e6, hi=0, default=None
@@ -128,7 +151,7 @@ class Regulator:
         for name, choices in (("kind", KINDS), ("safe_state", SAFE_STATES)):
             value = getattr(self, name)
             if value not in choices:
-                fault = f"'{value}' is not allowed" if value else "it must be declared"
+                fault = f"'{value}' is not allowed" if value else "required"
                 choice = " or ".join(f"'{key}' ({text})" for key, text in choices.items())
                 raise QuantityError(f"{name}: {fault}; write {choice}")
 
@@ -146,7 +169,7 @@ class Regulator:
         """Excess over the target at which the vent opens [Pa]."""
         least = 2 * self.half_band + 12 * self.sensor.noise + 2 * self.sensor.resolution
         plant, tube = self.plant, self.plant.passage
-        if tube is not None:  # gas that the emptied tube still draws need not be let out
+        if tube is not None:  # the emptied tube still draws some gas, which need not be vented
             least += max(tube.still(tube.vacuum, plant.rate, plant.top), 0.0)
         return max(0.01 * self.plant.top, least) if self.vent_band is None else self.vent_band
 
@@ -182,18 +205,21 @@ class Regulator:
 
     @property
     def fades_in(self) -> float:
-        """Time after which a closed vent no longer shows in the reading [s]."""
+        """Time after which a closed vent no longer affects the reading [s]."""
         return FADES * self.slowest + 8 * self.evens_in
 
     @property
     def evens_in(self) -> float:
-        """Time constant in which chamber and tube come to one pressure [s]."""
+        """Time constant in which the pressures of chamber and tube equalise [s]."""
         tube = self.plant.passage
         return 0.0 if tube is None else tube.exchange(tube.vacuum)
 
     @property
     def lost_for(self) -> float:
-        """Time for which a vacuum must be lost [s]; longer to pump out the gas of a tube."""
+        """Time for which a vacuum must be lost [s].
+
+        Longer with a tube, whose gas must be pumped out.
+        """
         plant, tube = self.plant, self.plant.passage
         if tube is None:
             return self.lost_time
@@ -212,9 +238,10 @@ class Regulator:
 
     @property
     def fast(self) -> float:
-        """Multiple of the rise owed that only a blocked line gives.
+        """Multiple of the expected rise that indicates a blocked line.
 
-        Behind a tube, whose gas stays, half of what a block makes of a full pump's rise.
+        With a tube, whose gas remains, half of the ratio by which a block increases the full pump's
+        rise.
         """
         plant, tube = self.plant, self.plant.passage
         if tube is None:
@@ -227,17 +254,17 @@ class Regulator:
 
     @property
     def sound(self) -> float:
-        """Greatest rise of a healthy line over the rise owed, with a margin."""
+        """Greatest ratio of a healthy line's rise to the expected rise, with a margin."""
         return max(SAFELY, 1.05 * (1 + self.tolerances.pump)) * self.owed.ratio
 
     @property
     def jump(self) -> float:
-        """Excess over `fast` times the rise owed that a blocked line is named by [Pa]."""
+        """Excess over `fast` times the expected rise at which a blocked line is reported [Pa]."""
         least = 0.5 * CLEAR_OF_NOISE * self.greatest_noise + 2 * self.sensor.resolution
         tube, wide = self.plant.passage, max(0.5 * self.decision, least)
         if tube is None:
             return wide
-        # gas that comes late through the tube, with the pump slowed down, is not in excess
+        # gas delayed by the tube while the pump slows down is not an excess
         return max(wide, 2 * tube.missing(self.plant.rate, self.owed, self.kind == "bang-bang"))
 
     @property
@@ -248,7 +275,7 @@ class Regulator:
 
     @property
     def largest_zero(self) -> float:
-        """Greatest reading that counts as none when vented [Pa]."""
+        """Greatest reading accepted as zero when vented [Pa]."""
         noise = CLEAR_OF_ZERO * self.greatest_noise + self.sensor.resolution
         least = self.zero + max(0.01 * self.plant.top, noise)
         return least if self.offset_limit is None else self.offset_limit
@@ -265,13 +292,13 @@ class Regulator:
         slow, tube = 1 - self.tolerances.vent, self.plant.passage
         decay, left = slow * plant.vent + plant.leak, max(self.largest_zero - self.zero, 1.0)
         lasting = max(math.log(2 * plant.top / left), 0.0)
-        # through a tube it ends as an exponential of twice the vacuum
+        # through a tube the rise ends as an exponential of twice the vacuum
         through = 0.0 if tube is None else (lasting + math.log(2)) * tube.filling(0.0)
         return lasting / decay + through + 8 * self.slowest + self.sample_time
 
     @property
     def noisy(self) -> bool:
-        """Whether noise moves every healthy reading, so that one number shown for long is stuck."""
+        """Whether noise changes every healthy reading, so that a constant one is a stuck sensor."""
         return self.sensor.noise > 0 and self.sensor.noise >= 0.5 * self.sensor.resolution
 
     @property
@@ -280,7 +307,7 @@ class Regulator:
         return -0.05 * self.sensor.range if self.floor is None else self.floor
 
     def gains(self) -> Gains:
-        """The rule's gains: at no vacuum for `scheduled`, at `tuned_at` (default half) for `pi`."""
+        """Gains: at zero vacuum for `scheduled`, at `tuned_at` (default half) for `pi`."""
         half = 0.5 * self.plant.top if self.tuned_at is None else self.tuned_at
         vacuum = half if self.kind == "pi" else 0.0
         tube = self.plant.passage
@@ -342,8 +369,8 @@ def validate(regulator: Regulator, target: float) -> None:
     highest = target + regulator.half_band + 3 * regulator.greatest_noise + sensor.resolution
     if not highest < sensor.range:
         raise QuantityError(
-            f"sensor.range: {show(sensor.range, 'Pa')} is not allowed; to hold a target of "
-            f"{show(target, 'Pa')} the sensor must show more than {show(highest, 'Pa')}"
+            f"sensor.range: {show(sensor.range, 'Pa')} is not allowed; to hold a target "
+            f"of {show(target, 'Pa')} the range must exceed {show(highest, 'Pa')}"
         )
     if regulator.reversible and not plant.backwards:
         raise QuantityError("reversible: the plant's pump cannot run backwards (plant.backwards)")
@@ -379,6 +406,6 @@ def _check_noise(regulator: Regulator) -> None:
         least = noise + (sensor.resolution if noise else 0.0)
         if value < least * (1 - 1e-9):
             raise QuantityError(
-                f"{name}: {show(value, 'Pa')} is too little for a sensor with {error}; it takes "
-                f"{show(least, 'Pa')}"
+                f"{name}: {show(value, 'Pa')} is too small for a sensor with {error}; at "
+                f"least {show(least, 'Pa')} is needed"
             )

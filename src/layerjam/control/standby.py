@@ -1,6 +1,6 @@
-"""A line that waits for a warning: how fast its vacuum comes, and how fast it goes.
+"""A line that waits for a warning: rise and fall of its vacuum.
 
-With the warning the pump goes full on and, after its delay, the reservoir's valve opens.
+At the warning the pump switches to full power and, after its delay, the reservoir's valve opens.
 """
 
 from dataclasses import dataclass
@@ -14,12 +14,12 @@ from layerjam.simulate.coupled import line_along
 
 SAMPLES = 401
 SHORTEST = 1e-9
-"""Time [s] that counts as none: the integrator of the line cannot step over much less."""
+"""Time [s] treated as zero: the line's integrator cannot take much smaller steps."""
 
 
 @dataclass(frozen=True)
 class Standby:
-    """A line and the vacuum it holds while it waits."""
+    """A line and its idle vacuum."""
 
     line: Line
     vacuum: float = 0.0
@@ -57,8 +57,8 @@ class Standby:
     def vacuum_after_venting(self, duration: float) -> float:
         """Least vacuum [Pa] that venting for so long [s] leaves.
 
-        By the vent valve after its delay, or the pumps run backwards; without either all of it
-        stays.
+        Falls through the vent valve after its delay, or by running the pumps backwards; without
+        either, the vacuum stays.
         """
         line = self.line
         reverse_flow = line.pump.backwards * line.pump.count

@@ -1,7 +1,8 @@
 """The plant behind a tube between two samples, compiled: two vacuums by steps of their own length.
 
-Stiff where the tube is short and wide: the Rosenbrock method of order two with an estimate of its
-error (Shampine and Reichelt, SIAM Journal on Scientific Computing 18, 1997, 1-22: `ode23s`).
+The equations are stiff if the tube is short and wide: the Rosenbrock method of order two with an
+estimate of its error (Shampine and Reichelt, SIAM Journal on Scientific Computing 18, 1997, 1-22:
+`ode23s`).
 """
 
 import math
@@ -26,9 +27,9 @@ def _slopes(v, w, a, b, plant):  # type: ignore[no-untyped-def]  # pragma: no co
 def advance(  # type: ignore[no-untyped-def]
     v, w, display, a, b, plant, dt, lag
 ):  # pragma: no cover
-    """(chamber's vacuum, side's, what the sensor shows) a time `dt` [s] on.
+    """Return (vacuum of chamber, vacuum of side, sensor reading) after a time `dt` [s].
 
-    The side is drawn on by a - b w, over the chamber's volume [Pa/s].
+    The side is pumped at a - b w, relative to the chamber's volume [Pa/s].
     """
     left, h, side = dt, dt, plant.side
     while left > 0.0:
@@ -51,9 +52,9 @@ def advance(  # type: ignore[no-untyped-def]
         k3v, k3w = (m22 * rv - m12 * rw) / det, (m11 * rw - m21 * rv) / det
         error = h / 6.0 * max(abs(k1v - 2.0 * k2v + k3v), abs(k1w - 2.0 * k2w + k3w))
         error /= CLOSE * plant.atmosphere
-        if not error > 1.0 or h <= 1e-9 * dt:  # a number that is none is handed on
+        if not error > 1.0 or h <= 1e-9 * dt:  # NaN is passed on
             if lag > 0.0:
-                # the chamber's vacuum as straight within so short a step
+                # within such a short step the chamber's vacuum is nearly linear
                 delay, fades = (v1 - v) / h * lag, math.exp(-h / lag)
                 display = v1 - delay + (display - v + delay) * fades
             else:

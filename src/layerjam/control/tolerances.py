@@ -1,4 +1,4 @@
-"""Differences between a bench and its model within which the detectors keep their word.
+"""Differences between a bench and its model within which the detectors work as stated.
 
 A bench within them causes no false fault, and each fault is detected within its stated time.
 """
@@ -14,12 +14,14 @@ class Tolerances:
 
     pump: float = quantity("1", "relative error of the pump's flow", hi=0.5, default=0.2)
     vent: float = quantity("1", "relative error of the vent's flow", hi=0.9, default=0.3)
-    zero: float = quantity("1", "error of the sensor's zero over its range", hi=0.1, default=0.01)
+    zero: float = quantity(
+        "1", ("relative zero error of the sensor, over its range"), hi=0.1, default=0.01
+    )
     lag: float = quantity(
         "s", "longest lag of the sensor, unless the sensor states a longer one", hi=10, default=0.05
     )
     noise: float = quantity(
-        "1", "greatest noise of a reading over the stated noise", lo=1, hi=20, default=4.0
+        "1", "greatest noise of a reading, relative to the stated noise", lo=1, hi=20, default=4.0
     )
 
 

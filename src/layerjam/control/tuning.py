@@ -3,11 +3,11 @@
 Near a vacuum v the plant answers the pump command like K/(1 + s tau) with K/tau = k (top - w v),
 tau = 1/(w k u + leak). The rule is SIMC (Skogestad, Journal of Process Control 13, 2003, 291-309):
 
-    gain = 1/((K/tau) (T_c + theta)),    integral time = min(tau, 4 (T_c + theta)).
+gain = 1/((K/tau) (T_c + theta)), integral time = min(tau, 4 (T_c + theta)).
 
 The dead time theta is half a sample (a held command) and all of the sensor's lag: half of it, that
 paper's half rule, leaves an integrating line 34 degrees of phase, this leaves 40 and more. T_c is
-the closed loop's time constant; the rule's tight choice is T_c = theta, ours is never below four
+the closed loop's time constant; the rule's tight choice is T_c = theta, here it is never below four
 samples nor a twentieth of the pump's 1/k, so that noise does not drive it.
 """
 
@@ -103,7 +103,7 @@ def identify_water(
 ) -> Identified:
     """The same for water: a straight line through 5 to 90 % of the rise, `top` [Pa] as given.
 
-    Raises FitError with fewer than 20 samples there, or where the line does not rise.
+    Raises FitError with fewer than 20 samples there, or if the line does not rise.
     """
     time, vacuum = np.asarray(time, float), np.asarray(vacuum, float)
     high = float(vacuum.max())
@@ -117,7 +117,7 @@ def identify_water(
     noise = float(np.sqrt(left @ left / (len(t) - 2)))
     error = 1.96 * noise / float(np.sqrt(((t - t.mean()) ** 2).sum()))
     if slope - error <= 0:
-        raise FitError("the vacuum does not rise: no step of a water line")
+        raise FitError("the vacuum does not rise, so this is not a step of a water line")
     rise = float(slope) + leak * float(v.mean())
     plant = Plant(rate=rise / top, top=top, leak=leak, vent=vent, water=True)
     pole = (rise - error) / top, (rise + error) / top

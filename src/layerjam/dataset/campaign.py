@@ -46,7 +46,7 @@ def campaign(folder: str | Path, options: ReadingOptions) -> Campaign:
     """
     root = Path(folder)
     if not root.is_dir():
-        raise FileError(folder, "is not a folder; name the one that contains the measurements")
+        raise FileError(folder, "is not a folder; choose the one that contains the measurements")
     names = [n for n in checksums.inside(root) if not any(p[0] == "." for p in n.split("/"))]
     if len(names) > LIMIT:
         raise FileError(folder, f"holds {len(names)} files; at most {LIMIT} are published at once")
@@ -82,13 +82,14 @@ def brake_of(tests: Campaign) -> str:
     if len(matches) == 1:
         return matches[0]
     brakes = ", ".join(plain[:4]) if plain else "no brake's file"
-    raise FileError(tests.folder, f"holds {brakes}; say which one was tested (--brake)")
+    raise FileError(tests.folder, f"holds {brakes}; state which one was tested (--brake)")
 
 
 def split_calibration_pulls(tests: Campaign) -> tuple[list[str], list[str]]:
     """Return the pulls that a calibrated brake of the folder was fitted to, and the others.
 
-    The first list is empty if there is no such brake, or if it was fitted to all of them or none.
+    The first list is empty if there is no such brake, or if it was fitted to all or none of the
+    pulls.
     """
     for name in tests.brakes:
         file = load(tests.folder / name)
@@ -132,7 +133,7 @@ def relative_paths(folder: Path, files: Sequence[str | Path]) -> Iterator[str]:
         path = Path(file)
         location = path if path.exists() else folder / path
         if not location.is_file():
-            raise FileError(file, "is not there")
+            raise FileError(file, "does not exist")
         if not location.resolve().is_relative_to(folder.resolve()):
-            raise FileError(file, f"does not lie in {folder}; a dataset holds one folder's files")
+            raise FileError(file, f"is not in {folder}; a dataset contains the files of one folder")
         yield location.resolve().relative_to(folder.resolve()).as_posix()

@@ -48,9 +48,9 @@ def readme(
         *(f"Not used: `{name}`, {entry['why']}" for name, entry in recipe.unused.items()),
         "",
         f"- `{RAW}/`: the files as they came from the machine, with their sidecars",
-        f"- `{BRAKE}`: the brake before, `{FITTED}`: after friction tests and calibration",
+        f"- `{BRAKE}`: the brake before the calibration, `{FITTED}`: after it",
         f"- `{REPORT}/report.html`: the page; `{RESULTS}`: every number",
-        f"- `{RECIPE}`: which file was used for what, and how",
+        f"- `{RECIPE}`: use of each file, and the settings",
         f"- `{checksums.NAME}`: `sha256sum --check {checksums.NAME}` finds changed files",
         "",
         "To compute every number again:",
@@ -89,8 +89,8 @@ def metadata(
         "@id": "./",
         "@type": "Dataset",
         "name": details.name,
-        "description": f"{kind} of the layer-jamming brake {brake}: {_counts(recipe)}, with all "
-        "that was computed from them.",
+        "description": f"{kind} of the layer-jamming brake {brake}: {_counts(recipe)}, "
+        "with all results computed from them.",
         "datePublished": details.date,
         "keywords": "layer jamming, soft robotics, friction, brake",
         "license": NO_LICENCE if details.licence is None else {"@id": SPDX + details.licence},

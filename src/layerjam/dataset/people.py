@@ -104,7 +104,7 @@ def licence_notices(licence: str | None, authors: Sequence[Author]) -> list[Noti
     """
     notices = []
     if licence is None:
-        text = "no licence is stated, so nobody may use the data; give one: --licence CC-BY-4.0"
+        text = "no licence is stated, so others may not use the data; give one: --licence CC-BY-4.0"
         notices.append(Notice(text, "no-licence"))
     elif not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.+-]{1,60}", licence):
         usual = ", ".join(USUAL[:4])
@@ -112,7 +112,10 @@ def licence_notices(licence: str | None, authors: Sequence[Author]) -> list[Noti
             "licence", f"'{licence[:60]}' is not an SPDX identifier; write one such as {usual}"
         )
     elif licence not in USUAL:
-        text = f"the licence {licence} is not one we know; see that {SPDX}{licence}.html is there"
+        text = (
+            f"the licence {licence} is unknown to layerjam; check that {SPDX}{licence}.html "
+            "is there"
+        )
         notices.append(Notice(text, "unknown-licence"))
     if not authors:
         text = "no author is stated; give each: --author 'NAME,ORCID'"

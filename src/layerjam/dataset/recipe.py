@@ -69,8 +69,8 @@ def read_recipe(folder: Path) -> Recipe:
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         raise FileError(path, "is not a recipe of `layerjam publish`") from None
     if form > FORMAT:
-        newer = f"is of form {form}; this layerjam ({__version__}) reads up to {FORMAT}"
-        raise FileError(path, f"{newer}: take a newer one")
+        newer = f"has format {form}; this layerjam ({__version__}) reads up to {FORMAT}"
+        raise FileError(path, f"{newer}: update layerjam")
     values = {f.name: plain[f.name] for f in fields(Recipe) if f.name in plain}
     lacking = [name for name in ("versions", "brake", "results") if name not in values]
     if lacking:

@@ -20,7 +20,7 @@ RATIO = 1_000
 
 @contextlib.contextmanager
 def open_root(source: str | Path) -> Iterator[Path]:
-    """Open the folder of a dataset; a zip file is unpacked into a temporary folder.
+    """Open a dataset; a zip file is unpacked into a temporary folder.
 
     Raises FileError for anything else, and for a zip file that would write outside its folder,
     unpack to more than 20 GB, or contains links.
@@ -30,7 +30,7 @@ def open_root(source: str | Path) -> Iterator[Path]:
         yield _root(path, path)
         return
     if not path.is_file():
-        raise FileError(source, "is not there")
+        raise FileError(source, "does not exist")
     with tempfile.TemporaryDirectory(prefix="layerjam-dataset-") as name:
         folder = Path(name)
         try:
@@ -56,7 +56,7 @@ def _unpack(archive: zipfile.ZipFile, folder: Path, source: Path) -> None:
     if len(entries) > MOST_FILES:
         raise FileError(source, f"holds {len(entries)} files; at most {MOST_FILES} are read")
     if sum(e.file_size for e in entries) > LARGEST:
-        raise FileError(source, f"unfolds to more than {LARGEST // 2**30} GB")
+        raise FileError(source, f"unpacks to more than {LARGEST // 2**30} GB")
     [(name, times)] = Counter(entry.filename for entry in entries).most_common(1) or [("", 0)]
     if times > 1:
         raise FileError(source, f"holds {name[:80]!r} twice; programs differ in which they show")
@@ -67,5 +67,7 @@ def _unpack(archive: zipfile.ZipFile, folder: Path, source: Path) -> None:
         if stat.S_ISLNK(entry.external_attr >> 16):
             raise FileError(source, f"holds a link: {entry.filename[:80]!r}")
         if entry.file_size > RATIO * max(entry.compress_size, 1_000):
-            raise FileError(source, f"unfolds beyond all measure: {entry.filename[:80]!r}")
+            raise FileError(
+                source, (f"has an implausible compression ratio: {entry.filename[:80]!r}")
+            )
         archive.extract(entry, folder)

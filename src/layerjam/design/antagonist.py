@@ -58,12 +58,12 @@ def pair(
     STRETCH.check(pretension, "pretension")
     angles = np.atleast_1d(np.asarray(angle, float))
     if angles.ndim != 1 or not np.isfinite(angles).all():
-        raise QuantityError("angle: a list of finite angles in radians is needed")
+        raise QuantityError("angle: expected a list of finite angles in radians")
     cycles = []
     for number, (brake, vacuum, sign) in enumerate(zip(brakes, vacuums, (1, -1), strict=True), 1):
         limit = QuantitySpec("Pa", "vacuum up to the atmosphere", hi=brake.site.atmosphere)
         limit.check(vacuum, f"vacuum {number}")
-        # from no load to the pretension, then the angles
+        # first from zero load to the pretension, then through the angles
         elongation = np.concatenate([[0.0, pretension], pretension + sign * radius * angles])
         # a brake shorter than at rest is slack and does not move
         elongation = np.maximum(elongation, 0.0)
@@ -73,7 +73,7 @@ def pair(
             if samples.any():
                 raise QuantityError(f"angle: brake {number} {failure} on this history")
         if cycle.overflow.any():
-            raise QuantityError(f"angle: too many turns nested in each other for brake {number}")
+            raise QuantityError(f"angle: too many nested reversals for brake {number}")
         cycles.append(cycle)
     first, second = cycles
     forces = np.column_stack([first.force, second.force])[2:]

@@ -1,4 +1,4 @@
-"""Force path of a chain of brakes: which stage slips at which elongation, while the others relax.
+"""Force path of a chain of brakes: the stage that slips at each elongation, while the others relax.
 
 Every brake is a polyline of force over elongation from the pull law; all later steps are exact on
 polylines. A brake's force rises to a peak and then falls, so only one stage of a series can slide
@@ -54,8 +54,8 @@ def backbone(brake: Brake, vacuum: float, travel: float, stop: bool, name: str) 
     soft = float(least_stiffness(vacuum, brake))
     if k <= soft:
         raise QuantityError(
-            f"{name}: stiffness {show(k, 'N/m')} is not above {show(soft, 'N/m')}, by which the "
-            "brake softens as it slides; it would snap on its own"
+            f"{name}: stiffness {show(k, 'N/m')} is not above the {show(soft, 'N/m')} by "
+            "which the brake's force falls as it slides; the brake would snap by itself"
         )
     top = peak(vacuum, travel, brake)
     # the enclosure's square-root law is steep at first: knots crowd at zero slip. The knot nearest
@@ -92,7 +92,7 @@ class _Stage:
     def __init__(self, members: Sequence[Backbone]) -> None:
         self.members = members
         knots = np.unique(np.concatenate([m.elongation for m in members]))
-        # the stage ends at the first member to come apart or to reach the end of its stop's line
+        # the stage ends at the first member that separates or reaches the end of its stop's line
         self.u = knots[knots <= min(m.elongation[-1] for m in members)]
         self.separates = not all(m.stop for m in members)
         self.f = np.sum([np.interp(self.u, m.elongation, m.force) for m in members], axis=0)

@@ -18,7 +18,7 @@ from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.simulate.record import Outcome
 from layerjam.units import QuantitySpec, show
 
-SLACK = QuantitySpec("m", "slack before a member carries", hi=10)
+SLACK = QuantitySpec("m", "slack before a member carries load", hi=10)
 LEVER = QuantitySpec("m", "lever arm or pulley radius", open_lo=True, hi=10)
 VOLUME = QuantitySpec("m^3", "gas volume of one brake and its fittings", lo=1e-9, hi=1)
 MAX_MEMBERS = 10_000
@@ -29,8 +29,8 @@ _BLOCK = 4096
 class Member:
     """One brake of an array, at a constant vacuum.
 
-    The stage lengthens by `slack` [m] before this brake carries force. With `stop` a strap takes
-    the load at the usable travel; otherwise the sheets come apart at the overlap.
+    The stage lengthens by `slack` [m] before this brake carries force. With `stop`, a strap takes
+    the load at the usable travel; otherwise the sheets separate at the end of the overlap.
     """
 
     brake: Brake
@@ -119,7 +119,7 @@ class Totals(NamedTuple):
     travel: float
     """Elongation by slip alone until the first chain reaches its end [m]."""
     energy: float
-    """Work of slipping every brake over its own travel at its vacuum [J]."""
+    """Work to slip every brake over its own travel at its vacuum [J]."""
     stiffness: float
     """Stiffness before any slip, all slack taken up [N/m]."""
     volume: float | None
@@ -158,9 +158,10 @@ class ArrayLoading:
     """One slow pull of an array from rest; N samples, M members in the order of `members`.
 
     `outcome` is BOTTOMED_OUT (every stage of a chain is on its stop), SEPARATED (the first brake
-    without a stop came apart), FINISHED (the requested elongation was reached) or SNAPS (a slipping
-    brake softens faster than the others relax; the record ends there). `order` lists the events in
-    sequence: (elongation [m], index among `members`, "runs" (past its peak) or "ends").
+    without a stop came apart), FINISHED (the requested elongation was reached) or SNAPS (the force
+    of a slipping brake falls faster than the others relax; the record ends there). `order` lists
+    the events in sequence: (elongation [m], index among `members`, "runs" (past its peak) or
+    "ends").
     """
 
     elongation: np.ndarray = field(repr=False)
@@ -271,7 +272,7 @@ def _order(
 
 def _notices(members: Sequence[Member], outcome: Outcome, end: float) -> tuple[str, ...]:
     if outcome is Outcome.SEPARATED:
-        return (f"sheets came apart at {show(end, 'm')} of elongation; the record ends there",)
+        return (f"the sheets separated at {show(end, 'm')} of elongation; the record ends there",)
     if outcome is Outcome.SNAPS:
         return (
             f"at {show(end, 'm')} the slipping brake softens faster than the others relax: it "

@@ -1,7 +1,7 @@
 """Bill of a design: film, plastic and mass of the drawn parts, and the margin of `build`.
 
 Drawing a brake belongs to a higher layer (`fabricate`), which passes a function of brakes whose
-sheets are arrays. Its lengths come in steps (screws, nuts), so it is neither traced nor
+sheets are arrays. Its lengths change in steps (screws, nuts), so it is neither traced nor
 interpolated.
 """
 

@@ -70,7 +70,7 @@ def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any
     values = np.empty((len(names), 0))
     if len(numbers):
         values = np.concatenate([search.kernel.all_merits(numbers), search.drawn_merits(numbers)])
-    # the travel of all brakes in series is a merit; that of one brake is the variable
+    # the merit is the travel of all brakes in series; the variable is that of one brake
     rows = {("travel_of_one" if n in names else n): v for n, v in grid.columns(numbers).items()}
     rows |= dict(zip(names, values, strict=True))
     columns: dict[str, Any] = {
@@ -145,7 +145,7 @@ class Store:
             has_files = any((self.folder / name).exists() for name in (MANIFEST, FRONT))
             has_files = has_files or any((self.folder / FOLDER).glob("*"))
         if has_files:
-            raise FileError(self.folder, "holds files of something else; give an empty folder")
+            raise FileError(self.folder, "contains other files; choose an empty folder")
 
     def _claim(self) -> None:
         """Claim the folder for this sweep and remove incomplete files of a killed one."""
@@ -158,7 +158,7 @@ class Store:
                     return
             raise FileError(
                 self.folder,
-                "holds a sweep of another specification or version; give an empty folder",
+                "contains a sweep of another specification or version; choose an empty folder",
             )
         header = {
             "name": self.spec.name,
@@ -191,7 +191,7 @@ class Store:
         for index in range(total):
             result = self.read(index)
             if result is None:
-                raise FileError(self.path(index), "is missing or not whole; sweep again")
+                raise FileError(self.path(index), "is missing or incomplete; run the sweep again")
             yield result
 
     def finish(self, total: int) -> SweepResult:

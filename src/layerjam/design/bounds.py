@@ -1,8 +1,8 @@
 """Proof, before a sweep, of whether a specification can be met, by the corners of boxes of designs.
 
-Many merits rise or fall with every variable, so the best value in a box of designs is that of one
-corner. A box in which no design can meet a constraint is discarded; the others are cut in two. If
-no box is left, nothing meets all constraints.
+Many merits are monotonic in every variable, so the best value in a box of designs is at one corner.
+A box in which no design can meet a constraint is discarded; the others are cut in two. If no box is
+left, nothing meets all constraints.
 """
 
 import math
@@ -21,7 +21,7 @@ from layerjam.units import show
 
 MOST_BOXES = 1_000_000
 """Boxes examined before the sweep has to find the answer."""
-UNBUILDABLE = "none of the designs can be built: travel, overlap and width contradict"
+UNBUILDABLE = "none of the designs can be built: travel, overlap and width contradict one another"
 FEASIBLE, IMPOSSIBLE, UNKNOWN = "feasible", "impossible", "unknown"
 
 _FOLLOWS: dict[str, tuple[str, str]] = {
@@ -160,13 +160,14 @@ class Boxes:
                 meets = {o: o.holds(self.search.quantity(o.name, rows, numbers)) for o in rules}
                 is_open &= ~(sure & is_built & ~meets[c])
                 good = np.all([is_built, *meets.values()], axis=0)
-                if good.any():  # late merits may still exclude it
+                if good.any():  # merits computed later may still exclude it
                     number = int(numbers[np.argmax(good)])
                     return Proof(FEASIBLE, number) if is_complete else Proof(UNKNOWN)
             is_single = (low == high).all(axis=1)
             if (is_single & is_open).any() and not is_complete:
                 return Proof(UNKNOWN)
-            # a single design was evaluated above: if it met all, it was returned
+            # a single design was evaluated above and would have been returned if it met all
+            # constraints
             is_open &= ~is_single
             low, high = _cut(low[is_open], high[is_open], first)
         return Proof(IMPOSSIBLE)
@@ -232,10 +233,10 @@ class Exclusion:
     """The constraint that fails, or None if nothing can be built at all."""
     reason: str
     reachable: float | None = None
-    """Best value of its quantity while the others hold."""
+    """Best value of its quantity while the others are met."""
     unit: str = "1"
     others: tuple[str, ...] = ()
-    """Constraints that must be given up for it; empty if it fails alone."""
+    """Constraints that must be relaxed for it; empty if it fails on its own."""
     short: float = 0.0
     """Relative shortfall from the limit."""
 
@@ -308,14 +309,14 @@ def _physics(search: Search) -> Exclusion | None:
         peak = Constraint("stop_peak", True, stop.force)
         reason = (
             f"{peak} cannot be met by any brake: {show(stop.mass, 'kg')} at "
-            f"{show(stop.speed, 'm/s')} within {show(distance, 'm')} (slip and stretch) take at "
-            f"least {show(least_force, 'N')}"
+            f"{show(stop.speed, 'm/s')} within {show(distance, 'm')} (slip and stretch) "
+            f"need at least {show(least_force, 'N')}"
         )
         return Exclusion(str(peak), reason, least_force, "N", (str(slip),))
     if strongest is not None and strongest < least_force:
         reason = (
-            f"{slip} takes at least {show(least_force, 'N')}; the strongest of these brakes gives "
-            f"{show(strongest, 'N')}"
+            f"{slip} needs at least {show(least_force, 'N')}; the strongest of these "
+            f"brakes gives {show(strongest, 'N')}"
         )
         return Exclusion(str(slip), reason, strongest, "N")
     energy = stop.mass * stop.speed**2 / 2
@@ -324,7 +325,7 @@ def _physics(search: Search) -> Exclusion | None:
         return None
     best = soft.single(c)
     reason = (
-        f"the mass brings {show(energy, 'J')}{describe_shortfall(c, best)}: energy_capacity of the "
-        "greatest of these brakes"
+        f"the mass brings {show(energy, 'J')}{describe_shortfall(c, best)}: compared with "
+        "the largest energy_capacity of these brakes"
     )
     return Exclusion(str(c), reason, best, "J")

@@ -19,7 +19,7 @@ def design_checks(file: BrakeFile, vacuum: float, chances: Mapping[str, Chance])
     brake, limit = file.brake, file.brake.film.strength
     force = float(peak(vacuum, brake.sheets.usable_travel, brake).force)
     stress = float(sheet_stress(force, brake))
-    words = f"at {show(force, 'N')} the sheets bear {show(stress, 'Pa')}"
+    words = f"at {show(force, 'N')} the stress in the sheets is {show(stress, 'Pa')}"
     if limit is None:
         yield check("sheet strength", False, f"{words}; the film's strength is not known")
     else:

@@ -41,12 +41,12 @@ def _search(pickled_search: bytes) -> tuple[Search, str]:
 
 
 def _keep_memory() -> None:
-    """Let freed memory be reused at once.
+    """Allow freed memory to be reused immediately.
 
     Dask's nanny starts workers with MALLOC_TRIM_THRESHOLD_ so low that every array of a chunk comes
     as fresh pages from the system, which doubles the time of a block.
     """
-    with contextlib.suppress(OSError, AttributeError):  # no glibc: nothing to undo
+    with contextlib.suppress(OSError, AttributeError):  # without glibc there is nothing to do
         set_option = ctypes.CDLL(None).mallopt
         for option in (TRIM_THRESHOLD, MMAP_THRESHOLD):
             set_option(option, KEPT)
@@ -107,7 +107,7 @@ def spread(search: Search, blocks: Sequence[int], scheduler: str) -> Iterator[tu
             index = running.pop(future)
             try:
                 data = future.result()
-            except Exception as err:  # Dask passes on any error of the worker
+            except Exception as err:  # Dask passes on any exception of a worker
                 raise ClusterError(
                     f"block {index} failed on the cluster: {type(err).__name__}: {err}"
                 ) from None

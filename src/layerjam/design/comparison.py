@@ -57,7 +57,7 @@ def _row(
 
 def _ours(file: BrakeFile, vacuum: float, *, brakes: int = 1) -> dict[str, Any]:
     brake = file.brake
-    arrangement = f", {brakes} side by side" if brakes > 1 else ""
+    arrangement = f", {brakes} in parallel" if brakes > 1 else ""
     mass_basis = "a balance" if brake.weighed_mass is not None else "sheets, enclosure and fittings"
     factor = file.sources.get("scale_factor")
     factor_note = f"; scale factor {brake.scale_factor:g}, {factor.sentence()}" if factor else ""
@@ -99,6 +99,6 @@ def _sheet(file: BrakeFile, paper: PublishedDevice) -> dict[str, Any]:
         "paper_mass": paper.mass,
         "paper_density": paper.density,
         "paper_words": paper.words,
-        "why": "ours counts the enclosure that grows around the sheet; the paper's mass is that of "
-        "the bare sheet",
+        "why": "layerjam includes the enclosure that grows around the sheet; the paper's mass "
+        "is that of the bare sheet",
     }

@@ -121,7 +121,7 @@ def _inherit(path: str, sources: Mapping[str, Source], base: BrakeFile) -> Sourc
     old = sources.get(path)
     origin = f" ({old.sentence()})" if old else ""
     if path == "stiffness_measured":
-        words = f"the sheets' own on the mount of {base.name}{origin}"
+        words = f"stiffness of the sheets on the mount of {base.name}{origin}"
     else:
-        words = f"as that of {base.name}{origin}"
+        words = f"as for {base.name}{origin}"
     return Source(kind="assumed", text=words, conflict=old.conflict if old else "")

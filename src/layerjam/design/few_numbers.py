@@ -181,8 +181,8 @@ def _margin(brake: BrakeFile, margin: float) -> tuple[Constraint, ...]:
     if brake.brake.film.strength is None:
         raise QuantityError.of(
             "stress_margin",
-            f"{margin:g} cannot be asked for, the strength of the film of {brake.name} is not "
-            "known; 0 asks for none",
+            f"{margin:g} cannot be required because the film strength of {brake.name} is "
+            "unknown; use 0 for no requirement",
         )
     return (Constraint("stress_margin", False, margin),)
 
@@ -199,8 +199,8 @@ def _overlaps(brake: BrakeFile, length: float) -> Axis:
     if longest <= gap:
         raise QuantityError.of(
             "length",
-            f"{show(length, 'm')} leaves no room; free and clamped parts of {brake.name} take "
-            f"{show(used, 'm')}, and {show(gap, 'm')} of overlap must remain",
+            f"{show(length, 'm')} is too short; free and clamped parts of {brake.name} "
+            f"need {show(used, 'm')}, and {show(gap, 'm')} of overlap must remain",
         )
     return _range(longest / 4 if longest / 4 > gap else (longest + gap) / 2, longest)
 

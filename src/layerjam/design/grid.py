@@ -153,7 +153,7 @@ class Kernel:
                 * point.series
                 * point.parallel
             )
-            # designs that cannot be built have no line merits either
+            # designs that cannot be built have no merits of the line either
             line[:, np.isnan(rows[self.names.index("mass")])] = np.nan
             rows = np.concatenate([rows, line])
         return rows[:, : len(numbers)]

@@ -32,11 +32,11 @@ OF_SHEETS = ("count", "thickness", "width", "overlap", "free_left", "free_right"
 VARIABLES: Mapping[str, QuantitySpec] = MappingProxyType(
     {
         **{name: spec_of(Sheets, name) for name in OF_SHEETS},
-        "offset": QuantitySpec("m", "slip before use, taken from overlap and travel", hi=5),
+        "offset": QuantitySpec("m", "slip before use, subtracted from overlap and travel", hi=5),
         "usable_travel": spec_of(Sheets, "usable_travel"),
         "wall": spec_of(Enclosure, "wall"),
         "fittings_mass": spec_of(Brake, "fittings_mass"),
-        "vacuum": QuantitySpec("Pa", "vacuum the brake is used at", hi=1.2e5, open_lo=True),
+        "vacuum": QuantitySpec("Pa", "vacuum at which the brake is used", hi=1.2e5, open_lo=True),
         "series": replace(_TIMES, text="equal brakes in series"),
         "parallel": replace(_TIMES, text="equal brakes in parallel"),
     }
@@ -55,17 +55,21 @@ MERITS: Mapping[str, QuantitySpec] = MappingProxyType(
         "height": QuantitySpec("m", "height of one stack in its enclosure"),
         "force_density": QuantitySpec("N/kg", "max_force over mass"),
         "energy_density": QuantitySpec("J/kg", "energy_capacity over mass"),
-        "stiffness": QuantitySpec("N/m", "before slip; the sheets' own on the given brake's mount"),
+        "stiffness": QuantitySpec(
+            "N/m", ("stiffness before slip; that of the sheets on the given brake's mount")
+        ),
         "sheet_stress": QuantitySpec("Pa", "greatest stress in a sheet's free part"),
         "clamp_stress": QuantitySpec("Pa", "greatest stress at the screw holes"),
-        "stress_margin": QuantitySpec("1", "strength of the film over clamp_stress"),
+        "stress_margin": QuantitySpec("1", "ratio of film strength to clamp_stress"),
         "buckling_force": QuantitySpec("N", "compression at which one sheet buckles, at rest"),
         "self_closing_vacuum": QuantitySpec(
-            "Pa", "vacuum below which the enclosure closes it, end of travel"
+            "Pa", "vacuum below which the enclosure closes the brake, at the end of travel"
         ),
         "rise_time": QuantitySpec("s", "10 to 90 % of the vacuum on the given line"),
         "gas_work": QuantitySpec("J", "least work of a pump for one jam"),
-        "judder_margin": QuantitySpec("1", "stiffness over the least without stick–slip"),
+        "judder_margin": QuantitySpec(
+            "1", ("ratio of the stiffness to the least without stick–slip")
+        ),
         "stop_slip": QuantitySpec("m", "slip at standstill"),
         "stop_peak": QuantitySpec("N", "greatest force of the stop"),
         "film_area": QuantitySpec("m^2", "sheets and spacers of all brakes, as drawn"),
@@ -74,7 +78,7 @@ MERITS: Mapping[str, QuantitySpec] = MappingProxyType(
         ),
         "drawn_mass": QuantitySpec("kg", "mass of all brakes, as drawn"),
         "buildable": QuantitySpec(
-            "1", "least margin of the checks of `build` that refuse or fail; 1 is built"
+            "1", "least margin of the checks that prevent a `build`; 1 or more can be built"
         ),
     }
 )
@@ -87,7 +91,7 @@ LATE_MERITS = (*STOP_MERITS, *DRAWN_MERITS)
 
 
 OF_A_FIT = ("scale_factor", "amplification_held")
-"""Fields of a stock that are unknown until a brake of this film is calibrated."""
+"""Fields of a stock that are unknown until a brake with this film is calibrated."""
 
 
 class Stock(NamedTuple):
@@ -102,7 +106,7 @@ class Stock(NamedTuple):
     """NaN if unknown."""
     scale_factor: Any
     amplification_held: Any
-    """Part of the sheets' fan that the scale factor already contains; NaN for nothing."""
+    """Part of the self-amplification that the scale factor already includes; NaN if none."""
 
 
 class Point(NamedTuple):
@@ -130,7 +134,7 @@ class StickSlipPull:
 
     speed: float = like(CROSSHEAD_SPEED, "speed of the pull")
     mass: float = like(MASS, "mass pulled")
-    damping_ratio: float = quantity("1", "damping of the mount over the critical one", hi=10)
+    damping_ratio: float = quantity("1", "damping ratio of the mount", hi=10)
 
 
 def stock_of(film: Film, scale_factor: Any = 1.0, amplification_held: Any = None) -> Stock:
@@ -268,7 +272,7 @@ def line_merits(vacuum: float, line: Line, brakes: float) -> tuple[float, float]
     """Return `rise_time` [s] and `gas_work` [J] with one chamber of the line for every brake.
 
     Rise time is NaN if the line never reaches the vacuum. Closed forms: a rigid chamber at one
-    temperature without a significant tube; both are proportional to the chamber.
+    temperature without a significant tube; both are proportional to the chamber volume.
     """
     chamber = replace(
         line.chamber, volume=line.chamber.volume * brakes, shrink=line.chamber.shrink * brakes

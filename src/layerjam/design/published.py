@@ -89,7 +89,7 @@ def read_published(text: str, path: object) -> PublishedDevices:
     sheet = devices.pop(_SHEET)
     both = {r.kind for r in devices.values()} & set(searches)
     if both:
-        raise FileError(path, f"{', '.join(sorted(both))}: found, and yet under [{_NONE}]")
+        raise FileError(path, f"{', '.join(sorted(both))}: listed, but also under [{_NONE}]")
     return PublishedDevices(
         devices=tuple(devices.values()), sheet=sheet, looked_for=MappingProxyType(searches)
     )

@@ -35,7 +35,7 @@ SLOPE_STEP = 1e-5
 """Relative step for slopes of untraced closed forms: the line and the drawn brake."""
 ACCURACY = 1e-9
 ROUNDS, DRAWN_ROUNDS = 200, 40
-"""Rounds of the search; fewer if drawn parts matter, whose steps it cannot follow to the end."""
+"""Rounds of the search; fewer if drawn parts matter, because it cannot converge on their steps."""
 BAD = 1e3
 """Cost of an invalid design; ln of a merit is never this large."""
 

@@ -74,13 +74,17 @@ class AxisSpec(AsItIs):
                 raise QuantityError.of(name, f"a list holds 1 to {MOST_VALUES} values")
             return values
         if set(text) != set(_RANGE):
-            raise QuantityError.of(name, "a range holds from, to and step; nothing else")
+            raise QuantityError.of(name, "a range has only the keys from, to and step")
         spec, unit = self.item, self.item.unit
         step = QuantitySpec(unit, "step", open_lo=True, whole=spec.whole).read(text["step"], name)
         first, last = (spec.read(text[word], name) for word in _RANGE[:2])
         if last < first:
             raise QuantityError.of(
-                name, f"from {show(first, unit)} to {show(last, unit)} is empty; from is the lesser"
+                name,
+                (
+                    f"from {show(first, unit)} to {show(last, unit)} is empty; from must be "
+                    "the smaller value"
+                ),
             )
         if (last - first) / step >= MOST_VALUES:
             raise QuantityError.of(name, f"more than {MOST_VALUES} values")
@@ -111,7 +115,7 @@ class ScatterRequest:
 
 @dataclass(frozen=True, kw_only=True)
 class FilmChoice:
-    """[[film]]: a film of a brake or of the catalogue, with the thicknesses in which it is sold."""
+    """[[film]]: a film of a brake or of the catalogue, with the thicknesses available."""
 
     use: str = value(TextSpec(text="a brake or a film of the catalogue"))
     thickness: tuple[float, ...] | None = value(
@@ -137,7 +141,7 @@ class DesignRequest:
     constraints: tuple[Constraint, ...] = value(ListSpec(each=ConstraintSpec()), ())
     objectives: tuple[Objective, ...] = value(ListSpec(each=ObjectiveSpec()))
     without: tuple[str, ...] = value(
-        ListSpec(each=TextSpec(text="constraint that is off", choices=DEFAULTS), single=True), ()
+        ListSpec(each=TextSpec(text="constraint to switch off", choices=DEFAULTS), single=True), ()
     )
     stop: StopRequirement | None = nested(StopRequirement, default=None)
     judder: StickSlipPull | None = nested(StickSlipPull, default=None)

@@ -63,7 +63,7 @@ def _share(holds: Any) -> tuple[float, float]:
 
 
 def _range(value: Any) -> tuple[float, float]:
-    # without a stop the slip is not finite: it counts as beyond every limit
+    # without a stop the slip is infinite, which exceeds every limit
     samples = np.sort(np.where(np.isnan(value), np.inf, value))
     low, high = (float(samples[int(part * len(samples))]) for part in (0.05, 0.95))
     return (low if math.isfinite(low) else math.nan, high if math.isfinite(high) else math.nan)

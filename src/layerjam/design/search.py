@@ -291,7 +291,7 @@ def front(costs: Array) -> npt.NDArray[np.int64]:
     good = np.flatnonzero(np.isfinite(costs).all(axis=1))
     if costs.shape[1] == 1:
         return good[[int(np.argmin(costs[good, 0]))]] if len(good) else good
-    # in order of the sum: a dominating row has a smaller sum and is met early
+    # sorted by sum: a dominating row has a smaller sum, so it is met early
     keys = costs[good]
     order = good[np.lexsort((good, keys.sum(axis=1)))]
     places = _front_kernel()(np.ascontiguousarray(costs[order]))
@@ -318,7 +318,7 @@ def _front_kernel() -> Any:
                         break
                 if worse:
                     beaten = True
-                    # what beats one often beats the next
+                    # a design that dominates one often dominates the next
                     front[j], front[j // 2] = front[j // 2], front[j]
                     break
             if not beaten:

@@ -66,7 +66,7 @@ def read_spec(
 class FileFinder:
     """Finder of brakes and lines by catalogue name, or by a path from a folder.
 
-    With `beside` no file is opened: names refer to these records or to the catalogue.
+    With `beside`, no file is opened: names refer to these records or to the catalogue.
     """
 
     folder: Path = Path()
@@ -125,7 +125,7 @@ def specification(
             line = replace(line, line=replace(line.line, site=site))
     if line is not None and line.line.site.atmosphere != file.brake.site.atmosphere:
         raise QuantityError(
-            f"atmosphere: not the same in {line.name} and {file.name}", quantity="line"
+            f"atmosphere: differs between {line.name} and {file.name}", quantity="line"
         )
     films = _films(request, finder, file, notes)
     grid = _grid(request, file, films)
@@ -157,8 +157,8 @@ def _closed_form_notice(file: LineFile) -> list[str]:
     if not is_approximate and not line.chamber.shrink:
         return []
     return [
-        f"rise_time on {file.name} by the closed form of a rigid chamber at one temperature: its "
-        "tube, orifice leak and shrinking are left out"
+        f"rise_time on {file.name} by the closed form of a rigid chamber at one "
+        "temperature: its tube, orifice leak and shrinking are ignored"
     ]
 
 
@@ -263,8 +263,8 @@ def _film(use: str, finder: FileFinder, file: BrakeFile, notes: list[str]) -> St
         brake = source.brake
         if brake.pressure_exponent != file.brake.pressure_exponent:
             raise QuantityError(
-                f"{use} has another pressure_exponent than {file.name}; films are compared under "
-                "one law",
+                f"{use} and {file.name} have different pressure_exponent values; films "
+                "must share one law",
                 quantity=use,
             )
         return _stock(source)

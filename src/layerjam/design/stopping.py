@@ -1,4 +1,7 @@
-"""Stop requirement of a design: exact for parallel brakes, rigid brakes if in series."""
+"""Stop requirement of a design: exact for brakes in parallel.
+
+Brakes in series are assumed rigid.
+"""
 
 from typing import Any
 
@@ -23,11 +26,11 @@ class StopRequirement:
 
     mass: float = like(MASS, "mass to stop")
     speed: float = like(ARRIVAL_SPEED, "speed of the mass")
-    travel: float | None = like(STOP_TRAVEL, "slip it may take", default=None)
+    travel: float | None = like(STOP_TRAVEL, "allowed slip", default=None)
     force: float | None = quantity(
         "N", "greatest force allowed", open_lo=True, hi=1e9, default=None
     )
-    horizontal: bool = value(FlagSpec(text="whether the mass moves level"), False)
+    horizontal: bool = value(FlagSpec(text="whether the mass moves horizontally"), False)
 
 
 def gravity(need: StopRequirement, base: Brake) -> Any:
@@ -39,7 +42,7 @@ def stops(point: Point, base: Brake, need: StopRequirement, most_in_row: int) ->
     """Return `stop_slip` [m] and `stop_peak` [N] at each design's vacuum; NaN without a stop.
 
     Equal brakes in parallel share mass and force. In series they slip one after another, each to
-    the end of its travel, and count as rigid. `most_in_row` is the greatest `series`.
+    the end of its travel, and are assumed rigid. `most_in_row` is the greatest `series`.
     """
     brake = brake_of(point, base)
     valid = can_be_built(point, brake)

@@ -54,11 +54,11 @@ def why_lost(
         text = f"{o.name} {much} ({show(loser[o.name], NAMEABLE[o.name].unit)})"
         (worse if step > 0 else better).append(text)
     if not worse and not better:
-        return "it ties in every objective; the first of equal designs is chosen"
+        return "it is equal in every objective; the first of equal designs is chosen"
     losses = " and ".join(worse) or "nothing"
     if len(objectives) == 1:
         return f"it loses by {losses}"
-    gain = f"; against that {' and '.join(better)}" if better else ""
+    gain = f", but {' and '.join(better)}" if better else ""
     return f"it loses by {losses}{gain}; weighted, {percent(math.expm1(total), sign='')} behind"
 
 
@@ -81,8 +81,8 @@ def forbidden(search: Search, result: SweepResult, picks: Highlights) -> list[di
         excess = refusal(search, constraint, result.numbers[k])
         excess = excess or f"{constraint.name} {show(value, constraint.unit)}"
         reason = (
-            f"{constraint} keeps out {describe_design(design)}: {excess}; weighted, it would be "
-            f"{percent(gain, sign='')} better"
+            f"{constraint} excludes {describe_design(design)}: {excess}; weighted, it "
+            f"would be {percent(gain, sign='')} better"
         )
         row = {"constraint": str(constraint), "design": design, "value": value}
         rows.append({**row, "short": constraint.short(value), "gain": gain, "reason": reason})
@@ -104,7 +104,7 @@ def binding(design: Mapping[str, Any], spec: DesignSpecification) -> list[str]:
     for c in spec.constraints:
         room = abs(design[c.name] - c.limit) / abs(c.limit) if c.limit else math.inf
         if room < 0.02:
-            out.append(f"{c} ({room:.1%} to spare)")
+            out.append(f"{c} ({room:.1%} margin)")
     return out
 
 
@@ -124,7 +124,7 @@ def why_none(search: Search, result: SweepResult, picks: Highlights) -> Exclusio
         _, i, value = min((constraints[i].short(value), i, value) for i, value in values.items())
         c = constraints[i]
         nearest = refusal(search, c, result.numbers[picks.reach[i]])
-        reason = f"{c} is not met on this grid while the others hold"
+        reason = f"{c} is not met on this grid if the others are"
         reason += f"; nearest design: {nearest}" if nearest else describe_shortfall(c, value)
         return Exclusion(str(c), reason, value)
     worst = int(np.argmax(result.failed))
@@ -135,7 +135,7 @@ def why_none(search: Search, result: SweepResult, picks: Highlights) -> Exclusio
         reason = f"none of {result.built} designs {extra}stops the mass within its usable travel"
         return Exclusion(str(c), f"{c}: {reason}")
     reason = (
-        f"no design meets all but one of the constraints; {c} alone shuts out "
+        f"no design meets all but one of the constraints; {c} alone excludes "
         f"{result.failed[worst]} of {result.built}"
     )
     return Exclusion(str(c), reason)

@@ -17,7 +17,7 @@ from layerjam.units import check, is_traced, nested, quantity, record, show
 
 
 class Effect(Protocol):
-    """An effect on the sheets' friction that no file states: a `record` of its numbers."""
+    """An effect on the sheets' friction that no file states, with a `record` of its numbers."""
 
     def friction_factor(self, vacuum: Any, brake: "Brake") -> Any:
         """Return the friction coefficient at a vacuum [Pa] over that without the effect."""
@@ -42,7 +42,10 @@ class Brake:
     )
     amplification_held: Quantity[float | None] = quantity(
         "1",
-        "self-amplification that the scale factor already holds, of the brake it was fitted on",
+        (
+            "self-amplification already included in the scale factor, from the brake on "
+            "which it was fitted"
+        ),
         lo=1,
         hi=1000,
         default=None,
@@ -68,7 +71,7 @@ class Brake:
     hyperelastic: Hyperelastic | None = nested(Hyperelastic, default=None)
     vacuum_share: Quantity[float | None] = quantity(
         "1",
-        "share of the gauge's vacuum that presses the sheets on average; all of it if not given",
+        "share of the gauge's vacuum that presses the sheets on average; default: all of it",
         lo=0.01,
         hi=1,
         default=None,
@@ -82,7 +85,7 @@ class Brake:
     def with_(self, **changes: Change) -> "Brake":
         """Return the brake with some numbers changed by name, such as width="14 mm".
 
-        Text carries its unit, a number is SI, None is "not known" or the default. Raises
+        Text includes its unit, a number is SI, and None means unknown or the default. Raises
         UnknownNameError with the nearest names, or QuantityError for a number out of bounds or
         numbers that contradict each other. What JAX traces is not checked.
         """
@@ -150,8 +153,8 @@ def validate(brake: Brake) -> None:
     if law is not None and law.fastest is not None and law.fastest < law.test_speed:
         raise QuantityError.of(
             "speed_law.fastest",
-            f"{show(law.fastest, 'm/s')} is below the test_speed, {show(law.test_speed, 'm/s')}, "
-            "at which friction was measured too",
+            f"{show(law.fastest, 'm/s')} is below test_speed, "
+            f"{show(law.test_speed, 'm/s')}, at which friction was also measured",
         )
     if brake.hyperelastic is not None:
         validate_hyperelastic(brake.hyperelastic)

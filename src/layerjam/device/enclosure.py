@@ -25,12 +25,12 @@ class Enclosure:
     density: Quantity[float] = quantity("kg/m^3", "density of the enclosure", lo=100, hi=5000)
     force_uncertainty: Quantity[float | None] = quantity(
         "1",
-        "standard uncertainty of the enclosure's force, over its value; 30 % if not stated",
+        "relative standard uncertainty of the enclosure's force; 30 % if not stated",
         hi=2,
         default=None,
     )
 
     @property
     def force_sd(self) -> float:
-        """Relative standard uncertainty of its force: as stated, else the default."""
+        """Relative standard uncertainty of its force: as stated, otherwise the default."""
         return FORCE_UNCERTAINTY if self.force_uncertainty is None else self.force_uncertainty

@@ -34,17 +34,18 @@ def fan_factor(alpha: float) -> float:
 def check_exponent_of_fan(brake: Any) -> None:
     """Raise QuantityError for a pressure exponent that sheets without spacers cannot have.
 
-    Their friction grows exponentially with the coefficient. A coefficient that rises without bound
-    as the vacuum falls would hold without any vacuum. A negative exponent therefore needs the range
-    of pressures in which it was measured, and friction must rise with the vacuum there.
+    Their friction grows exponentially with the coefficient. If it rose without bound as the vacuum
+    falls, the brake would hold without a vacuum. A negative exponent therefore needs the range of
+    pressures in which it was measured, and friction must rise with the vacuum there.
     """
     exponent, lowest = brake.pressure_exponent, brake.lowest_pressure
     fans_out = brake.mount.spacers is not None and not brake.mount.spacers
     if lowest is not None and (exponent is None or not fans_out):
         raise QuantityError.of(
             "lowest_pressure",
-            "is for a pressure_exponent of sheets without spacers (mount.spacers = false); other "
-            "sheets lose their friction with the vacuum by themselves",
+            "is only valid with a pressure_exponent of sheets without spacers "
+            "(mount.spacers = false); other sheets lose their friction with the vacuum "
+            "in any case",
         )
     if exponent is None or exponent >= 0 or not fans_out:
         return

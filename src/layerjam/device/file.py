@@ -112,7 +112,7 @@ class BrakeFile(RecordFile[Brake]):
 
     @property
     def synthetic(self) -> list[str]:
-        """Dotted paths of numbers that were found in files written by a program."""
+        """Dotted paths of numbers derived from files written by a program."""
         return paths_of(self.sources, "synthetic")
 
     def synthetic_mark(self, without: Collection[str] = ()) -> str:
@@ -120,7 +120,7 @@ class BrakeFile(RecordFile[Brake]):
         paths = [path for path in self.synthetic if path not in without]
         if not paths:
             return ""
-        return f"{', '.join(paths)} of {self.name}: synthetic, a program wrote the files behind it"
+        return f"{', '.join(paths)} of {self.name}: synthetic, from files written by a program"
 
     def mark(self) -> str:
         """Return what every exported file states: synthetic numbers and accepted failed checks."""
@@ -143,8 +143,8 @@ class BrakeFile(RecordFile[Brake]):
             out.append(Notice(mark, "synthetic-brake"))
         if self.brake.stiffness_measured is None and "stiffness_measured" not in without:
             out.append(
-                f"no stiffness was measured for {self.name}: the sheets' computed stiffness is "
-                "used; a real rig is several times softer"
+                f"no stiffness was measured for {self.name}: the sheets' computed "
+                "stiffness is used; real rigs are several times softer"
             )
         return out + list(self.fanning())
 
@@ -165,9 +165,9 @@ class BrakeFile(RecordFile[Brake]):
         fitted = brake.scale_factor != 1.0 and fitted_factor is None
         if brake.mount.spacers is not None and fitted and factor - 1 > MATTERS:
             yield Notice(
-                f"scale_factor of {self.name} is taken to hold no self-amplification; if it was "
-                "fitted on a brake without spacers, and spacers were not stated then, give that "
-                "brake's amplification_held",
+                f"scale_factor of {self.name} is assumed to include no "
+                "self-amplification; if it was fitted on a brake without spacers, and "
+                "spacers were not stated then, give that brake's amplification_held",
                 "amplification-unstated",
             )
 
@@ -236,7 +236,7 @@ def updated_text(
     edits: dict[str, tuple[Any, Source] | None] = dict(changes)
     held = file.brake.amplification_held is not None and "amplification_held" in file.sources
     if held and "scale_factor" in changes and file.brake.mount.spacers is None:
-        edits["amplification_held"] = None  # it belonged to the old one
+        edits["amplification_held"] = None  # it was fitted with the old number
     return update_text(
         file.text, file.fields, edits, name=name, tables={"made_by": made_by}, new=acceptances
     )

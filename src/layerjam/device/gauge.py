@@ -14,14 +14,18 @@ DuPont allows 7 % for a Kapton HN film of 127 um, 9 % for 76 um and more for thi
 
 
 def notices_of_gauge(file: BrakeFile) -> Iterator[Notice]:
-    """Yield a notice if the film is not sold in this thickness; none if its gauges are unknown."""
+    """Yield a notice if the film is not sold in this thickness.
+
+    None if the available thicknesses are unknown.
+    """
     gauges, thickness = file.making.film.gauges, float(file.brake.sheets.thickness)
     if not gauges or any(abs(thickness / gauge - 1) <= TOLERANCE for gauge in gauges):
         return
     product = file.making.film.product or "this film"
     sold = ", ".join(show(gauge, "m", 3, like=min(gauges)) for gauge in sorted(gauges))
     yield Notice(
-        f"{product} is not sold {show(thickness, 'm')} thick ({sold}): check which film was "
-        "bought; a laminate, plies or another grade has another modulus, friction and edge",
+        f"{product} is not sold {show(thickness, 'm')} thick ({sold}): check which film "
+        "you bought; a laminate or another grade has a different modulus, friction and "
+        "edge",
         "film-gauge",
     )

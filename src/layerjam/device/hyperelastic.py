@@ -50,17 +50,17 @@ class Hyperelastic:
     )
     softening_r: Quantity[float | None] = quantity(
         "1",
-        "softening after the first loading: 1/r is the most that the stress loses",
+        "softening after the first loading: 1/r is the largest loss of stress",
         lo=1.001,
         hi=1e6,
         symbol="r",
         default=None,
     )
     softening_m: Quantity[float | None] = quantity(
-        "Pa", "energy a volume by which the stress has softened", lo=1, hi=_LIMIT, default=None
+        "Pa", "energy per volume at which the stress has softened", lo=1, hi=_LIMIT, default=None
     )
     softening_beta: Quantity[float | None] = quantity(
-        "1", "share of the greatest energy so far that is added to m", hi=100, default=None
+        "1", "share of the greatest previous energy that is added to m", hi=100, default=None
     )
 
 
@@ -101,8 +101,8 @@ def validate_hyperelastic(rubber: Hyperelastic) -> None:
         strain = strains[rises.argmin()]
         raise QuantityError.of(
             "hyperelastic",
-            f"its stress does not rise at a strain of {strain:.3g}; a law that rises up to "
-            f"strain = {rubber.strain:g} is needed",
+            f"its stress does not rise at a strain of {strain:.3g}; it must rise up to "
+            f"strain = {rubber.strain:g}",
         )
 
 

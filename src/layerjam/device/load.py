@@ -18,7 +18,7 @@ from layerjam.toml_files.shipped import shipped_files, text_of
 P = ParamSpec("P")
 R = TypeVar("R")
 READING = "-eq9"
-"""Ending of a brake that has the factor and stiffness given for the paper's eq. 8 and 9."""
+"""Name suffix of a brake that has the factor and stiffness given for the paper's eq. 8 and 9."""
 
 
 def _texts() -> dict[str, str]:

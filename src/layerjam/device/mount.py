@@ -19,7 +19,7 @@ class Mount:
     )
     screws: Quantity[int | None] = quantity(
         "1",
-        "screws in each cap, side by side (one for every 20 mm of width if not given)",
+        "screws in each cap, in a row (default: one for every 20 mm of width)",
         lo=1,
         hi=25,
         whole=True,

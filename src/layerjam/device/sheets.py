@@ -25,7 +25,7 @@ class Sheets:
     free_right: Quantity[float] = quantity(
         "m", "length of the right sheets between cap and overlap", lo=1e-4, hi=5, symbol="L3"
     )
-    usable_travel: Quantity[float] = quantity("m", "slip the brake may be used to", lo=1e-4, hi=5)
+    usable_travel: Quantity[float] = quantity("m", "usable slip of the brake", lo=1e-4, hi=5)
 
 
 @record
@@ -48,7 +48,7 @@ class Film:
         "1", "friction of the film on the enclosure", lo=1e-4, hi=5, symbol="mu_e"
     )
     ageing: Quantity[float | None] = quantity(
-        "1", "growth of static friction for ten times the hold", lo=-1, hi=1, default=None
+        "1", "growth of static friction per decade of hold time", lo=-1, hi=1, default=None
     )
     static_hold: Quantity[float | None] = quantity(
         "s",
@@ -58,7 +58,7 @@ class Film:
         default=None,
     )
     strength: Quantity[float | None] = quantity(
-        "Pa", "stress the film bears without lasting stretch", lo=1e5, hi=1e11, default=None
+        "Pa", "yield stress of the film", lo=1e5, hi=1e11, default=None
     )
     specific_heat: Quantity[float | None] = quantity(
         "J/(kg K)", "specific heat of the film", lo=50, hi=10000, default=None

@@ -6,7 +6,7 @@ from layerjam.units import quantity, record
 
 @record
 class SpeedLaw:
-    """Friction at a sliding speed v over that at `test_speed`: ((v_0 + v)/(v_0 + v_test))^n.
+    """Friction at a sliding speed v relative to `test_speed`: ((v_0 + v)/(v_0 + v_test))^n.
 
     An empirical law for one pair of surfaces; n = 1 is the linear growth of Stribeck's curve. The
     film's kinetic friction and the scale factor are those at `test_speed`.
@@ -22,5 +22,5 @@ class SpeedLaw:
         "m/s", "speed far below which friction no longer changes", lo=1e-7, hi=10, symbol="v_0"
     )
     fastest: Quantity[float | None] = quantity(
-        "m/s", "fastest sliding speed of the measurement", lo=1e-7, hi=1000, default=None
+        "m/s", "greatest sliding speed of the measurement", lo=1e-7, hi=1000, default=None
     )

@@ -16,7 +16,7 @@ CUTTERS = ("service", "laser", "knife")
 LASER = ("never", "with care", "yes")
 TUBE = QuantitySpec("m", "outer diameter of the tube", lo=1e-3, hi=0.02)
 SIDE = QuantitySpec("m", "side", lo=1e-3, hi=100)
-GAUGE = QuantitySpec("m", "a thickness in which the film is sold", lo=1e-6, hi=0.01)
+GAUGE = QuantitySpec("m", "available thickness of the film", lo=1e-6, hi=0.01)
 PRODUCT = TextSpec(text="name of the product in a shop", blank=False)
 M5 = "M5"
 LEAST_SCREW_HOLE = 2e-3
@@ -77,7 +77,7 @@ class SizeSpec(AsItIs):
         parts = [part.strip() for part in text.lower().replace("×", "x").split("x")]
         if len(parts) != self.sides or not all(parts):
             raise QuantityError.of(
-                name, f"'{text[:60]}' is not {self.sides} lengths; write '{self.example}'"
+                name, f"'{text[:60]}' does not have {self.sides} lengths; write '{self.example}'"
             )
         unit = parts[-1].lstrip("+-0123456789.e ")
         texts = [p if p[-1].isalpha() or p[-1] == '"' else f"{p} {unit}".strip() for p in parts]
@@ -106,21 +106,23 @@ class Build:
 
     cutter: str = value(TextSpec(text="who cuts the film", choices=CUTTERS), "service")
     kerf: float = _length("full width of the cut", 0.0, hi=1e-3)
-    stock_length: float | None = _length("length of the film that is cut from", None, 1e-3, 100)
-    stock_width: float | None = _length("width of the film that is cut from", None, 1e-3, 100)
+    stock_length: float | None = _length("length of the film stock", None, 1e-3, 100)
+    stock_width: float | None = _length("width of the film stock", None, 1e-3, 100)
     margin: float = _length("film kept free along the stock's edges", 5e-3)
     gap: float = _length("distance between two parts on the film", 3e-3)
     tip_radius: float = _length("radius of a sheet's corners at its free end", 1e-3)
     clamp_radius: float = _length("radius of a sheet's corners at its clamped end", 0.5e-3)
     screws: int | None = like(
-        spec_of(Mount, "screws"), "screws in each cap, as in [mount], which decides", default=None
+        spec_of(Mount, "screws"),
+        ("screws in each cap; must equal the number in [mount]"),
+        default=None,
     )
     floor: float = _length("least printed floor under a nut or a head", 1.2e-3, 0.4e-3, 0.01)
     wall: float = _length("least printed wall", 1.2e-3, 0.4e-3, 0.01)
     cheek: float = _length("thickness of the tray's sides", 1.6e-3, 0.4e-3, 0.02)
     side: float = _length("gap between a sheet and the tray's side", 0.3e-3, 0.0, 5e-3)
     fit: float = _length("clearance of nut and clamp plate", 0.2e-3, 0.0, 2e-3)
-    head_room: float = _length("depth by which screw heads and ends stay inside", 0.2e-3, hi=5e-3)
+    head_room: float = _length("recess of screw heads and ends", 0.2e-3, hi=5e-3)
     plenum: float = _length("air space behind the sheets", 1e-3, 0.1e-3, 0.05)
     back: float = _length("back wall of the tray", 3e-3, 0.4e-3, 0.05)
     air_bore: float = _length("diameter of the air bore", 2e-3, 0.3e-3, 0.02)
@@ -131,9 +133,7 @@ class Build:
     tie_width: float = _length("width of the cable tie", 2.5e-3, 1e-3, 0.02)
     tie_slot: float = _length("width of the groove for the tie", 3.5e-3, 1e-3, 0.03)
     tie_depth: float = _length("depth of the groove for the tie", 0.6e-3, 0.0, 0.01)
-    tie_strength: float = quantity(
-        "N", "force that the cable tie bears", lo=1.0, hi=1e4, default=80.0
-    )
+    tie_strength: float = quantity("N", "strength of the cable tie", lo=1.0, hi=1e4, default=80.0)
     tie_tension: float = quantity(
         "N", "force to which the cable tie is pulled", open_lo=True, hi=1e4, default=25.0
     )
@@ -144,7 +144,7 @@ class Build:
     edge: float = _length("radius of the cap's long edges", 1e-3, hi=0.02)
     sleeve_clearance: float = _length("gap between stack and enclosure", 0.0, hi=2e-3)
     shrinkage: float = quantity("1", "shrinkage of the silicone", hi=0.02, default=0.0)
-    trim: float = _length("length that is cut off at either end of the casting", 5e-3)
+    trim: float = _length("length trimmed off each end of the casting", 5e-3)
     mould_wall: float = _length("wall of the mould", 5e-3, 0.4e-3)
     core_print: float = _length("length by which the mould holds the core", 10e-3, 1e-3)
     core_clearance: float = _length("gap around the core where it is held", 0.1e-3, hi=2e-3)
@@ -154,7 +154,7 @@ class Build:
     key: float = _length("diameter and height of the mould's keys", 4e-3, 1e-3, 0.02)
     key_clearance: float = _length("clearance of the keys, in the diameter", 0.3e-3, hi=2e-3)
     waste: float = quantity(
-        "1", "silicone lost in cup and nozzle, over that in the mould", hi=5.0, default=0.3
+        "1", "silicone lost in cup and nozzle, relative to that in the mould", hi=5.0, default=0.3
     )
     print_density: float = quantity(
         "kg/m^3", "density of the printed plastic", lo=100, hi=25000, default=1150.0
@@ -163,13 +163,15 @@ class Build:
         "Pa", "modulus of the printed plastic", lo=1e6, hi=1e12, default=2.5e9
     )
     print_strength: float | None = quantity(
-        "Pa", "stress that the printed plastic bears", lo=1e5, hi=1e11, default=None
+        "Pa", "strength of the printed plastic", lo=1e5, hi=1e11, default=None
     )
     nut_factor: float = quantity(
-        "1", "torque over preload and screw diameter", lo=0.1, hi=0.4, default=0.2
+        "1", "nut factor: torque over preload times screw diameter", lo=0.1, hi=0.4, default=0.2
     )
     laser_bed: tuple[float, float] | None = value(SizeSpec("bed of the laser", 2), None)
-    print_bed: tuple[float, float, float] | None = value(SizeSpec("room of the printer", 3), None)
+    print_bed: tuple[float, float, float] | None = value(
+        SizeSpec(("build volume of the printer"), 3), None
+    )
 
 
 @record
@@ -193,11 +195,11 @@ class Casting:
         "Pa s", "viscosity of the mixed silicone", lo=1e-3, hi=1e5, default=None
     )
     pot_life: float | None = quantity(
-        "s", "time in which the mixed silicone flows", lo=1, hi=1e6, default=None
+        "s", "pot life of the mixed silicone", lo=1, hi=1e6, default=None
     )
     cure_time: float | None = quantity("s", "time until it is cured", lo=1, hi=1e7, default=None)
     elongation_at_break: float | None = quantity(
-        "1", "stretch at which the silicone breaks", lo=0.01, hi=50, default=None
+        "1", "elongation at break of the silicone", lo=0.01, hi=50, default=None
     )
 
 
@@ -242,14 +244,16 @@ def check_build(brake: Brake, build: Build) -> None:
     if build.screws not in (None, screws):
         detail = f"it states {screws}"
         if brake.mount.screws is None:
-            detail = f"it states none, and sheets {show(width, 'm')} wide get {screws}"
+            detail = (
+                f"it states none, and the default for sheets {show(width, 'm')} wide is {screws}"
+            )
         raise QuantityError.of(
             "build.screws",
-            f"{build.screws} contradicts [mount], which decides: {detail}; write "
+            f"{build.screws} contradicts [mount], which takes precedence: {detail}; write "
             f"screws = {build.screws} in [mount]",
         )
     if build.kerf and build.cutter == "knife":
-        refuse("kerf", "is given for a knife; the plotter's own offset counts, leave it at 0")
+        refuse("kerf", "is given for a knife; the plotter applies its own offset, so leave it at 0")
     if build.kerf and build.kerf >= hole:
         refuse("kerf", f"is not less than the screw's hole of {show(hole, 'm')}")
     if build.kerf:
@@ -263,7 +267,7 @@ def check_build(brake: Brake, build: Build) -> None:
             if getattr(build, radius) < 0.5e-3:
                 refuse(radius, "is too sharp for a knife; give at least 0.5 mm")
     order("edge", "cheek", equal=False)
-    order("sprue", "trim", equal=True)  # all of the sprue lies in the part that is cut off
+    order("sprue", "trim", equal=True)  # the whole sprue is in the part that is trimmed off
     order("vent", "trim", equal=True)
     order("tie_width", "tie_slot", equal=True)
     order("tie_slot", "neck_length", equal=False)

@@ -66,7 +66,7 @@ def _prints(plan: Drawing) -> list[Item]:
         if not part.printed:
             continue
         count = part.count * (plan.brakes if part.stays else 1)
-        kind = "printed, without leaks (SLA, or sealed)" if part.stays else "printed, a tool"
+        kind = "printed airtight (SLA, or sealed)" if part.stays else "printed tool"
         rows.append(Item(part.name, kind, str(count), "pieces", f"print/{part.name}.stl", "drawn"))
     return rows
 
@@ -97,7 +97,12 @@ def _purchases(plan: Drawing) -> list[Item]:
         ("screw", f"{screw_name(lengths)}, ISO 4762", 2 * lengths.screws * number, "standard"),
         ("nut", f"{lengths.thread.name}, ISO 4032", 2 * lengths.screws * number, "standard"),
         ("dowel pin", size, 2 * number, "standard"),
-        ("cable tie", f"{mm(build.tie_width):g} mm wide, to go around {tie}", 2 * number, "choose"),
+        (
+            "cable tie",
+            (f"{mm(build.tie_width):g} mm wide, for a circumference of {tie}"),
+            2 * number,
+            "choose",
+        ),
         ("tube fitting", f"{port}; one end may take a sensor or a plug", 2 * number, "choose"),
         ("tube", "to pump or valve, for the fitting", number, "choose"),
         ("mould bolt", bolt(plan), 2 * (lengths.mould.bolts - 1), "standard"),
@@ -140,7 +145,7 @@ def bolt(plan: Drawing) -> str:
 
 
 def _boards(plan: Drawing) -> list[Item]:
-    rows = [("jig", "board that holds the pins at rest distance", 1)]
+    rows = [("jig", "board that holds the pins at their rest distance", 1)]
     if plan.parallel > 1:
         rows.append(("yoke", "plate of your material, above and below the heads", 4))
     if plan.series > 1:

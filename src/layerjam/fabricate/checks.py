@@ -76,7 +76,7 @@ def drawable_limits(build: Build, lengths: Lengths) -> Limits:
     yield ("clamp_radius",), clamp, shorter / 2, "half the spacers' length"
     yield (
         ("tip_radius", "clamp_radius"), mm(build.tip_radius), lengths.sheet_length - clamp,
-        "the sheets without the corners of the other end",
+        "the sheets minus the corners of the other end",
     )  # fmt: skip
 
 
@@ -176,15 +176,16 @@ def screw_notices(lengths: Lengths) -> Iterator[Notice]:
     thread = lengths.thread
     if lengths.screw_length > thread.longest:
         yield Notice(
-            f"ISO 4762 lists {thread.name} up to {thread.longest} mm long; {thread.name} × "
-            f"{lengths.screw_length} exists, but buy it before you print anything",
+            f"ISO 4762 lists {thread.name} up to {thread.longest} mm long; {thread.name} "
+            f"× {lengths.screw_length} is sold, but buy it before you print anything",
             "screw-length",
         )
     if lengths.hole < thread.close - 1e-9:
         hole, close = (show(value * 1e-3, "m") for value in (lengths.hole, thread.close))
         yield Notice(
-            f"{thread.name} through film holes of {hole}: cutting is good to about 0.1 mm, the "
-            f"screw may jam; mount.screw_hole = '{close}' (ISO 273, fine) leaves room",
+            f"{thread.name} through film holes of {hole}: cutting is accurate to about "
+            f"0.1 mm, so the screw may jam; mount.screw_hole = '{close}' (ISO 273, fine) "
+            "leaves room",
             "tight-hole",
         )
 
@@ -239,8 +240,8 @@ def _descent_words(free: float, need: float, ok: bool | None) -> str:
             f"the enclosure comes down from the cap within {_mm(need)} of {_mm(free)} free length"
         )
     return (
-        f"free length {_mm(free)}; the enclosure needs {_mm(need)} to come down from the cap and "
-        "bridges pressed overlap"
+        f"free length {_mm(free)}; the enclosure needs {_mm(need)} to come down from the "
+        "cap, and therefore bridges part of the overlap"
     )
 
 
@@ -344,7 +345,7 @@ def _seal_words(tension: float, pressure: float, need: float, ok: bool | None) -
 def print_checks(build: Build, parts: Sequence[Part]) -> Iterator[Check]:
     """Yield C2 of the printer: every printed part fits it, along its axes."""
     if build.print_bed is None:
-        words = partial(say, "printer's room not given, not checked")
+        words = partial(say, "build volume of the printer not given, not checked")
         yield Check(code="C2", key="print-bed", words=words)
         return
     bed = [mm(side) for side in build.print_bed]

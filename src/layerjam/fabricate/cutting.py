@@ -14,8 +14,8 @@ OWN_KINDS = ("measured", "assumed", "unstated")
 """Kinds of a source that is not published."""
 ADVICE = {
     "never": "this film must never go into a laser; a blade, shears or a die cuts it",
-    "with care": "a laser cuts this film with care only: extract the fumes, clean the edge",
-    "yes": "a laser cuts this film; extract the fumes",
+    "with care": "a laser may cut this film only with care: extract the fumes, clean the edge",
+    "yes": "a laser may cut this film; extract the fumes",
 }
 
 
@@ -40,8 +40,8 @@ def laser_check(file: BrakeFile, cutter: str) -> Check:
     if word != "never" and not source.text:
         raise QuantityError.of(
             "film.laser",
-            f'\'{word}\' has no source; write laser = {{ value = "{word}", kind = "measured", '
-            'source = "..." } and say there what keeps the fumes away',
+            f"'{word}' has no source; write laser = {{ value = \"{word}\", kind = "
+            '"measured", source = "..." } and state there how the fumes are removed',
         )
     return Check(
         code="C15",
@@ -59,7 +59,7 @@ def notes(file: BrakeFile, cutter: str) -> Sequence[str]:
     if word == "never":
         return ["Never cut this film with a laser."]
     if cutter == "laser" and was.startswith("never"):
-        return [f"WARNING: the catalogue says {was}", f"Lifted by: {text}"]
+        return [f"WARNING: the catalogue says {was}", f"Overridden by: {text}"]
     if cutter == "laser" and source.kind in OWN_KINDS:
-        return [f"A laser may cut this film as its owner says: {text}"]
+        return [f"The owner states that a laser may cut this film: {text}"]
     return []

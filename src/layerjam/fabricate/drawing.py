@@ -33,10 +33,13 @@ SCREWS = "layerjam assumes one for every 20 mm of width; the paper mentions a 'c
 """Basis of the number of screws if nobody stated it."""
 
 DRAWN = (
-    "the paper gives no size of cap, clamp, neck, enclosure's end or mould: layerjam assumes all",
+    (
+        "the paper gives no dimensions of cap, clamp, neck, enclosure end or mould: layerjam "
+        "assumes all of them"
+    ),
     "spacers of the same film lie between the sheets in both caps; the paper mentions none",
-    "screws and nuts by ISO 4762, 4032, 273 and 888, of steel, 7850 kg/m^3, a screw's thread and "
-    "socket taken as a tenth of it",
+    "screws and nuts by ISO 4762, 4032, 273 and 888, of steel, 7850 kg/m^3, with a tenth "
+    "subtracted for a screw's thread and socket",
     "friction of film on printed plastic is not known: film on film is used instead",
 )
 """Assumptions of every build."""
@@ -188,13 +191,14 @@ def _notices(plan: Drawing) -> list[Notice]:
         travel = show(brake.sheets.usable_travel, "m")
         warnings.append(
             Notice(
-                f"usable travel of {travel} has not been tested on this brake", "untested-travel"
+                (f"the usable travel of {travel} has not been tested on this brake"),
+                "untested-travel",
             )
         )
     warnings.append(
         Notice(
-            "uncured resin inhibits platinum silicone: seal a resin mould, and cure a dab on it "
-            "first",
+            "uncured resin inhibits platinum silicone: seal a resin mould, and test-cure "
+            "a drop on it first",
             "resin-mould",
         )
     )
@@ -207,5 +211,5 @@ def _notices(plan: Drawing) -> list[Notice]:
                 "yoke",
             )
         )
-    warnings.append(Notice("never cut, printed or cast by us", "never-built"))
+    warnings.append(Notice("we have never cut, printed or cast this design", "never-built"))
     return warnings

@@ -182,7 +182,7 @@ def _stock_check(
         part, axis, length = excess
         return _too_large("C1", "stock", f"{part} with its margins", axis, length, "--stock")
     if excess is not None:
-        return Check(code="C1", key="stock", words=partial(say, "the laser's bed holds no part"))
+        return Check(code="C1", key="stock", words=partial(say, "no part fits on the laser bed"))
     sizes = [f"{show(p.length * 1e-3, 'm')} × {show(p.width * 1e-3, 'm')}" for p in pieces]
     count = "1 piece" if len(pieces) == 1 else f"{len(pieces)} pieces"
     text = f"all film parts lie on {count} of {' and '.join(dict.fromkeys(sizes))}"

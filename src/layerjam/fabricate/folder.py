@@ -30,7 +30,7 @@ def check_folder(out: str | Path, overwrite: bool) -> Path:
     """
     path = Path(out)
     check_name(path)
-    with report_failure(out, "cannot be made"):
+    with report_failure(out, "cannot be created"):
         return _validate(path, overwrite)
 
 
@@ -42,11 +42,11 @@ def _validate(path: Path, overwrite: bool) -> Path:
     if path.is_symlink():
         raise FileError(path, "is a link; give the folder itself")
     if not path.parent.is_dir():
-        raise FileError(path, f"cannot be made: there is no folder {path.parent}")
+        raise FileError(path, f"cannot be created: there is no folder {path.parent}")
     if not os.access(path.parent, os.W_OK):
-        raise FileError(path, f"cannot be made: the folder {path.parent} is read-only")
+        raise FileError(path, f"cannot be created: the folder {path.parent} is read-only")
     with hidden_folder(path.parent):
-        pass  # os.access is not reliable for an administrator: try it
+        pass  # os.access is not reliable for an administrator, so try to write
     if path.is_dir():
         if not overwrite:
             raise FileError(path, "exists already; --overwrite replaces it")
@@ -55,7 +55,10 @@ def _validate(path: Path, overwrite: bool) -> Path:
             others = f" and {len(strange) - 1} more" if len(strange) > 1 else ""
             raise FileError(
                 path,
-                f"holds {strange[0]}{others}, which no build wrote; move it or take another folder",
+                (
+                    f"holds {strange[0]}{others}, which `build` did not write; move it or "
+                    "choose another folder"
+                ),
             )
     return path
 

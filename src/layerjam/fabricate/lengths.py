@@ -267,8 +267,9 @@ def _clamp(brake: Brake, build: Build) -> tuple[Thread, Any, Any, tuple[Any, Any
     if np.ndim(screw) == 0 and np.isnan(screw):
         raise CannotBuildError(
             "screw-length",
-            f"a stack {show(stack * 1e-3, 'm')} high needs a screw of {show(least * 1e-3, 'm')}; "
-            f"the longest that is drawn is {LENGTHS[-1]} mm: fewer or thinner sheets",
+            f"a stack {show(stack * 1e-3, 'm')} high needs a screw of "
+            f"{show(least * 1e-3, 'm')}; the longest available is {LENGTHS[-1]} mm: use "
+            "fewer or thinner sheets",
             least * 1e-3,
             LENGTHS[-1] * 1e-3,
         )

@@ -150,7 +150,7 @@ class Outline:
             vertices.append(Vertex(*begin, 0.0))
             if radius > 0:
                 vertices.append(Vertex(*stop, QUARTER))
-        # two arcs that meet have no line between them
+        # no line separates two arcs that meet
         pairs = zip(vertices, [*vertices[1:], vertices[0]], strict=True)
         return [v for v, w in pairs if v.bulge or not _coincide(v, w)]
 

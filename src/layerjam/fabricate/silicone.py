@@ -18,7 +18,7 @@ from layerjam.units import show
 
 MOST_PRESSURE = 100e3
 """Greatest pressure of a syringe pressed by hand [Pa]."""
-BY_HAND = ", too much for a hand: use a press, a thinner silicone or a thicker wall"
+BY_HAND = ", too much by hand: use a press, a less viscous silicone or a thicker wall"
 BEND = 1e-4
 """Deflection of the core above which the wall is uneven [m]."""
 LEAST_PUSH = 1.0

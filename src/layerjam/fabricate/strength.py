@@ -91,17 +91,17 @@ def _sheet_words(place: str, stress: float, film: float | None, grip: Any, ok: b
     if strength is None:
         text += "; the film's strength is not known (film.strength)"
     else:
-        text += f" of {_pascals(strength)} that the film bears{kind}"
+        text += f" of {_pascals(strength)} of film strength{kind}"
     if place == "net section":
         text += ", whether friction in the clamp or the screw carries the load"
         remedy = ": more or thicker sheets, less overlap, or fewer screws (mount.screws)"
     elif grip:
         return text + (
-            "; does not apply: friction in the clamp carries the load (C8), and these are the "
-            "stresses if it did not"
+            "; does not apply, because friction in the clamp carries the load (C8); "
+            "these are the stresses if it did not"
         )
     else:
-        text += ", the screw carries the load, as friction in the clamp does not (C8)"
+        text += "; the screw carries the load, because friction in the clamp does not (C8)"
         remedy = ": more or thicker sheets, more screws (mount.screws), or a longer clamp"
     return text + (remedy if ok is False else "")
 

@@ -162,7 +162,7 @@ def fall_by_valve(target: float, line: Line) -> float:
     p' V = C p_0 a phi(p/a): linear while choked, then a = sin of a clock.
     """
     if line.valve is None:
-        raise QuantityError.of("valve", "the line has none that lets air in")
+        raise QuantityError.of("valve", "the line has no valve or pump that lets air in")
     a, b = line.site.atmosphere, line.valve.critical_ratio
     rate = line.valve.conductance * NORMAL / line.chamber.volume
 

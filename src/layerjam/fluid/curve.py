@@ -38,7 +38,7 @@ def check_curve(points: Curve, name: str) -> Curve:
             )
     if points[0][0] != 0:
         raise QuantityError.of(
-            name, f"begins at {show(points[0][0], 'Pa')}; its first point is at no vacuum"
+            name, f"starts at {show(points[0][0], 'Pa')}; its first point must be at zero vacuum"
         )
     for first, second in pairwise(points):
         if not second[0] > first[0]:
@@ -50,13 +50,16 @@ def check_curve(points: Curve, name: str) -> Curve:
         if not second[1] < first[1]:
             raise QuantityError.of(
                 name,
-                f"the flow does not fall from {_point(*first)} to {_point(*second)}; the free "
-                "air a pump moves falls strictly with vacuum",
+                f"the flow does not fall from {_point(*first)} to {_point(*second)}; the "
+                "free-air flow of a pump must fall strictly with vacuum",
             )
     if points[-1][1] != 0:
         raise QuantityError.of(
             name,
-            f"ends with {_point(*points[-1])}; its last point is the greatest vacuum, without flow",
+            (
+                f"ends with {_point(*points[-1])}; its last point must be the greatest "
+                "vacuum, with zero flow"
+            ),
         )
     return points
 

@@ -67,7 +67,7 @@ class Pump:
 
     flow: float | None = quantity(
         "m^3/s",
-        "volume one pump displaces per time: the flow at its inlet where ultimate is zero",
+        "volume that one pump displaces per time: the flow at its inlet if ultimate is zero",
         lo=1e-12,
         hi=1,
         symbol="Q",
@@ -81,7 +81,7 @@ class Pump:
     )
     backwards: float = quantity(
         "m^3/s",
-        "flow of one pump run backwards, at atmosphere; 0 where it cannot",
+        "flow of one pump run backwards, at atmosphere; 0 if it cannot run backwards",
         hi=1,
         default=0.0,
     )
@@ -139,11 +139,11 @@ class Reservoir:
 class Sensor:
     """A pressure sensor, as vacuum below the atmosphere."""
 
-    range: float = quantity("Pa", "greatest vacuum it shows", lo=1, hi=1e7)
+    range: float = quantity("Pa", "greatest vacuum of the sensor", lo=1, hi=1e7)
     lag: float = quantity("s", "time constant of its first-order lag", hi=100, default=0.0)
     noise: float = quantity("Pa", "standard deviation of a reading", hi=1e6, default=0.0)
-    resolution: float = quantity("Pa", "step between readings", hi=1e6, default=0.0)
-    offset: float = quantity("Pa", "what it shows too much", lo=-1e6, hi=1e6, default=0.0)
+    resolution: float = quantity("Pa", "resolution of the readings", hi=1e6, default=0.0)
+    offset: float = quantity("Pa", "zero error of the sensor", lo=-1e6, hi=1e6, default=0.0)
 
 
 @record
@@ -159,7 +159,7 @@ class Line:
     sensor: Sensor | None = nested(Sensor, default=None)
     polytropic: float = quantity(
         "1",
-        "exponent of the gas: 1 isothermal, 1.4 without exchange of heat",
+        "exponent of the gas: 1 isothermal, 1.4 adiabatic",
         lo=1,
         hi=1.4,
         symbol="n",
@@ -194,7 +194,8 @@ def validate(line: Line) -> None:
         )
     if line.pump.curve is not None and line.pump.ultimate:
         raise QuantityError.of(
-            "pump.ultimate", "a flow curve ends at the lowest pressure; give one of the two"
+            "pump.ultimate",
+            ("a flow curve already ends at the lowest pressure; give only one of the two"),
         )
     if line.pump.ultimate >= atmosphere:
         raise QuantityError.of(
@@ -205,8 +206,8 @@ def validate(line: Line) -> None:
     if chamber.volume - chamber.shrink * atmosphere <= 0:
         raise QuantityError.of(
             "chamber.shrink",
-            f"{show(chamber.shrink * atmosphere, 'm^3')} would go at a full "
-            f"vacuum; the chamber has {show(chamber.volume, 'm^3')}",
+            f"{show(chamber.shrink * atmosphere, 'm^3')} would be lost at full vacuum; "
+            f"the chamber has only {show(chamber.volume, 'm^3')}",
         )
 
 
@@ -215,6 +216,6 @@ def water_compliance(line: Line) -> float:
     if line.chamber.compliance is None:
         raise QuantityError.of(
             "chamber.compliance",
-            "the line has none, so that the water drawn out by a vacuum is unknown",
+            "the line has none, so the water drawn out by a vacuum is unknown",
         )
     return line.chamber.compliance

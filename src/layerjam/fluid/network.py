@@ -219,7 +219,7 @@ class Response:
 
 def _sizes(begin: Array, line: Line) -> Array:
     sizes = np.maximum(begin, 1e-9)
-    if line.tube is not None and line.tube.cells:  # flows and what has passed begin at nothing
+    if line.tube is not None and line.tube.cells:  # flows and transported amounts start at zero
         sizes[SIZE + line.tube.cells :] = area(line.tube) * line.site.atmosphere
         sizes[PUMPED:SIZE] = np.maximum(sizes[PUMPED:SIZE], begin[3])
         sizes[2] = sizes[5] = max(float(sizes[2]), 1.0)

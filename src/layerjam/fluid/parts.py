@@ -147,7 +147,7 @@ def _straight(free: Any, greatest: Any) -> dict[str, object]:
     return {
         "value": [["0 Pa", free["value"]], [greatest["value"], "0 m^3/s"]],
         "kind": "assumed",
-        "source": "straight from free_flow to ultimate_vacuum, the two ends that are printed: "
+        "source": "linear from free_flow to ultimate_vacuum, the two published ends: "
         f"{free.get('source', '')}; {greatest.get('source', '')}",
         **({"spread": spread} if spread else {}),
     }
@@ -166,8 +166,8 @@ def part_entries(family: str, name: object, overrides: Mapping[str, object]) -> 
         spec = family_fields(family)[part.missing]
         raise QuantityError.of(
             f"{family}.part",
-            f"{name} has no {part.missing} ({spec.text}), which none of its "
-            f"sources prints; give {family}.{part.missing} as well",
+            f"{name} has no {part.missing} ({spec.text}), which none of its sources "
+            f"publishes; also give {family}.{part.missing}",
         )
     values = dict(part.entries)
     if "flow" in overrides and values.pop("curve", None) is not None:

@@ -77,7 +77,7 @@ def with_reservoir(line: Line, target: float, at_most: float) -> float | None:
     """Return the 10 to 90 % rise [s] with an evacuated half litre connected and the pump on."""
     line_with_tank = replace(line, reservoir=TANK)
     start = at_pressure(line_with_tank, tank_pressure=max(STORED, lowest(line)))
-    for duration in (1.0, at_most):  # such a short rise shows only in a short run
+    for duration in (1.0, at_most):  # such a short rise can only be resolved in a short run
         response = respond(line_with_tank, duration, Drive(store=1.0), start, 2001)
         low, high = response.crossing(0.1 * target), response.crossing(0.9 * target)
         if low is not None and high is not None:
@@ -100,7 +100,7 @@ def changes(line: Line, target: float, water: bool = False) -> list[tuple[str, f
     if water:
         stiff = replace(line, chamber=replace(chamber, compliance=water_compliance(line) / 2))
         times = {
-            "as it is": water_time(line),
+            "unchanged": water_time(line),
             "half the compliance": water_time(stiff),
             pumps: water_time(twice),
             "air in place of water": air_time(line),
@@ -108,7 +108,7 @@ def changes(line: Line, target: float, water: bool = False) -> list[tuple[str, f
     else:
         half = replace(line, chamber=replace(chamber, volume=chamber.volume / 2))
         present = air_time(line)
-        times = {"as it is": present, "half the volume": air_time(half), pumps: air_time(twice)}
+        times = {"unchanged": present, "half the volume": air_time(half), pumps: air_time(twice)}
         if line.tube is not None:
             tube = replace(line.tube, length=line.tube.length / 2)
             times["tube half as long"] = air_time(replace(line, tube=tube))

@@ -75,7 +75,7 @@ def stiffness_possible(stiffness: float, sheets_alone: float, told_by: str = "")
         fine,
         f"the measured stiffness {show(stiffness, 'N/m')}{told_by} is "
         f"{'below' if fine else 'above'} the sheets' own, {show(sheets_alone, 'N/m')}",
-        ": the film's modulus or the elongation's unit is wrong",
+        ": check the film's modulus and the unit of the elongation",
         "failed",
     )
 
@@ -222,7 +222,7 @@ def shape(
         limit = min(max(limit, half_interval), max(least, certain_limit))
     fine = abs(mean) <= limit
     sentence = (
-        f"after the peak the curves have a scale factor {percent(mean)} off the peaks' "
+        f"after the peak the curves have a scale factor {percent(mean)} from the peaks' "
         f"(up to ±{limit:.1%} passes)"
     )
     if end is not None:

@@ -10,15 +10,15 @@ from layerjam.units import quantities
 
 ORIGINS: Mapping[str, str] = MappingProxyType(
     {
-        "synthetic": "found in files that a program wrote, not measured",
+        "synthetic": "from files written by a program, not measured",
         "edited": "numbers were set by hand",
         "calibrated": "fitted to pulls of this brake",
         "measured": "measured on this brake or this pair of surfaces",
         "paper": "printed in a paper, or derived from a printed value",
         "data sheet": "from the maker's data sheet of the material",
-        "handbook": "published for such a material, not measured on these surfaces",
+        "handbook": "published for this material, not measured on these surfaces",
         "assumed": "assumed, no source",
-        "unstated": "the file does not say",
+        "unstated": "not stated in the file",
     }
 )
 """{word: meaning}; the first word that applies is used."""

@@ -129,7 +129,7 @@ def single_pulls(
     shifts = _compare_groups(findings, factors, curves)
     _compare_factors(findings, factors, shifts, [c.vacuum for c in curves])
     _compare_each(
-        findings, "slope", _logs(springs), "stiffness {} off the others'", limit=DEVIATION_LIMIT
+        findings, "slope", _logs(springs), "stiffness {} from the others'", limit=DEVIATION_LIMIT
     )
     _compare_shapes(findings, shapes)
     _compare_speeds(findings, curves)
@@ -186,13 +186,13 @@ def _compare_factors(
     for place in out:
         deviation = float(np.expm1(logs[place] - mean_of_others(logs, out)))
         vacuum = show(vacuums[indices[place]] * (1 + deviation), "Pa", 3)
-        words = f"scale factor {percent(deviation)} off the others', as at {vacuum}"
+        words = f"scale factor {percent(deviation)} from the others', as at {vacuum}"
         findings.odd("factor", indices[place], words)
 
 
 def _compare_shapes(findings: _Findings, shapes: Sequence[float | None]) -> None:
     """Find curves after the peak that are unlike the others', or too far off their own peak."""
-    words = "after the peak {} off its own peak, unlike the others"
+    words = "after the peak {} from its own peak, unlike the others"
     logs = [None if s is None else float(np.log1p(max(s, -0.99))) for s in shapes]
     _compare_each(findings, "shape", logs, words, fewest=1)
     for place, deviation in enumerate(shapes):
@@ -200,7 +200,7 @@ def _compare_shapes(findings: _Findings, shapes: Sequence[float | None]) -> None
             findings.verdicts[place]["shape"] = "odd"
             if not any(text.startswith("after the peak") for text in findings.sentences[place]):
                 findings.odd(
-                    "shape", place, f"after the peak {percent(deviation)} off its own peak"
+                    "shape", place, f"after the peak {percent(deviation)} from its own peak"
                 )
 
 
@@ -233,7 +233,7 @@ def _compare_groups(
         level = show(float(np.mean([levels_of_pulls[i] for i in group])), unit, 3)
         both = " (or those are wrong)" if len(groups) == 2 else ""
         words = (
-            f"at {level} scale factors are {percent(float(np.expm1(shift)))} off the others'{both}"
+            f"at {level} scale factors are {percent(float(np.expm1(shift)))} from the others'{both}"
         )
         for place in group:
             findings.odd(test, indices[place], words)
@@ -257,7 +257,7 @@ def _compare_speeds(findings: _Findings, curves: Sequence[Curve]) -> None:
             continue
         if abs(recorded_speed / stated_speed - 1) > ALIKE:
             stated_text, moved_text = (show(v, "m/s", 3) for v in (stated_speed, recorded_speed))
-            words = f"moved at {moved_text}, stated is {stated_text}"
+            words = f"moved at {moved_text}, but {stated_text} is stated"
             findings.odd("speed", place, words)
         elif findings.verdicts[place]["speed"] == "untold":
             findings.verdicts[place]["speed"] = "ok"
@@ -302,9 +302,9 @@ def pull_checks(
     curves' end, as in `checks.shape`.
     """
     odd = [f"{row.file}: {row.sentence}" for row in rows if row.odd]
-    fine = f"none of {len(rows)} pulls is unlike the others"
+    fine = f"none of {len(rows)} pulls differs from the others"
     if len(rows) < 3:
-        fine = "too few pulls to say which is unlike the others: three tell"
+        fine = "too few pulls to tell which one differs: three are needed"
     shapes = [row.shape for row in rows if row.shape is not None]
     alarms, least = ALARMS["shape of all"], LEAST["shape"]
     checks: list[Check | None] = [
@@ -334,9 +334,9 @@ def _check_rises(rows: Sequence[SinglePull]) -> Check | None:
     sentence = (
         f"the upper half of the rises is {percent(float(np.mean(bends)))} steeper than the lower"
     )
-    cause = ": something yields as the load comes on, a grip or a cap in its seat"
+    cause = ": something yields as the load rises, such as a grip or a cap in its seat"
     return check(
-        "seating", not soft, sentence, f"{cause}; the stiffness includes more than the brake"
+        "seating", not soft, sentence, f"{cause}; the stiffness is not that of the brake alone"
     )
 
 

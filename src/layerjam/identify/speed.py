@@ -16,8 +16,9 @@ def growth_in(brake: Brake, speed: float | None, path: str) -> float:
     if speed is None:
         raise FitError.of(
             path,
-            "states no speed and has no time, and the friction of this brake depends on it "
-            "([speed_law]); name the speed in a sidecar, or use the brake without that table",
+            "states no speed and has no time, but the friction of this brake depends on "
+            "speed ([speed_law]); state the speed in a sidecar, or use the brake without "
+            "that table",
         )
     return float(growth_of(speed, brake))
 

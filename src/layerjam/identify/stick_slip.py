@@ -206,7 +206,7 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
     """
     if len(force) < 3 * LEAST_TEETH:
         return Search(None, f"only {len(force)} samples")
-    # take single samples at a regular distance; the mean would cut the teeth's tips
+    # take single samples at regular distances, because means would cut off the tips of the teeth
     coarse = max(1, -(-len(force) // MOST_SAMPLES))
     position, force = position[::coarse], force[::coarse]
     noise = max(noise_of(force), _step_of(force) / 12**0.5)
@@ -223,9 +223,10 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
         if teeth is not None and (best is None or teeth.teeth > best.teeth):
             best, reason = teeth, explanation
         elif best is None and len(peaks) > LEAST_TEETH and not has_reason:
-            reason, has_reason = explanation, True  # keep the reason of the least smoothed record
+            reason, has_reason = explanation, True  # keep the reason from the least smoothed record
         if best is not None and best.upper - best.lower > 2 * STANDS_OUT * smoothed_noise:
-            break  # below that the smallest teeth are missed, and a smoother record shows more
+            # below that, the smallest teeth are missed, and a smoother record shows more teeth
+            break
     if best is not None and coarse > 1:
         best = replace(best, peaks=best.peaks * coarse, troughs=best.troughs * coarse)
     return Search(best, reason)
@@ -262,11 +263,11 @@ def _judge_turns(stretch: _Stretch, smooth: Array, peaks: Indices, troughs: Indi
         peaks = peaks[1:]
     count = min(len(peaks), len(troughs) - 1)
     if count < 3:
-        return Search(None, f"{max(count, 0)} swings stand out, too few to tell")
+        return Search(None, f"only {max(count, 0)} clear swings, too few to decide")
     peaks, starts, ends = peaks[:count], troughs[:count], troughs[1 : count + 1]
     rise, length = position[peaks] - position[starts], position[ends] - position[starts]
     if not (length > 0).all() or not (rise > 0).all():
-        return Search(None, "the crosshead does not move on while the force swings")
+        return Search(None, "the crosshead does not move while the force swings")
     share = rise / length
     spread = float(share.std(ddof=1)) / count**0.5
     mean_share = float(share.mean())
@@ -277,7 +278,7 @@ def _judge_turns(stretch: _Stretch, smooth: Array, peaks: Indices, troughs: Indi
     clear = swing > 20 * stretch.noise / samples**0.5 and swing > 0.05 * abs(middle)
     large = clear and mean_share > 0.75 and slopes < 0.25
     if count < LEAST_TEETH and not large:
-        return Search(None, f"{count} swings stand out, too few to tell")
+        return Search(None, f"only {count} clear swings, too few to decide")
     if np.median(np.diff(peaks)) < 4 * samples and samples > 1:
         return Search(None, "swings as short as the smoothing")
     alike = count >= MANY_TEETH and max(irregular, slopes) <= ALIKE

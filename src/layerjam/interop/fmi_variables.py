@@ -60,24 +60,27 @@ _PARAMETERS = (
 """Values of a brake file that the law needs, under the file's own names."""
 _OPTIONAL = {"stiffness_measured", "pressure_exponent", "test_pressure", "rope.stiffness"}
 _INPUTS = (
-    ("elongation", "m", "how far the ends of the brake and its rope are pulled apart"),
-    ("velocity", "m/s", "its rate; leads co-simulation through a step"),
+    ("elongation", "m", "elongation between the ends of brake and rope"),
+    ("velocity", "m/s", "rate of the elongation; extrapolates it within a co-simulation step"),
     ("vacuum", "Pa", "below the atmosphere, zero or more"),
 )
 _OUTPUTS = (
     ("force", "N", "pull of the brake, never negative"),
-    ("slip", "m", "how far the sheets have slid"),
-    ("stiffness", "N/m", "slope of the force over the elongation, going on as now"),
+    ("slip", "m", "slip of the sheets"),
+    ("stiffness", "N/m", "slope of the force over the elongation, for continued motion"),
     ("work", "J", "external work done on the brake so far"),
     ("heat", "J", "energy dissipated so far"),
-    ("stored", "J", "elastic energy in it"),
+    ("stored", "J", "stored elastic energy"),
 )
 _FLAGS = (
     ("slack", "the brake is longer than the elongation and carries nothing"),
     ("separated", "the overlap was used up; the enclosure alone pulls"),
     ("closed", "the enclosure has pulled the brake back"),
-    ("snapped", "it slid on a stiffness below its friction's slope and may have jumped"),
-    ("forgotten", "more nested turns than are remembered; the force goes on without the last"),
+    (
+        "snapped",
+        ("it slid on a stiffness below the slope of its friction, so the force may have jumped"),
+    ),
+    ("forgotten", "more nested reversals than can be stored; the last ones are ignored"),
 )
 
 
@@ -110,7 +113,7 @@ def variables() -> tuple[Variable, ...]:
     for i, (name, text) in enumerate(_FLAGS):
         result.append(Variable(FIRST_FLAG + i, name, "flag", "", text))
     result.append(
-        Variable(TURNING, "turning", "local", "m/s", "the velocity; its zeros are reversals")
+        Variable(TURNING, "turning", "local", "m/s", "the velocity; its zeros mark reversals")
     )
     return (*result, *parameter_list())
 

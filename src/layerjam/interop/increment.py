@@ -96,7 +96,7 @@ def _slide(state: State, elongation: Any, law: Setting, was_separated: Any) -> t
     parts = (first.enclosure.slip >= law.overlap) & ~was_separated
 
     left = jnp.maximum(law.overlap - state.enclosure.slip, 0.0)
-    heat = law.c * left**2 / 2  # up to the end of the overlap; beyond it the enclosure is alone
+    heat = law.c * left**2 / 2  # up to the end of the overlap; beyond it only the enclosure acts
 
     def with_enclosure() -> State:
         free = move(state, elongation, law._replace(c=0.0 * law.c))
@@ -104,7 +104,7 @@ def _slide(state: State, elongation: Any, law: Setting, was_separated: Any) -> t
 
     result = jax.lax.cond(parts, with_enclosure, lambda: first)
     still = result.enclosure.slip == state.enclosure.slip
-    # a move without slip leaves no turning point: rounding is not a turn
+    # a move without slip leaves no turning point, because rounding is not a reversal
     memory = jax.tree.map(
         lambda new, old: jnp.where(still, old, new), result.enclosure, state.enclosure
     )

@@ -89,13 +89,13 @@ def _check(model: Any) -> None:
             name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_ACTUATOR, i) or i
             raise QuantityError.of(
                 f"actuator '{name}'",
-                "MJX drives a plugin as a motor with its control as the force; leave it out",
+                "MJX treats a plugin as a motor with its control as the force; omit it",
             )
     for i in range(model.ntendon):
         if model.tendon_springyield[i] != 0:
             name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TENDON, i) or i
             raise QuantityError.of(
-                f"tendon '{name}'", "MJX takes springyield for an elastic spring; leave it out"
+                f"tendon '{name}'", "MJX takes springyield for an elastic spring; omit it"
             )
 
 

@@ -30,7 +30,7 @@ def plugin() -> Path:
         for file in sorted(home.glob(pattern))
     ]
     if not engine:
-        raise CompilerError(f"MuJoCo's library is not next to its headers, in {home}")
+        raise CompilerError(f"MuJoCo's library was not found next to its headers, in {home}")
     headers = Path(mujoco.HEADERS_DIR)
     return library(
         [SOURCE],  # it includes the kernel
@@ -49,7 +49,7 @@ def import_mujoco() -> Any:
 def load() -> None:
     """Load the plugin into MuJoCo; a second call does nothing. Raises as `plugin` does."""
     if not _libraries:
-        import_mujoco()  # it may load the plugin itself, through `register`
+        import_mujoco()  # MuJoCo may load the plugin itself, through `register`
     if not _libraries:
         _libraries.append(ctypes.CDLL(str(plugin())))
 

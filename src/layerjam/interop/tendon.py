@@ -55,8 +55,9 @@ def check_integrator(model: Any) -> None:
         name = kind.name.removeprefix("mjINT_").lower()
         raise QuantityError.of(
             "integrator",
-            f"with '{name}' a spring whose rest length is the slip stops a mass too early; write "
-            'integrator="Euler", "implicit" or "implicitfast", or take the plugin layerjam.brake',
+            f"with '{name}' a spring whose rest length is the slip stops a mass too "
+            'early; write integrator="Euler", "implicit" or "implicitfast", or '
+            "take the plugin layerjam.brake",
         )
 
 
@@ -64,21 +65,19 @@ def _check(model: Any, index: int, label: str, due: float) -> None:
     """Raise QuantityError for a tendon that cannot carry the brake."""
     stiffness = float(model.tendon_stiffness[index])
     if stiffness == 0:
-        reason = f'without stiffness it carries nothing; write stiffness="{due!r}"'
+        reason = f'without stiffness it carries no load; write stiffness="{due!r}"'
         raise QuantityError.of(label, reason)
     if abs(stiffness - due) > SAME * due:
         reason = f"its stiffness is {stiffness:g} N/m, the brake's with its rope {due:.9g} N/m; "
         raise QuantityError.of(label, reason + f'write stiffness="{due!r}"')
     if model.tendon_frictionloss[index] != 0:
         raise QuantityError.of(
-            label, "frictionloss would resist a second time, and creep; leave it out"
+            label, "frictionloss would add a second resistance, and creep; omit it"
         )
     if np.any(model.tendon_stiffnesspoly[index]):
         raise QuantityError.of(label, "the brake's stiffness is one number; write one stiffness")
     if model.tendon_springyield[index] != 0:
-        raise QuantityError.of(
-            label, "springyield would slide in addition to the brake; leave it out"
-        )
+        raise QuantityError.of(label, "springyield would slide in addition to the brake; omit it")
 
 
 def coupling_of(coupling: str) -> Coupling:

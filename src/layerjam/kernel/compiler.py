@@ -136,7 +136,7 @@ def build_shipped(folder: Path) -> list[Path]:
     paths = []
     for machine, target in TARGETS.items():
         path = folder / _shipped_name(KERNEL, (), machine)
-        # no debug information: it would contain the folder of the sources
+        # no debug information, which would contain the source folder
         options = (*FLAGS, "-g0", "-s", "-shared", *(() if machine[0] == "win32" else ("-fPIC",)))
         if machine[0] == "darwin":  # otherwise the temporary folder
             options = (*options, f"-Wl,-install_name,@rpath/{path.name}")

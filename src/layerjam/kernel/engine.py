@@ -49,7 +49,7 @@ def quick_kernel(brake: Brake, vacuum: float) -> Kernel | None:
     if not all(map(math.isfinite, numbers)) or min(numbers[:6]) <= 0:
         return None
     least = numbers.contact * vacuum * (vacuum / numbers.test_pressure) ** numbers.exponent
-    # if both are equal, rounding decides whether it snaps: leave that to the law
+    # if both are equal, rounding decides whether it snaps, so use the law
     return kernel if numbers.stiffness > least * (1 + 1e-9) else None
 
 
@@ -88,7 +88,7 @@ def describe_engine() -> str:
     if not _is_there():
         return "law (no compiled kernel for this machine, and no C compiler that builds it)"
     path = Path(load_library("double")[0]._name)
-    came = "it came with layerjam" if path.parent == SHIPPED else "it was compiled here"
+    came = "shipped with layerjam" if path.parent == SHIPPED else "compiled on this machine"
     return f"kernel ({came}: {path})"
 
 

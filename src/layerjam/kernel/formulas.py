@@ -92,7 +92,7 @@ def _statements(tree: ast.FunctionDef, kinds: dict[str, str]) -> Iterator[str]:
     pointers = {name for name, kind in kinds.items() if kind == TYPES["EnclosureLaw"]}
     for line in tree.body:
         if isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant):
-            continue  # the docstring
+            continue  # skip the docstring
         if isinstance(line, ast.Return) and line.value is not None:
             yield f"return {_text(line.value, pointers)[0]};"
             continue

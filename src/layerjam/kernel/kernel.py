@@ -67,7 +67,7 @@ def load_library(precision: Precision) -> tuple[Any, _Structures]:
     defines = () if precision == "double" else ("LJ_SINGLE",)
     wheel_kernel = find_shipped(CODE, defines)
     if wheel_kernel is not None:
-        with contextlib.suppress(OSError):  # such as a system with another C library
+        with contextlib.suppress(OSError):  # for example a system with another C library
             return bound(wheel_kernel, precision)
     path = find_built(CODE, defines) or library(CODE, defines)
     try:
@@ -269,4 +269,4 @@ def _refuse(elongation: float, vacuum: float, compliance: float) -> None:
             raise QuantityError.of(name, f"{value} is not a finite number")
         if name != "elongation" and value < 0:
             raise QuantityError.of(name, f"{value:g} {unit} is not allowed; zero or more")
-    raise QuantityError("elongation, vacuum or compliance is absurdly large")
+    raise QuantityError("elongation, vacuum or compliance is implausibly large")

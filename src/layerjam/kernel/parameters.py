@@ -75,7 +75,7 @@ def parameters(brake: Brake | BrakeFile, rope_stiffness: float | None = None) ->
             )
         stiffness = 1 / (1 / stiffness + 1 / rope_stiffness)
     exponent: Any = brake.pressure_exponent
-    # for a friction that grows with a power of the pressure: its value at the test pressure
+    # for friction that grows with a power of the pressure: its value at the test pressure
     proportional = replace(brake, pressure_exponent=None)
     return Parameters(
         contact=float(friction_per_contact(1.0, proportional)),

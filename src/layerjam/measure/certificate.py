@@ -67,7 +67,7 @@ def _text(value: object, name: str, key: str) -> str:
             return day.fromisoformat(str(value)).isoformat()
         except ValueError:
             raise QuantityError.of(
-                name, f"'{str(value)[:40]}' is not a day such as 2026-03-01"
+                name, f"'{str(value)[:40]}' is not a date such as 2026-03-01"
             ) from None
     if not isinstance(value, str):
         raise QuantityError.of(name, "must be a text in quotes")

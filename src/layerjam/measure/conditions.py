@@ -47,7 +47,11 @@ def conditions(path: str | Path, options: ReadingOptions) -> Facts:
             if name in joined_values and joined_values[name] != value:
                 first, second = (_text(name, v) for v in (joined_values[name], value))
                 raise FileError(
-                    path, f"{source_of[name]} states {name} {first}, {source} {second}; correct one"
+                    path,
+                    (
+                        f"{source_of[name]} states {name} {first}, but {source} states "
+                        f"{second}; correct one"
+                    ),
                 )
             joined_values[name], source_of[name] = value, source
     facts_found = replace(facts, **joined_values)
@@ -146,7 +150,7 @@ def _patterns(names: str) -> list[tuple[re.Pattern[str], dict[str, str | None]]]
     """Return the patterns between | signs; QuantityError if none of them has a quantity."""
     patterns = [_pattern(part) for part in names.split("|")]
     if not any(units for _, units in patterns):
-        raise QuantityError(f"names: '{names[:60]}' holds no quantity; {_form()}")
+        raise QuantityError(f"names: '{names[:60]}' contains no quantity; {_form()}")
     return patterns
 
 

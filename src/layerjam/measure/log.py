@@ -96,7 +96,10 @@ class Log:
         if reference is None and says is None:
             raise FileError(
                 self.path,
-                f"does not say what '{column.name[:60]}' counts from: name the column vacuum",
+                (
+                    f"does not state the pressure reference of '{column.name[:60]}': name the "
+                    "column vacuum"
+                ),
                 how=", or give --reading absolute, gauge (over the atmosphere) or "
                 "vacuum (below it)",
                 asks="reading",
@@ -159,7 +162,7 @@ def _table(source: Source, wants: Sequence[Want], listed: bool) -> Table:
     best = max((b for b in blocks if b.table), key=lambda b: (b.styled, b.rows), default=None)
     table = best.table if best else headless(lines, blocks)
     if table is None:
-        fault = "has no row of column names; say what its columns are"
+        fault = "has no row of column names; state its columns"
         raise FileError(source.path, fault, how=f": {columns_hint(wants)}", asks="columns")
     return table
 
@@ -202,8 +205,8 @@ def _last_point(
         if decimal is None and not any(re.fullmatch(r"[+-]?0\.\d+", c) for c in cells):
             raise FileError(
                 source.path,
-                f"'{twice[:20]}' in {column.name} does not show whether its last point is the "
-                "decimal sign; say which sign is",
+                f"'{twice[:20]}' in {column.name} does not show whether its last point is "
+                "the decimal sign; state the decimal sign",
                 how=" (--decimal)",
                 asks="decimal",
             )

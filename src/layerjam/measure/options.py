@@ -70,7 +70,7 @@ class ReadingOptions:
     def over(self, sidecar: "ReadingOptions") -> "ReadingOptions":
         """Return the options of both; these outrank `sidecar`."""
         settings = {f.name: v for f in fields(self) if (v := getattr(self, f.name))}
-        if self.column and sidecar.by_order:  # an explicit name outranks an order in the sidecar
+        if self.column and sidecar.by_order:  # an explicit name overrides an order in the sidecar
             settings["columns"] = self.columns
         return replace(sidecar, **settings)
 

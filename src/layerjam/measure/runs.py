@@ -117,7 +117,7 @@ class Run:
         if not inside.any():
             ends = [show(float(end), "s") for end in (time[0], time[-1])] if len(time) else []
             span = " to ".join(ends) or "none"
-            raise QuantityError.of("from", f"no sample lies within; there are samples: {span}")
+            raise QuantityError.of("from", f"no sample in this range; the samples cover {span}")
         columns = {name: values[inside] for name, values in self.columns.items()}
         first, last = float(time[inside][0]), float(time[inside][-1])
         shots = tuple(shot for shot in self.shots if first <= self.time_of(shot) <= last)
@@ -153,7 +153,8 @@ def open_run(path: str | Path, is_complete: bool = False) -> sqlite3.Connection:
     try:
         if not Path(path).is_file():
             raise FileError(name[:200], "is not a file")
-        # only SQLite opens it: another close would release the locks of a recorder at work
+        # open it with SQLite only: another open and close would release the locks of an active
+        # recorder
         uri = f"file:{quote(str(Path(path).absolute()))}?mode=ro{'&immutable=1' * is_complete}"
         base = sqlite3.connect(uri, uri=True)
     except (OSError, ValueError, sqlite3.Error) as error:
@@ -162,7 +163,7 @@ def open_run(path: str | Path, is_complete: bool = False) -> sqlite3.Connection:
     try:
         _check_kind(base, name)
     except FileError:
-        base.close()  # Windows renames no open file
+        base.close()  # Windows cannot rename an open file
         raise
     return base
 
@@ -253,7 +254,7 @@ def time_of(columns: Mapping[str, Array], clock: Array) -> Array:
         if origin is None:
             origin = start
         elif start is not None:
-            # the monotonic clock restarts with the host; then only its calendar remains
+            # the monotonic clock restarts with the host; then only the calendar clock can be used
             clock_index = 0 if start[0] > origin[0] + last * 1e9 else 1
             after = max((start[clock_index] - origin[clock_index]) * 1e-9, last)
         else:

@@ -14,7 +14,7 @@ from layerjam.device.load import write_whole
 from layerjam.errors import FileError
 from layerjam.toml_files.table_text import comment
 
-SYNTHETIC = "synthetic: a virtual bench computed it, nothing was measured"
+SYNTHETIC = "synthetic: computed by a virtual bench, not measured"
 MEASURED = "measured on a bench"
 PIECE = 1000
 """Samples in one row of `shot_data`, and in one query to a board."""
@@ -150,12 +150,12 @@ def find_shot(shots: tuple[Shot, ...], number: int | None, path: str) -> Shot:
     """Return the only shot of a run, or that of a number; raises FileError."""
     numbers = [shot.number for shot in shots]
     if not numbers:
-        raise FileError(path, "holds no shot; 'layerjam bench run --shot' records one")
+        raise FileError(path, "contains no shot; 'layerjam bench run --shot' records one")
     if number is None and len(numbers) > 1:
         names = ", ".join(map(str, numbers))
-        raise FileError(path, f"holds the shots {names}; say which one (--shot {numbers[0]})")
+        raise FileError(path, f"contains the shots {names}; choose one (--shot {numbers[0]})")
     match = next((shot for shot in shots if number in (None, shot.number)), None)
     if match is None:
         names = ", ".join(map(str, numbers))
-        raise FileError(path, f"holds no shot {number}; there are {names}")
+        raise FileError(path, f"contains no shot {number}, only {names}")
     return match

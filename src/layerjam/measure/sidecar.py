@@ -50,7 +50,7 @@ class Facts:
     repeat: int | None = quantity("1", "number of the repeat", whole=True, default=None)
     mounting: int | None = quantity(
         "1",
-        "number of the mounting that the brake was pulled in; the repeat's if not given",
+        "number of the mounting that the brake was pulled in; default: the number of the repeat",
         whole=True,
         default=None,
     )
@@ -68,8 +68,8 @@ class Facts:
     number: str = _text_field("number of the test or of its report")
     customer: str = _text_field("who ordered the test, with the address")
     date: str = _text_field("day of the test")
-    operator: str = _text_field("who did it")
-    laboratory: str = _text_field("where, with its address")
+    operator: str = _text_field("operator")
+    laboratory: str = _text_field("laboratory, with its address")
     machine: str = _text_field("test machine, with its serial number")
     apparatus: str = _text_field("sled and table, or grips and fixture")
     load_cell: str = _text_field("load cell, with its serial number")
@@ -87,7 +87,7 @@ class Facts:
     film_maker: str = _text_field("maker and product of the film")
     film_lot: str = _text_field("lot of the film")
     film_direction: str = _text_field("direction of the film's roll in the test")
-    conditioning: str = _text_field("how long, and in which climate, the specimens lay before")
+    conditioning: str = _text_field("conditioning of the specimens: duration and climate")
     climate: str = _text_field("temperature and humidity during the test")
 
     @property

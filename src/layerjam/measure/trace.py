@@ -13,7 +13,7 @@ from layerjam.units import show
 Array = npt.NDArray[np.float64]
 
 FEWEST_ROWS = 10
-# No test machine exceeds these: such a number is damage, and its square would overflow.
+# No test machine exceeds these: a larger number is damage, and its square would overflow.
 _LARGEST = {"force": (1e8, "N"), "elongation": (1e3, "m"), "time": (1e11, "s")}
 
 
@@ -122,8 +122,8 @@ def check_trace(trace: Trace, line: Callable[[int], int | None], *, turned: bool
             row = int(bad.argmax())
             raise FileError(
                 trace.path,
-                f"{name} {show(float(values[row]), unit)} is beyond any test machine "
-                f"(at most {show(largest, unit)})",
+                f"{name} {show(float(values[row]), unit)} is beyond the range of any test "
+                f"machine (at most {show(largest, unit)})",
                 line(row),
             )
     warnings = [*trace.warnings, *_check_time(trace, line), *_check_signs(trace, turned)]
@@ -157,7 +157,7 @@ def _check_signs(trace: Trace, turned: bool) -> list[str]:
             (" once its sign is changed", "; it needs no --negative force")
             if turned
             else (
-                ", as in compression; if this machine counts tension as negative, say so",
+                ", as in compression; if this machine counts tension as negative, state this",
                 " (--negative force)",
             )
         )
@@ -167,15 +167,20 @@ def _check_signs(trace: Trace, turned: bool) -> list[str]:
     if lowest > 0 and farthest < 0.1 * lowest:
         raise FileError(
             trace.path,
-            f"the elongation falls by {show(lowest, 'm')} and hardly ever rises; if this machine "
-            "counts pulling as negative, say so",
+            f"the elongation falls by {show(lowest, 'm')} and hardly ever rises; if this "
+            "machine counts elongation as negative, state this",
             how=" (--negative elongation)",
             asks="elongation-sign",
         )
     if farthest == 0:
         raise FileError(trace.path, "the elongation never changes: nothing was pulled")
     if low < 0 and -low > 0.1 * high:
-        return [f"the force goes down to {show(low, 'N')}: compressed, or not set to zero"]
+        return [
+            (
+                f"the force falls to {show(low, 'N')}: the brake was compressed, or the load cell "
+                "not zeroed"
+            )
+        ]
     return []
 
 
@@ -194,7 +199,7 @@ def _check_stuck(trace: Trace) -> None:
     if float(force.min()) == top:
         raise FileError(
             trace.path,
-            f"the force is {show(top, 'N')} in every row: the load cell measured nothing",
+            f"the force is {show(top, 'N')} in every row: the load cell did not measure",
         )
     least = int(min(20, max(8, rows // 10)))
     at_top = force >= top - 1e-9 * abs(top)
@@ -204,7 +209,7 @@ def _check_stuck(trace: Trace) -> None:
     if np.ptp(trace.elongation[at_top]) < 0.005 * np.ptp(trace.elongation):
         return
     if np.unique(force).size < 10:
-        return  # digitised so coarsely that standing still says nothing
+        return  # too coarsely digitised to tell whether the crosshead is at rest
     upper = (force > top / 2) & ~at_top
     _, counts = np.unique(force[upper], return_counts=True)
     often, longest = int(counts.max(initial=1)), _longest_run(upper, force)
@@ -213,7 +218,7 @@ def _check_stuck(trace: Trace) -> None:
         raise FileError(
             trace.path,
             f"the load cell was saturated: {stuck} of {rows} samples are at exactly "
-            f"{show(top, 'N', 6)} while the crosshead moves on",
+            f"{show(top, 'N', 6)} while the crosshead moves",
         )
 
 

@@ -22,7 +22,7 @@ def _aged(hold: Any, brake: Brake) -> Any:
     rested = hold > 0
     decades = jnp.log10(jnp.where(rested, hold, 1.0) / film.static_hold)
     friction = jnp.maximum(film.static + film.ageing * decades, film.kinetic)
-    # the logarithm falls without end towards no hold, friction to the kinetic one
+    # the logarithm diverges for a hold of zero, so friction is limited to the kinetic one
     return jnp.where(rested, friction, jnp.where(film.ageing > 0, film.kinetic, film.static))
 
 

@@ -152,7 +152,7 @@ def cantilever_deflection(force: Any, length: Any, vacuum: Any, brake: Brake) ->
     return within(fine, root)
 
 
-# caps that turn
+# caps that rotate
 
 
 def _spread(count: Any, pitch: Any, brake: Brake) -> Any:

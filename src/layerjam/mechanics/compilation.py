@@ -23,8 +23,8 @@ LOADED = "/jax/compilation_cache/cache_retrieval_time_sec"
 def keep_compiled_code() -> bool:
     """Let JAX keep compiled code in the user's cache folder; return whether it does.
 
-    A process that has a folder of its own for JAX's compiled code, or none that is writable, keeps
-    its settings.
+    The settings do not change if the process has its own folder for JAX's compiled code, or no
+    writable one.
     """
     import jax
 

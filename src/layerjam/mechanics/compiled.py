@@ -1,7 +1,7 @@
 """One definition, two compilers: an element-by-element law of JAX as machine code by numba.
 
-XLA cuts a long formula into dozens of passes over memory. Where a law is plain algebra, numba makes
-one loop of the same source, three times as fast on millions of drops; gradients stay with JAX.
+XLA cuts a long formula into dozens of passes over memory. If a law is plain algebra, numba compiles
+the same source to one loop, three times as fast on millions of drops; gradients stay with JAX.
 """
 
 import hashlib
@@ -20,7 +20,7 @@ from layerjam.mechanics.threads import cache_threadsafe
 
 
 class _Announcer(event.Listener):  # type: ignore[misc]
-    """Announces loops that numba compiles and keeps; each takes seconds."""
+    """Announces the loops that numba compiles and caches; each takes seconds."""
 
     def on_start(self, event: Any) -> None:
         if event.data["dispatcher"]._cache.cache_path is not None and keep_compiled_code():
@@ -69,7 +69,7 @@ _SCALARS.__dict__.update(logical_not=_logical_not, sqrt=math.sqrt, inf=math.inf)
 
 @cache_threadsafe
 def scalar(function: Callable[..., Any]) -> Any:
-    """The function for one element, compiled by numba, with all it calls from its own module.
+    """Return the function for one element, compiled by numba with those it calls.
 
     `function` and what it calls use arithmetic, named tuples and `jnp.where`, `sqrt`, `maximum`,
     `minimum`, `logical_not`, `inf` only.
@@ -81,6 +81,6 @@ def scalar(function: Callable[..., Any]) -> Any:
             names[name] = _SCALARS
         elif isinstance(value, types.FunctionType):
             names[name] = scalar(value)
-    names["__name__"] = function.__module__  # from where numba's cache loads it
+    names["__name__"] = function.__module__  # the path from which numba's cache loads it
     plain = types.FunctionType(function.__code__, names, function.__name__)
     return numba.njit(error_model="numpy", forceinline=True, fastmath={"contract"})(plain)

@@ -15,16 +15,16 @@ class Cycle(NamedTuple):
     work: Any
     """External work done on the brake so far [J]."""
     heat: Any
-    """Energy dissipated so far [J], summed on its own."""
+    """Energy dissipated so far [J], integrated separately."""
     stored: Any
     """Elastic energy held now in enclosure, sheets and mount [J]."""
     slack: Any
-    """True where the crosshead has come closer than the brake is long."""
+    """True if the crosshead is closer than the length of the brake."""
     closed: Any
-    """True once the enclosure has pulled the brake back by itself."""
+    """True once the enclosure has pulled the brake back."""
     separated: Any
-    """True once the overlap is used up; nothing after that point counts."""
+    """True once the overlap is used up; later values are not valid."""
     overflow: Any
-    """True once the enclosure's memory of turning points was exceeded."""
+    """True once the enclosure's memory of turning points is exceeded."""
     snapped: Any
     """True once the brake began to slide on a spring softer than `least_stiffness`."""

@@ -16,7 +16,7 @@ from layerjam.mechanics.law import fuse, law, safe_sqrt, within
 
 
 class EnclosureLaw(NamedTuple):
-    """One face of the enclosure at a vacuum: what its force law needs."""
+    """Constants of the force law of one face of the enclosure at a vacuum."""
 
     stiffness: Any
     """EA = E_e W w_e [N]."""
@@ -53,9 +53,9 @@ def one_modulus(brake: Brake) -> None:
     if brake.hyperelastic is not None:
         raise QuantityError.of(
             "hyperelastic",
-            "this takes the enclosure's one modulus only; use the brake without [hyperelastic]. "
-            "Its force, its work, pulls and returns at a vacuum that does not fall, and a stop at "
-            "one vacuum take it",
+            "this supports only an enclosure with a single modulus; use the brake "
+            "without [hyperelastic]. That law is supported for force, work, pulls and "
+            "returns at a vacuum that does not fall, and for a stop at constant vacuum",
         )
 
 
@@ -159,9 +159,10 @@ def saturation_slip(vacuum: Any, brake: Brake) -> Any:
 
 @law
 def enclosure_stretch(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Local stretch [-] at the enclosure's end, F/(EA) a face; slip [m], vacuum [Pa].
+    """Local stretch [-] at the enclosure's end, F/(EA) per face; slip [m], vacuum [Pa].
 
-    5.5 at 40 mm and full vacuum, while the modulus is quoted at 1: the law is used far outside.
+    5.5 at 40 mm and full vacuum, while the modulus is quoted at 1: the law is used far outside that
+    range.
     """
     if brake.hyperelastic is not None:
         return within((slip >= 0) & (vacuum >= 0), at_slip(slip, vacuum, brake)[0])

@@ -32,7 +32,7 @@ class Fan(NamedTuple):
     """Effect of the sheets' fan on their friction."""
 
     strength: Any
-    """mu t m^2 [m], with the friction the sheets have without it; 0 with spacers."""
+    """mu t m^2 [m], with the friction of the sheets without a fan; 0 with spacers."""
     left: Any
     """Free length at rest [m]."""
     right: Any
@@ -50,12 +50,12 @@ class Sheets(NamedTuple):
 
 
 def fan_of(brake: Brake, factor: Any = 1.0) -> Fan | None:
-    """The fan of a brake that says whether it has spacers; `factor` is (P/P_test)^m."""
+    """Fan of a brake that states whether it has spacers; `factor` is (P/P_test)^m."""
     sheets, mount = brake.sheets, brake.mount
     if mount.spacers is None:
         return None
     reference: Any = 1.0 if brake.amplification_held is None else brake.amplification_held
-    reference = jnp.where(reference > 0, reference, 1.0)  # NaN in a design
+    reference = jnp.where(reference > 0, reference, 1.0)  # a design may contain NaN
     friction = brake.scale_factor / reference * brake.film.kinetic * factor
     strength = friction * sheets.thickness * (sheets.count / 4) ** 2
     strength = jnp.where(jnp.asarray(mount.spacers) > 0, 0.0, strength)
@@ -81,7 +81,7 @@ def mean_of(alpha: Any) -> Any:
 
 
 def ratio_of(slip: Any, fan: Fan) -> Any:
-    """The factor at a slip [m] over what the scale factor already holds."""
+    """Return the factor at a slip [m] relative to that already in the scale factor."""
     return mean_of(jnp.asarray(exponent_of(slip, fan), jnp.float64)) / fan.reference
 
 
@@ -94,8 +94,8 @@ def force_of(slip: Any, sheets: Any) -> Any:
 def scale_friction(sheets: Any, factor: Any) -> Any:
     """Return the sheets with `factor` times the friction coefficient; their fan amplifies more.
 
-    All interfaces slide at one speed, so that a coefficient which depends on it is one for all of
-    them, and the derivation above holds as it stands.
+    All interfaces slide at one speed, so a speed-dependent coefficient is equal for all of them,
+    and the derivation above remains valid.
     """
     fan = sheets.fan
     if fan is not None:
@@ -149,7 +149,7 @@ def work_of(start: Any, end: Any, sheets: Any) -> Any:
 
 
 def growing_work(start: Any, end: Any, sheets: Any, c: Any) -> Any:
-    """The same while c goes evenly from `c` [N/m] to that of `sheets` over the slip."""
+    """The same while c changes linearly from `c` [N/m] to that of `sheets` over the slip."""
     slide = end - start
     if sheets.fan is None:
         work = sheets.c * slide * (sheets.overlap - (end + start) / 2)
@@ -179,8 +179,8 @@ def _integrate(force: Callable[[Any], Any], start: Any, end: Any, fan: Fan) -> A
 def along_tangents(solve: Callable[[Any], Any], start: Any, sheets: Any) -> Any:
     """Return the slip at which `solve` finds an equilibrium, for friction along any curve.
 
-    `solve` takes a straight line for the friction; each step uses the tangent at the result of the
-    previous one. The search is not differentiated: the last step carries the gradient of the root.
+    `solve` assumes a linear friction; each step uses the tangent at the result of the previous one.
+    The search is not differentiated: the last step carries the gradient of the root.
     """
     if sheets.fan is None:
         return solve(sheets)
@@ -197,10 +197,10 @@ def along_tangents(solve: Callable[[Any], Any], start: Any, sheets: Any) -> Any:
 def amplification(slip: Any, brake: Brake) -> Any:
     """Friction over Coulomb's of sheets that fan out [-], at a slip [m]; 1 with spacers.
 
-    sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha)), alpha = a mu_k t (n/4)^2 (1/(L1 + x) +
-    1/(L3 + x)), a the scale factor less what it holds of the factor itself. NaN for a negative
-    slip, for a brake that does not say whether it has spacers, and where a sheet would run to the
-    overlap at more than 45 degrees.
+    sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha)), alpha = a mu_k t (n/4)^2 (1/(L1 + x) + 1/(L3 +
+    x)), with a the scale factor without the factor itself. NaN for a negative slip, for a brake
+    that does not state whether it has spacers, and if a sheet would run to the overlap at more than
+    45 degrees.
     """
     fan = fan_of(brake)
     if fan is None:
@@ -211,8 +211,8 @@ def amplification(slip: Any, brake: Brake) -> Any:
 def straight(brake: Brake, caller: str) -> Brake:
     """Return the brake with unstated spacers, for a `caller` that needs friction linear in slip.
 
-    With spacers the scale factor loses what it holds of another brake's fan. Raises QuantityError
-    for a brake without spacers.
+    With spacers, the part of another brake's fan is removed from the scale factor. Raises
+    QuantityError for a brake without spacers.
     """
     mount = brake.mount
     if mount.spacers is None:
@@ -220,23 +220,25 @@ def straight(brake: Brake, caller: str) -> Brake:
     if not mount.spacers:
         raise QuantityError.of(
             "mount.spacers",
-            f"{caller} does not know the self-amplified friction of sheets without spacers; "
-            "spacers = true, or without a word of spacers it is computed without it",
+            f"{caller} does not support the self-amplified friction of sheets without "
+            "spacers; with spacers = true, or if spacers is not stated, it is computed "
+            "without it",
         )
     return flat(brake)
 
 
 def flat(brake: Brake) -> Brake:
-    """The brake as if its sheets lay flat: its scale factor without what it holds of a fan.
+    """Return the brake with flat sheets: its scale factor without the part of a fan.
 
-    A brake that does not say whether it has spacers stays as it is.
+    A brake that does not state whether it has spacers is unchanged.
     """
     mount, reference = brake.mount, brake.amplification_held
     if mount.spacers is None:
         return brake
     factor: Any = brake.scale_factor
     if reference is not None:
-        factor = factor / jnp.where(jnp.asarray(reference) > 0, reference, 1.0)  # NaN in a design
+        # a design may contain NaN
+        factor = factor / jnp.where(jnp.asarray(reference) > 0, reference, 1.0)
     plain = replace(mount, spacers=None)
     return replace(brake, scale_factor=factor, amplification_held=None, mount=plain)
 

@@ -82,7 +82,7 @@ def growth(speed: Any, law: SpeedLaw) -> Any:
 
 
 def growth_of(speed: Any, brake: Brake) -> Any:
-    """`growth` of a brake; 1 where it has no speed law."""
+    """`growth` of a brake; 1 if it has no speed law."""
     return 1.0 if brake.speed_law is None else growth(speed, brake.speed_law)
 
 
@@ -116,7 +116,7 @@ def sheet_friction_at(slip: Any, speed: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def holding_force(vacuum: Any, brake: Brake) -> Any:
-    """Static friction of the sheets at rest [N]: what a slow load must exceed; vacuum [Pa].
+    """Static friction of the sheets at rest [N]: which a slow load must exceed; vacuum [Pa].
 
     The scale factor multiplies static friction as it does the kinetic one (ours).
     """

@@ -1,11 +1,11 @@
-"""Heat of a stop in the sheets: how warm they get, and how often one may stop.
+"""Heat of a stop in the sheets: temperature rise, and allowed stops per minute.
 
 Adiabatic: a stop lasts tens of milliseconds, and heat takes some ten seconds through stack and
-enclosure, so it stays where it arose. All of it is counted as the sheets', even the part that
-arises on the enclosure and warms it too, so the mean is a little high. Between stops the enclosure
-gives the heat off to the air.
+enclosure, so it stays where it is generated. All of it is assigned to the sheets, even the part
+that also warms the enclosure, so the mean is slightly high. Between stops the enclosure gives the
+heat off to the air.
 
-Wear is not modelled: neither that of the film nor what a warm or worn surface does to friction.
+Wear is not modelled: neither of the film nor its effect, or that of temperature, on friction.
 """
 
 from typing import Any
@@ -30,7 +30,7 @@ def rubbing_mass(brake: Brake) -> Any:
 
 
 def outer_area(brake: Brake) -> Any:
-    """Outer surface of the enclosure from cap to cap at rest [m^2], the ends left out."""
+    """Outer surface of the enclosure from cap to cap at rest [m^2], without the ends."""
     sheets, wall = brake.sheets, brake.enclosure.wall
     around = 2 * (sheets.width + sheets.count * sheets.thickness) + 8 * wall
     return around * (sheets.free_left + sheets.overlap + sheets.free_right)
@@ -40,7 +40,7 @@ def outer_area(brake: Brake) -> Any:
 def temperature_rise(heat: Any, brake: Brake) -> Any:
     """Mean rise [K] of the sheets' rubbing part, the overlap at rest, from a heat [J].
 
-    m c dT = heat. NaN below zero heat or where the film's specific heat is not known.
+    m c dT = heat. NaN for negative heat, or if the film's specific heat is unknown.
     """
     capacity = rubbing_mass(brake) * _specific_heat(brake)
     return within(heat >= 0, heat / capacity)
@@ -50,7 +50,7 @@ def temperature_rise(heat: Any, brake: Brake) -> Any:
 def temperature_rise_of_sheets(heat: Any, brake: Brake) -> Any:
     """Mean rise [K] of the whole sheets, clamped and free parts too, from a heat [J].
 
-    The state once the heat has spread along the sheets, before any is given off.
+    The state after the heat has spread along the sheets, before any is lost.
     """
     capacity = brake.sheets.count * sheet_mass(brake) * _specific_heat(brake)
     return within(heat >= 0, heat / capacity)
@@ -58,17 +58,17 @@ def temperature_rise_of_sheets(heat: Any, brake: Brake) -> Any:
 
 @law
 def local_rise(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Rise [K] through the thickness where an inner sheet rubs for the whole slip [m].
+    """Temperature rise [K] through the thickness, where an inner sheet rubs for the whole slip [m].
 
-    The hottest place: both its faces take half of the friction's work per area, a mu_k P d, and
-    none is led along the film. Slip and vacuum [Pa] broadcast. The surface itself is warmer for
-    some milliseconds, and the contact spots warmer still; neither is modelled.
+    The hottest place: both its faces take half of the friction's work per area, a mu_k P d, and no
+    heat is conducted along the film. Slip and vacuum [Pa] broadcast. The surface itself is warmer
+    for some milliseconds, and the contact spots warmer still; neither is modelled.
     """
     sheets = brake.sheets
-    # the law of friction holds the pressure's exponent too
+    # the friction law includes the pressure exponent
     shear = friction_per_contact(vacuum, brake) / ((sheets.count - 1) * sheets.width)
     fan = sheets_at(vacuum, brake).fan
-    if fan is not None:  # the middle sheet, as if its fan did not fade
+    if fan is not None:  # for the middle sheet, as if the self-amplification did not decay
         shear = shear * jnp.exp(exponent_of(0.0, fan)) / fan.reference
     rise = shear * slip / (brake.film.density * _specific_heat(brake) * sheets.thickness)
     fine = (slip >= 0) & (slip <= sheets.overlap) & (vacuum >= 0)
@@ -77,16 +77,16 @@ def local_rise(slip: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def stops_per_minute(heat: Any, allowed_rise: Any, film_coefficient: Any, brake: Brake) -> Any:
-    """Stops a minute [1/min], each of the same heat [J], for ever, up to a mean rise [K].
+    """Continuous stops per minute [1/min] of equal heat [J] for a mean temperature rise [K].
 
     Equally spaced. A stop warms the rubbing sheets by `temperature_rise`, and between stops they
     cool with the time constant C/(h A), h the `film_coefficient` [W/(m^2 K)] from the enclosure's
-    outer surface to still air. In the steady state the rise just after a stop is
-    dT/(1 - exp(-h A t/C)) at the spacing t; it may reach `allowed_rise` above the air. Zero if a
-    single stop is too much. For small dT this is h A (allowed rise)/heat, whatever C.
+    outer surface to still air. In the steady state the rise just after a stop is dT/(1 - exp(-h A
+    t/C)) at the spacing t; it may reach `allowed_rise` above the air. Zero if a single stop is too
+    much. For small dT this is h A (allowed rise)/heat, whatever C.
 
-    Not included: the enclosure's heat capacity and thermal resistance, conduction into the caps
-    and the drift of friction with temperature. NaN unless all three are positive.
+    Not included: the enclosure's heat capacity and thermal resistance, conduction into the caps and
+    the drift of friction with temperature. NaN unless all three are positive.
     """
     capacity = rubbing_mass(brake) * _specific_heat(brake)
     share = heat / (capacity * allowed_rise)

@@ -80,7 +80,7 @@ class FirstLoading(NamedTuple):
     stored: Any
     """Elastic energy [J]."""
     heat: Any
-    """Friction heat since it was relaxed, and what the rubber lost in softening [J]."""
+    """Friction heat since it was relaxed, and energy lost by softening of the rubber [J]."""
     slip_slope: Any
     """Slope of the slip over the coordinate."""
     force_slope: Any
@@ -96,7 +96,7 @@ def strip_at(vacuum: Any, brake: Brake) -> Strip:
     if brake.hyperelastic is None:
         raise QuantityError.of(
             "hyperelastic",
-            "this takes a hyperelastic enclosure only; give the brake [hyperelastic]",
+            "this supports only a hyperelastic enclosure; add [hyperelastic] to the brake",
         )
     sheets = brake.sheets
     reach = (sheets.free_left + sheets.overlap + sheets.free_right) / 2
@@ -177,7 +177,7 @@ def end_strain(drive: Any, spring: Any, with_force: float, strip: Strip) -> Any:
     point = loading_at(guess, strip)
     slope = jax.lax.stop_gradient(spring * point.slip_slope + with_force * point.force_slope)
     strain = guess + (drive - resists(point, spring)) / slope
-    # halving that never came down from the top has passed no root
+    # bisection that never moved down from the top has found no root
     return jnp.where(moves, jnp.where(guess < top, strain, jnp.nan), 0.0)
 
 

@@ -1,6 +1,6 @@
 """The brake under a moving crosshead: sheets that stick and slide, the enclosure with its memory.
 
-Tension only: in compression the sheets buckle and the brake carries nothing. Its slip does not
+Tension only: in compression the sheets buckle and the brake carries no load. Its slip does not
 change while friction holds the enclosure. Otherwise the enclosure closes the brake until it does.
 """
 
@@ -55,7 +55,7 @@ class Setting(NamedTuple):
     enclosure: EnclosureLaw
     fan: Fan | None = None
     law: SpeedLaw | None = None
-    """Friction over sliding speed; `c` is the value at the law's test speed."""
+    """Friction as a function of sliding speed; `c` is the value at the law's test speed."""
 
 
 def setting_of(vacuum: Any, spring: Any, brake: Brake, growth: Any = None) -> Setting:
@@ -69,7 +69,8 @@ def setting_of(vacuum: Any, spring: Any, brake: Brake, growth: Any = None) -> Se
 def slip_to_balance(memory: Memory, elongation: Any, direction: Any, setting: Setting) -> Any:
     """Slip at which spring, enclosure and friction balance, in a direction: 1 out, -1 back.
 
-    k (u - x) = F_e(x) + F_f(x), or - F_f(x) in unloading; the present slip if that is passed.
+    k (u - x) = F_e(x) + F_f(x), or - F_f(x) in unloading; the present slip if it is already beyond
+    that.
     """
     ready = face_direction(memory, direction, setting.enclosure)
     path = find_path(ready, direction, setting.enclosure)
@@ -92,7 +93,7 @@ def slip_to_balance(memory: Memory, elongation: Any, direction: Any, setting: Se
 
 
 def _friction_heat(start: Any, end: Any, setting: Setting) -> Any:
-    """Heat of the sheets' friction over a move [J]; past the end of the overlap nothing counts."""
+    """Heat of the sheets' friction over a move [J]; zero past the end of the overlap."""
     if setting.fan is not None:
         return jnp.abs(work_of(start, end, setting))
     return jnp.abs(end - start) * setting.c * (setting.overlap - (end + start) / 2)
@@ -109,7 +110,7 @@ def move(state: State, elongation: Any, setting: Setting) -> State:
     direction = jnp.where(returns, -1.0, 1.0)
 
     def slide(tries: Any, slip: Any) -> Any:
-        # a brake that is slack after all has slid back without the spring
+        # a brake that is now slack has slid back without the spring
         slack = (tries == 1) & returns & (elongation < slip)
         pull = setting._replace(k=jnp.where(slack, 0.0, setting.k))
         slides = (tries == 0) | slack
@@ -139,7 +140,7 @@ def move(state: State, elongation: Any, setting: Setting) -> State:
 
 
 def change_vacuum(state: State, vacuum: Any, after: Setting) -> State:
-    """Another vacuum at a fixed crosshead: no work is done, what is released becomes heat."""
+    """Change the vacuum at a fixed crosshead: no work is done; released energy becomes heat."""
     pumped_memory = at_vacuum(state.enclosure, after.enclosure)
     new = move(state._replace(enclosure=pumped_memory), state.elongation, after)
     spring = (state.force**2 - new.force**2) / (2 * after.k)
@@ -151,12 +152,12 @@ def change_vacuum(state: State, vacuum: Any, after: Setting) -> State:
 def brake_cycle(elongation: Any, vacuum: Any, brake: Brake, speed: Any = None) -> Cycle:
     """The brake along an elongation history [m], shape (N,), from rest at zero elongation.
 
-    `vacuum` [Pa] is one number or a history of the same shape, taken over before each move.
-    Sheets stick at k and slide at F_f; the enclosure has a memory. Once the brake starts to slide
-    on a k that is not above c (`least_stiffness`) it snaps, and forces from there are NaN.
-    A hyperelastic enclosure is followed as cells, at a vacuum that never falls (NaN from there).
-    `speed` [m/s] of the crosshead, a number or a history, activates a speed law: it is used in
-    place of the speed of the slip, which is 1/(1 + F'/k) of it.
+    `vacuum` [Pa] is one number or a history of the same shape, taken over before each move. Sheets
+    stick at k and slide at F_f; the enclosure has a memory. Once the brake starts to slide on a k
+    that is not above c (`least_stiffness`) it snaps, and forces from there are NaN. A hyperelastic
+    enclosure is followed as cells, at a vacuum that never falls (NaN from there). `speed` [m/s] of
+    the crosshead, a number or a history, activates a speed law: it replaces the speed of the slip,
+    which is smaller by the factor 1/(1 + F'/k).
     """
     if brake.hyperelastic is not None:
         if speed is not None:
@@ -194,12 +195,12 @@ def new_state(vacuum: Any, growth: Any = None) -> State:
 def step_state(
     state: State, target: Any, pressure: Any, growth: Any, spring: Any, brake: Brake
 ) -> tuple[State, Cycle]:
-    """The brake after it took a vacuum [Pa] and moved to an elongation [m], on a spring [N/m]."""
+    """Return the brake after a change of vacuum [Pa] and a move to an elongation [m]."""
     after = setting_of(pressure, spring, brake, growth)
     same = pressure == state.vacuum
     if growth is not None:
         same = same & (growth == state.growth)
-    # most of a history stays at one vacuum: the other branch is not computed there
+    # most of a history is at constant vacuum; the other branch is not computed there
     state = jax.lax.cond(
         same,
         lambda s: s,

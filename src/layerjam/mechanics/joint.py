@@ -2,10 +2,10 @@
 
 Over an arc of radius R an interface carries the vacuum and the tension C of all layers outside it,
 P W + C/R per length. Interleaved sheets pull alternately to the left and to the right. So C follows
-a capstan of its own on every interface, grows by exp(a mu_k phi) on each, and starts with the end
-value of the interface outside. All sheets are assumed to have one radius (the stack is thin), and
-the arc to lie in the middle of the overlap. Sheets without spacers also press on each other at the
-ends of the overlap; this would add to the friction and is not included.
+a separate capstan equation on every interface, grows by exp(a mu_k phi) on each, and starts with
+the end value of the interface outside. All sheets are assumed to have one radius (the stack is
+thin), and the arc to lie in the middle of the overlap. Sheets without spacers also press on each
+other at the ends of the overlap; this would add to the friction and is not included.
 """
 
 from typing import Any, NamedTuple
@@ -30,7 +30,7 @@ def _arc(slip: Any, vacuum: Any, angle: Any, radius: Any, tension: Any, brake: B
     overlap = sheets.overlap - slip
     on_joint = jnp.minimum(radius * angle, overlap)
     line_load = vacuum * sheets.width + tension / radius
-    # an exponent of the pressure counts at the least pressure on the joint
+    # a pressure exponent is applied at the lowest pressure on the joint
     pressure = jnp.where(line_load > 0, line_load, 1.0) / sheets.width
     friction = friction_per_contact(pressure, flat(brake)) / (
         (sheets.count - 1) * sheets.width * pressure
@@ -71,7 +71,7 @@ def joint_sheet_force(
 ) -> Any:
     """Greatest tension [N] of one sheet while it slides over a joint; as `joint_friction`.
 
-    The second sheet from the inside carries it: it rubs on both faces where the pressure is
+    It occurs in the second sheet from the inside: it rubs on both faces where the pressure is
     highest. If there are two sheets, each carries the whole force.
     """
     arc = _arc(slip, vacuum, angle, radius, tension, brake)
@@ -85,6 +85,6 @@ def joint_sheet_force(
 def capstan_ratio(angle: Any, friction: Any) -> Any:
     """Pull at one end over that at the other [-]: exp(mu angle) of a band that slides on a joint.
 
-    `friction` [-] is that of the enclosure on what it lies on, `angle` [rad] the wrap.
+    `friction` [-] is that of the enclosure on the surface below it, `angle` [rad] the wrap.
     """
     return within((angle >= 0) & (friction >= 0), jnp.exp(friction * angle))

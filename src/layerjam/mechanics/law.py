@@ -32,7 +32,10 @@ def register_records() -> None:
 
 
 def _register(cls: type) -> None:
-    """Register one record class; JAX puts arrays and marks into it, which no constructor checks."""
+    """Register one record class.
+
+    JAX stores arrays and placeholders in it, without a check by the constructor.
+    """
     names = list(cls.__dataclass_fields__)  # type: ignore[attr-defined]
     keys = [jax.tree_util.GetAttrKey(name) for name in names]
     specs = [f.metadata.get("quantity") for f in dataclasses.fields(cls)]
@@ -61,7 +64,7 @@ def _reader_of_one(name: str) -> Callable[[Any], tuple[Any, ...]]:
 
 
 def double_precision() -> AbstractContextManager[None]:
-    """A context in which JAX computes in float64, in this thread; nothing outside it changes."""
+    """Context in which JAX computes in float64 in this thread, without any effect outside."""
     already: bool = jax.config.jax_enable_x64
     return contextlib.nullcontext() if already else jax.enable_x64(True)
 
@@ -78,12 +81,14 @@ def in_double_precision(function: F) -> F:
 
 
 def law(function: F) -> F:
-    """A pure array function of SI quantities and records; a BrakeFile passes for its brake.
+    """A pure array function of SI quantities and records.
 
-    Arrays, scalars and mixed shapes broadcast and are taken as float64; the function is compiled
-    once per shape and can be traced, batched and differentiated. While JAX works in single
-    precision a call computes in `double_precision` all the same and returns NumPy's numbers, which
-    JAX cannot truncate afterwards. A trace in single precision would, so there the law raises
+    A BrakeFile is accepted in place of its brake.
+
+    Arrays, scalars and mixed shapes broadcast and are converted to float64; the function is
+    compiled once per shape and can be traced, batched and differentiated. While JAX works in single
+    precision a call still computes in `double_precision` and returns NumPy's numbers, which JAX
+    cannot truncate afterwards. A trace in single precision would, so there the law raises
     PrecisionError.
     """
     register_records()
@@ -99,9 +104,9 @@ def law(function: F) -> F:
 
     @functools.wraps(function)
     def wrapper(*args: Any, **named: Any) -> Any:
-        if len(_known_records) < len(RECORDS):  # a new effect
+        if len(_known_records) < len(RECORDS):  # an additional effect on the friction
             register_records()
-        # by place, so that a call by name does not compile a second time
+        # pass by position, so that a call by name does not compile again
         try:
             exact = not named and len(args) == len(places.parameters)
             arguments = args if exact else places.bind(*args, **named).args
@@ -181,7 +186,7 @@ def _is_real(value: Any) -> bool:
     """Return whether a value is a real number or an array of them."""
     try:
         return np.asarray(value).dtype.kind in "fiub"
-    except ValueError:  # rows of different lengths
+    except ValueError:  # reject rows of different lengths
         return False
 
 
@@ -194,5 +199,5 @@ def safe_sqrt(value: Any) -> Any:
 
 
 def within(domain: Any, value: Any) -> Any:
-    """`value` where `domain` holds, NaN outside: a traced law cannot raise, and never clips."""
+    """Return `value` where `domain` is true, otherwise NaN: a traced law cannot raise errors."""
     return jnp.where(domain, value, jnp.nan)

@@ -30,7 +30,7 @@ def buckling_force(slip: Any, brake: Brake) -> Any:
 def sheet_stress(force: Any, brake: Brake) -> Any:
     """Tensile stress [Pa] in the free part of the side with fewer sheets; force [N].
 
-    The even share of the sheets; where they fan out, of the middle one, which carries most.
+    Equal share of each sheet; if the sheets fan out, that of the middle one, which carries most.
     """
     force = force * concentration(brake)
     return force / (jnp.floor(brake.sheets.count / 2) * sheet_section(brake))
@@ -65,7 +65,7 @@ def travel_left(slip: Any, brake: Brake) -> Any:
 def self_closing_vacuum(slip: Any, brake: Brake) -> Any:
     """Vacuum [Pa] below which the stretched enclosure closes an unloaded brake at a slip [m].
 
-    Where F_e = F_f: P = (e_1/c_1)^2 x/(L2 - x)^2 unsaturated, else linear in P. Infinite where
+    Where F_e = F_f: P = (e_1/c_1)^2 x/(L2 - x)^2 unsaturated, else linear in P. Infinite if
     friction can never hold the enclosure.
     """
     unit = enclosure_at(1.0, brake)
@@ -82,7 +82,7 @@ def self_closing_vacuum(slip: Any, brake: Brake) -> Any:
 
 
 def _searched_closing(slip: Any, brake: Brake) -> Any:
-    """Return the same for other friction: where it starts to hold the enclosure, over log P."""
+    """Return the same for other friction laws, found by a search over log P."""
 
     def holds(log_vacuum: Any) -> Any:
         vacuum = jnp.exp(log_vacuum)

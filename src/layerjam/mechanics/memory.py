@@ -37,7 +37,7 @@ CLOSE = 1e-9
 """Relative difference within which two numbers count as equal. Histories reach equalities exactly
 (a loop that closes), and rounding must not decide the next step."""
 CLOSE_IN_SINGLE = 1e-4
-"""The same in single precision, whose rounding is coarser."""
+"""The same for single precision."""
 
 
 class Memory(NamedTuple):
@@ -46,10 +46,11 @@ class Memory(NamedTuple):
     slip: Any
     force: Any
     ends: Any
-    """Reach of the pieces from the driven end, over half the free length, the innermost first;
-    shape (PIECES, ...). The first has no length: it is the middle of the face."""
+    """Distance of the pieces from the driven end, relative to half the free length, the innermost
+    first; shape (PIECES, ...). The first has no length: it is the middle of the face.
+    """
     slopes: Any
-    """Slope of their tension over that distance [N/m]: -q where the strip was pulled out."""
+    """Slope of their tension over that distance [N/m]: -q if the strip was pulled out."""
     count: Any
     stored: Any
     heat: Any
@@ -58,15 +59,17 @@ class Memory(NamedTuple):
 
 
 class Path(NamedTuple):
-    """The branch over each piece in a move in one direction; arrays of the shape of `ends`."""
+    """Branch of each piece for a move in one direction; arrays of the shape of `ends`."""
 
     slip: Any
-    """Start of the branch if the whole way had been over this piece [m]."""
+    """Start of the branch, as if the whole move had crossed this piece [m]."""
     force: Any
     strength: Any
     """Change of friction that the branch moves against [N/m]."""
     begin: Any
-    """Way from the present slip to the piece [m], and to its far end; infinite past the middle."""
+    """Distance from the present slip to the piece [m], and to its far end; infinite past the
+    middle.
+    """
     end: Any
     end_force: Any
     """Force with the front at the far end [N]."""
@@ -81,7 +84,7 @@ def at_rest(shape: tuple[int, ...] = ()) -> Memory:
 
 
 def branch(strength: Any, enclosure: EnclosureLaw) -> EnclosureLaw:
-    """The strip as it answers a move against a change of friction `strength` [N/m]."""
+    """Response of the strip to a move against a change of friction `strength` [N/m]."""
     return enclosure_of(enclosure.stiffness, strength, enclosure.reach)
 
 
@@ -90,7 +93,7 @@ def _places(state: Memory) -> Any:
 
 
 def piece(values: Any, place: Any) -> Any:
-    """The entry of an array over the pieces at a place of each strip."""
+    """Return the entry of an array over the pieces, at one index for each strip."""
     places = jnp.arange(len(values)).reshape((-1,) + (1,) * jnp.ndim(place))
     return jnp.where(places == place, values, 0.0).sum(axis=0)
 
@@ -101,7 +104,7 @@ def _sum_nearer(values: Any) -> Any:
 
 
 def _with_piece(state: Memory, place: Any, end: Any, slope: Any) -> Memory:
-    """The state with a piece at a place, the last one that counts."""
+    """Return the state with a piece at an index, which becomes the last valid one."""
     is_place = _places(state) == place
     return state._replace(
         ends=jnp.where(is_place, end, state.ends),
@@ -149,7 +152,7 @@ def sliding_share(state: Memory) -> Any:
 def slide_to(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
     """Return the enclosure stretched or let back to a slip [m], with its work and heat."""
     new = _grow_piece(state, slip, enclosure)
-    full = new.count >= len(state.ends)  # the next turn needs a place
+    full = new.count >= len(state.ends)  # leave room for the next turning point
     return jax.lax.cond(
         jnp.any(full), lambda s: _choose(full, _join_pieces(s, enclosure), s), lambda s: s, new
     )
@@ -163,7 +166,7 @@ def _grow_piece(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
     path = find_path(ready, direction, enclosure)
     places = _places(state)
     is_active = places < ready.count - 1
-    # a loop that closes but for rounding is closed
+    # a loop that closes within rounding is closed
     branch_way = path.end - direction * (path.slip - state.slip)
     close = CLOSE if jnp.result_type(distance) == jnp.float64 else CLOSE_IN_SINGLE
     is_reached = path.end - close * jnp.where(path.end < jnp.inf, branch_way, 0.0) <= distance
@@ -203,7 +206,7 @@ def _choose(condition: Any, yes: Memory, no: Memory) -> Memory:
 
 
 class _Tension(NamedTuple):
-    """Both faces, piece by piece; arrays of the shape of `ends`."""
+    """Both faces by pieces; arrays of the shape of `ends`."""
 
     start: Any
     """Tension of both faces at the near end [N], and its rise up to the far end."""
@@ -226,18 +229,18 @@ def _tension_of(state: Memory, enclosure: EnclosureLaw) -> _Tension:
 
 
 def _book_loss(state: Memory, new: Memory, enclosure: EnclosureLaw) -> Memory:
-    """Return the new pieces with the old slip; what they store less is heat."""
+    """Return the new pieces with the old slip; the loss of stored energy is heat."""
     before, after = (_tension_of(s, enclosure).stored.sum(axis=0) for s in (state, new))
     loss = jnp.maximum(before - after, 0.0)
     return new._replace(slip=state.slip, stored=state.stored - loss, heat=state.heat + loss)
 
 
 def _join_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
-    """Return the state with one piece less: the two of a bow whose union changes least are joined.
+    """Return the state with one piece fewer: joins the two of a bow whose union changes least.
 
     The piece before them is lengthened so that the slip does not change. Tension then only moves
-    from high to low, which stores less energy. If there are only turns and no bow, the last turn
-    is dropped and reported.
+    from high to low, which stores less energy. If there are only turns and no bow, the last turn is
+    dropped and reported.
     """
     places = _places(state)
     near_end, nearer = (jnp.roll(state.ends, -k, axis=0) for k in (1, 2))
@@ -268,9 +271,9 @@ def at_vacuum(state: Memory, enclosure: EnclosureLaw) -> Memory:
     """Return the state under another vacuum at the same slip; only a lower one changes it.
 
     Runs of pieces of one direction that are steeper than friction now allows turn, from the
-    innermost to the driven end, until they are as steep as allowed. The strip beyond the near end
-    of a run is stretched as before. This is exact for one run (a strip that was only pulled out)
-    and close to the effect of a slowly falling vacuum for more of them. It never stores more.
+    innermost to the driven end, until they are as steep as allowed. The stretch of the strip beyond
+    the near end of a run does not change. This is exact for one run (a strip that was only pulled
+    out) and close to the effect of a slowly falling vacuum for more of them. It never stores more.
     """
     steep = (_places(state) < state.count) & (jnp.abs(state.slopes) > enclosure.friction)
     return jax.lax.cond(
@@ -282,7 +285,7 @@ def at_vacuum(state: Memory, enclosure: EnclosureLaw) -> Memory:
 
 
 def _slide_steep_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
-    """`at_vacuum` where something slides; slip and force are those beyond a place of the strip."""
+    """`at_vacuum` if anything slides; slip and force are those beyond an index of the strip."""
     places, q, tension = _places(state), enclosure.friction, _tension_of(state, enclosure)
     real = (places > 0) & (places < state.count)
     steep = real & (jnp.abs(state.slopes) > q)
@@ -323,9 +326,9 @@ def enclosure_cycle(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any
     """Force [N], stored energy and heat [J] of the enclosure along a slip history [m], shape (N,).
 
     The enclosure starts relaxed at zero slip; `vacuum` [Pa] is one number or a history of the same
-    shape, taken over before each move. NaN from the point where more than `DEPTH` nested turns
-    were made, or where slip or vacuum are negative. A hyperelastic enclosure is followed as cells:
-    NaN once the vacuum falls, or it would have to be pushed.
+    shape, taken over before each move. NaN from the point where more than `DEPTH` nested turns were
+    made, or where slip or vacuum are negative. A hyperelastic enclosure is followed as cells: NaN
+    once the vacuum falls, or if it would have to be pushed.
     """
     slip = jnp.atleast_1d(slip)
     vacuum = jnp.broadcast_to(vacuum, slip.shape)

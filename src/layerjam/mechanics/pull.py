@@ -1,7 +1,7 @@
 """The brake pulled: total force, peak, elongation, and the vacuum for a force.
 
-With c the sheets' friction a metre of overlap and e the enclosure's root coefficient,
-F(x) = c (L2 - x) + e sqrt(x) until the enclosure saturates.
+With c the sheets' friction per metre of overlap and e the enclosure's root coefficient, F(x) = c
+(L2 - x) + e sqrt(x) until the enclosure saturates.
 """
 
 from dataclasses import replace
@@ -26,8 +26,8 @@ _PARTS = 64
 def brake_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Force of the sliding brake [N] (eq. 3); slip [m] and vacuum [Pa] broadcast.
 
-    At zero slip the gradient is that of the sheets alone: the enclosure's infinite slope counts as
-    zero there. NaN for a negative slip or vacuum.
+    At zero slip the gradient is that of the sheets alone: the enclosure's infinite slope is treated
+    as zero there. NaN for a negative slip or vacuum.
     """
     force = force_of(slip, sheets_at(vacuum, brake))
     force = force + first_loading(slip, vacuum, brake)
@@ -44,7 +44,7 @@ class Peak(NamedTuple):
     elongation: Any
     """Displacement of the test machine's crosshead, x + F/k [m]."""
     inside: Any
-    """True where the force falls again within the travel; else it rises to the end."""
+    """True where the force falls again within the travel; otherwise it rises to the end."""
 
 
 @law
@@ -52,8 +52,8 @@ def peak(vacuum: Any, travel: Any, brake: Brake) -> Peak:
     """Peak of a pull over a slip `travel` [m] at a vacuum [Pa].
 
     x_p = (e/2c)^2 and c L2 + e^2/4c if that lies before saturation and within travel. At a lower
-    vacuum the force rises to the end, which is then reported with inside = False. Sheets that
-    fan out have no closed form: the greatest force is searched for.
+    vacuum the force rises to the end, which is then reported with inside = False. Sheets that fan
+    out have no closed form: the greatest force is found by a search.
     """
     sheets, enclosure = sheets_at(vacuum, brake), enclosure_at(vacuum, brake)
     if sheets.fan is None:
@@ -167,7 +167,7 @@ def scale_factor_of_peak(force: Any, vacuum: Any, brake: Brake) -> Any:
     """The scale factor a [-] with which a pull at `vacuum` [Pa] peaks at `force` [N].
 
     The exact inverse of `peak`: (F + sqrt(F^2 - e^2 L2))/(2 c_1 L2), c_1 the friction per contact
-    at a = 1. NaN for F^2 < e^2 L2: no pull peaks that low. For sheets that fan out by halving.
+    at a = 1. NaN for F^2 < e^2 L2: no pull has such a low peak. For sheets that fan out by halving.
     """
     if brake.mount.spacers is not None:
         return _factor_by_bisection(force, vacuum, brake)
@@ -195,7 +195,7 @@ def _factor_by_bisection(force: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def scale_factor_eq8(force: Any, displacement: Any, vacuum: Any, brake: Brake) -> Any:
-    """The paper's a (eq. 8), with the crosshead's displacement [m] where slip belongs."""
+    """The paper's a (eq. 8), with the crosshead's displacement [m] in place of the slip."""
     unit_friction = friction_per_contact(vacuum, brake) / brake.scale_factor
     enclosure = backbone(displacement, enclosure_at(vacuum, brake))
     return (force - enclosure) / (unit_friction * (brake.sheets.overlap - displacement))
@@ -205,7 +205,7 @@ def scale_factor_eq8(force: Any, displacement: Any, vacuum: Any, brake: Brake) -
 def factor_and_stiffness_of_eq8_and_eq9(
     factor: Any, stiffness: Any, vacuum: Any, brake: Brake
 ) -> tuple[Any, Any]:
-    """The a [-] and k [N/m] of a brake on whose own pull eq. 8 and 9 give `factor`, `stiffness`.
+    """Return a [-] and k [N/m] of a brake for whose pull eq. 8 and 9 give `factor`, `stiffness`.
 
     The paper's formulas take peak force and displacement of one pull at `vacuum` [Pa]. Combined,
     they are a quadratic in the root of the peak force, from which a and k follow exactly. On a
@@ -229,8 +229,8 @@ def factor_and_stiffness_of_eq8_and_eq9(
 def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
     """Vacuum [Pa] at which the sliding brake resists with `force` [N] at `slip` [m].
 
-    The closed inverse of `brake_force`. NaN where nothing reaches the force: below what the
-    enclosure alone carries, or above the force at the site's full vacuum.
+    The closed inverse of `brake_force`. NaN if no vacuum gives the force: below what the enclosure
+    alone carries, or above the force at the site's full vacuum.
     """
     sheets, atmosphere = brake.sheets, brake.site.atmosphere
     unit = enclosure_at(1.0, brake)

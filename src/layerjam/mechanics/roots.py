@@ -12,7 +12,7 @@ import jax.numpy as jnp
 
 _PARTS, _MOST_STEPS = 64, 80
 _SETTLED = 1e-13
-"""Last step of a search, over its bracket, below which the next one changes nothing."""
+"""Relative size of the last step of a search below which the next one has no effect."""
 
 
 def rising_zero(function: Callable[[Any], Any], low: Any, high: Any, halvings: int = 80) -> Any:
@@ -41,7 +41,7 @@ def implicit_root(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
 def first_fall(function: Callable[[Any], Any], low: Any, high: Any) -> tuple[Any, Any]:
     """Return where an array function first falls below zero, else `high`, and whether it does.
 
-    The first of 64 parts at whose end it is below zero and at whose start it is not, and halvings.
+    Finds the first of 64 parts in which it falls below zero, and bisects.
     """
     shape = jnp.shape(low + high)
     parts = jnp.linspace(0.0, 1.0, _PARTS + 1).reshape((-1,) + (1,) * len(shape))
@@ -110,7 +110,7 @@ def false_position(
 ) -> Bracket:
     """Search where a rising array function passes zero, by Illinois' false position.
 
-    It ends once all values are within `close` of zero, the ends meet (at a jump), or after
+    It ends when all values are within `close` of zero, when the ends meet (at a jump), or after
     `rounds` steps. No slope is needed, and the function is compiled once.
     """
 
@@ -125,7 +125,7 @@ def false_position(
         share = -bracket.below / jnp.where(
             bracket.above > bracket.below, bracket.above - bracket.below, 1.0
         )
-        # every third step halves: a jump would be approached too slowly
+        # every third step bisects, because a jump would be approached too slowly
         share = jnp.where(bracket.turn % 3 == 1, 0.5, jnp.clip(share, 0.0, 1.0))
         x = bracket.low + (bracket.high - bracket.low) * share
         x = jnp.where(first, bracket.low, jnp.where(last, bracket.high, x))

@@ -23,14 +23,14 @@ class _State(NamedTuple):
     has_closed: Any
     has_snapped: Any
     is_invalid: Any
-    """True once the vacuum fell on a loaded brake, or the rubber was asked too much."""
+    """True once the vacuum fell on a loaded brake, or the rubber was strained beyond its range."""
 
 
 def rubber_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
     """The brake along an elongation history [m] at a vacuum [Pa] that never falls, shapes (N,).
 
-    As `brake_cycle` for one modulus. NaN from where the vacuum falls on a brake that is not
-    relaxed, or where the enclosure is stretched beyond the strain that was fitted.
+    As `brake_cycle` for one modulus. NaN from the point where the vacuum falls on a brake that is
+    not relaxed, or where the enclosure is stretched beyond the strain that was fitted.
     """
     k, overlap = jnp.asarray(working_stiffness(brake), jnp.float64), brake.sheets.overlap
     cells = cells_for(elongation.max(), vacuum.min(), vacuum.max(), brake)
@@ -45,7 +45,7 @@ def rubber_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
         sign = jnp.where(out, 1.0, -1.0)
 
         def drive(pull: Any, slip: Any) -> tuple[Any, Any, Any]:
-            # slack, the enclosure closes the brake against its friction
+            # when slack, the enclosure closes the brake against its friction
             taut = k * (target - slip)
             residual = jnp.maximum(taut, 0.0) - 2 * pull - sign * force_of(slip, sheets)
             over_slip = sign * tangent(slip, sheets).c - jnp.where(taut > 0, k, 0.0)

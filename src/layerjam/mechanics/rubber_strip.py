@@ -3,10 +3,10 @@
 A cell at the distance s from the driven end of a half face is coupled to that end only by the
 friction in between, which carries at most q s. Its tension is the play of the end tension N0,
 
-    N(s) = the old N(s), kept between N0 - q s and N0 + q s,
+N(s) = the old N(s), kept between N0 - q s and N0 + q s,
 
 for every law in which a cell's tension rises with its strain and depends on nothing else (Masing's
-rule is the case of a strain that is linear in the tension). So no contact has to be solved for the
+rule is the special case of a strain linear in the tension). So no contact has to be solved for the
 tensions of a move: the only unknown is N0. A cell's strain follows from its tension and from its
 greatest strain so far. The cells act as springs with Coulomb friction between them, so that work,
 heat and elastic energy balance exactly. The error falls with the square of the number of cells.
@@ -62,16 +62,17 @@ class Rubber(NamedTuple):
     """Greatest energy density of the cells so far [Pa]."""
     slip: Any
     heat: Any
-    """Friction heat, and what was lost in softening [J]."""
+    """Friction heat, and energy lost by softening [J]."""
     stored: Any
     is_exceeded: Any
-    """True once more was asked for than the rubber was measured to bear."""
+    """True once the rubber was strained beyond its measured range."""
 
 
 def cells_for(slip: Any, least: Any, highest: Any, brake: Brake, count: int = CELLS) -> Cells:
     """Cells for histories up to a slip [m], between a least and a highest vacuum [Pa].
 
-    They cover what can move, and are small near the driven end, where every turn begins.
+    They cover the part that can move, and are small near the driven end, where every reversal
+    starts.
     """
     loading = at_slip(slip, highest, brake)[1]
     strip, rubber = strip_at(least, brake), strip_at(highest, brake).rubber
@@ -104,13 +105,13 @@ def _strain_under(tension: Any, peak_energy: Any, guess: Any, cells: Cells) -> A
         return stress - tension / cells.section, slope, state[1]
 
     top = cells.rubber.strain * 1.01 + 0.0 * tension
-    # below zero only for the search, so that no strain of rest lies at the end of the bracket
+    # below zero only for the search, so that no strain at rest is at the end of the bracket
     strain = newton_root(excess, guess, jnp.full_like(tension, -0.1), top, 0.0)
     return jnp.where(tension > 0, jnp.maximum(strain, 0.0), 0.0)
 
 
 def follow(state: Rubber, drive: Drive, friction: Any, cells: Cells) -> Rubber:
-    """The strip once `drive` is met at a friction [N/m]; one move in one direction."""
+    """Return the strip once `drive` is reached at a friction [N/m], in one direction."""
 
     def strip_at_pull(pull: Any, guess: Any) -> tuple[Any, Any]:
         bears = friction * cells.place

@@ -37,7 +37,7 @@ def _area(below: Any) -> Any:
 
 
 def lost_energy(peak_energy: Any, rubber: Hyperelastic) -> Any:
-    """D [Pa]: energy a volume that the softening has taken once W_max was reached."""
+    """D [Pa]: energy per volume lost by softening once W_max was reached."""
     if rubber.softening_r is None:
         return jnp.zeros_like(peak_energy)
     width = _width(peak_energy, rubber)
@@ -45,7 +45,7 @@ def lost_energy(peak_energy: Any, rubber: Hyperelastic) -> Any:
 
 
 def elastic_energy(energy: Any, peak_energy: Any, rubber: Hyperelastic) -> Any:
-    """Energy a volume [Pa] that a softened point gives back from here."""
+    """Energy per volume [Pa] that a softened point can still return."""
     if rubber.softening_r is None:
         return energy
     width = _width(peak_energy, rubber)

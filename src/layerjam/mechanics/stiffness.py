@@ -40,7 +40,7 @@ def stiffness_sliding(slip: Any, brake: Brake) -> Any:
 
 
 def working_stiffness(brake: Brake) -> Any:
-    """k in u = x + F/k [N/m]: as measured, where it was; otherwise the stuck sheets'."""
+    """k in u = x + F/k [N/m]: as measured, if it was; otherwise that of the stuck sheets."""
     if brake.stiffness_measured is not None:
         return brake.stiffness_measured
     return stiffness_before_slip(brake)
@@ -50,7 +50,7 @@ def working_stiffness(brake: Brake) -> Any:
 def mount_stiffness(brake: Brake) -> Any:
     """Stiffness of caps and rig [N/m] from 1/k = 1/k_before_slip + 1/k_mount; already part of k.
 
-    Infinite if no stiffness was measured; negative if the measured one exceeds the sheets' own,
+    Infinite if no stiffness was measured; negative if the measured one exceeds that of the sheets,
     which means that the film's modulus is too low.
     """
     if brake.stiffness_measured is None:

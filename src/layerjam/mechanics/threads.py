@@ -20,7 +20,7 @@ def cores() -> int:
 
 
 def cache_threadsafe(make: Callable[P, R]) -> Callable[P, R]:
-    """`make`, run once for each set of arguments; threads that ask meanwhile wait for it.
+    """Call `make` once for each set of arguments; other threads wait for the result.
 
     For compiled loops, which take seconds: `functools.cache` would let several threads compile.
     """
@@ -41,8 +41,8 @@ def cache_threadsafe(make: Callable[P, R]) -> Callable[P, R]:
 class Workers(ThreadPoolExecutor):
     """A pool of threads, one for each core, that compute in double precision.
 
-    JAX keeps the precision for each thread: what the thread that submits has set is not known to
-    the one that works.
+    JAX keeps the precision for each thread: a worker does not inherit the setting of the submitting
+    thread.
     """
 
     def __init__(self, threads: int | None = None) -> None:
@@ -53,7 +53,7 @@ class Workers(ThreadPoolExecutor):
         return super().submit(functools.partial(_in_double, work), *args, **named)
 
     def share(self, count: int, work: Callable[[int, int], None]) -> None:
-        """`work(first, last)` over `count` cases, one run of them to each core; waits for all."""
+        """Run `work(first, last)` over `count` cases, one range for each core, and wait for all."""
         edges = np.linspace(0, count, cores() + 1).astype(int)
         parts = [self.submit(work, int(a), int(b)) for a, b in itertools.pairwise(edges) if b > a]
         for part in parts:

@@ -1,6 +1,6 @@
-"""Content of a file, and the files it names: by the digests it contains, never by likeness.
+"""Content of a file, and the files it names: by the digests it contains, never by similarity.
 
-A run is read from its own tables. For a file of a test machine only its bytes count here.
+A run is read from its own tables. For a file of a test machine, only its bytes are used here.
 """
 
 import json
@@ -42,7 +42,7 @@ STATED = (
 )
 """Key of `meta` for each column of the table of runs."""
 NONE = {"zero": 0.0, "gain": 1.0, "name": ""}
-"""Answer of a board whose sensor was never calibrated."""
+"""Response of a board whose sensor was never calibrated."""
 BOARD = {"serial": "board", "model": "model", "firmware": "firmware"}
 """{column of a board: key of `meta`}."""
 
@@ -90,7 +90,7 @@ def run(path: str, file: Mapping[str, Any]) -> Content:
     others, notes = _inside(path, meta)
     texts = [(kind, meta[f"{kind}_toml"]) for kind in ("brake", "line") if kind in others]
     if not meta.get("outcome"):
-        notes.append("nobody closed the run: it is kept as interrupted")
+        notes.append("the run was not closed: it is stored as interrupted")
     return Content(
         path=path,
         file={**file, "kind": "run", "simulated": simulated},
@@ -203,7 +203,7 @@ def _brake(path: str, entry: Mapping[str, Any], text: str) -> Content:
         return Content(path=path, file=file, piece=piece)
     cited = [*_cites(files, "measured"), *_cites(notes.get("excluded"), "left out")]
     if piece.columns["parent"]:
-        cited.append(Cited(piece.columns["parent"], "start", "the brake that was changed"))
+        cited.append(Cited(piece.columns["parent"], "start", "the brake before the change"))
     result = tomlkit.dumps({"made_by": notes})
     calibration = Piece(
         kind="calibration",
@@ -213,7 +213,7 @@ def _brake(path: str, entry: Mapping[str, Any], text: str) -> Content:
             "covariance": _covariance(notes.get("covariance")),
             "checks": notes.get("verdict"),
             "result_toml": result,
-            # the same words in two brakes with different numbers are two calibrations
+            # equal words in two brakes with different numbers mean two calibrations
             "sha256": text_digest(f"{piece.columns['sha256']}\n{result}"),
             "simulated": _any_synthetic(files),
         },
@@ -262,7 +262,7 @@ def _json(path: str, file: Mapping[str, Any]) -> Content:
     except (ValueError, RecursionError) as error:
         raise FileError(path, f"is not JSON: {str(error)[:80]}") from None
     if not isinstance(result, dict) or not result.keys() >= CALIBRATED:
-        raise FileError(path, "is JSON, but not what 'layerjam calibrate --json' prints")
+        raise FileError(path, "is JSON, but not the output of 'layerjam calibrate --json'")
     origin: Any = result.get("made_from")
     origin = origin if isinstance(origin, dict) else {}
     brake: Any = origin.get("brake")
@@ -282,7 +282,7 @@ def _json(path: str, file: Mapping[str, Any]) -> Content:
         },
         cited=tuple(cited),
     )
-    notes = () if cited else ("it names what it comes from without digests and cannot be linked",)
+    notes = () if cited else ("it names its sources without digests, so it cannot be linked",)
     return Content(path=path, file={**file, "kind": "calibration"}, piece=piece, notes=notes)
 
 

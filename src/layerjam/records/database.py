@@ -141,7 +141,7 @@ class Database:
     def writing(self) -> Iterator[Connection]:
         """Open a transaction that writes, after all others: complete or not at all.
 
-        Makes the database if there is none. Raises RecordsError.
+        Creates the database if there is none. Raises RecordsError.
         """
         with self._report_errors():
             if self.file is not None:
@@ -193,7 +193,8 @@ def _version_of(db: Connection, place: str) -> int | None:
     if current is None:
         names = ", ".join(sorted(tables)[:3])
         raise RecordsError(
-            f"{place}: holds other tables ({names}), no records of layerjam; name another database"
+            f"{place}: contains other tables ({names}) but no records of layerjam; choose "
+            "another database"
         )
     if current > VERSION:
         raise RecordsError(
@@ -204,7 +205,7 @@ def _version_of(db: Connection, place: str) -> int | None:
     if missing:
         raise RecordsError(
             f"{place}: its tables have version {current}, and no step leads from version "
-            f"{missing[0]} to {VERSION}; use the layerjam that made them"
+            f"{missing[0]} to {VERSION}; use the version of layerjam that created them"
         )
     return int(current)
 
@@ -232,7 +233,7 @@ def _engine(url: URL) -> Engine:
 
     @event.listens_for(engine, "connect")
     def _set_up_connection(connection: Any, _record: Any) -> None:
-        connection.isolation_level = None  # this module begins the transactions
+        connection.isolation_level = None  # this module starts the transactions itself
         connection.execute("PRAGMA foreign_keys = ON")
         connection.execute("PRAGMA synchronous = FULL")
 

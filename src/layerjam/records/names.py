@@ -13,14 +13,14 @@ SHORTEST = 4
 def resolve_record_id(db: Connection | None, text: str, place: str) -> str:
     """Return the id of a record, given its name or the first characters of its id.
 
-    If several have one name, the one that is not withdrawn counts. Raises RecordsError if no record
-    or several fit.
+    If several have one name, the one that is not withdrawn is used. Raises RecordsError if no
+    record or several fit.
     """
     ids = [] if db is None else _by_id(db, text.strip().lower()) or _by_name(db, text)
     if not ids:
         raise RecordsError(
-            f"{place}: holds no record '{text[:80]}'; give a name, an id, or the first {SHORTEST} "
-            "characters of one or more, as 'layerjam records list' shows them"
+            f"{place}: contains no record '{text[:80]}'; give a name, an id, or the first "
+            f"{SHORTEST} characters of one or more, as 'layerjam records list' shows them"
         )
     if len(ids) > 1:
         raise RecordsError(

@@ -135,14 +135,14 @@ def refusal(db: Connection, content: Content) -> str | None:
     """Return the reason why a file cannot be added, or None."""
     piece = content.piece
     same = [FILES.c.sha256 == content.file["sha256"]]
-    if piece is not None:  # a byte order mark changes the bytes, not the text
+    if piece is not None:  # a byte order mark changes the bytes but not the text
         same.append(FILES.c.id == _existing_id(db, piece))
     row = db.execute(select(FILES.c.id, FILES.c.name, FILES.c.made_at).where(or_(*same))).first()
     if row is not None:
         ident, name, made_at = row
         reason = _why_withdrawn(db, ident)
         detail = f", and was withdrawn: {reason}" if reason else ""
-        return f"is in the records already: {name}, added {made_at} as {ident}{detail}"
+        return f"is already in the records: {name}, added {made_at} as {ident}{detail}"
     if piece is not None and piece.kind == "run" and piece.columns["run_id"]:
         run = db.execute(
             select(ENTRIES.c.id, ENTRIES.c.name)
@@ -153,7 +153,7 @@ def refusal(db: Connection, content: Content) -> str | None:
         ).first()
         if run is not None:
             return (
-                f"is another state of a run that is in the records already: {run.name} as "
+                f"is another state of a run that is already in the records: {run.name} as "
                 f"{run.id}; withdraw that one first"
             )
     return None
@@ -233,7 +233,7 @@ def withdraw(database: Database, ident: str, reason: str) -> tuple[str, list[str
         full_id = resolve_record_id(db, ident, database.where)
         before = _why_withdrawn(db, full_id)
         if before is not None:
-            raise RecordsError(f"{full_id}: was withdrawn before, because: {before}")
+            raise RecordsError(f"{full_id}: was already withdrawn, because: {before}")
         text = storable(reason.strip())
         entry = {"id": full_id, "when": utc_timestamp(), "why": text, "by": user()}
         db.execute(WITHDRAWN.insert().values(**entry))

@@ -73,7 +73,7 @@ def show(database: Database, ident: str) -> RecordView:
     """Return one record by its id, or the first characters of it; RecordsError if there is none."""
     with database.reading() as db:
         full_id = resolve_record_id(db, ident, database.where)
-        if db is None:  # which `resolve_record_id` has refused
+        if db is None:  # `resolve_record_id` has already rejected it
             raise RecordsError(f"{database.where}: there are no records yet")
         every = {row["id"]: row for row in rows(db)}
         parents: dict[str, list[Any]] = defaultdict(list)

@@ -43,9 +43,9 @@ def film(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) 
     cutter = {
         "service": "Send the files of single parts to the service. They are nominal: ask it to "
         "compensate its kerf, and to keep the film's direction along the part.",
-        "laser": f"Cut the whole pieces cut/film-*.dxf: blue lines first, then red ones, the layer "
-        f"INFO not at all. Half the kerf of {_m(mm(build.kerf))} is in the outlines: switch the "
-        "laser's own compensation off.",
+        "laser": "Cut the whole pieces cut/film-*.dxf: blue lines first, then red ones, the layer "
+        f"INFO not at all. Half the kerf of {_m(mm(build.kerf))} is in the outlines: "
+        "switch off the laser's own compensation.",
         "knife": "Cut the whole pieces cut/film-*.dxf: blue lines first, then red ones, the layer "
         "INFO not at all. The plotter adds its own offset and overcut.",
     }[build.cutter]
@@ -60,7 +60,7 @@ def film(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) 
         kerf_hint = {
             "service": "ask the service to compensate it.",
             "laser": "give it with --kerf, and build again.",
-            "knife": "a knife leaves next to none.",
+            "knife": "a knife leaves almost none.",
         }[build.cutter]
         out.append(
             Step(
@@ -71,7 +71,7 @@ def film(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) 
         )
     by_hand = f" By hand, cut through {PATTERN} printed at 100 %; its ruler must measure 100 mm."
     if files is not None and PATTERN not in files:
-        by_hand = " A piece is larger than any paper: there is no pattern to cut by hand."
+        by_hand = " A piece is larger than any paper, so there is no pattern to cut by hand."
     out += [
         Step(f"Cut {made_of}. {cutter}"),
         Step(
@@ -80,7 +80,9 @@ def film(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) 
         ),
     ]
     if lengths.hole < PUNCHED_BELOW and build.cutter == "knife":
-        out.append(Step(f"Punch the holes of {_m(lengths.hole)}: a knife leaves no round ones."))
+        out.append(
+            Step(f"Punch the holes of {_m(lengths.hole)}: a knife does not cut round holes.")
+        )
     out.append(
         Step(
             f"Take beads and char off the edges, wipe every part, and touch it with clean gloves. "
@@ -113,16 +115,17 @@ def caps(drawing: Drawing) -> list[Step]:
             f"it is sealed.{sides}"
         ),
         Step(
-            "Uncured resin and solvent harm skin, eyes and lungs: work in moving air, best under "
-            "extraction, away from flames, with safety glasses and nitrile gloves. Wash and cure "
-            "the parts, then clear the bores: blow through each cap from the port to the tray."
+            "Uncured resin and solvent harm skin, eyes and lungs: work in a ventilated "
+            "place, preferably under extraction, away from flames, with safety glasses "
+            "and nitrile gloves. Wash and cure the parts, then clear the bores: blow "
+            "through each cap from the port to the tray."
         ),
-        Step(f"{port} Do it now: later the chips would end in the stack."),
+        Step(f"{port} Do it now: later, chips would fall into the stack."),
         Step(
-            f"Try everything dry. {screw_name(lengths)} falls through plate and shelf. The "
-            f"{thread.name} nut slides into its pocket from the front and does not turn. The "
-            f"plate drops into the tray. The {_m(mm(build.pin))} dowel slides through the head."
-            f"{_flush(drawing)}"
+            f"Do a dry fit. {screw_name(lengths)} falls through plate and shelf. The "
+            f"{thread.name} nut slides into its pocket from the front and does not turn. "
+            f"The plate drops into the tray. The {_m(mm(build.pin))} dowel slides through "
+            f"the head.{_flush(drawing)}"
         ),
         Step(
             "Break every edge that the enclosure will touch, neck and tray first, and feel for "
@@ -157,7 +160,7 @@ def sleeve(drawing: Drawing) -> list[Step]:
     life = (
         f"It flows for {show(silicone.pot_life, 's')}."
         if silicone.pot_life
-        else "Its pot life is not known here: read it on the can."
+        else "Its pot life is not in the brake file: read it on the can."
     )
     cure = (
         f"Let it cure for {show(silicone.cure_time, 's')}"
@@ -213,8 +216,9 @@ def stack(drawing: Drawing) -> list[Step]:
             f"towards each other.{_level(drawing)}"
         ),
         Step(
-            f"Stand a rod or a drill of {lengths.thread.size - lengths.thread.pitch:g} mm in the "
-            "nut below each screw hole: every layer goes over it and stays in its place."
+            f"Put a rod or a drill bit of {lengths.thread.size - lengths.thread.pitch:g} "
+            "mm in the nut below each screw hole: every layer goes over it and stays in "
+            "its place."
         ),
         Step(
             f"Stack from below as drawn above: a left sheet, a spacer behind it in the right cap; "
@@ -247,7 +251,7 @@ def _level(drawing: Drawing) -> str:
     if not gaps:
         return ""
     words = " and ".join(f"{_m(round(gap, 1))} under the {place}" for place, gap in gaps.items())
-    return f" Not all of a cap is equally low: pack {words}, with strips of card or film."
+    return f" The cap has different heights: support {words} with strips of card or film."
 
 
 def close(drawing: Drawing) -> list[Step]:
@@ -266,11 +270,11 @@ def close(drawing: Drawing) -> list[Step]:
     )
     return [
         Step(
-            "Take the brake off the jig and pull out the dowels. In moving air, with safety "
-            "glasses and away from flames, wet the enclosure inside with isopropyl alcohol. Widen "
-            "it with your fingers, and pull it over one head and cap and along the stack until it "
-            "covers both necks. No talc and no oil: the sheets work by friction. Let the alcohol "
-            "dry."
+            "Take the brake off the jig and pull out the dowels. In a ventilated place, "
+            "with safety glasses and away from flames, wet the enclosure inside with "
+            "isopropyl alcohol. Widen it with your fingers, and pull it over one head "
+            "and cap and along the stack until it covers both necks. No talc and no oil: "
+            "the sheets work by friction. Let the alcohol dry."
         ),
         Step(
             f"The enclosure ends {ends}, at the head. "
@@ -285,7 +289,7 @@ def close(drawing: Drawing) -> list[Step]:
             f"{fitting}. Both ports get one: the first takes the line to the pump or the valve, "
             "the other a sensor or a plug."
         ),
-        Step("Put the dowels back. The brake hangs on them, and on nothing else."),
+        Step("Put the dowels back. The brake hangs on the dowels only."),
     ]
 
 
@@ -326,16 +330,16 @@ def tools(drawing: Drawing) -> str:
         "calliper and a balance that shows 0.1 g",
         *(["a tap M5 x 0.8"] if build.port == M5 else ["glue for the tubes"]),
         f"a syringe or mixing cartridge that holds {cast}",
-        "safety glasses, nitrile gloves, moving air or extraction for resin and solvent",
+        "safety glasses, nitrile gloves, ventilation or extraction for resin and solvent",
         "a cup, vinyl gloves and a sealer for printed moulds",
         "side cutters, thread tape, isopropyl alcohol, soapy water",
         "a board for the jig",
     ]
-    return f"On the table: {cutters[build.cutter]}{'; '.join(things)}."
+    return f"You need: {cutters[build.cutter]}{'; '.join(things)}."
 
 
 def first_checks(drawing: Drawing, coupons: bool) -> list[Step]:
-    """Checks of the first brake, each by a command of ours."""
+    """Checks of the first brake, each by a command."""
     lengths = drawing.lengths
     new_file = (
         (f"layerjam new my-brake --from {drawing.file.name} --out my-brake.toml",)
@@ -351,13 +355,13 @@ def first_checks(drawing: Drawing, coupons: bool) -> list[Step]:
     )
     return [
         Step(
-            f"Weigh it. As drawn it is {show(mass, 'kg', 3)} without ties, fittings, tube and "
-            "dowels. Write what the balance says into the brake's file, as weighed_mass.",
+            f"Weigh it. As drawn it is {show(mass, 'kg', 3)} without ties, fittings, tube "
+            "and dowels. Write the mass into the brake file, as weighed_mass.",
             (*new_file, "layerjam show my-brake.toml"),
         ),
         Step(
-            "Look for leaks: pump to full vacuum, close the valve, log the pressure for ten "
-            "minutes, hold the ties and the ports under soapy water if it rises.",
+            "Look for leaks: pump to full vacuum, close the valve, and log the pressure "
+            "for ten minutes. If it rises, hold the ties and the ports under soapy water.",
             ("layerjam leak hold.csv --reading vacuum",),
         ),
         Step(
@@ -368,16 +372,16 @@ def first_checks(drawing: Drawing, coupons: bool) -> list[Step]:
             ),
         ),
         Step(
-            f"Pull it slowly under vacuum in a test machine, no further than "
-            f"{show(drawing.file.brake.sheets.usable_travel, 'm')} and behind a shield. The "
-            f"greatest force that was computed is {show(drawing.force, 'N', 3)}.",
+            "Pull it slowly under vacuum in a test machine, no further than "
+            f"{show(drawing.file.brake.sheets.usable_travel, 'm')} and behind a shield. "
+            f"The greatest computed force is {show(drawing.force, 'N', 3)}.",
             (
                 "layerjam calibrate my-brake-friction.toml pull-*.csv "
                 "--out my-brake-calibrated.toml",
             ),
         ),
         Step(
-            f"Open the clamps again: no hole is drawn out, no sheet has crept, and the pins lie "
-            f"{_m(lengths.pin_to_pin)} apart as before. Then build the next one."
+            "Open the clamps again: no hole is elongated, no sheet has crept, and the "
+            f"pins lie {_m(lengths.pin_to_pin)} apart as before. Then build the next one."
         ),
     ]

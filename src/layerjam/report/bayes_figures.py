@@ -89,7 +89,7 @@ class _Level:
 
 
 def _levels(fit: BayesFit, curves: Sequence[Curve]) -> list[_Level]:
-    """Curves at one vacuum (within 3 %) together, the greatest vacuum first."""
+    """Group the curves by vacuum (within 3 %), the greatest vacuum first."""
     level = levels([c.vacuum for c in curves])
     order = sorted({*level}, reverse=True)
     groups = [[c for c, n in zip(curves, level, strict=True) if n == number] for number in order]
@@ -99,7 +99,7 @@ def _levels(fit: BayesFit, curves: Sequence[Curve]) -> list[_Level]:
 
 @style.in_style
 def bands(fit: BayesFit, curves: Sequence[Curve], samples: int = 900) -> style.Figure:
-    """Measured curves on what the next pull is expected to show, one band for each vacuum."""
+    """Measured curves over the prediction of the next pull, one band for each vacuum."""
     figure, (axes,) = style.canvas(width=7.4, height=4.8)
     ends, end = [], 0.0
     for level in _levels(fit, curves):
@@ -151,7 +151,7 @@ def deviations(fit: BayesFit, curves: Sequence[Curve], samples: int = 400) -> st
 def vacuum_for_force(
     fit: BayesFit, slip: float | None = None, target: float | None = None
 ) -> style.Figure:
-    """The vacuum that gives a force, with its band, and how likely none does.
+    """The vacuum that gives a force, with its band, and the probability that none does.
 
     At a `slip` [m], a third of the usable travel unless given; `target` [N] is marked with its
     vacuum in words.
@@ -169,7 +169,7 @@ def vacuum_for_force(
     middle = np.where(np.isfinite(band.at(0.5)), band.at(0.5), np.nan)
     axes.plot(force, middle * KPA, color=BLUE)
     axes.set(xlim=(0, span), ylim=(0, atmosphere * 1.12 * KPA), xlabel="required force [N]")
-    style.level(axes, atmosphere * KPA, "all the site gives")
+    style.level(axes, atmosphere * KPA, "full vacuum of the site")
     if target is not None:
         _mark(axes, fit, target, place)
     detail = "median, 50 and 95 % of the next pull"

@@ -62,21 +62,21 @@ class DrawingProcess:
                 self._process.communicate()  # closes the pipes
 
     def post(self, figure: style.Figure) -> None:
-        """Hand over a figure; what is done to it afterwards is not drawn."""
+        """Submit a figure; later changes to it are not drawn."""
         if self._process is None:
             self._posted.append((figure, _complete(svg_text(figure))))
             return
         try:
             data = _pickle_figure(figure)
-        except (pickle.PicklingError, AttributeError, TypeError):  # it holds a local function
+        except (pickle.PicklingError, AttributeError, TypeError):  # it contains a local function
             self._posted.append((figure, _complete(svg_text(figure))))
             return
         self._posted.append((data, self._asking.submit(_request, self._process, data)))
 
     def collect(self) -> list[str]:
-        """The SVG of every figure posted, in their order; this process now draws as well."""
+        """Return the SVGs of all posted figures in order; from now on this process also draws."""
         texts: list[str] = []
-        # the last first: the other process goes on from the front
+        # start from the last, because the other process starts from the first
         for item, future in reversed(self._posted):
             text = None if future.cancel() else future.result()
             if text is None:
@@ -148,8 +148,8 @@ def _greet(process: subprocess.Popen[bytes]) -> None:
     from matplotlib import rcParams
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of settings that are on their way out
-        # one by one: to read which backend there is would load one
+        warnings.simplefilter("ignore")  # from deprecated settings
+        # one at a time: querying the current backend would load one
         settings = {name: rcParams[name] for name in rcParams if name not in WINDOW_SETTINGS}
     _request(process, pickle.dumps(settings, pickle.HIGHEST_PROTOCOL))
 
@@ -171,7 +171,7 @@ def _request(process: subprocess.Popen[bytes], data: bytes) -> str | None:
 def serve() -> None:
     """Be the other process: settings first, then figures, until the pipe is closed.
 
-    A figure that raises or warns is returned as None, and drawn again where that is heard.
+    A figure that raises or warns is returned as None, and drawn again in the caller.
     """
     requests, replies = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # output that a library prints is not a reply

@@ -31,7 +31,7 @@ def vacuum_colors(vacuums: Sequence[float]) -> dict[str, str]:
 
 @style.in_style
 def factors(result: Calibration) -> style.Figure:
-    """The scale factor each pull gives, their mean and its 95 % interval."""
+    """Scale factor of each pull, their mean and its 95 % interval."""
     colors = vacuum_colors([f.vacuum for f in result.fits])
     figure, (axes,) = style.canvas(width=PAGE, height=2.6)
     count = len(result.fits)
@@ -50,7 +50,7 @@ def factors(result: Calibration) -> style.Figure:
 
 
 Draw = Callable[["style.Axes", ConditionError, str], float]
-"""Draws one condition in its colour; gives the height of its end, where its label stands."""
+"""Draws one condition in its colour; returns the height of its end, for its label."""
 
 
 def _over_speeds(
@@ -135,7 +135,7 @@ def _mean_sd(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _grid(case: ConditionError) -> np.ndarray:
-    """Elongations all repeats of a condition have [m], dense where the force turns."""
+    """Elongations common to all repeats of a condition [m], dense where the force bends."""
     end = min(float(c.pull.elongation[-1]) for c in case.curves)
     turn = min(4 * max(c.pull.peak_elongation for c in case.curves), 0.5 * end)
     return np.concatenate([np.linspace(0, turn, 160, endpoint=False), np.linspace(turn, end, 160)])

@@ -1,4 +1,4 @@
-"""Numbers of a report: each with its unit, uncertainty, count and source, and how a page shows it.
+"""Numbers of a report: each with its unit, uncertainty, count and source, and its form on a page.
 
 Pages show only these numbers, so that the CSV contains every number of a page.
 """
@@ -58,7 +58,7 @@ class Number:
         return f"{self._scale(self.low)} to {self._scale(self.high)}{self._after()}"
 
     def page_unit(self) -> str:
-        """The unit the page shows it in; "1" for a pure number."""
+        """Unit shown on the page; "1" for a pure number."""
         if self.shown_in or self.unit == "1" or self.value is None:
             return self.shown_in or self.unit
         return show(self.value, self.unit).split(" ", 1)[1]
@@ -80,7 +80,7 @@ class Number:
 
 
 class Column(NamedTuple):
-    """A number that every record of a kind has: its words, where it stands, how a page shows it.
+    """A number that every record of a kind has: its words, its place, and its form on a page.
 
     `path` and `error` (of its standard error) are dotted names in the record; the rest is as in a
     Number.
@@ -94,7 +94,10 @@ class Column(NamedTuple):
     error: str = ""
 
     def of(self, record: object, stem: str, detail: str = "", **more: Any) -> Number:
-        """The record's number, called "stem: words, which"; `more` is the rest of a Number."""
+        """The record's number, called "stem: words, which".
+
+        `more` are the other fields of a Number.
+        """
         if self.error:
             more["standard_error"] = get(record, self.error)
         return Number(

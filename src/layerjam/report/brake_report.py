@@ -41,7 +41,7 @@ HEADLINE = {
     "calibration: stiffness k of brake and rig": "stiffness k of brake and rig",
     "validation, all: MAPE, calibrated": "MAPE",
 }
-"""The numbers one looks for first, and what they are called."""
+"""The most important numbers, and their names."""
 KEY = (
     "After ±: expanded uncertainty for a coverage of 95 %, with coverage factor k and effective "
     "degrees of freedom ν. Other intervals rest on the scatter of the tests alone."
@@ -89,7 +89,7 @@ class BrakeReport:
 
     @property
     def synthetic(self) -> bool:
-        """Whether a program wrote any file, or any that the brake's numbers were found in."""
+        """Whether a program wrote any of the files, or any source file of the brake's numbers."""
         return any(f.synthetic for f in self.files) or bool(self.file.synthetic)
 
     @property
@@ -121,7 +121,7 @@ def page(report: BrakeReport) -> Page:
         parts.insert(0, Part(id="refused", title=title, notes=rejections))
     files = Part(
         id="provenance",
-        title="Where this comes from",
+        title="Sources",
         tables=[brake_tables.files_table(report.files)],
         notes=[
             f"Brake: {report.file.name}, SHA-256 {report.brake_sha256}",
@@ -162,7 +162,7 @@ def _verdict_word(report: BrakeReport) -> Word:
 
 
 def _accepted_sentence(acceptance: Acceptance) -> str:
-    """Return who decided what about a failed check."""
+    """Return the decision about a failed check."""
     finding = f" ({acceptance.finding})" if acceptance.finding else ""
     place = f", as {Path(acceptance.file).name} states" if acceptance.file else ""
     decision = f"Accepted on {acceptance.date}{place}: {acceptance.reason}."
@@ -205,19 +205,19 @@ def _calibration(report: BrakeReport, result: Calibration) -> Part:
         signed.budget_table(*_budgets(report, result)),
     ]
     curves = functools.partial(figures.calibration, report.file, result, report.synthetic)
-    caption = "The pulls and the calibrated law, whole and near the peaks. Below: residuals."
+    caption = "The pulls and the calibrated law: complete, and near the peaks. Below: residuals."
     pictures = [Picture(name="calibration", figure=curves, caption=caption)]
     tables.append(brake_tables.calibration_pulls(result))
     if result.fits:
         factors = functools.partial(brake_figures.factors, result)
-        caption = "The scale factor that each pull gives alone."
+        caption = "The scale factor of each pull alone."
         pictures.append(Picture(name="scale-factors", figure=factors, caption=caption))
     return Part(
         id="calibration",
         title="Calibration",
         text=[
-            "Peaks fix only the product of scale factor and kinetic friction; the factor a holds "
-            f"together with the friction it was fitted with, {kinetic:.4g}."
+            "Peaks fix only the product of scale factor and kinetic friction; the factor "
+            f"a is valid together with the friction used in the fit, {kinetic:.4g}."
         ],
         tables=tables,
         pictures=pictures,
@@ -289,8 +289,8 @@ def _validation(report: BrakeReport, result: Validation) -> Part:
             Picture(
                 name="residuals",
                 figure=functools.partial(brake_figures.residuals, result),
-                caption="Residuals, model less measured, over the window: mean of the repeats with "
-                "a band of ± 1 SD. A model without fault leaves bands that hold the zero line.",
+                caption="Residuals, model less measured, over the window: mean of the repeats "
+                "with a band of ± 1 SD. For a perfect model, the bands contain zero.",
             ),
         ],
         checks=report.checks.get("validation", ()),
@@ -316,7 +316,7 @@ def _validation_text(report: BrakeReport, result: Validation) -> list[str]:
         stiff = "that of eq. 1" if spring is None else show(spring, "N/m")
         factor = report.brake.scale_factor
         text.append(
-            f"Model: the brake as its file has it, scale factor {factor:.4g}, stiffness {stiff}."
+            f"Model: the brake as in its file, scale factor {factor:.4g}, stiffness {stiff}."
         )
     return [*text, f"Window: {WINDOW}."]
 
@@ -326,7 +326,7 @@ def _notes(report: BrakeReport, stage: str) -> list[str]:
 
 
 def headline(report: BrakeReport, parts: Sequence[Part]) -> list[tuple[str, str]]:
-    """(value, words): the results one looks for first."""
+    """Return (value, words) of the most important results."""
     numbers = {n.quantity: n for n in all_numbers(parts)}
     out = []
     budgets: dict[str, Budget] = {}

@@ -1,4 +1,4 @@
-"""The tables of a brake's report: friction, calibration, validation, and what was read."""
+"""The tables of a brake's report: friction, calibration, validation, and files read."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -55,12 +55,12 @@ OVER_CONDITIONS = (
     (Column("mean of the conditions' MAPE", "mape_conditions"), "conditions"),
     (Column("SD of the conditions' MAPE", "mape_conditions_sd"), "conditions"),
 )
-"""Columns, and the field that they are averaged over."""
+"""Columns, and the field over which they are averaged."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FileUsed:
-    """A measurement and what it served for; `role` is friction, calibration or validation."""
+    """A measurement and its use; `role` is friction, calibration or validation."""
 
     name: str
     role: str
@@ -75,7 +75,7 @@ class FileUsed:
 
 
 def file_used(trace: Trace, role: str) -> FileUsed:
-    """A measurement with its digest, and what it served for."""
+    """A measurement with its digest and its use."""
     facts = trace.facts
     return FileUsed(
         name=Path(trace.path).name,
@@ -292,7 +292,7 @@ def _verdict_words(pull: SinglePull) -> str:
 
 
 def _states(after: Any, before: Any) -> list[tuple[str, Any]]:
-    """The brake before calibration, where that is known, and as it is."""
+    """The brake before calibration, if known, and as it is."""
     states = ("before calibration", before), ("calibrated", after)
     return [(state, value) for state, value in states if value is not None]
 
@@ -311,7 +311,7 @@ def _error_cells(stem: str, after: PooledErrors, before: PooledErrors | None) ->
 
 
 def _split_cells(stem: str, split: Split | None) -> tuple[list[Cell], list[Number]]:
-    """(cells, numbers that no cell shows): the model's own error, the scatter, its share."""
+    """Return (cells, numbers not in a cell): the model's own error, the scatter, its share."""
     if split is None:
         return [NONE] * 3, []
     base: dict[str, Any] = {"n": split.repeats, "source": "split over the repeats"}

@@ -21,7 +21,7 @@ from layerjam.report.build_scene import (
 from layerjam.report.style import GREY, INK, Axes
 
 SHOWN = 14
-"""Greatest number of layers in the drawing; middle ones are left out of thicker stacks."""
+"""Greatest number of layers in the drawing; middle layers of thicker stacks are omitted."""
 _LETTER = 0.066
 """Width of a letter of a dimension [in]."""
 Part = tuple[str, float, float]

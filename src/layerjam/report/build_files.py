@@ -41,8 +41,8 @@ def assembly(
         "lead": drawing.file.title or "A layer-jamming brake",
         "footer": f"layerjam {__version__}",
         "banner": [
-            "This design was never cut, printed or cast by us. Build one, do the checks on the "
-            "last pages, and only then build more.",
+            "We have never cut, printed or cast this design. Build one, do the checks on "
+            "the last pages, and only then build more.",
             *drawing.film.notes,
         ],
         "numbers": _numbers(drawing),
@@ -95,9 +95,9 @@ def _parts(drawing: Drawing, coupons: bool, files: Collection[str] | None) -> li
     number = len(chapters) + 1
     chapters += [
         (f"{number}  Check the first one", True, [to_steps(steps.first_checks(drawing, coupons))]),
-        (f"{number + 1}  What the drawing was checked for", False, [_checks(drawing)]),
+        (f"{number + 1}  Checks of the drawing", False, [_checks(drawing)]),
         (
-            f"{number + 2}  What is assumed",
+            f"{number + 2}  Assumptions",
             False,
             [{"kind": "list", "items": drawing.assumptions()}],
         ),
@@ -158,7 +158,7 @@ FORMATS = {
     "2A0": (1189.0, 1682.0),
     "4A0": (1682.0, 2378.0),
 }
-"""Sheets of paper [mm], smallest first; a smaller one than A4 no office has."""
+"""Sheets of paper [mm], smallest first; A4 is the smallest."""
 BORDER, STRIP = 10.0, 24.0
 """Paper that a printer leaves white, and the strip of the ruler below the parts [mm]."""
 ROUND = 4 / 3 * (2**0.5 - 1)
@@ -253,7 +253,7 @@ def _hole(hole: Circle, origin: tuple[float, float]) -> list[list[float]]:
 
 
 def _down(numbers: Sequence[float], origin: tuple[float, float]) -> list[float]:
-    """Points of the part as points of the page, where y points down."""
+    """Convert points of the part to points of the page, with y downwards."""
     return [origin[1] - n if i % 2 else origin[0] + n for i, n in enumerate(numbers)]
 
 

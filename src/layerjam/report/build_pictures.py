@@ -1,4 +1,4 @@
-"""Pictures of a build for whoever holds the parts: exploded, stacking, mould, assembled."""
+"""Pictures of a build for the person who assembles it: exploded, stacking, mould, assembled."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -30,7 +30,7 @@ class Label(NamedTuple):
 
 LabelledShot = tuple[Shot, list[Label]]
 SHOWN = 12
-"""Greatest number of layers in the stacking picture; middle ones are left out."""
+"""Greatest number of layers in the stacking picture; middle ones are omitted."""
 _LETTER = 0.062
 """Width of a letter in a label [in]."""
 
@@ -53,7 +53,7 @@ def _middle(body: Body) -> Point:
 
 
 def exploded_parts(world: Scene) -> dict[str, list[Body]]:
-    """{name: bodies} of every part of one brake, apart, on both sides."""
+    """{name: bodies} of every part of one brake, separated, on both sides."""
     lengths = world.lengths
     out = 0.35 * lengths.free + 20
     lift = lengths.cap_height + 8
@@ -80,11 +80,12 @@ def _draw_exploded(world: Scene) -> LabelledShot:
     (tube,) = alike["enclosure"]
     points = [Label("enclosure", tube)]
     for name, bodies in alike.items():
-        if "sheet" not in name and name != "enclosure":  # of equal parts the first one seen well
+        # if parts are equal, the first one that is clearly visible
+        if "sheet" not in name and name != "enclosure":
             areas = [int(shot.visible_mask(body).sum()) for body in bodies]
             first = next(i for i, area in enumerate(areas) if area >= 0.5 * max(areas))
             points.append(Label(name, bodies[first]))
-    # the middle of a sheet lies under the others: its free end is seen
+    # the middle of a sheet is hidden by the others; its free end is visible
     for word, side in (("left", -1), ("right", 1)):
         corners = alike[f"{word} sheet"][-1].corners
         x = corners[:, 0].min() + 12 if side < 0 else corners[:, 0].max() - 12
@@ -96,7 +97,7 @@ def _draw_exploded(world: Scene) -> LabelledShot:
 def _of_side(
     world: Scene, side: Side, sign: int, out: float, lift: float
 ) -> Iterator[tuple[str, Body]]:
-    """Printed and bought parts of one side, apart; `sign` points outwards."""
+    """Printed and bought parts of one side, separated; `sign` points outwards."""
     yield "cap", parts.cap(world, side).shift(sign * out)
     yield "clamp plate", parts.plate(world, side).shift(sign * out, z=lift)
     for screw in parts.screws(world, side):
@@ -109,7 +110,7 @@ def _of_side(
 
 
 def _stacking(world: Scene) -> LabelledShot:
-    """The left clamp with its layers spread, cut off beyond the begin of the overlap."""
+    """The left clamp with its layers spread, cut off at the start of the overlap."""
     lengths = world.lengths
     side = lengths.left
     length = min(lengths.sheet_length, side.clamped + 2.2 * max(lengths.width, 12))
@@ -155,7 +156,7 @@ def _drawn_layers(count: int) -> list[int]:
 
 
 def mould_apart(world: Scene) -> dict[str, Body]:
-    """Both halves ("top", "bottom") and the "core", apart."""
+    """Both halves ("top", "bottom") and the "core", separated."""
     tools, lift = parts.tools(world), _mould_lift(world)
     return tools | {"top": tools["top"].shift(z=2 * lift), "core": tools["core"].shift(z=lift)}
 
@@ -165,7 +166,7 @@ def _mould_lift(world: Scene) -> float:
 
 
 def _mould(world: Scene) -> LabelledShot:
-    """The mould and its bolts, apart."""
+    """The mould and its bolts, separated."""
     lengths, tools = world.lengths, mould_apart(world)
     top, core = tools["top"], tools["core"]
     roof = 2 * _mould_lift(world) + lengths.mould.half

@@ -1,7 +1,7 @@
 """The parts of a build as bodies in space, for its pictures [mm].
 
 x = 0 at the left cap's face, the sheets towards +x, z = 0 in the middle of the stack. The right
-side is the left one turned by half a turn about the upright axis, so that both plates lie on top.
+side is the left one rotated by half a turn about the vertical axis, so that both plates lie on top.
 """
 
 import math
@@ -79,13 +79,13 @@ def _extrude(rings: Sequence[Ring], low: float, high: float, colour: str) -> Bod
 
 
 def cap(world: Scene, side: Side) -> Body:
-    """A cap where it belongs."""
+    """A cap in its position."""
     part = body(caps.cap(world.lengths, world.build, side, "cap"), PRINTED)
     return _place(world, side, part)
 
 
 def plate(world: Scene, side: Side) -> Body:
-    """A clamp plate where it belongs."""
+    """A clamp plate in its position."""
     return _place(world, side, body(caps.plate(world.lengths, world.build, side, "plate"), PLATE))
 
 
@@ -212,14 +212,14 @@ def tie(world: Scene, side: Side, gap: float = 0.0) -> Body:
 
 
 def sleeve(world: Scene) -> Body:
-    """The enclosure as trimmed, where it lies when nothing stretches it."""
+    """The trimmed, unstretched enclosure in its position."""
     lengths = world.lengths
     middle = (lengths.free + lengths.right.reach - lengths.left.reach) / 2
     return body(mould.sleeve(lengths), SILICONE).shift(middle)
 
 
 def mounted_sleeve(world: Scene) -> Body:
-    """The enclosure as it is worn: over both trays and tied to both necks; thin where stretched."""
+    """The mounted enclosure: over both trays and tied to both necks; thin where stretched."""
     lengths, build = world.lengths, world.build
     rear, neck = mm(build.back), mm(build.neck_length)
     low = -lengths.stack / 2 - lengths.shelf_height
@@ -298,7 +298,7 @@ def _loft(stations: Sequence[tuple[float, Rings]]) -> Body:
 
 
 def tools(world: Scene) -> dict[str, Body]:
-    """Both halves of the mould, and the core, where they lie in the closed mould."""
+    """Both halves of the mould, and the core, in their positions in the closed mould."""
     build, lengths = world.build, world.lengths
     return {
         "top": body(mould.top(lengths, build), PRINTED),
@@ -308,5 +308,5 @@ def tools(world: Scene) -> dict[str, Body]:
 
 
 def _place(world: Scene, side: Side, part: Body) -> Body:
-    """A body of one side, drawn as the left one's."""
+    """Return a body of one side, mirrored from the left one."""
     return part if side.name == "left" else part.turn(world.lengths.free)

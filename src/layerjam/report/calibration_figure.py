@@ -77,7 +77,11 @@ def calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.
     if result.fit is None:
         _peaks(zoom, result)
     sure = "bands, 95 %: the law (dark), a further pull (pale)"
-    words = "one pull: no repeats tell how sure the law is" if data.sure is None else sure
+    words = (
+        "one pull: without repeats the uncertainty of the law is unknown"
+        if data.sure is None
+        else sure
+    )
     residuals.set_title(words, fontsize=8.5, fontweight="normal", color=GREY)
     limit = min(max(abs(edge) for edge in residuals.get_ylim()), 30.0)
     style.panel(residuals, ylabel="pull − law [% of peak]", ylim=(-limit, limit))
@@ -90,7 +94,7 @@ def calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.
 def _curves(
     panels: Sequence[style.Axes], data: FigureData, colors: Sequence[str], brake: Brake
 ) -> None:
-    """The pulls over elongation, and what the law leaves of them, in percent of the peak."""
+    """The pulls over elongation, and the residuals of the law, in percent of the peak."""
     full, zoom, residuals, close = panels
     samples = reduce(data.curves)
     for index, curve in enumerate(data.curves):
@@ -107,7 +111,7 @@ def _curves(
 
 
 def _points(samples: ReducedCurves, index: int) -> tuple[np.ndarray, np.ndarray]:
-    """Elongation and force of a curve, the fine stretches in fours, so that noise looks alike."""
+    """Elongation and force of a curve, with fine stretches averaged to even out the noise."""
     weight = samples.weight[index]
     group = np.arange(len(weight))
     group[:FINE] = group[:FINE] // TOGETHER * TOGETHER
@@ -129,7 +133,10 @@ def _law(
     color: str,
     brake: Brake,
 ) -> float:
-    """The law at one vacuum with its bands, these about zero too `below`; its force at the end."""
+    """The law at one vacuum with its bands, with the bands also about zero `below`.
+
+    Return its force at the end.
+    """
     curve, shape = data.curves[index], data.shapes[index]
     close = ZOOM * float(curve.pull.peak_elongation)
     u = np.union1d(np.linspace(0, close, POINTS), np.linspace(0, end, POINTS))

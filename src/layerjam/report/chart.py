@@ -1,4 +1,4 @@
-"""A figure described once: panes with curves, marks and grounds.
+"""Declarative description of a figure: panes with curves, marks and shaded areas.
 
 Results give `panes`. `draw` makes a figure of them, and the page draws the same in the browser.
 Panes that share their x axis are below each other, others side by side.
@@ -41,7 +41,7 @@ class Curve:
 
     @property
     def end(self) -> tuple[float, float]:
-        """The last point, NaN if none is known."""
+        """The last point, NaN if unknown."""
         finite = np.flatnonzero(np.isfinite(np.asarray(self.y, float)))
         return (self.x[finite[-1]], self.y[finite[-1]]) if len(finite) else (np.nan, np.nan)
 
@@ -83,7 +83,7 @@ def stacked(panes: Sequence[Pane]) -> bool:
 
 
 def add_comparisons(panes: Sequence[Pane], others: Mapping[str, Sequence[Curve]]) -> list[Pane]:
-    """The panes with curves of others by their labels, one in each, quiet and named once."""
+    """Return the panes with faint curves of other results by label, one in each, named once."""
     result = []
     for place, pane in enumerate(panes):
         quiet = [
@@ -116,7 +116,7 @@ def draw(panes: Sequence[Pane]) -> style.Figure:
 
 
 def fill(axes: style.Axes, pane: Pane, below: bool = False) -> None:
-    """Draw a pane; the x axis has no name where another pane is `below`."""
+    """Draw a pane; the x axis has no name if another pane is `below`."""
     axes.set(ylabel=pane.y, **({} if below else {"xlabel": pane.x}))
     for start, end, color in pane.spans:
         axes.axvspan(start, end, color=color, alpha=0.12, lw=0)

@@ -19,7 +19,7 @@ from layerjam.units import show
 
 
 def loop(regulator: Regulator, run: ClosedLoop, fault_at: float | None = None) -> list[Pane]:
-    """Vacuum, reading and target over time, and what the pump does; ground from a fault on."""
+    """Vacuum, reading and target over time, and the pump command; shaded after a fault."""
     time, end = run.time, float(run.time[-1])
     vacuum = [
         Curve(time, run.vacuum * KPA, name="vacuum"),
@@ -117,10 +117,10 @@ def frequency_response(
 
 
 STEPS = 25
-"""Uncertainties drawn, from none to `WIDEST` times the one given."""
+"""Range of uncertainties drawn, from zero to `WIDEST` times the given one."""
 WIDEST = 2.0
 GUESS = 0.1
-"""Standard deviation of the speed over its mean, where none was given."""
+"""Standard deviation of the speed over its mean, if none was given."""
 
 
 def energy_sd(case: Arrival) -> float:
@@ -132,7 +132,10 @@ def energy_sd(case: Arrival) -> float:
 
 @style.in_style
 def plan_figure(plan: Plan) -> style.Figure:
-    """Vacuum that comes in the warning time; expected peak and chance to run out of travel."""
+    """Vacuum that comes in the warning time.
+
+    Expected peak and probability of running out of travel.
+    """
     figure, (rises, peaks, chances) = style.canvas(columns=3, width=12.4, height=3.9)
     _rise(rises, plan)
     _modes(peaks, chances, plan)
@@ -150,7 +153,7 @@ def _rise(axes: style.Axes, plan: Plan) -> None:
     words = [(f"{show(plan.reached, 'Pa', 3)} in time", BLUE)]
     headline, detail = (
         "Vacuum available in time",
-        "no vacuum of the site stops it within the travel",
+        "no vacuum available at the site stops it within the travel",
     )
     if limit is not None:
         enough, case = limit <= plan.reached, plan.case
@@ -191,11 +194,11 @@ def _modes(peaks: style.Axes, chances: style.Axes, plan: Plan) -> None:
     from_speed = "" if given else ", from the speed alone"
     peaks.set(ylim=(0, max(highest * 1.3, 1.0)), ylabel="expected peak [g]")
     chances.set_ylim(0, min(max(chances.get_ylim()[1] * 1.3, 5.0), 130))
-    chances.set_ylabel("chance to run out of travel [%]")
+    chances.set_ylabel("probability of running out of travel [%]")
     for axes in (peaks, chances):
         axes.set(xlim=(0, x[-1]), xlabel=f"SD of the energy{from_speed} [%]")
         if given:
             style.upright(axes, energy_sd(plan.case) * 100, "as given", share=0.03)
         style.key(axes, loc="upper left")
-    style.title(peaks, "Deceleration of the mass", "expected peak of those that stop")
+    style.title(peaks, "Deceleration of the mass", "expected peak of the stops that succeed")
     style.title(chances, "Risk of too little travel", f"more slip than the brake's {usable}")

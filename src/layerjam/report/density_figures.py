@@ -27,7 +27,7 @@ def density(
     sheet: Mapping[str, Any],
     missing: Sequence[str],
 ) -> style.Figure:
-    """Devices as `compare` lists them, the first brake's line of sheet counts, what is missing."""
+    """Devices as `compare` lists them, the first brake with more sheets, and missing classes."""
     first = lines[0]
     x = np.array([r["mass"] for r in rows] + list(first.masses)) * G
     y = np.array([r["max_force"] for r in rows] + list(first.forces))
@@ -64,7 +64,7 @@ def fig12() -> style.Figure:
 
 
 def _equal_density(axes: style.Axes) -> None:
-    """Straight lines of one force density, named where they leave the picture."""
+    """Straight lines of one force density, labelled at the edge of the picture."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     for power in range(-1, 7):
         per_gram = 10.0**power / G
@@ -94,7 +94,7 @@ def _ours(axes: style.Axes, ours: Sequence[dict[str, Any]], line: "SheetLine") -
 
 
 def _names(axes: style.Axes, single: Sequence[dict[str, Any]]) -> None:
-    """Names of single brakes in a column to the right, apart where forces are close."""
+    """Names of single brakes in a column to the right, spread if forces are close."""
     column = 1.45 * G * max(r["mass"] for r in single)
     height = 0.0
     for row in sorted(single, key=lambda r: r["max_force"]):

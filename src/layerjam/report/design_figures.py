@@ -43,7 +43,7 @@ def seen_over(answer: Any) -> tuple[str, str]:
 def marked_designs(
     answer: Any, names: tuple[str, str]
 ) -> list[tuple[Mapping[str, Any], str, Look]]:
-    """(design, what it is, its look) of those that are named in the picture."""
+    """(design, description, style) of the designs labelled in the picture."""
     designs = zip((answer.chosen, answer.runner_up, answer.refined), LOOKS.items(), strict=True)
     marks = [(design, word, look) for design, (word, look) in designs if design is not None]
     for forbidden in sorted(answer.forbidden, key=lambda f: f["short"])[:1]:
@@ -53,18 +53,19 @@ def marked_designs(
 
 
 def losing(answer: Any, name: str) -> float:
-    """1 where more of it is worse, -1 where less is: nothing is drawn on that side of the front."""
+    """1 if larger values are worse, otherwise -1: nothing is drawn on that side of the front."""
     goals = {o.name: o.least for o in answer.record.spec.objectives}
     return 1.0 if goals.get(name, True) else -1.0
 
 
 @style.in_style
 def front(answer: Any) -> style.Figure:
-    """The designs that no other one beats in both objectives, with the chosen one.
+    """The designs that no other design beats in both objectives, with the chosen one.
 
-    `answer` is what `design` or `sweep` gave.
+    `answer` is the result of `design` or `sweep`.
 
-    With three objectives or more the front is seen from the first two; with one, over mass.
+    With three objectives or more the front is seen from the first two; with one objective, it is
+    drawn over mass.
     """
     spec, names = answer.record.spec, seen_over(answer)
     figure, (axes,) = style.canvas(width=7.4, height=4.8)

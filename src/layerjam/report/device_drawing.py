@@ -1,6 +1,6 @@
 """The brake drawn from its file: sheets, caps, enclosure, every named length and force.
 
-Lengths along the pull are to scale; thicknesses are drawn larger, and the figure says so.
+Lengths along the pull are to scale; thicknesses are drawn larger, and the figure states this.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ SIDE = 15.0
 
 @dataclass(frozen=True)
 class _Shape:
-    """Lengths along the pull [mm], and what is drawn of the stack."""
+    """Lengths along the pull [mm], and the part of the stack drawn."""
 
     left: float
     overlap: float

@@ -1,4 +1,4 @@
-"""Figures of single results: what `--figure` of each command draws."""
+"""Figures of single results: drawn by the option `--figure` of each command."""
 
 from collections.abc import Sequence
 

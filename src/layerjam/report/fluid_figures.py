@@ -1,4 +1,4 @@
-"""The vacuum line: Fig. 5 of the paper, and what would make the line faster."""
+"""The vacuum line: Fig. 5 of the paper, and ways to make the line faster."""
 
 from typing import Any
 
@@ -24,7 +24,7 @@ def _bars(axes: style.Axes, line: Line, target: float, water: bool = False) -> N
     rows = changes(line, target, water)[::-1]
     longest = max((time for _, time in rows), default=1.0)
     for y, (change, time) in enumerate(rows):
-        color = INK if change == "as it is" else GREEN
+        color = INK if change == "unchanged" else GREEN
         axes.plot([0, time], [y, y], color=color, lw=1.2)
         style.spot(axes, time, y, color=color, ms=5)
         style.label(axes, time + 0.03 * longest, y, show(time, "s", 3), color)
@@ -34,7 +34,7 @@ def _bars(axes: style.Axes, line: Line, target: float, water: bool = False) -> N
     axes.set_yticks(range(len(rows)), [change for change, _ in rows])
     axes.set(xlim=(0, 1.3 * longest), ylim=(-0.6, max(len(rows), 1) - 0.4))
     axes.grid(axis="y", visible=False)
-    detail = "each alone, all else as it is"
+    detail = "each changed alone"
     if line.reservoir is None and not water:
         pressure = max(STORED, forms.lowest(line))
         detail = f"reservoir at {pressure * KPA:.3g} kPa absolute, its valve 0.2 L/(s bar)"
@@ -77,7 +77,7 @@ def rising(
 
 @style.in_style
 def rise_figure(pane: Pane, line: Line, target: float, water: bool) -> style.Figure:
-    """Vacuum over time up to a target [Pa], and what would make the line faster."""
+    """Vacuum over time up to a target [Pa], and ways to make the line faster."""
     figure, (steps, bars) = style.canvas(columns=2, width=9.6, height=3.9)
     fill(steps, pane)
     _bars(bars, line, target, water)

@@ -1,4 +1,4 @@
-"""A report as a folder: checked before the work begins, written whole or not at all."""
+"""A report as a folder: checked before the work begins, written completely or not at all."""
 
 import json
 import math
@@ -18,7 +18,7 @@ NAMES = ("report.html", "results.json")
 def check_folder(out: Path, overwrite: bool, names: Sequence[str] = NAMES) -> None:
     """Raise FileError if a report cannot be written into `out`, before any work is done."""
     check_name(out)
-    with report_failure(out, "cannot be made"):
+    with report_failure(out, "cannot be created"):
         if os.path.lexists(out) and not out.is_dir():
             raise FileError(out, "is a file, not a folder")
         for name in names:
@@ -26,9 +26,9 @@ def check_folder(out: Path, overwrite: bool, names: Sequence[str] = NAMES) -> No
                 raise FileError(out / name, "exists already; --overwrite replaces it")
         parent = _nearest(out)
         if not os.access(parent, os.W_OK):
-            raise FileError(out, f"cannot be made: the folder {parent} is read-only")
+            raise FileError(out, f"cannot be created: the folder {parent} is read-only")
         with hidden_folder(parent):
-            pass  # an administrator may write anywhere, and yet not everywhere
+            pass  # an administrator may write anywhere, but not on read-only file systems
 
 
 def _nearest(out: Path) -> Path:
@@ -37,8 +37,8 @@ def _nearest(out: Path) -> Path:
         if folder.is_dir():
             return folder
         if os.path.lexists(folder):
-            raise FileError(out, f"cannot be made: {folder} is not a folder")
-    raise FileError(out, "cannot be made")
+            raise FileError(out, f"cannot be created: {folder} is not a folder")
+    raise FileError(out, "cannot be created")
 
 
 def write_folder(out: Path, content: Mapping[str, str | bytes], old: Sequence[str] = ()) -> None:

@@ -80,7 +80,7 @@ def _one_slip(axes: style.Axes, record: StickSlipRecord) -> None:
         start = float(record.time[moving[0]]) if len(moving) else 0.0
         end, headline = float(record.time[-1]), "From the first slip on"
         detail = "the swing dies away"
-    # straight between samples while stuck; dense while it slides
+    # straight between samples while stuck; dense while sliding
     grid = np.linspace(start, end, 500)
     force, pace = (np.interp(grid, record.time, a) for a in (record.force, record.speed_of_mass))
     times = (grid - start) * MS

@@ -31,7 +31,7 @@ LOW, HIGH, PERIOD = 20.0, 100.0, 16.0
 STARTS = (30e3, 40e3, 50e3, 65e3, 80e3, 94.5e3)
 """Vacuums at first contact of the coupled stops [Pa]."""
 WIDER = 40e-6
-"""Volume per slip [m^2] of the coupled stops: a guess, no source prints one."""
+"""Volume per slip [m^2] of the coupled stops: an assumed value, since no source gives one."""
 COLLISION = Arrival(mass=1.0, speed=2.5, warning=3.0, travel=40e-3, mass_sd=0.1, speed_sd=0.2)
 
 
@@ -67,16 +67,18 @@ def regulators() -> style.Figure:
         run = simulate(regulator("pi", state), [(6.0, HELD)], injected=dead)
         fault.plot(run.time, run.vacuum * KPA, color=color, lw=1.6, label=f"safe state {state}")
     late = run.fault_time - 1.5
-    style.upright(fault, 1.5, f"the pump dies; {run.outcome}\nis reported {late:.2f} s later", INK)
+    style.upright(fault, 1.5, f"the pump fails; {run.outcome}\nis reported {late:.2f} s later", INK)
     style.key(fault, loc="right")
-    detail = "the pump gives nothing from 1.5 s on"
-    style.title(fault, "A fault ends where you declared", detail)
+    detail = "the pump delivers nothing from 1.5 s on"
+    style.title(fault, "A fault ends in the safe state that you declared", detail)
     return figure
 
 
 @style.in_style
 def forces() -> style.Figure:
-    """A force that follows a profile and steps, with what cannot be followed; sines of two sizes.
+    """A force that follows a profile and steps, with the parts that cannot be followed.
+
+    Sines of two sizes.
 
     The true brake rubs 3 % more than the controller knows, the slip's noise is 0.1 mm.
     """
@@ -138,7 +140,7 @@ def coupling(starts: Sequence[float] = STARTS) -> style.Figure:
         axes.set(xlim=(18, 100), xlabel="vacuum at first contact [kPa]", ylabel=label)
         axes.set_ylim(bottom=0)
         style.key(axes)
-    detail = "volume gained per slip: two guesses"
-    style.title(gain, "An enclosure that widens thins its gas", detail)
-    style.title(slip, "It matters at part vacuum", "1 kg at 2 m/s, the line shut off")
+    detail = "volume gained per slip: two assumed values"
+    style.title(gain, "A widening enclosure expands its gas", detail)
+    style.title(slip, "The effect matters at partial vacuum", "1 kg at 2 m/s, the line shut off")
     return figure

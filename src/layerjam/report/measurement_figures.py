@@ -56,7 +56,7 @@ def sleeve(
 
 
 def _model(axes: style.Axes, fit: hyperelastic.Fit, color: str, lw: float = 1.4) -> float:
-    """A model's curve over the strains it was fitted to; its stress at the end [MPa]."""
+    """Draw a model's curve over the fitted strains; return its stress at the end [MPa]."""
     x = np.linspace(0, fit.strain_range[1], 300)
     y = hyperelastic.stress(fit.model, fit.parameters, x) * MPA
     axes.plot(x * 100, y, color=color, lw=lw)
@@ -93,7 +93,7 @@ def _at_100(axes: style.Axes, moduli: Moduli, sheet: float | None, color: str) -
 
 @style.in_style
 def leak(log: Leak) -> style.Figure:
-    """The log with the three laws, and what each leaves over."""
+    """The log with the three laws, and the residuals of each."""
     figure, (above, below) = style.canvas(
         rows=2, width=6.8, height=5.2, height_ratios=(2.2, 1), sharex=True
     )
@@ -109,7 +109,7 @@ def leak(log: Leak) -> style.Figure:
         below.plot(*left, color=_LAWS[name], lw=0.9, alpha=0.9)
     below.axhline(0, color=INK, lw=0.7)
     style.key(above, loc="upper right" if log.pressure[0] > log.pressure[-1] else "lower right")
-    detail = "nearest law" if log.distinct else "nearest law, but they are not told apart"
+    detail = "nearest law" if log.distinct else "nearest law, but the laws are not distinguishable"
     detail = f"points: log; thick line: {detail}; time constants"
     style.panel(above, f"Pressure hold: {log.best}", detail, ylabel="pressure, absolute [kPa]")
     style.panel(below, xlabel="time [s]", ylabel="log − law [kPa]")
@@ -135,7 +135,7 @@ def ageing(fit: AgeingFit) -> style.Figure:
 
 @style.in_style
 def pump_down(first: PumpDown, second: PumpDown | None, constant: PumpDown | None) -> style.Figure:
-    """The log and its fit, and both over the ultimate pressure on a logarithmic scale."""
+    """The log and its fit, and the excess over the ultimate pressure on a logarithmic scale."""
     figure, (plain, log_axes) = style.canvas(columns=2, width=10.0, height=4.0)
     names = ("alone" if second else "fit", BLUE), ("with the volume added", RED)
     fits = zip((first, second, constant), (*names, ("constant volume", GREY)), strict=True)
@@ -161,7 +161,7 @@ def pump_down(first: PumpDown, second: PumpDown | None, constant: PumpDown | Non
     log_axes.set(xlabel="time [s]", ylabel="pressure over ultimate [kPa]", yscale="log")
     log_axes.set_ylim(bottom=floor * KPA)
     style.title(plain, "Pump-down", "points: log; line: fit")
-    detail = "straight where volume and flow are constant"
+    detail = "straight if volume and flow are constant"
     style.title(log_axes, "Over the ultimate pressure", detail)
     return figure
 

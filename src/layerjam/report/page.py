@@ -1,4 +1,4 @@
-"""One self-contained HTML page for every report: a style, pictures inside, no outside address."""
+"""One self-contained HTML page for every report, without external addresses."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 NONE = "–"
 _NUMBER = r"(≈ )?−?\d+(\.\d+)?"
 NUMERIC = re.compile(rf"{NONE}|{_NUMBER}( to {_NUMBER})?( [^ ]{{1,8}})?")
-"""Texts of cells that count as numbers: no day and no file's name."""
+"""Pattern of cell texts treated as numbers, but not dates or file names."""
 LEVELS = {
     "passed": ("ok", "yes"),
     "note": ("note", "note"),
@@ -58,8 +58,8 @@ class Table:
 
     The last `total` rows are set off; `groups` are (title, columns).
 
-    `extra` are numbers of the note or of an interval's cell that no cell contains. A table that
-    is `whole` is not divided between pages.
+    `extra` are numbers of the note or of an interval's cell that no cell contains. A table that is
+    `whole` is kept on one page.
     """
 
     id: str
@@ -199,7 +199,7 @@ def drawn_all(
     """Return {name: text of the SVG} of every picture; `tell` receives each name and the progress.
 
     Many are drawn during the computation of the next ones. `meanwhile` is called before this
-    process draws too, to wait for other work.
+    process also draws, to wait for other work.
     """
     with DrawingProcess(len(pictures)) as process:
         for index, picture in enumerate(pictures):
@@ -216,14 +216,14 @@ def svg_of(file: str, name: str) -> str:
     text = re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{name}-", text)
     width = re.search(r'<svg[^>]*? width="([0-9.]+)pt"', text)
     text = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1)
-    # every figure at one scale: its own width on paper, smaller only where the window is
+    # all figures at one scale: at their own width on paper, smaller only if the window is narrower
     points = float(width.group(1)) if width else 600.0
     wide = rf'\1 style="max-width:{points * 1.45:.0f}px"'
     return re.sub(r'(<svg[^>]*?) width="[^"]*"', wide, text, count=1)
 
 
 def apply_theme(svg: str) -> str:
-    """An inline figure whose colours follow the page, so that it reads on a dark one too."""
+    """An inline figure whose colours follow the page, light or dark."""
     svg = re.sub(r' xmlns(:\w+)?="[^"]*"', "", svg)
     for name, color in re.findall(r"--(\w+):(#[0-9a-f]{6})", _text("page.css").split("}")[0]):
         svg = re.sub(rf"{color}\b", f"var(--{name})", svg, flags=re.IGNORECASE)

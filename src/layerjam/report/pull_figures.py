@@ -13,15 +13,15 @@ from layerjam.units import show
 
 save = style.save
 MAX_PULLS = 12
-"""Pulls drawn; more lie over one another."""
+"""Largest number of pulls drawn; more would overlap."""
 
 
 @style.in_style
 def pulls(summaries: Sequence[tuple[Trace, PullSummary]]) -> style.Figure:
-    """Force over elongation of each pull from its onset on, whole and around the peak.
+    """Force over elongation of each pull from its onset on, complete and around the peak.
 
-    It marks the onset, the line of the stiffness, the peak, the plateau, the envelope of
-    stick–slip and the slope of the unloading.
+    It marks the onset, the line of the stiffness, the peak, the plateau, the envelope of stick–slip
+    and the slope of the unloading.
     """
     pairs = list(summaries)[:MAX_PULLS]
     figure, (axes, zoom) = style.canvas(columns=2, width=10.4)

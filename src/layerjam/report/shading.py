@@ -1,7 +1,7 @@
 """Bodies of triangles as a picture: an orthographic view, a depth buffer, dark edges.
 
 No graphics card and no window is needed: a loop over triangles, compiled by numba and kept in its
-cache. Edges are found in the picture, where a body, a face or the depth changes.
+cache. Edges are detected in the picture, where the body, the face or the depth changes.
 """
 
 import math
@@ -25,7 +25,7 @@ INK = 32.0
 """Brightness of an edge."""
 LIGHT = (-0.25, -0.45, 0.86)
 PALE, DARK = 0.52, 0.5
-"""Brightness of a face that no light meets, and what light adds."""
+"""Brightness of an unlit face, and the contribution of light."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class Body:
     colour: str
 
     def shift(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> "Body":
-        """The body somewhere else."""
+        """Return the body at another position."""
         return Body(self.corners + np.array([x, y, z]), self.triangles, self.colour)
 
     def turn(self, length: float) -> "Body":
@@ -55,7 +55,7 @@ class View:
     elevation: float = 26.0
 
     def axes(self) -> NDArray[np.float64]:
-        """Rows: to the right, up, and towards who looks."""
+        """Rows: to the right, up, and towards the viewer."""
         a, e = math.radians(self.azimuth), math.radians(self.elevation)
         right = (-math.sin(a), math.cos(a), 0.0)
         up = (-math.sin(e) * math.cos(a), -math.sin(e) * math.sin(a), math.cos(e))
@@ -110,7 +110,7 @@ class Shot:
 
 
 def shoot(bodies: Sequence[Body], view: View = View(), width: int = 1400, border: int = 12) -> Shot:
-    """The bodies as large as `width` pixels allow, on white; at most as tall as wide."""
+    """Render the bodies as large as `width` pixels allow, on white; at most as tall as wide."""
     axes = view.axes()
     views = [body.corners @ axes.T for body in bodies]
     low = np.min([points.min(axis=0) for points in views], axis=0)
@@ -157,7 +157,7 @@ def _shades(
 
 @compile_loop(nogil=True)
 def _fill(points, triangles, first, depth, face):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Every triangle into the depth buffer; a row of the picture counts from the top."""
+    """Draw every triangle into the depth buffer; rows of the picture count from the top."""
     rows, columns = depth.shape
     for i in range(len(triangles)):
         a, b, c = points[triangles[i, 0]], points[triangles[i, 1]], points[triangles[i, 2]]
@@ -205,7 +205,7 @@ def _edge(depth, face, normals, owner, v, u, w, t, fine):  # type: ignore[no-unt
     n, m = normals[first], normals[second]
     if n[0] * m[0] + n[1] * m[1] + n[2] * m[2] < CREASE:
         return True
-    # along a plane the depth changes by as much as its slope says
+    # along a plane the depth changes in proportion to its slope
     slope = -((n[0] * (t - u) - n[1] * (w - v)) / max(n[2], 0.05)) / fine
     return abs(depth[w, t] - depth[v, u] - slope) > STEP + abs(slope)
 

@@ -47,7 +47,7 @@ INSTRUMENTS = {
     "gauge_certificate": "vacuum gauge",
     "normal_force_certificate": "normal force",
 }
-"""Facts that hold certificates: the instrument."""
+"""Facts that contain certificates, with the instrument of each."""
 REQUIRED = {
     "report number": "--report-number, or number in conditions.toml",
     "customer": "--customer, or customer in conditions.toml",
@@ -69,7 +69,7 @@ FileFacts = Sequence[tuple[str, Facts]]
 
 
 def identity(facts: FileFacts, number: str, customer: str, date: str) -> dict[str, str]:
-    """Return what identifies a report: {words: text}, each text `NOT_STATED` if missing.
+    """Return the identification of a report as {words: text}, each text `NOT_STATED` if missing.
 
     `number` and `customer` replace those of the sidecars if not empty; `date` is a day.
     """
@@ -188,7 +188,7 @@ def _first_of(names: Sequence[str]) -> str:
 
 
 def budget_table(budget: Budget, product: Budget | None = None) -> Table:
-    """Return the uncertainty budget of the scale factor, with what its lines make together.
+    """Return the uncertainty budget of the scale factor, with the combination of its lines.
 
     `product` is the budget of the scale factor times the friction, whose lines come first. It has
     totals of its own if the friction adds lines.
@@ -217,14 +217,15 @@ def budget_table(budget: Budget, product: Budget | None = None) -> Table:
         _add_totals(rows, extra, product, "a × kinetic friction", first)
     _add_totals(rows, extra, budget, "the scale factor", "all lines")
     note = (
-        "Each over the value. Limits of error count as rectangular, over the root of three. k is "
-        "Student's quantile of 95 % for the effective degrees of freedom ν (GUM, annex G.4), or "
-        "more if the sum would else be below a single line's own expanded uncertainty."
+        "Each over the value. Limits of error count as rectangular, over the root of "
+        "three. k is Student's quantile of 95 % for the effective degrees of freedom ν "
+        "(GUM, annex G.4), or larger if the sum would otherwise be below the expanded "
+        "uncertainty of a single line."
     )
     if not budget.whole:
         if budget.combined is not None:
             note += " Missing entries count as zero: the sum is a lower bound."
-        note += f" State for a whole budget: {'; '.join(budget.missing)}."
+        note += f" For a complete budget, state: {'; '.join(budget.missing)}."
     return Table(
         id="budget",
         caption="Uncertainty budget of the scale factor",
@@ -272,7 +273,7 @@ def _percent(quantity: str, value: float | None) -> Cell:
 
 
 def place_to_sign(items: Mapping[str, str]) -> Part:
-    """Scope of the report, its identity, what it does not state, and lines for a signature."""
+    """Scope of the report, its identity, missing statements, and lines for a signature."""
     missing = [
         f"{words[0].upper()}{words[1:]}: {NOT_STATED}. ISO/IEC 17025, section 7.8.2.1, asks for "
         f"it; state it with {hint}."

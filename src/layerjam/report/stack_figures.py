@@ -1,4 +1,4 @@
-"""Figures of the stack: which sheet slides when, what each carries, how far peaks scatter."""
+"""Figures of the stack: order of sliding, load of each sheet, and scatter of the peaks."""
 
 import numpy as np
 
@@ -25,7 +25,10 @@ def warm_up() -> None:
 
 @style.in_style
 def onset() -> style.Figure:
-    """The Kapton brake held rigidly: interfaces let go in pairs; what each sheet carries then."""
+    """The Kapton brake held rigidly: interfaces slip in pairs.
+
+    Load of each sheet at that moment.
+    """
     brake = load("choi2018-kapton").brake
     stack = stack_of(brake, VACUUM, mount=np.inf)
     u = np.linspace(0, 0.16e-3, 1601)
@@ -89,7 +92,7 @@ def spread(result: Spread | None = None) -> style.Figure:
     words = (
         f"{result.done:,} stacks drawn; friction scatters by {result.scatter:.0%}; dashed: alike"
     )
-    style.title(force, "Scatter of the interfaces lets the first slide early", words)
+    style.title(force, "With scatter, the first interface slides earlier", words)
     count, bins = np.histogram(result.stiffness * KN, 60)
     stiffness.stairs(count, bins, fill=True, color=GREEN, alpha=0.75)
     stiffness.axvline(float(even.stiffness[0]) * KN, color=INK, lw=1, ls=style.DASHED)

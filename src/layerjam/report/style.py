@@ -1,8 +1,8 @@
-"""The drawing kit: one look, panels that name their units, words that keep clear of the curves.
+"""The drawing kit: one style, panels with units, and labels that avoid the curves.
 
 A figure is a function under `@in_style`: it takes a `canvas`, draws curves, `band`s, `spot`s and
 lines (`level`, `upright`), and closes every axes with `panel`, which names the axes. The kit places
-labels next to their curves, in the same colour, never by coordinates of one brake.
+labels next to their curves, in the same colour, without coordinates for a particular brake.
 """
 
 import functools
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     Axes = _axes.Axes
     Figure = _figure.Figure
-else:  # annotations name them before a figure needs Matplotlib
+else:  # annotations use these names before a figure needs Matplotlib
     Axes = Figure = Any
 
 P = ParamSpec("P")
@@ -163,7 +163,7 @@ def title(axes: Axes, headline: str, detail: str = "") -> None:
 
 
 def of_synthetic(figure: Figure, synthetic: bool) -> Figure:
-    """The figure, with the word in its corner where a program wrote what it shows."""
+    """Return the figure, marked in its corner if it shows data written by a program."""
     if synthetic:
         figure.text(0.995, 0.995, "synthetic data", ha="right", va="top", fontsize=8.5, color=GREY)
     return figure
@@ -181,7 +181,7 @@ def label(axes: Axes, x: float, y: float, text: str, color: str = INK, **props: 
 
 
 def labels_right(axes: Axes, x: float, items: Sequence[tuple[float, str, str]]) -> None:
-    """(y, text, colour) labels at the right end of curves, moved apart where they would touch."""
+    """(y, text, colour) labels at the right end of curves, moved apart if they would touch."""
     low, high = axes.get_ylim()
     spec, figure = axes.get_subplotspec(), axes.get_figure(root=True)
     if figure is None or not items:
@@ -210,7 +210,7 @@ def key(axes: Axes | Figure, *items: tuple[Any, ...], loc: str = "best", **props
     from matplotlib.colors import to_hex
     from matplotlib.lines import Line2D
 
-    bare = props.get("handlelength") == 0  # words alone
+    bare = props.get("handlelength") == 0  # text only
 
     def handle(text: str, color: str, dash: Any = "-") -> Line2D:
         style = "none" if bare or dash == "o" else dash
@@ -332,7 +332,7 @@ def thin_out(x: Any, y: Any, bins: int = 400) -> tuple[Any, Any]:
 
 
 def scheme(names: Sequence[str]) -> dict[str, str]:
-    """A colour for each of the names, in their order; a ramp from dark to pale of many."""
+    """Return a colour for each name, in order; a ramp from dark to pale for many names."""
     if len(names) <= 4:
         return dict(zip(names, (BLUE, RED, GREEN, PURPLE), strict=False))
     ramp = np.array([[int(c[i : i + 2], 16) for i in (1, 3, 5)] for c in VACUUMS], float)
@@ -349,7 +349,7 @@ def save(figure: Figure, path: Path, overwrite: bool = False) -> Path:
     """Write .svg, .png or .pdf, whole or not at all; the same figure gives the same bytes."""
     kind = path.suffix.lower().lstrip(".")
     if kind not in ("svg", "png", "pdf"):
-        raise FileError(path, f"the ending '{path.suffix}' is not known; use .svg, .png, .pdf")
+        raise FileError(path, (f"extension '{path.suffix}' is unknown; use .svg, .png, .pdf"))
     meta = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
     with look():
         return write_whole(path, lambda p: figure.savefig(p, format=kind, metadata=meta), overwrite)
@@ -358,8 +358,8 @@ def save(figure: Figure, path: Path, overwrite: bool = False) -> Path:
 def svg_text(figure: Figure, words: bool = False) -> str:
     """The figure as an SVG file's text; the same figure gives the same bytes.
 
-    With `words` what is written in it stays text, for a page that has a typeface of its own.
-    The figure is drawn once: `savefig` draws one with a layout twice, first for its layout alone.
+    With `words`, its labels stay text, for a page that has a typeface of its own. The figure is
+    drawn once: `savefig` draws one with a layout twice, first for its layout alone.
     """
     buffer = io.StringIO()
     with look(words):

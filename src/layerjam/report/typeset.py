@@ -11,7 +11,7 @@ from typing import Any
 from layerjam.errors import MissingExtraError
 
 NO_DATE = datetime(1980, 1, 1, tzinfo=UTC)
-"""Date of a PDF that has none, so that it is the same on any day."""
+"""Default date of a PDF, so that its bytes do not depend on the day."""
 
 
 def pdf(data: Mapping[str, Any], pictures: Mapping[str, str]) -> bytes:

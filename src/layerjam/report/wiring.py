@@ -129,7 +129,7 @@ class _Pen:
                 self.tag((x, y), wire.use or wire.label, "left" if left else "right")
 
     def signals(self, x: float, y: float) -> None:
-        """Draw a row for each wire that is not of the power side: parts, and its end."""
+        """Draw a row for each wire outside the power section: parts, and its other end."""
         power = (*GATES, "pump_back_gate", "estop_sense", "supply_adc")
         for wire in self.circuit.wires:
             if wire.use in power or wire.label in ("GND", "VSYS"):
@@ -158,7 +158,9 @@ class _Pen:
 
     def power(self, x: float, y: float) -> None:
         """Draw 12 V, fuse, emergency stop, the converter, pump and valve with their switches."""
-        self.text(x, y + 1.6, "Power: the emergency stop cuts pump and valve, not the board", 13)
+        self.text(
+            x, y + 1.6, ("Power: the emergency stop disconnects pump and valve, not the board"), 13
+        )
         self.tag((x + 1.8, y), "+12 V", "left")
         self.part("F1", (x + 1.8, y), (x + 4.0, y))
         self.line((x + 4.0, y), (x + 20.0, y))
@@ -231,11 +233,12 @@ def _lines(circuit: Circuit) -> Iterator[str]:
     """Yield the lines of text below the drawing."""
     yield from AIR
     rules = (
-        "Solder the pull-downs R2 and R4 first: while the board is in reset its pins float, and a "
-        "gate without one may switch the pump on.",
-        "Without power the vent must go to your safe state by itself. Try it with the board "
-        "unplugged: RELEASE opens, HOLD stays shut. No program can make up for a wrong valve.",
-        "D1 and D2 with the bar to plus. Without them the transistors die.",
+        "Solder the pull-downs R2 and R4 first: while the board is in reset its pins "
+        "float, and a gate without a pull-down may switch on the pump.",
+        "Without power the vent must go to your safe state by itself. Test this with the "
+        "board unplugged: RELEASE opens, HOLD stays shut. No program can compensate for "
+        "a wrong valve.",
+        "Mount D1 and D2 with the bar towards plus. Without them the transistors are destroyed.",
         "One sensor cannot see its own drift: do not hang a person on this bench.",
         *(f"CONFLICT: {text}" for text in find_conflicts(circuit)),
     )

@@ -44,7 +44,7 @@ class Address:
 
     @property
     def simulated(self) -> bool:
-        """Whether it has no hardware."""
+        """Whether the bench is simulated."""
         return self.kind == "sim"
 
     @property
@@ -65,7 +65,7 @@ def address_of(text: str | Address) -> Address:
     kind, colon, remainder = text.partition(":")
     if not colon or not remainder:
         examples = " or ".join(f"'{example}'" for example in KINDS.values())
-        raise QuantityError.of("address", f"'{text[:80]}' is none; write {examples}")
+        raise QuantityError.of("address", f"'{text[:80]}' is not an address; write {examples}")
     if kind not in KINDS:
         raise UnknownNameError("kind of address", kind, KINDS, quantity="address")
     target, options = remainder, {}

@@ -79,7 +79,7 @@ def interpreter(python: str = "") -> list[str]:
 
 
 class VirtualBoard:
-    """The firmware in a child process, its plant in a thread of this one, a line to it.
+    """Run the firmware in a child process, with its plant in a thread and a line to it.
 
     `name` is its interpreter. Raises MissingExtraError if MicroPython is requested and missing.
     """

@@ -23,14 +23,14 @@ from layerjam.rig.plant import read_hardware
 from layerjam.rig.telemetry import records
 
 EMPTY = 50.0
-"""Vacuum [Pa] below which a run may begin."""
+"""Vacuum [Pa] below which a run may start."""
 LONG_LEASE = 600.0
 FLOOD = 2000
 """Number of queries of a host that reads no response: they fill the pipe and the board's 4 kB."""
 VENTS, VENT_WINDOW = 3, 60.0
 """Openings of the vent within a time [s] after which the board suspects its sensor."""
 HEALTHY_RUNS = 10
-"""Runs in which nothing breaks, for one run of each fault."""
+"""Number of healthy runs for one run of each fault."""
 CLOCK = 2e-6
 """Allowed difference of two times [s]: the board's clock counts microseconds."""
 
@@ -57,7 +57,7 @@ class Trial:
 
     @property
     def met(self) -> bool:
-        """Whether the promise was kept; without a deadline there is none."""
+        """Whether the deadline was met; None without a deadline."""
         if self.deadline is None:
             return not self.trouble
         if not self.plan.kind.called(self.named, self.plan.case) or self.safe_after is None:
@@ -76,7 +76,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Campaign:
-    """All runs, and whether somebody stopped them early."""
+    """All runs, and whether they were stopped early."""
 
     trials: tuple[Trial, ...]
     stopped: bool
@@ -147,7 +147,8 @@ class Bed:
         while plant.vacuum > EMPTY:  # a valve that is closed at rest keeps the vacuum
             plant.vacuum = plant.side = plant.shown = 0.0
             time.sleep(1e-3)
-        # the board must have read the healed sensor: the answer to one sample precedes the next
+        # the board must have read the repaired sensor: the response to a sample precedes the next
+        # one
         fresh = plant.asked + 2
         while plant.asked < fresh:
             bench.ask("*OPC?")
@@ -171,7 +172,7 @@ def run_trial(bed: Bed, plan: Plan) -> Trial:
         if seq is not None and plan.kind.host == "releases":
             named_after = _named_after(board, observer, seq)
         if observer.struck is None:
-            trouble = "its moment did not come"
+            trouble = "its time was not reached"
     except LineError as error:
         trouble = str(error)
         bed.drop()
@@ -181,7 +182,7 @@ def run_trial(bed: Bed, plan: Plan) -> Trial:
         plan=plan,
         onset=observer.struck - observer.began if has_struck else None,  # type: ignore[union-attr,operator]
         named=fault,
-        # outputs that no latched fault made safe are safe by chance
+        # outputs that are safe without a latched fault are safe by chance
         safe_after=observer.safe_after if observer and fault else None,
         named_after=named_after,
         deadline=deadline if math.isfinite(deadline) else None,
@@ -267,7 +268,7 @@ def campaign(
     """Inject each fault `runs` times, each with its own line, regulator, target and moment.
 
     With `mismatch` the real lines differ from those of their regulators within the tolerances, and
-    ten runs in which nothing breaks go with each round.
+    each round includes ten healthy runs.
 
     An interrupt from the keyboard returns the runs so far. Raises UnknownNameError, QuantityError
     for an address that is not a virtual board, FileError and LineError.

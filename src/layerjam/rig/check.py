@@ -35,7 +35,7 @@ ONSET = 0.6
 SURE = 5e-3
 """Largest standard error [s] of a lag."""
 MOVED = 300.0
-"""Least change [Pa] that counts as motion; ten times the noise if that is more."""
+"""Least change [Pa] treated as motion; ten times the noise if larger."""
 RELEASED = 0.5
 """Largest share of the vacuum that an open vent leaves."""
 LEFT = 0.1
@@ -48,7 +48,7 @@ TIGHT = 1e-3
 ZEROED = 4.5
 """Time [s] for which the vent is open before and during the measurement of zero."""
 STEADY = 20.0
-"""Largest change [Pa] of the mean in half a second; the scatter if that is more."""
+"""Largest change [Pa] of the mean in half a second; the scatter if larger."""
 FARTHEST = 0.05
 """Largest zero over the sensor's range."""
 ATMOSPHERE = 101325.0
@@ -62,16 +62,16 @@ DRIVE = 3
 """State of a sample while outputs are driven."""
 FAULTS = {
     "sensor-silent": "the sensor gives no reading",
-    "pump-does-nothing": "with the pump on and the vent shut the reading does not move",
+    "pump-does-nothing": "with the pump on and the vent shut the reading does not change",
     "pump-reversed": "with the pump on the reading falls: pump or sensor is reversed",
     "vent-inverted": "the vacuum rises with the vent commanded to open, and not with the vent "
     "commanded to close: OUTP:VENT:REST is wrong, or the valve's ports are swapped",
-    "vent-does-nothing": "with the vent open the vacuum stays",
+    "vent-does-nothing": "with the vent open the vacuum does not fall",
 }
 TESTS = {
     1: "the sensor",
     2: "the settings",
-    4: "the law's own check",
+    4: "the self-check of the law",
     8: "the supply",
     16: "the emergency stop",
     32: "the flash",
@@ -105,9 +105,9 @@ def check_bench(
 
     `vent_rest` is the position of the vent valve without power, if the board does not know it.
     `plant` is the expected line and `lag` [s] its sensor's. With `tune` the measured values will
-    replace them, so that differences do not count. Raises QuantityError if the position is
-    not known or the outputs cannot be driven, LockedError if another client has the lock,
-    InstrumentError if the board is not in SAFE.
+    replace them, so differences are ignored. Raises QuantityError if the position is not known or
+    the outputs cannot be driven, LockedError if another client has the lock, InstrumentError if the
+    board is not in SAFE.
     """
     with _lock_bench(bench, vent_rest):
         result = _inspect(bench)
@@ -211,7 +211,7 @@ def _inspect(bench: Bench) -> Checked:
     if fall[-1] < RELEASED * height:
         values["vent"] = _fit_vent(times, fall, height, values["leak"], values["lag"])
         return Checked(**values, wiring=())
-    # a strong pump may keep a part of the vacuum while the vent is open
+    # a strong pump may keep part of the vacuum while the vent is open
     height, _, fall = _release(bench, zero, 0)
     is_inverted = fall[-1] < RELEASED * height
     return Checked(**values, wiring=("vent-inverted" if is_inverted else "vent-does-nothing",))
@@ -353,7 +353,7 @@ def _judge(data: Checked, plant: Plant | None, lag: float, tune: bool) -> Checke
     reasons = [f"{name} fails the self-test" for name in faulty]
     reasons += [FAULTS[key] for key in data.wiring]
     if not reasons and (data.rate is None or data.leak is None):
-        reasons = ["the rise of the vacuum does not fit a pump's curve"]
+        reasons = ["the rise of the vacuum does not match the curve of a pump"]
     line_values = None
     if plant is not None:
         slow = plant.joined

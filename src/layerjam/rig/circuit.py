@@ -62,7 +62,7 @@ class Component:
 
     @property
     def text(self) -> str:
-        """The value with its unit: 8.2 kΩ; the reference where it has none."""
+        """The value with its unit: 8.2 kΩ; the reference if it has none."""
         unit = UNITS.get(self.kind)
         if unit is None:
             return f"{self.kind} {self.ref}"
@@ -72,7 +72,7 @@ class Component:
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """One part to order: number, alternatives, and the data sheet's limits beside ours."""
+    """One part to order: number, alternatives, data sheet limits and computed values."""
 
     refs: str
     name: str
@@ -195,7 +195,7 @@ def _sockets(circuit: Circuit) -> Iterator[str]:
     """Yield pins of the chip that the socket does not have."""
     for use, number in asdict(circuit.file.wiring.pins).items():
         if use not in INSIDE and f"GP{number}" not in circuit.socket:
-            yield f"{use}: GP{number} leads to no pin of the socket"
+            yield f"{use}: GP{number} is not connected to a pin of the socket"
 
 
 def _channels(circuit: Circuit) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """Crosshead of a bench: a person, a machine's contact, or the virtual machine.
 
-Three methods: `begin` a move, `done` checks its end, `end` cleans up in any case.
+Three methods: `begin` starts a move, `done` checks its end, `end` cleans up in any case.
 """
 
 import importlib
@@ -189,7 +189,7 @@ def patience(step: Pull | Return, start: float) -> float:
 
 
 def tell_person(text: str) -> None:
-    """Print a text for the person at the bench at once."""
+    """Print a text for the person at the bench immediately."""
     print(text, file=sys.stderr, flush=True)
 
 

@@ -54,7 +54,7 @@ class TrippedError(LayerjamError):
 class Bench:
     """One instrument; opened by `layerjam.rig.open` and closed like a file.
 
-    Outputs stay on only while somebody communicates (`lease`), as `wait` does. `events` keeps
+    Outputs stay on only while a client communicates (`lease`), as `wait` does. `events` keeps
     device errors that were in the queue.
     """
 
@@ -65,7 +65,7 @@ class Bench:
         self._commanded = False
         answer, code, text = link.exchange("*IDN?")
         self.identity = answer.decode("ascii", "replace")
-        while code:  # errors of the board's start, not of a command here
+        while code:  # errors from the board's start, not from a command
             self.events.append(text)
             _, code, text = link.exchange("*OPT?")
 
@@ -219,7 +219,10 @@ class Bench:
         self.events.clear()
 
     def off(self) -> None:
-        """Turn the pump off and set the vent to the safe state; accepted whoever holds the lock."""
+        """Turn the pump off and set the vent to the safe state.
+
+        Accepted from any client, even without the lock.
+        """
         self.tell("OUTP OFF")
 
     def lock(self) -> bool:
@@ -256,7 +259,7 @@ class Bench:
         """Return the records as in `samples`, and the number that the board drew at its start."""
         block, mark, boot = self._exchange(f"FETC:STR? {count};:SYST:BOOT?").rpartition(b';"')
         if not mark:
-            raise LineError("no block of samples came")
+            raise LineError("no block of samples was received")
         return records(block), int(boot[:8], 16)
 
     def acknowledge(self, seq: int) -> None:

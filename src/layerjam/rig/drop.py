@@ -120,10 +120,14 @@ def collect(bench: Bench, patience: float = 60.0) -> Shot:
     end = time.monotonic() + patience
     while (state := capture_of(bench)).state != "DONE":
         if state.state == "IDLE":
-            raise CaptureError("no capture waits or runs; arm it first")
+            raise CaptureError("no capture is armed or running; arm it first")
         if time.monotonic() > end:
             bench.tell("ABOR")
-            reason = "nothing triggered" if state.state == "WAITING" else "the record did not end"
+            reason = (
+                "the capture was not triggered"
+                if state.state == "WAITING"
+                else ("the record did not finish")
+            )
             raise CaptureError(f"no record of the accelerometer within {patience:g} s: {reason}")
         time.sleep(PAUSE)
     shot = coming(bench, state)
@@ -188,7 +192,7 @@ def fall(
 
 @contextlib.contextmanager
 def stopped_clock(plant: VirtualPlant) -> Iterator[None]:
-    """Stop the clock of a virtual board; do not query it meanwhile."""
+    """Stop the clock of a virtual board; do not query it during that time."""
     going, before = threading.Event(), plant.recorded
     plant.recorded = going.wait
     try:

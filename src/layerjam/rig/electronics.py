@@ -1,4 +1,4 @@
-"""Worst case of the bench's electronics: voltages, currents, times and heat beside their limits.
+"""Worst case of the bench's electronics: voltages, currents, times and heat with their limits.
 
 Formulas and sources are those of docs/electronics.md. All tolerances act against a limit at once.
 """
@@ -99,7 +99,8 @@ def _senses(circuit: Circuit) -> Iterator[Margin]:
         rail = circuit.rails[circuit.series_part(use)[1]][1]
         greatest = pin_voltage(circuit, use, rail, 1)
         yield Margin(f"greatest voltage at {use}", "V", greatest, most=least_supply)
-    # the stop open: R7 pulls the node down, and the filter empties over R8 and R7, and R9
+    # with the stop open, R7 pulls the node down, and the filter discharges through R8 and R7, and
+    # R9
     upper, lower, capacitor = (part.value_at(1) for part in circuit.divider(stop))
     both = 1.0 / (1.0 / (upper + parts["R7"].value_at(1)) + 1.0 / lower)
     open_voltage, begin = LEAKAGE * both, pin_voltage(circuit, stop, high, 1)
@@ -112,8 +113,13 @@ def _senses(circuit: Circuit) -> Iterator[Margin]:
 def _supplies(circuit: Circuit) -> Iterator[Margin]:
     parts, five = circuit.components, circuit.rails["5V"]
     least, highest = trip_voltages(circuit)
-    yield Margin("least supply that passes", "V", least, least=VALVE * NOMINAL)
-    yield Margin("greatest supply that is called low", "V", highest, most=circuit.rails["12V"][0])
+    yield Margin("least supply voltage that is accepted", "V", least, least=VALVE * NOMINAL)
+    yield Margin(
+        "greatest supply voltage that is reported as low",
+        "V",
+        highest,
+        most=circuit.rails["12V"][0],
+    )
     yield Margin("input of U1", "V", least, least=parts["U1"].least_input)
     yield Margin("least voltage at VSYS", "V", five[0] - parts["D3"].forward, least=1.8)
     yield Margin("greatest voltage at VSYS", "V", five[1], most=5.5)
@@ -160,7 +166,7 @@ def _power(circuit: Circuit) -> Iterator[Margin]:
     yield Margin("voltage of C2", "V", clamp, most=parts["C2"].voltage)
     yield Margin("current of D5", "A", parts["M1"].running, most=parts["D5"].current)
     yield Margin("current of D3", "A", BOARD, most=parts["D3"].current)
-    yield Margin("standing voltage of D4", "V", high, most=parts["D4"].standoff)
+    yield Margin("stand-off voltage of D4", "V", high, most=parts["D4"].standoff)
     total = parts["M1"].running + parts["Y1"].running + BOARD
     yield Margin("current of F1", "A", total, most=CARRIED * parts["F1"].current)
     starts = high / parts["M1"].value + parts["Y1"].running

@@ -191,7 +191,7 @@ class Execution:
         self._hold(step.hold)
 
     def _vent(self) -> None:
-        """Wait until the reading counts as no vacuum."""
+        """Wait until the reading is accepted as zero vacuum."""
         limit = 2 * self.watch.settle_time
         self.bench.target = 0.0
         none = self.watch.zero
@@ -217,7 +217,7 @@ class Execution:
     def _move(self, step: Pull | Return) -> None:
         crosshead = self.crosshead
         if crosshead is None:
-            raise CrossheadLostError("the procedure moves a crosshead, and there is none")
+            raise CrossheadLostError("the procedure moves a crosshead, but there is none")
         crosshead.begin(step, self.bench, self.file.note)
         try:
             start = self.recorder.now
@@ -233,8 +233,8 @@ class Execution:
     def _until(self, is_done: Callable[[Block], bool], limit: float, after: int = -1) -> bool:
         """Record until `done`; False after `limit` [s] of the board's clock.
 
-        The time starts at sample `after`: a delayed host first reads samples that the board took
-        before the command.
+        The time starts at sample `after`: a delayed host first reads samples taken before the
+        command.
         """
         start = self.recorder.now
         while True:
@@ -305,7 +305,9 @@ class Execution:
                 if shots is not None:
                     shots.look(self.recorder)
         except LayerjamError:
-            pass  # a line that is down: the lease acts; a full disk: nothing more to keep
+            # if the connection is lost, the lease acts; if the disk is full, nothing more can be
+            # stored
+            pass
 
 
 def check(bench: Bench, procedure: Procedure, crosshead: Crosshead | None) -> None:
@@ -359,8 +361,8 @@ def execute(
         plant = bench.plant
         bench.lease = LEASE if plant is None or plant.behind.speed == 1.0 else QUICK
         say(
-            f"lease {bench.lease:g} s: if this program falls silent for so long, the outputs go to "
-            f"the safe state ({bench.safe_state})"
+            f"lease {bench.lease:g} s: if this program is silent for this time, the "
+            f"outputs go to the safe state ({bench.safe_state})"
         )
         try:
             file = RunFile.create(out, entries, overwrite)
@@ -381,7 +383,7 @@ def _run_and_close(bench: Bench, file: RunFile, running: Execution) -> RunResult
         outcome, reason = running.run()
     except LayerjamError:
         if running.done[0].started is None:
-            file.discard()  # refused before anything was done
+            file.discard()  # rejected before anything was done
         raise
     if reason is not None:
         file.note("note", reason, running.recorder.now)
@@ -406,7 +408,7 @@ def _run_and_close(bench: Bench, file: RunFile, running: Execution) -> RunResult
 
 
 def _unlock(bench: Bench, lease: float) -> None:
-    """Release lock and lease [s], if the line still works."""
+    """Release lock and lease [s], if the connection still works."""
     with contextlib.suppress(LayerjamError):
         bench.lease = lease
         bench.unlock()

@@ -48,7 +48,7 @@ def export(
     out = Path(out)
     ending = out.suffix.lower()
     if ending not in ENDINGS:
-        raise FileError(out, f"the ending '{out.suffix}' is not known; use {', '.join(ENDINGS)}")
+        raise FileError(out, (f"extension '{out.suffix}' is unknown; use {', '.join(ENDINGS)}"))
     run_ = read_run(run)
     if start is not None or end is not None:
         run_ = run_.between(start, end)

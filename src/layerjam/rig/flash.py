@@ -48,8 +48,8 @@ class Prompt:
             left = last - time.monotonic()
             if left <= 0:
                 raise LineError(
-                    f"{self._name}: neither the firmware nor MicroPython's prompt answers, but "
-                    f"{self._buffer[-60:]!r}"
+                    f"{self._name}: neither the firmware nor MicroPython's prompt "
+                    f"responds, but {self._buffer[-60:]!r}"
                 )
             self._buffer += self._ends.read(left)
         data, _, self._buffer = self._buffer.partition(end)
@@ -145,7 +145,7 @@ def flash(
     if image_data is not None:
         load(
             image_data,
-            wait_for(drive, "the boot loader's drive did not appear; mount it, and give it"),
+            wait_for(drive, "the boot loader's drive did not appear; mount it, and give its path"),
         )
     identity, same = retry(lambda: check_identity(port, board))
     return Flashed(board=board, image_sha256=digest, files=files, verified=same, identity=identity)
@@ -257,9 +257,9 @@ def load(image: bytes, place: Path) -> None:
     except OSError:
         raise FileError(place, f"is not a boot loader's drive: {MARK} is missing") from None
     if CHIP not in text:
-        raise FileError(place, f"is the boot loader of another chip than {CHIP}")
+        raise FileError(place, f"is the boot loader of a chip other than {CHIP}")
     with (
-        report_failure(place, "does not take the image"),
+        report_failure(place, "does not accept the image"),
         (place / "layerjam.uf2").open("wb") as file,
     ):
         file.write(image)

@@ -25,7 +25,7 @@ def pack(session: int, number: int, payload: bytes) -> bytes:
 
 
 def length_of(head: bytes) -> int:
-    """Length of the payload that a frame's first 17 bytes announce, -1 where they are none."""
+    """Length of the payload announced by a frame's first 17 bytes, -1 if they are invalid."""
     if len(head) != HEAD or head[0] != 64 or head[16] != 32:
         return -1
     for byte in head[1:16]:

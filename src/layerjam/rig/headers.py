@@ -1,4 +1,4 @@
-"""The instrument's headers as its firmware has them, with what each does: the SCPI reference."""
+"""The headers of the instrument's firmware, with their functions: the SCPI reference."""
 
 import json
 import subprocess
@@ -41,21 +41,22 @@ print(json.dumps(rows))
 class Header:
     """One header: parameters of its command and its query (None: there is none), and a note.
 
-    `flags` are those of the command: L is refused to others while locked, S is for SAFE alone.
+    `flags` are those of the command: L is rejected for others while locked; S is allowed only in
+    SAFE.
     """
 
     header: str
     command: Sequence[Mapping[str, Any]] | None
     query: Sequence[Mapping[str, Any]] | None
     least: int
-    """Parameters that cannot be left out."""
+    """Required parameters."""
     flags: str
     group: str
     note: str
 
     @property
     def shown(self) -> str:
-        """The header with `?` where it is only asked, `(?)` where it is both."""
+        """The header with `?` if it has only a query, `(?)` if it has both forms."""
         return self.header + (
             "" if self.query is None else "(?)" if self.command is not None else "?"
         )

@@ -1,4 +1,4 @@
-"""Faults of a campaign: their moments, the names by which the board may report them, deadlines.
+"""Faults of a campaign: times, names that the board may report, and deadlines.
 
 A deadline runs from the event to safe outputs. Those of the law's own faults are `detection_times`;
 the others follow from the regulator's settings.
@@ -166,7 +166,7 @@ def _leaks_out(case: Case) -> float:
 def _open_shows(case: Case) -> float:
     """Return the time until the open vent limits the rise to that of a weak pump.
 
-    Near zero vacuum the open vent takes little, and the pump works normally.
+    Near zero vacuum the open vent has little flow, and the pump works normally.
     """
     regulator = case.regulator
     plant, left = case.strongest, 1 - regulator.weak_ratio / 2
@@ -244,9 +244,9 @@ def _kinds() -> Iterator[tuple[str, FaultKind]]:
 
 KINDS = dict(_kinds())
 NOTHING = "nothing"
-"""Name of a run in which nothing breaks, up to the release of the vacuum."""
+"""Name of a healthy run, up to the release of the vacuum."""
 HEALTHY = FaultKind(
-    text="nothing breaks",
+    text="no fault",
     moments=("holding",),
     answers="",
     breaks=_set(),

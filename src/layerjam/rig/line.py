@@ -16,7 +16,7 @@ TRIES = 5
 WAIT = 0.5
 """Wait for a response, each try [s]."""
 QUIET = 0.05
-"""Silence after which the rest of a response does not come [s]."""
+"""Silence after which the rest of a response is not expected [s]."""
 PROMPTS = (b">>> ", b"Traceback (most recent call last)")
 """Texts that a board sends if its firmware is not running."""
 
@@ -180,7 +180,7 @@ class Line:
                         return answer
                     repeat = True
             kind = SpoiltError if self._spoilt else LineError
-            raise kind(f"{self.name} does not answer: {tries} tries of {WAIT:g} s each")
+            raise kind(f"{self.name} does not respond: {tries} tries of {WAIT:g} s each")
 
     def send(self, session: int, text: bytes) -> None:
         """Send one line without reading its response."""
@@ -209,8 +209,8 @@ class Line:
             if frame is None and any(prompt in self._buffer for prompt in PROMPTS):
                 self._buffer = b""
                 raise LineError(
-                    f"{self.name}: a Python prompt or a traceback answers; the firmware is not "
-                    "running"
+                    f"{self.name}: a Python prompt or a traceback responds; the firmware "
+                    "is not running"
                 )
             skipped_bytes, self._buffer = self._buffer[:size], self._buffer[size:]
             if frame is not None:
@@ -235,7 +235,7 @@ class Line:
                 break
             except LineError:
                 if time.monotonic() > end:
-                    raise LineError(f"{self.name} does not answer: {patience:g} s") from None
+                    raise LineError(f"{self.name} does not respond: {patience:g} s") from None
         for session in range(1, 16):
             self.ask(session, b"")
         return response.decode("ascii", "replace")

@@ -21,7 +21,7 @@ CHECK = "*OPT?;:SYST:ERR?"
 """Query whose response always begins with 0: it ends all earlier responses."""
 CHECKED = re.compile(rb'0;([+-]?\d+),"(.*)"')
 POLL = 0.02
-"""Time between two questions whether a line still waits [s]."""
+"""Time between two queries whether a line is still waiting [s]."""
 
 
 class Link(Protocol):
@@ -72,7 +72,7 @@ def connect_socket(address: Address) -> socket.socket:
         connection = socket.create_connection(address.host_port, PATIENCE)
     except OSError as error:
         reason = error.strerror or str(error)
-        raise FileError(str(address), f"nobody answers: {reason}") from None
+        raise FileError(str(address), f"no response: {reason}") from None
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     return connection
@@ -93,7 +93,7 @@ class SocketLink:
         self._socket.sendall(f'SYST:PASS:CEN "{token}"\nSYST:PASS:CEN:STAT?\n'.encode("ascii"))
         if self._answer() != b"1":
             self.close()
-            raise FileError(self._name, "the gateway has another token; copy its --token-file")
+            raise FileError(self._name, "the gateway has a different token; copy its --token-file")
 
     def exchange(self, text: str) -> tuple[bytes, int, str]:
         """Send the line and CHECK in one packet; a rejected line has no response before it."""
@@ -101,7 +101,7 @@ class SocketLink:
         try:
             self._socket.sendall(text.encode("ascii") + b"\n" + CHECK.encode() + b"\n")
         except OSError as error:
-            raise LineError(f"{self._name} is gone: {error}") from None
+            raise LineError(f"connection to {self._name} lost: {error}") from None
         first = self._answer()
         match = CHECKED.fullmatch(first)
         if match is not None:
@@ -118,7 +118,7 @@ class SocketLink:
             try:
                 data = self._socket.recv(65536)
             except OSError as error:
-                raise LineError(f"{self._name} does not answer: {error}") from None
+                raise LineError(f"{self._name} does not respond: {error}") from None
             if not data:
                 raise LineError(f"{self._name} closed the connection")
             self._buffer += data
@@ -130,7 +130,7 @@ class SocketLink:
             begin = 2 + int(digits) if digits.isdigit() else 0
             if not begin or len(self._buffer) < begin:
                 return 0
-            # other answers may follow a block
+            # other responses may follow a block
             return self._buffer.find(b"\n", begin + int(self._buffer[2:begin])) + 1
         return self._buffer.find(b"\n") + 1
 
@@ -169,7 +169,7 @@ class VisaEnds:
             self.settimeout(PATIENCE)
         except (pyvisa.Error, OSError, ValueError, AttributeError) as error:
             self._manager.close()
-            raise FileError(str(address), f"nobody answers: {error}") from None
+            raise FileError(str(address), f"no response: {error}") from None
 
     def settimeout(self, seconds: float | None) -> None:
         """Limit the wait for a response [s], or not."""

@@ -61,7 +61,7 @@ class SteppedBrake:
 
 
 class VirtualMachine:
-    """A crosshead with a brake whose chamber is the line's.
+    """A crosshead with a brake whose chamber is that of the line.
 
     The force follows from the brake's law at the true vacuum. The slip enlarges the chamber by
     `volume_per_slip`, so that its gas expands.
@@ -80,7 +80,7 @@ class VirtualMachine:
 
     @property
     def swell(self) -> float:
-        """Volume of the chamber over that at rest."""
+        """Volume of the chamber relative to that at rest."""
         return 1.0 + self._larger * self.slip
 
     def go(self, end: float, speed: float) -> None:

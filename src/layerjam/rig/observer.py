@@ -37,7 +37,7 @@ FULL = 1.5
 WAITS = (0.2, 5.0)
 """Time [s] for which a vacuum is held before a fault."""
 PATIENCE = 120.0
-"""Time [s] of the plant after which a moment or a host's command is not expected any more."""
+"""Time [s] of the plant after which an event or a host's command is no longer expected."""
 FLOODED = 15.0
 """Time [s] in which a board reads the queries of a deaf host, until its 4 kB wait to be sent."""
 MARGIN = 2.0
@@ -47,7 +47,7 @@ LONGEST = 600.0
 TENTH = 0.1
 """Share of the target whose loss is noted."""
 GONE = 0.02
-"""Share of the target below which the vacuum counts as lost."""
+"""Share of the target below which the vacuum is considered lost."""
 SLOW = 1e-3
 """Host's time [s] of a sample while the host is busy."""
 
@@ -131,7 +131,7 @@ def draw_plan(
     )
     real = replace(hardware, plant=plant)
     if mismatch:
-        # a promise that rests on the leak rests on the declared one
+        # a deadline that depends on the leak uses the declared leak
         leak = draw.random() if name == NOTHING else 1.0
         real = draw_mismatch(real, case, leak, draw)
     return Plan(
@@ -260,14 +260,14 @@ class Observer:
             margin = MARGIN if self.event is not None else PATIENCE
             if elapsed_time > 2 * self._deadline + self._settle + margin:
                 self._end()
-        elif self._known:  # outputs that are safe by themselves must be named too
+        elif self._known:  # the fault must be reported even if the outputs are already safe
             margin = 0.0 if self.event is not None else FLOODED
             if elapsed_time >= self._deadline + self._settle + margin:
                 self._end()
 
     @property
     def _known(self) -> bool:
-        """Whether the event is known, or will be when a deaf host reads its responses."""
+        """Whether the event is known, or will be once a deaf host reads its responses."""
         return self.event is not None or self.plan.kind.host == "deaf"
 
     def _end(self) -> None:

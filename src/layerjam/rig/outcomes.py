@@ -10,27 +10,29 @@ from layerjam.outputs import fact, number, outputs
 class BenchStatus:
     """State of a bench at one moment."""
 
-    identity: str = fact("what it says of itself")
-    simulated: bool = fact("whether no hardware is behind it")
+    identity: str = fact("identification of the board")
+    simulated: bool = fact("whether the bench is simulated")
     state: str = fact("SAFE, RUN, FAULT or DRIVE")
     fault: str | None = fact("the latched fault")
     vacuum: float | None = number("Pa", "last reading")
     target: float = number("Pa", "vacuum to hold")
     pump: float = number("1", "command of the pump, −1 to 1")
     vent: str = fact("whether the vent is open or closed")
-    safe_state: str | None = fact("what a fault ends in; null while not declared")
-    vent_rest: str | None = fact("the vent valve without power; null while not declared")
+    safe_state: str | None = fact("safe state after a fault; null while not declared")
+    vent_rest: str | None = fact(
+        "position of the vent valve without power; null while not declared"
+    )
     lease: float = number("s", "time for which a silent host keeps the outputs on")
     boot: str = fact("number of this start of the board")
-    reset_cause: str = fact("why the board started")
+    reset_cause: str = fact("cause of the start")
     uptime: float = number("s", "time since then")
     late_ticks: int = fact("samples more than 1 ms late")
     worst_lateness: float = number("s", "lateness of the latest sample")
     samples_lost: int = fact("samples overwritten before they were acknowledged")
     law_matches: bool = fact("whether the board runs the same law as this package")
     double: bool = fact("whether the board computes in double precision")
-    zero_age: float | None = number("s", "time since the sensor's zero was last seen")
-    errors: tuple[str, ...] = fact("device errors that were waiting", listed=False)
+    zero_age: float | None = number("s", "time since the sensor's zero was last measured")
+    errors: tuple[str, ...] = fact("device errors in the queue", listed=False)
 
 
 @outputs
@@ -41,8 +43,8 @@ class Checked:
     wiring: tuple[str, ...] = fact("wiring faults; empty if there are none")
     leak: float | None = number("1/s", "decay of the vacuum with pump off and vent shut")
     rate: float | None = number("1/s", "flow of the pump over the volume")
-    top: float | None = number("Pa", "vacuum at which the pump ends, by its curve")
-    vent: float | None = number("1/s", "decay of the vacuum that the open vent adds")
+    top: float | None = number("Pa", "ultimate vacuum of the pump, from its curve")
+    vent: float | None = number("1/s", "additional decay of the vacuum with the vent open")
     lag: float | None = number("s", "time constant of the sensor's lag")
     zero: float | None = number("Pa", "reading with the vent open")
     noise: float | None = number("Pa", "standard deviation of that reading")
@@ -50,9 +52,9 @@ class Checked:
         "rate, top, leak, vent and lag of the line in SI units; null unless a line is given",
         listed=False,
     )
-    feasible: bool = fact("whether the bench can regulate, and is like the line if one is given")
+    feasible: bool = fact("whether the bench can regulate, and matches the line if one is given")
     reason: str | None = fact("reason if it is not feasible")
-    simulated: bool = fact("whether no hardware is behind it")
+    simulated: bool = fact("whether the bench is simulated")
 
 
 @outputs
@@ -61,9 +63,9 @@ class Zero:
 
     zero: float = number("Pa", "reading with the vent open, before")
     zero_scatter: float = number("Pa", "standard deviation of the readings")
-    sensor_offset: float = number("Pa", "offset that the board subtracts from now on")
+    sensor_offset: float = number("Pa", "offset that the board will subtract")
     date: str = fact("date that is stored with it")
-    simulated: bool = fact("whether no hardware is behind it")
+    simulated: bool = fact("whether the bench is simulated")
 
 
 @outputs
@@ -74,20 +76,20 @@ class Flashed:
     image_sha256: str | None = fact("SHA-256 of the image; null unless an image is given")
     files: tuple[str, ...] = fact("files written to the board and read back", listed=False)
     verified: bool = fact("whether the board then runs this package's firmware")
-    identity: str | None = fact("what the board says of itself then")
+    identity: str | None = fact("identification of the board afterwards")
 
 
 @outputs
 class Logged:
     """Result of a log."""
 
-    outcome: str = fact("FINISHED, or what ended it")
+    outcome: str = fact("FINISHED, or the reason for its end")
     reason: str | None = fact("why it ended early")
     samples: int = number("1", "samples in the file")
-    gaps: int = number("1", "samples that are missing in between")
+    gaps: int = number("1", "samples missing between the first and the last")
     boots: int = number("1", "starts of the board that they come from")
     file: str = fact("file of the run")
-    simulated: bool = fact("whether no hardware was behind it")
+    simulated: bool = fact("whether the bench was simulated")
 
 
 @outputs
@@ -95,15 +97,15 @@ class Soaked:
     """Result of an endurance test."""
 
     address: str = fact("virtual board that ran", listed=False)
-    board: str = fact("what ran the firmware")
+    board: str = fact("interpreter of the firmware")
     kind: str = fact("control law")
-    hours: float = number("1", "hours of the board's own time")
-    ticks: int = fact("samples that the board took")
-    orders: int = fact("targets and releases that it was given")
-    false_faults: int = fact("faults that it named while nothing was broken")
-    faults: tuple[str, ...] = fact("their names", listed=False)
-    gaps: int = fact("places where a sample was missing, double or not 10 ms after the last")
+    hours: float = number("1", "hours of board time")
+    ticks: int = fact("samples taken by the board")
+    orders: int = fact("targets and releases sent to it")
+    false_faults: int = fact("false faults reported")
+    faults: tuple[str, ...] = fact("names of those faults", listed=False)
+    gaps: int = fact("number of samples missing, repeated or not 10 ms after the previous one")
     wraps: int = fact("number of overflows of its 30-bit clock")
-    heap_growth: int | None = number("B", "memory in use at the end over that of the first minute")
+    heap_growth: int | None = number("B", "growth of the memory in use since the first minute")
     late_ticks: int = fact("samples more than 1 ms late")
-    complete: bool = fact("whether all hours were run")
+    complete: bool = fact("whether all hours were completed")

@@ -53,7 +53,7 @@ DIVIDER, REFERENCE, CODES = 2 / 3, 3.3, 4096
 ZERO = 2.5 * DIVIDER / REFERENCE * CODES
 """Counts at 0."""
 GAIN = STANDARD_GRAVITY / (SENSITIVITY * DIVIDER / REFERENCE * CODES)
-"""m/s^2 a count."""
+"""m/s^2 per count."""
 ACCELERATION_RANGE = float(ADXL193.range or 0.0)
 NOISE = 1.2
 """Counts, RMS: 0.97 to 1.36 were measured of an RP2040's converter (pico-adc.markomo.me)."""
@@ -327,7 +327,7 @@ class VirtualPlant:
         if self.pace:
             time.sleep(self.pace)
         vacuum, raw = self.reading()
-        # without supply there is no voltage behind the emergency stop either
+        # without supply there is no voltage after the emergency stop either
         flags = ESTOP | SUPPLY_LOW if self.supply_low else ESTOP if self.estop else 0
         flags |= (DIAGNOSTIC if vacuum != vacuum else 0) | (SECOND if self.behind.second else 0)
         flags |= CONTACT if self.contact else 0
@@ -359,7 +359,7 @@ class PlantThread(threading.Thread):
                 if asks:
                     self._child.send(plant.answer(asks, count))
         except OSError:
-            pass  # the board is gone
+            pass  # the connection to the board is lost
         finally:
             self._child.leave()
 

@@ -36,7 +36,7 @@ FULL = 200
 FEW = 25
 """Number of records in a block on a line that damages longer ones."""
 SLOW = 0.1
-"""Duration of a block after which the next one is shorter [s of the host]."""
+"""Duration of a block above which the next one is shortened [s of the host]."""
 CREDIT = 300
 """Number of samples that a board at full speed makes before it waits for its recorder."""
 SLOWLY = 0.0005
@@ -203,9 +203,9 @@ class Recorder:
 
 
 class Throttle:
-    """Brake of a virtual board at full speed.
+    """Limits the speed of a virtual board at full speed.
 
-    The board's clock stops unless `going` is set; after `credit` samples each takes half a
+    The board's clock stops unless `going` is set; after `credit` samples, each takes half a
     millisecond.
     """
 
@@ -342,8 +342,8 @@ def _file(bench: Bench, out: Path, resume: bool, overwrite: bool) -> RunFile:
     try:
         check_board(bench, file)
         if file.meta.get("kind") != "log":
-            raise FileError(out, "is a run of a procedure, and only a log can go on")
-        file.note("link", "recording goes on")
+            raise FileError(out, "is a run of a procedure; only a log can be resumed")
+        file.note("link", "recording continues")
     except BaseException:
         file.close()
         raise
@@ -386,11 +386,11 @@ class _Log:
                     return failure
 
     def _reconnect(self, reason: str) -> tuple[str, str | None] | None:
-        """Search for the connection; return None once it is there again."""
+        """Search for the connection; return None once it is restored."""
         recorder = self.recorder
         bench, end = recorder.bench, time.monotonic() + self._patience
         recorder.file.note("link", f"connection lost: {reason}", recorder.now)
-        self._say(f"{reason}; looking for it for {self._patience:g} s")
+        self._say(f"{reason}; trying to reconnect for {self._patience:g} s")
         with contextlib.suppress(LayerjamError):
             bench.close()
         if bench.address.simulated:
@@ -407,7 +407,7 @@ class _Log:
                 bench_.close()
                 raise
             recorder.bench, recorder._heard = bench_, 0
-            recorder.file.note("link", "the line is there again", recorder.now)
-            self._say("the line is there again")
+            recorder.file.note("link", "the connection is restored", recorder.now)
+            self._say("the connection is restored")
             return None
         return LINE_LOST, reason

@@ -50,7 +50,7 @@ def file_system(path: Path, mounts: str) -> str:
 def check_place(path: Path) -> None:
     """Raise FileError if a run cannot be written safely: no folder, no space, a network disk."""
     if path.suffix != ENDING:
-        raise FileError(path, f"the ending '{path.suffix}' is not known; use {ENDING}")
+        raise FileError(path, f"extension '{path.suffix}' is unknown; use {ENDING}")
     check_name(path)
     folder = path.parent
     if not folder.is_dir():
@@ -215,7 +215,7 @@ class RunFile:
         except sqlite3.Error as error:
             with contextlib.suppress(sqlite3.Error):
                 self._base.execute("ROLLBACK")
-            raise RecordingError(f"{self.path}: takes no more samples: {error}") from None
+            raise RecordingError(f"{self.path}: cannot store more samples: {error}") from None
 
     def close(self, outcome: str = "") -> None:
         """State the outcome and leave one read-only file, as far as the disk allows.
@@ -231,7 +231,8 @@ class RunFile:
                     self.add()
                 with contextlib.suppress(RecordingError):
                     self.state({"outcome": outcome, "ended_utc": utc()})
-                with contextlib.suppress(sqlite3.Error):  # a reader has it open, or no room
+                # another program has it open, or the disk is full
+                with contextlib.suppress(sqlite3.Error):
                     self._base.execute("PRAGMA wal_checkpoint(TRUNCATE)")
                     self._base.execute("PRAGMA journal_mode = DELETE")
         finally:

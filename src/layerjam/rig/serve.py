@@ -2,7 +2,7 @@
 
 Each client that may command has a session of its own on the board. All others share one, in which
 only `OUTP OFF`, `ABOR`, `*IDN?`, `*OPC?`, `*OPT?` and `SYST:ERR?` are heard. Lines are plain SCPI.
-The gateway keeps nothing running for a client: if it is silent, the board's lease ends.
+The gateway does not keep the outputs on for a client: if it is silent, the board's lease ends.
 """
 
 import asyncio
@@ -65,7 +65,7 @@ class Listening:
 
 
 class Splitter:
-    """Lines out of bytes; the start of an overlong line once, then nothing up to its LF."""
+    """Split bytes into lines; of an overlong line only the start is returned."""
 
     def __init__(self) -> None:
         self._rest = b""
@@ -92,7 +92,7 @@ class Splitter:
 
     @property
     def endless(self) -> bool:
-        """Whether no LF has come for far too long."""
+        """Whether a line without LF is far too long."""
         return self._skipped > ENDLESS
 
 
@@ -165,7 +165,7 @@ class Gateway:
         try:
             await self._serve(client, reader)
         except (ConnectionError, LineError, TimeoutError, asyncio.CancelledError):
-            pass  # the client or the board is gone, or the gateway ends
+            pass  # the client or the board has disconnected, or the gateway is stopping
         finally:
             if task is not None:
                 self._tasks.discard(task)
@@ -209,10 +209,10 @@ class Gateway:
             if not data:
                 return
             if sock is not None and hasattr(socket, "TCP_QUICKACK"):
-                # a client that sends a line and then another waits for the first one's receipt
+                # a client that sends two lines waits for the receipt of the first one
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
             lines = splitter.feed(data)
-            for line in lines:  # which grows while a line waits
+            for line in lines:  # the queue grows while a line waits
                 if not is_greeted and not is_message(line):
                     return
                 is_greeted = True
@@ -310,14 +310,15 @@ def serve(
     if not is_loopback(host) and token_file is None:
         raise QuantityError.of(
             "token file",
-            f"missing; {host} can be reached by others, and a file made by --token-file keeps "
-            "them out",
+            f"missing; other machines can reach {host}; a token file (--token-file) keeps them out",
         )
     token = token_of(token_file) if token_file is not None else ""
     if pty is not None and not hasattr(os, "openpty"):
-        raise QuantityError.of("pty", "this system has no pseudo-terminals; clients take the port")
+        raise QuantityError.of(
+            "pty", ("this system has no pseudo-terminals; clients must use the TCP port")
+        )
     if pty is not None and Path(pty).exists():
-        raise FileError(pty, "is there already")
+        raise FileError(pty, "already exists")
     line, _board = connect(address)
     try:
         asyncio.run(_run(line, announce, str(address), (host, port), token, pty))
@@ -339,7 +340,7 @@ async def _run(
     for number in (signal.SIGTERM, signal.SIGINT):
         try:
             loop.add_signal_handler(number, end.set)
-        except NotImplementedError:  # the loop of Windows has none
+        except NotImplementedError:  # the Windows event loop does not support it
             signal.signal(number, lambda *_: loop.call_soon_threadsafe(end.set))
     try:
         server = await asyncio.start_server(gateway.client, host, port)
@@ -378,7 +379,7 @@ def _terminal(link: Path):  # type: ignore[no-untyped-def]
         link.symlink_to(os.ttyname(slave))
         yield master
     except OSError as error:
-        raise FileError(link, error.strerror or "cannot be made") from None
+        raise FileError(link, error.strerror or "cannot be created") from None
     finally:
         link.unlink(missing_ok=True)
         os.close(master)

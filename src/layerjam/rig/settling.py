@@ -13,7 +13,7 @@ from layerjam.rig.recorder import Block
 from layerjam.rig.telemetry import PERIOD
 
 SETTLED = 0.5
-"""Time within the band after which a vacuum counts as reached [s]."""
+"""Time within the band after which a vacuum is considered reached [s]."""
 
 
 @dataclass(frozen=True)

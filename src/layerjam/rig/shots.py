@@ -33,8 +33,8 @@ class DropRig:
     """Drop of a mass on the brake, and the settings of its accelerometer.
 
     `capture` are settings of `drop.prepare`. On a virtual board a mass [kg] falls on the brake
-    `file` at the start of each hold and arrives with `speed` [m/s]. On a real board both are
-    statements of a person that are only stored. `say` shows a person when the mass may fall.
+    `file` at the start of each hold and arrives with `speed` [m/s]. On a real board both are only
+    stored, as stated by the user. `say` shows a person when the mass may fall.
     """
 
     capture: Mapping[str, Any] = field(default_factory=dict)
@@ -71,7 +71,7 @@ def check_rig(rig: DropRig, bench: Bench, procedure: Procedure) -> None:
     holds = {step.text(): _hold(step) for step in procedure.steps if _hold(step) > 0.0}
     if not holds:
         raise QuantityError.of(
-            "shot", "the mass falls in a hold, and the procedure has none; write 'hold 20 s'"
+            "shot", "the mass falls during a hold, but the procedure has none; write 'hold 20 s'"
         )
     if bench.plant is None:
         return
@@ -79,15 +79,16 @@ def check_rig(rig: DropRig, bench: Bench, procedure: Procedure) -> None:
     if rig.file is None or mass is None or speed is None:
         raise QuantityError.of(
             "shot",
-            "on a virtual board a mass must be stated and its speed on arrival, for it to "
-            "fall (--mass 1kg --speed 2.5m/s)",
+            "for a fall on a virtual board, state the mass and its speed on arrival "
+            "(--mass 1kg --speed 2.5m/s)",
         )
     MASS.check(mass, "mass")
     ARRIVAL_SPEED.check(speed, "speed")
     moves = next((s for s in procedure.steps if isinstance(s, Pull | Return)), None)
     if moves is not None:
         raise QuantityError.of(
-            "shot", f"'{moves.text()}' is not possible: the virtual brake hangs in the drop rig"
+            "shot",
+            (f"'{moves.text()}' is not possible: the virtual brake is mounted in the drop rig"),
         )
     after = AFTER.si(rig.capture.get("after", 0.5), "after")
     least_time = DELAY + speed / rig.file.brake.site.gravity + after
@@ -95,8 +96,8 @@ def check_rig(rig: DropRig, bench: Bench, procedure: Procedure) -> None:
         if lasting < least_time:
             raise QuantityError.of(
                 "shot",
-                f"'{text}' is too short: a fall to {show(speed, 'm/s')} and its record take "
-                f"{show(least_time, 's')}",
+                f"'{text}' is too short: a fall to {show(speed, 'm/s')} and its record "
+                f"need {show(least_time, 's')}",
             )
 
 
@@ -134,7 +135,7 @@ class Shots:
 
     @property
     def coming(self) -> bool:
-        """Whether a record has begun and is not complete."""
+        """Whether a record has started but is not complete."""
         return self._state == "RUNNING"
 
     def let_fall(self) -> None:
@@ -195,7 +196,10 @@ class Shots:
         self._file.note("note", text, shot.trigger_us)
 
     def last(self, recorder: Recorder) -> None:
-        """Finish when no more drops come and the outputs are off; a running record is kept."""
+        """Finish when no more drops are expected and the outputs are off.
+
+        A running record is kept.
+        """
         self._wanted = False
         if self.waiting:
             self.look(recorder)

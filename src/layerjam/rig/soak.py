@@ -1,4 +1,4 @@
-"""Endurance test of a virtual board: random targets, releases and holds, no sample lost."""
+"""Endurance test of a virtual board: random targets, releases and holds, without a lost sample."""
 
 import random
 import time
@@ -31,10 +31,11 @@ WARM = 60.0
 VENTED = 5.0
 """Time [s] before the first order, in which the board notes the zero of its sensor."""
 LOOKS = 6
-"""Number of readings of the memory, of which the least counts."""
+"""Number of memory readings, of which the least is used."""
 ROUNDS = 5
-"""Most rounds of these at the end. MicroPython's collector keeps a block to which a stale word on
-its stack seems to point; a leak stays in each round."""
+"""Most rounds of these at the end. MicroPython's collector keeps a block if a stale word on its
+stack seems to point to it; a real leak shows in every reading.
+"""
 BLOCK = 200
 """Number of records fetched at once."""
 HELD_BACK = ((950, 5e-3), (500, 1e-3))
@@ -92,7 +93,7 @@ def soak(
     seed: int = 0,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> Soaked:
-    """Run a board for some hours of its own time under one regulator; nothing should happen.
+    """Run a board for some hours of board time under one regulator; no fault is expected.
 
     An interrupt from the keyboard returns the results so far. Raises QuantityError for an address
     that is not a virtual board, FileError and LineError.

@@ -11,7 +11,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Stop:
-    """`asked` is True once somebody requests a stop; signals count inside `with`."""
+    """`asked` is True once a stop is requested; signals are handled inside `with`."""
 
     def __init__(self) -> None:
         self.asked = False

@@ -34,14 +34,14 @@ def payload(block: bytes) -> bytes:
         begin = 2 + int(digits)
         if block[2:begin].isdigit() and len(block) == begin + int(block[2:begin]):
             return block[begin:]
-    raise LineError(f"no block of data came, but {block[:40]!r}")
+    raise LineError(f"expected a block of data, got {block[:40]!r}")
 
 
 def records(block: bytes) -> np.ndarray[Any, Any]:
     """Return the records of a block, an array of RECORD of shape (N,)."""
     data = payload(block)
     if len(data) % RECORD.itemsize:
-        raise LineError(f"a block of {len(data)} bytes holds no whole records")
+        raise LineError(f"a block of {len(data)} bytes does not contain complete records")
     return np.frombuffer(data, RECORD)
 
 
@@ -50,9 +50,9 @@ def unwrap_clock(
 ) -> np.ndarray[Any, Any]:
     """Return the board's clock [us] without overflows, int64 of shape (N,).
 
-    `last` is (seq, unwrapped us) of an earlier sample; without one the first value is kept. It is
-    correct across any gap: the samples' numbers give the number of overflows, while the board's
-    clock is within 35 minutes of one sample every 10 ms.
+    `last` is (seq, unwrapped us) of an earlier sample; without one, the first value is unchanged.
+    It is correct across any gap: the samples' numbers give the number of overflows, while the
+    board's clock is within 35 minutes of one sample every 10 ms.
     """
     counts, numbers = board_us.astype(np.int64), seq.astype(np.int64)
     if not len(counts):

@@ -14,7 +14,8 @@ ERRORS = re.compile(rb"(\*OPT\?;)?:?SYST(EM)?:ERR(OR)?(:NEXT)?\?[ \t]*", re.IGNO
 FREE = re.compile(rb"\*(IDN|OPT)\?[ \t]*|" + ERRORS.pattern + rb"|" + STOP.pattern, re.IGNORECASE)
 """Lines that the board serves without a token: identity, options, errors and off."""
 COMPLETE = re.compile(rb"\*OPC\?[ \t]*", re.IGNORECASE)
-"""Query that is 1 at once for a client that can start nothing: it has nothing pending."""
+"""Query that returns 1 immediately to a client without a token, because nothing of it is pending.
+"""
 GIVEN = re.compile(
     rb":?SYST(?:EM)?:PASS(?:WORD)?:CEN(?:ABLE)?[ \t]+(['\"])(.{0,200})\1[ \t]*", re.IGNORECASE
 )
@@ -24,7 +25,7 @@ TRIES = 5
 DELAY = 0.2
 """Delay after a client's first wrong token, doubled each time [s]."""
 QUEUE = 16
-"""Denials kept for one client."""
+"""Number of denials stored for one client."""
 DENIED = (
     b'-203,"Command protected;send SYST:PASS:CEN ""token"" first, or open the address with '
     b'?token=FILE"'
@@ -39,7 +40,7 @@ MESSAGE = re.compile(rb"[ \t;]*(\*[A-Za-z]|:?[A-Za-z])[\t -~]*")
 def is_message(line: bytes) -> bool:
     """Return whether a first line can be a message to an instrument, and no HTTP client sends it.
 
-    A web page can make a browser connect to any port of this machine. What the browser sends begins
+    A web page can make a browser connect to any port of this machine. Requests of a browser start
     with a request line (RFC 9112, section 3), with HTTP/2's preface or with a TLS record.
     """
     return MESSAGE.fullmatch(line) is not None and HTTP.fullmatch(line) is None
@@ -70,15 +71,16 @@ def read_token(file: str | Path) -> str:
         text, mode = path.read_text("utf-8").strip(), path.stat().st_mode
     except (OSError, UnicodeDecodeError):
         raise FileError(path, "cannot be read as a token") from None
-    if os.name == "posix" and mode & 0o077:  # elsewhere these bits say nothing of who may read
-        raise FileError(path, "others may read the token; chmod 600 keeps it")
+    # on other systems these bits do not show who may read the file
+    if os.name == "posix" and mode & 0o077:
+        raise FileError(path, "others can read the token; protect it with chmod 600")
     if not re.fullmatch(r"[0-9a-zA-Z]{16,128}", text):
         raise FileError(path, "a token is 16 to 128 letters and digits")
     return text
 
 
 class Door:
-    """Permission of one client: all lines with a token and a session, else those of `FREE`."""
+    """Permission of one client: all lines with a token and a session, otherwise those in `FREE`."""
 
     def __init__(self, token: str) -> None:
         self._token = token

@@ -46,18 +46,18 @@ def encode_uf2(program: bytes, family: int) -> bytes:
 def decode_uf2(image: bytes, family: int, name: str) -> bytes:
     """Return the program of a UF2 file; ImageError if it does not fit this board."""
     if not image or len(image) % BLOCK:
-        raise ImageError(f"{name} is no UF2 image: {len(image)} bytes are not blocks of {BLOCK}")
+        raise ImageError(f"{name} is not a UF2 image: {len(image)} bytes are not blocks of {BLOCK}")
     count = len(image) // BLOCK
     program = bytearray()
     for number in range(count):
         block = image[number * BLOCK : (number + 1) * BLOCK]
         first, second, flags, address, size, place, blocks, kind = struct.unpack(HEAD, block[:32])
         if (first, second, block[-4:]) != (FIRST, SECOND, struct.pack("<I", LAST)):
-            raise ImageError(f"{name} is no UF2 image: block {number} has not its marks")
+            raise ImageError(f"{name} is not a UF2 image: block {number} lacks its markers")
         if not flags & HAS_FAMILY or kind != family:
             raise ImageError(f"{name} is for another chip: family {kind:#010x}, not {family:#010x}")
         if (place, blocks) != (number, count):
-            raise ImageError(f"{name} is not whole: block {place} of {blocks} at place {number}")
+            raise ImageError(f"{name} is incomplete: block {place} of {blocks} at place {number}")
         if size != PAYLOAD or address != FLASH + number * PAYLOAD:
             raise ImageError(f"{name} does not fill the flash from its beginning: {address:#010x}")
         program += block[32 : 32 + size]

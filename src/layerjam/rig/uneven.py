@@ -18,7 +18,7 @@ EVERY = 1.0
 SUPPLY = 0.5
 """Smallest share of the pump's flow during a dip."""
 SUBSTEP = 2e-3
-"""Longest time [s] for which flows count as constant."""
+"""Longest time [s] for which flows are assumed constant."""
 ATMOSPHERE = Site().atmosphere
 
 
@@ -37,12 +37,12 @@ class Uneven:
     lasting: float
 
     def pump(self, time: float) -> float:
-        """Flow of the pump over its mean at a time [s]."""
+        """Return the flow of the pump relative to its mean at a time [s]."""
         share = 1 + self.ripple * math.sin(2 * math.pi * self.frequency * time + self.phase)
         return share * (self.dip if time % EVERY < self.lasting else 1.0)
 
     def orifice(self, vacuum: float) -> float:
-        """Flow through an orifice over that of the linear plant at a vacuum [Pa]."""
+        """Return the flow through an orifice relative to the linear plant at a vacuum [Pa]."""
         if vacuum <= 0.0:
             return 1.0
         return self._flow_per_vacuum(vacuum) / self._flow_per_vacuum(self.right_at)
@@ -52,7 +52,7 @@ class Uneven:
 
 
 def draw_uneven(draw: random.Random, right_at: float) -> Uneven:
-    """Return a random uneven line, whose orifices are right at a vacuum [Pa]."""
+    """Return a random uneven line, whose orifices are exact at a vacuum [Pa]."""
     return Uneven(
         right_at=right_at,
         ripple=draw.uniform(0.0, SWING),

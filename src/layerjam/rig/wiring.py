@@ -33,15 +33,15 @@ class Pins:
     pump_back_gate: int = gp("the second side of an H-bridge, for a pump that runs both ways")
     vent_gate: int = gp("the vent valve's transistor")
     estop_sense: int = gp("the sense of the emergency stop: high while there is power behind it")
-    sync_out: int = gp("the marker to a test machine")
+    sync_out: int = gp("the marker output to a test machine")
     trigger_in: int = gp("the contact that starts a capture")
     led_out: int = gp("the lamp")
     supply_adc: int = gp("the supply of pump and valve, divided")
     spi_miso: int = gp("the sensor's data")
     spi_cs: int = gp("the sensor's chip select")
     spi_sck: int = gp("the sensor's clock")
-    spi_mosi: int = gp("the data that the sensor does not listen to")
-    sensor_adc: int = gp("a sensor with a voltage")
+    spi_mosi: int = gp("the data output, which the sensor ignores")
+    sensor_adc: int = gp("the analogue output of a sensor")
     accelerometer_adc: int = gp("the accelerometer")
 
 
@@ -52,22 +52,22 @@ class Wiring:
     pump_frequency: float = quantity("Hz", "switching frequency of the pump", lo=10, hi=1e5)
     reference_voltage: float = quantity("V", "full scale of the converter", lo=1.0, hi=3.6)
     supply_ratio: float = quantity("1", "divider between supply and converter", lo=1, hi=20)
-    least_supply: float = quantity("V", "least supply of pump and valve", lo=1.0, hi=30)
+    least_supply: float = quantity("V", "least supply voltage of pump and valve", lo=1.0, hi=30)
     sensor_kind: str = value(TextSpec(text="kind of pressure sensor", choices=("hsc", "adc")))
     sensor_range: float = like(spec_of(Sensor, "range"))
     sensor_zero: float | None = quantity(
-        "1", "share of the converter's range that a sensor with a voltage gives at no vacuum",
+        "1", "output of an analogue sensor at zero vacuum, as a share of the converter's range",
         hi=1, default=None,
     )  # fmt: skip
     sensor_full: float | None = quantity(
-        "1", "share of the converter's range that it gives at sensor_range", hi=1, default=None
+        "1", "output at sensor_range, as a share of the converter's range", hi=1, default=None
     )
     accelerometer_zero: float | None = quantity(
-        "1", "share of the converter's range that the accelerometer gives at 0 g",
+        "1", "output of the accelerometer at 0 g, as a share of the converter's range",
         hi=1, default=None,
     )  # fmt: skip
     accelerometer_full: float | None = quantity(
-        "1", "share of the converter's range that it gives at accelerometer_range",
+        "1", "output at accelerometer_range, as a share of the converter's range",
         hi=1, default=None,
     )  # fmt: skip
     accelerometer_range: float | None = like(spec_of(Accelerometer, "range"), default=None)
@@ -82,7 +82,7 @@ def validate(wiring: Wiring) -> None:
         number = getattr(wiring.pins, f.name)
         name = f"pins.{f.name}"
         if number in used_pins:
-            raise QuantityError.of(name, f"GP{number} is taken by {used_pins[number]} already")
+            raise QuantityError.of(name, f"GP{number} is already used by {used_pins[number]}")
         used_pins[number] = name
         if f.name.endswith("_adc") and number < FIRST_ADC:
             raise QuantityError.of(
@@ -91,7 +91,7 @@ def validate(wiring: Wiring) -> None:
     zero, full = wiring.sensor_zero, wiring.sensor_full
     if wiring.sensor_kind == "adc" and (zero is None or full is None or zero == full):
         raise QuantityError.of(
-            "sensor_full", "a sensor with a voltage needs sensor_zero and sensor_full, two numbers"
+            "sensor_full", "an analogue sensor needs sensor_zero and sensor_full, two numbers"
         )
     numbers = (wiring.accelerometer_zero, wiring.accelerometer_full, wiring.accelerometer_range)
     if numbers != (None, None, None) and (None in numbers or numbers[0] == numbers[1]):

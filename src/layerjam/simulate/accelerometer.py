@@ -6,7 +6,7 @@ one reads the peak F_peak/M; in g that is `peak_g` of `drop`.
 
 The order is that of a measuring chain: analogue low-pass, samples, noise, range, steps of the
 converter, then the digital filter of SAE J211-1. Outside the record the signal keeps its first and
-last value. Before a drop that is exact: the mass falls freely and the reading is 0.
+last value. This is exact before a drop: the mass falls freely and the reading is 0.
 """
 
 from dataclasses import dataclass
@@ -61,7 +61,10 @@ class Accelerometer:
     kind: str = "bessel"
     sampling: float | None = quantity("Hz", "sampling rate", lo=1, hi=1e7, default=None)
     phase: float = quantity(
-        "1", "first sample after the taut rope over the sampling interval", hi=1, default=0
+        "1",
+        ("time of the first sample after the taut rope, as a share of the sampling interval"),
+        hi=1,
+        default=0,
     )
     resolution: float | None = quantity(
         "m/s^2", "step of the converter", open_lo=True, hi=1e6, default=None
@@ -81,7 +84,7 @@ class Accelerometer:
                 f"than the range of {show(self.range, 'm/s^2')}"
             )
         requirements = {
-            "seed": "noise needs one, so that the result is reproducible",
+            "seed": "noise needs a seed, so that the result is reproducible",
             "sampling": "noise applies to each sample and needs a rate",
         }
         for name, reason in requirements.items():
@@ -98,9 +101,9 @@ ADXL193 = Accelerometer(
     kind="bessel",
     sampling=20e3,
     source="Analog Devices ADXL193, analogue output. From its data sheet, as others quote it: "
-    "±250 g (a ±120 g grade exists; the paper does not say which), low-pass of 400 Hz on the "
-    "output. Assumed: 2-pole Bessel (remembered of the data sheet, not checked), 20 kHz "
-    "sampling, a converter without steps, no noise",
+    "±250 g (a ±120 g grade exists; the paper does not say which), low-pass of 400 Hz on "
+    "the output. Assumed: 2-pole Bessel (quoted from memory of the data sheet, not "
+    "checked), 20 kHz sampling, a converter without steps, no noise",
 )
 SENSORS = {sensor.name: sensor for sensor in (IDEAL, ADXL193)}
 
@@ -134,12 +137,12 @@ def specific_force(record: DropRecord) -> tuple[Array, Array]:
     A record that ends at its first standstill ends under full load, while a filter needs the
     samples after it. At constant vacuum and without damping the brake sticks there. The mass then
     swings back on the spring of rope, mount and sheets, in closed form, until it flies and the
-    reading is 0. Any other record stays as it is; give a `duration` to include the rebound. A
-    damped rope pulls from the first instant, so a zero is added just before it.
+    reading is 0. Any other record is unchanged; give a `duration` to include the rebound. A damped
+    rope pulls from the first instant, so a zero is added just before it.
     """
     time, force = np.asarray(record.time, float), np.asarray(record.force, float)
     if _swings_back(record):
-        from layerjam.simulate.drop import spring_of  # brings JAX, which no sensor needs
+        from layerjam.simulate.drop import spring_of  # imports JAX, which a sensor does not need
 
         spring = spring_of(record.brake.brake, record.rope_stiffness)
         weight = record.mass * record.gravity
@@ -162,7 +165,7 @@ def _swings_back(record: DropRecord) -> bool:
     # with a speed law the sheets keep sliding after the standstill
     steady = steady and not follows_speed(record.brake.brake)
     stopped = record.outcome in (Outcome.STOPPED, Outcome.NEVER_SLID)
-    # below the weight the mass does not rise again: it hangs, and the force stays
+    # below the weight, the mass does not rise again: it hangs, and the force stays constant
     return stopped and still and steady and record.force[-1] > record.mass * record.gravity
 
 
@@ -248,9 +251,9 @@ def cfc_filter(value: Any, rate: float, cfc: float) -> Array:
     """Return equally spaced samples, shape (N,), through the SAE J211-1 filter, both ways.
 
     Four poles, no phase. Beyond its ends the signal keeps its first and last value, which is exact
-    for the zeros before a drop. The filter starts at rest at that value, and runs past the end
-    until it has forgotten (at least 10 ms, as the standard pads). Raises QuantityError for a rate
-    below ten times the class, which the standard requires.
+    for the zeros before a drop. The filter starts at rest at that value, and continues past the end
+    until it has settled (at least 10 ms, the padding of the standard). Raises QuantityError for a
+    rate below ten times the class, which the standard requires.
     """
     from scipy.signal import lfilter
 

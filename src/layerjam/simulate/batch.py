@@ -62,7 +62,7 @@ def constants_of(brake: Brake) -> Constants | None:
 CHUNK = 1 << 17
 """Cases between two progress reports: their results stay in the cache of the cores."""
 QUICK = 16
-"""Chunks per call of the compiled loop, some 20 ms, if nobody needs the pieces."""
+"""Chunks per call of the compiled loop, about 20 ms, if the pieces are not needed."""
 LARGEST = 4 << 30
 """Greatest size of results kept in memory [bytes]; larger ones need a sink."""
 Sink = Callable[[int, Mapping[str, Array]], None]
@@ -119,7 +119,7 @@ def batch(
 
     The result is a labelled Dataset with the axes in the order given. A result with the name of an
     axis (the speed of a march) becomes NAME_reached. With `sink`, called as sink(first, {name:
-    values}) with flat pieces in order, nothing is kept and the number of cases is returned.
+    values}) with flat pieces in order, nothing is stored and the number of cases is returned.
     `wanted` selects results of the law; `out` gives arrays of float64 to reuse. `progress` is
     called with (done, all). Ctrl-C ends the batch with the cases done; the others are NaN,
     attribute `done`.
@@ -268,7 +268,7 @@ def _runner(
             into = tuple(out.get(n, _NOTHING) for n in Stop._fields)
             is_lost = np.zeros(count, bool)
             if kernel()(first, count, axes, constants, into, is_lost):
-                # the law itself brackets the few roots that the loop did not find
+                # the law itself brackets the few roots that the loop missed
                 rows = np.flatnonzero(is_lost)
                 stop_result = stop(**{s.name: s.take(first + rows) for s in sweeps}, brake=brake)
                 for name, values in out.items():

@@ -25,10 +25,10 @@ from layerjam.units import show
 
 Array = npt.NDArray[np.float64]
 TOLERANCE = 1e-6
-"""Relative change of slip, peak and vacuum between rounds that counts as converged."""
+"""Relative change of slip, peak and vacuum between rounds at convergence."""
 ROUNDS = 25
 NODES = 241
-"""Times at which a round passes the vacuum on; straight lines in between."""
+"""Number of times at which a round passes on the vacuum; linear in between."""
 MATTERS = 0.01
 """Relative change of slip or peak above which the coupling matters."""
 

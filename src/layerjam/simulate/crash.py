@@ -1,7 +1,8 @@
 """Motion after the travel is used up: the mass on its rope alone, behind a rigid end.
 
 No record states the compliance at the end of a brake's travel. layerjam assumes the worst case, a
-rigid end: the rope alone stretches on, from its force and the mass's remaining speed.
+rigid end: only the rope stretches further, starting from its force and the remaining speed of the
+mass.
 """
 
 import math
@@ -40,7 +41,7 @@ class Crash:
 def crash(record: DropRecord) -> Crash | None:
     """Return the motion after a drop that BOTTOMED_OUT on a rigid end; None for other drops.
 
-    None without a rope too, as the force then has no known bound. It lasts up to the first
+    Also None without a rope, because the force then has no known bound. It lasts up to the first
     standstill, or until an overdamped rope has practically brought the mass to rest.
     """
     rope = record.rope_stiffness
@@ -54,7 +55,7 @@ def crash(record: DropRecord) -> Crash | None:
     speed = float(record.speed_of_mass[-1])
     # the weight less the force in the rope, which would hang `sag - stretch` lower
     left = system.stiff * (sag - stretch)
-    if system.square <= 0:  # no swing: dense at the response of the damper
+    if system.square <= 0:  # no swing, so sample densely at the response of the damper
         slow = system.stiff / (system.decay + math.sqrt(-system.square))
         after = np.append(0.0, np.geomspace(1e-9, 10.0, 4 * SAMPLES) / slow)
     else:

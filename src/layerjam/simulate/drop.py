@@ -82,8 +82,8 @@ def drop(
 
     `gravity` [m/s^2] acts along the pull: by default that of the site, 0 for a horizontal stop. The
     first result holds the exact values, the second is its record. The outcome is STOPPED,
-    NEVER_SLID, BOTTOMED_OUT (the travel was used up, the mass still moving) or SNAPS. With a speed
-    law the stop is integrated and cannot snap; a notice gives the accuracy.
+    NEVER_SLID, BOTTOMED_OUT (the travel was used up with the mass still moving) or SNAPS. With a
+    speed law the stop is integrated and cannot snap; a notice gives the accuracy.
     """
     brake = file.brake
     pull = brake.site.gravity if gravity is None else gravity
@@ -103,8 +103,8 @@ def drop(
         if outcome is Outcome.STOPPED and not holds(result.slip, vacuum, mass * pull, brake):
             notes.append(
                 Notice(
-                    "the mass stands still for a moment only: sheets at rest do not hold its "
-                    f"weight of {show(mass * pull, 'N')} there, and it slides on",
+                    "the mass stops only for a moment: the sheets cannot hold its weight "
+                    f"of {show(mass * pull, 'N')} there, and it slides on",
                     "slides-on",
                 )
             )
@@ -138,7 +138,7 @@ def conclude(
     if result.outcome is Outcome.SNAPS:
         least = float(least_stiffness(vacuum, brake))
         is_damped = inputs.get("rope_damping")
-        springs = "the brake gives" if is_damped else "rope and brake together give"
+        springs = "the brake has" if is_damped else "rope and brake together have"
         reason = (
             f"{springs} {show(spring, 'N/m')}; at {show(result.slip, 'm')} of slip the force of "
             f"the sliding brake falls faster than that, and it snaps. {show(least, 'N/m')} or more "
@@ -158,8 +158,7 @@ def _stop_warnings(result: TimedStop, brake: Brake) -> list[str]:
         words.append(f"the brake ran out of its {travel} with the mass at {speed}")
     if Outcome.CLOSED_BY_SLEEVE in (result.outcome, result.outcome_at_end):
         words.append(
-            "the run ends where friction no longer holds the enclosure, which then closes the "
-            "brake by itself"
+            "the run ends where friction no longer holds the enclosure, which then closes the brake"
         )
     if result.slip_at_end > result.slip * (1 + 1e-9):
         words.append(
@@ -256,7 +255,8 @@ def _append_slide(
 def _slid_samples(end: float, vacuum: float, brake: Brake) -> Array:
     """Return slips [m] up to `end`, dense at both ends, where the force bends and the speed drops.
 
-    The greatest force is among them; the count is the same without, so that the laws compile once.
+    The greatest force is among them; the number of slips does not depend on this, so the laws
+    compile once.
     """
     if brake.hyperelastic is not None:
         slip_at_peak, _, inside = first_peak(vacuum, brake)

@@ -132,11 +132,11 @@ def drop_in_time(
     step: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[TimedStop, DropRecord]:
-    """Stop a mass [kg] that arrives with `speed` [m/s], marched in time; all in SI.
+    """Stop a mass [kg] that arrives with `speed` [m/s], integrated in time; all in SI.
 
     `vacuum` is one number or a History. With `duration` [s] the run continues after the first
     standstill (rebound, slack rope) up to that time. The values remain those of the first
-    standstill; without one by then the outcome is FINISHED. A mass that hangs at rest is not
+    standstill; if there is none by then, the outcome is FINISHED. A mass that hangs at rest is not
     marched on. By default the `step` [s] is halved until slip and time change by less than 1e-6.
     `progress` is called with the time reached [s]; KeyboardInterrupt from it ends the run.
 

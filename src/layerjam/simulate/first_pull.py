@@ -27,8 +27,9 @@ def check_hyperelastic(vacuum: Array, brake: Brake) -> None:
     if follows_speed(brake):
         raise QuantityError.of(
             "hyperelastic",
-            "a pull whose friction depends on the speed takes the enclosure's one modulus only; "
-            "use the brake without [hyperelastic], or without [speed_law]",
+            "a pull whose friction depends on the speed supports only an enclosure with "
+            "a single modulus; use the brake without [hyperelastic], or without "
+            "[speed_law]",
         )
     if (np.diff(vacuum) < 0).any():
         raise ProcedureError(
@@ -75,7 +76,7 @@ def first_events(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
     k, overlap = working_stiffness(brake), brake.sheets.overlap
     slip, force, inside = first_peak(vacuum, brake)
     onset = force_of(0.0, sheets_at(vacuum, brake)) / k
-    # beyond the fitted strain there is no separation: the pull ends in an error first
+    # beyond the fitted strain there is no separation, because the pull fails first
     separation = overlap + first_loading(overlap, vacuum, brake) / k
     separation = jnp.where(jnp.isnan(separation), overlap + onset, separation)
     return onset, jnp.where(inside, slip + force / k, separation), separation
@@ -96,8 +97,8 @@ def overstretch_error(vacuum: float, brake: Brake) -> QuantityError:
     slip = float(greatest_slip(vacuum, brake))
     return QuantityError.of(
         "hyperelastic.strain",
-        f"at {show(vacuum, 'Pa')} a slip beyond {show(slip, 'm')} stretches the "
-        "enclosure more than was measured; pull less far, or fit more of its curve",
+        f"at {show(vacuum, 'Pa')} a slip beyond {show(slip, 'm')} stretches the enclosure "
+        "beyond the measured range; pull less far, or fit more of its curve",
     )
 
 
@@ -111,7 +112,7 @@ def first_pull(elongation: Array, vacuum: Array, brake: Brake) -> Cycle:
     never = np.zeros(len(elongation), bool)
     is_snapped = never
     if k <= float(least_stiffness(pressure, brake)):
-        # too soft a rig: elastic up to the onset, undefined beyond
+        # the rig is too soft: elastic up to the onset, undefined beyond
         is_snapped = elongation > float(first_events(pressure, brake)[0])
         slip = sleeve = heat = np.where(is_snapped, np.nan, 0.0)
         force = k * elongation + slip

@@ -22,7 +22,7 @@ def _quantity(spec: QuantitySpec) -> Any:
 
 
 class _Step:
-    """Base of every step; `sentence` holds its quantities in braces."""
+    """Base of every step; `sentence` contains its quantities in braces."""
 
     sentence: ClassVar[str]
 
@@ -43,7 +43,7 @@ class Evacuate(_Step):
 
     @property
     def sentence(self) -> str:  # type: ignore[override]
-        """Sentence without the hold if that takes no time."""
+        """Return the sentence, without the hold if it has no duration."""
         return "evacuate to {to} and hold {hold}" if self.hold else "evacuate to {to}"
 
 
@@ -155,7 +155,7 @@ _SENTENCES: dict[str, tuple[str, Sequence[type[Step]]]] = {
         (Pull, Return),
     ),
 }
-"""{sentence of each kind: (its pattern, with named fields of its steps; its steps)}."""
+"""{sentence of each kind: (pattern with named fields, its steps)}."""
 
 
 def _read(kind: type[Step], texts: Mapping[str, str | None]) -> Step:

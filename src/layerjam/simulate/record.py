@@ -43,7 +43,7 @@ def column(unit: str, text: str) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Record:
-    """Base of every result; its columns are the fields made by `column`."""
+    """Base of every result; its columns are the fields declared with `column`."""
 
     command: ClassVar[str] = ""
     outcome: Outcome
@@ -123,7 +123,7 @@ class Record:
             return self.to_csv(path, overwrite=overwrite)
         if suffix == ".nc":
             return self.to_netcdf(path, overwrite=overwrite)
-        raise FileError(path, f"the ending '{suffix}' is not known; use .csv or .nc")
+        raise FileError(path, f"extension '{suffix}' is unknown; use .csv or .nc")
 
 
 def states(record: Record, **units: str) -> dict[str, str]:
@@ -147,7 +147,7 @@ class PullRecord(Record):
 class TensileRecord(PullRecord):
     """Simulated pull; arrays have shape (N,), SI units.
 
-    `outcome` is its end; `brake`, `procedure` (its text) and `model` run it again.
+    `outcome` is its end; `brake`, `procedure` (its text) and `model` allow it to be repeated.
     """
 
     command: ClassVar[str] = "tensile"
@@ -172,8 +172,9 @@ class DropRecord(Record):
     """Simulated stop of a mass; arrays have shape (N,), SI units; time counts from the taut rope.
 
     `mass`, `speed` (on arrival), `vacuum` (at the taut rope), `rope_stiffness` (None without a
-    rope), `rope_damping` and `gravity` (along the pull) run it again. The column `vacuum_in_time`
-    holds a changing vacuum. `step` [s] is that of the solver in time, None for the exact one.
+    rope), `rope_damping` and `gravity` (along the pull) allow it to be repeated. The column
+    `vacuum_in_time` holds a changing vacuum. `step` [s] is that of the solver in time, None for the
+    exact one.
     """
 
     command: ClassVar[str] = "drop"

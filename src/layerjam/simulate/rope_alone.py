@@ -14,7 +14,7 @@ import numpy as np
 Array = np.ndarray[Any, np.dtype[np.float64]]
 SAMPLES = 2000
 FADED = 1e-7
-"""Share of the weight within which a force that creeps to it counts as equal."""
+"""Relative distance from the weight within which a creeping force is treated as equal."""
 _INSTANT = 1e-9
 """Time before which the rope is slack [s]."""
 
@@ -97,7 +97,7 @@ def standstill(mass: float, speed: float, spring: float, damping: float, gravity
 
 
 def time_of_peak(mass: float, speed: float, osc: Oscillator, gravity: float, end: float) -> float:
-    """Return the time [s] of a greatest force between start and standstill, else 0."""
+    """Return the time [s] of the greatest force between start and standstill, or 0."""
     if osc.square > 0:
         swing = math.sqrt(osc.square)
         return max(end - 2 * math.asin(osc.decay / math.sqrt(osc.stiff)) / swing, 0.0)

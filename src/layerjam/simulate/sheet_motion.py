@@ -13,7 +13,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 EVEN, MAX_SAMPLES = 300, 2000
-"""Samples spread over the pull, and most samples, with those where an interface changes."""
+"""Number of samples over the pull, and the maximum including those where an interface changes."""
 
 
 @dataclass(frozen=True, kw_only=True)

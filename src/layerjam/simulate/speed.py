@@ -11,8 +11,9 @@ from layerjam.units import show
 SLOW = 25e-3
 """Fastest pull of the paper [m/s], which saw no effect of speed on dry sheets."""
 UNMEASURED = Notice(
-    "no speed law was measured for this brake: friction counts as the same at every sliding speed, "
-    "while that of PTFE rises several times from 10 to 500 mm/s (makers' curves)",
+    "no speed law was measured for this brake: friction is assumed equal at every "
+    "sliding speed, although that of PTFE rises several times from 10 to 500 mm/s "
+    "(makers' curves)",
     "speed-law-unmeasured",
 )
 
@@ -77,8 +78,8 @@ def force_notices(file: BrakeFile, speed: float | None) -> list[Notice]:
 def pull_notices(file: BrakeFile, speed: float) -> list[Notice]:
     """Return notices of a pull whose crosshead moves at up to a `speed` [m/s]."""
     words = (
-        "friction follows the brake's [speed_law] at the speed of the crosshead or cord; while "
-        "it rests, the last one counts"
+        "friction follows the brake's [speed_law] at the speed of the crosshead or cord; "
+        "while it rests, the last speed is used"
     )
     return _by_law(file, words, speed, unmeasured=speed > SLOW)
 
@@ -91,7 +92,9 @@ def stack_notices(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]:
         "speed of the crosshead"
     )
     if any(speed != first for speed in speeds):
-        words += " in the first move; the others count with it too (the lumped model follows them)"
+        words += (
+            " in the first move, also used for the later ones (the lumped model follows each speed)"
+        )
     return _by_law(file, words, first, unmeasured=max(speeds) > SLOW)
 
 
@@ -107,14 +110,14 @@ def slide_notices(file: BrakeFile, speed: float, fastest: float) -> list[Notice]
 def machine_notices(file: BrakeFile) -> list[Notice]:
     """Return notices of the friction of brakes in a machine."""
     words = (
-        "friction follows the brake's [speed_law] at the speed of the sheets; a force that holds "
-        "is that of sheets which slide ever so slowly, or the static one"
+        "friction follows the brake's [speed_law] at the speed of the sheets; a holding "
+        "force is that of very slowly sliding sheets, or the static one"
     )
     return _by_law(file, words, 0.0)
 
 
 def _by_law(file: BrakeFile, words: str, fastest: float, unmeasured: bool = True) -> list[Notice]:
-    """Return how friction follows the speed law, or that there is none if it matters."""
+    """Return a notice on how friction follows the speed law, or that none was measured."""
     if file.brake.speed_law is None:
         return [UNMEASURED] if unmeasured else []
     if not follows_speed(file.brake):

@@ -22,10 +22,10 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 class FannedFriction:
     """Friction of interfaces between sheets that fan out; arrays of shape (n - 1,).
 
-    The middle interfaces are pressed most: each has the mean of exp(alpha (1 - s^2)) over its share
-    of the stack's half height s, so that together they have the factor of the lumped law. The stack
-    model needs friction that falls linearly with the slip. At each increment it gets the tangent to
-    the interface's own friction at its present slip.
+    The middle interfaces have the highest pressure: each has the mean of exp(alpha (1 - s^2)) over
+    its share of the stack's half height s, so that together they have the factor of the lumped law.
+    The stack model needs friction that falls linearly with the slip. At each increment it gets the
+    tangent to the interface's own friction at its present slip.
     """
 
     flat: Array
@@ -116,8 +116,8 @@ class Interfaces:
     def misaligned(cls, shifts: Array) -> "Interfaces":
         """Return interfaces of sheets that protrude `shifts` [m], shape (n,), too far.
 
-        An interface gains the overlap of both of its sheets. Free lengths stay, as the parts of a
-        sheet that stretch next to a neighbour's end are not modelled separately.
+        An interface gains the overlap of both of its sheets. Free lengths are unchanged, because
+        the parts of a sheet that stretch next to a neighbour's end are not modelled separately.
         """
         shifts = np.asarray(shifts, float)
         return cls(extra_overlap=shifts[:-1] + shifts[1:])
@@ -141,11 +141,11 @@ class Interfaces:
 class Housing:
     """Stiff housing that rubs on the outer side of the outermost sheets (layerjam's assumption).
 
-    Either wall is fixed to the cap opposite to the sheet it rubs on; on the sheet's own cap it
-    would move with the sheet and only share its stretch. `friction` [N] of a wall at rest, one
-    number or (first, last), has not been measured. Over the wall's `contact` length [m] it falls to
-    zero as the sheet is drawn out; without a length (a lip, a guide) it stays. `stiffness` [N/m] is
-    that of a wall, by default a hundred times a sheet's.
+    Each wall is fixed to the cap opposite to that of the sheet on which it rubs; on the sheet's own
+    cap it would move with the sheet and only share its stretch. `friction` [N] of a wall at rest,
+    one number or (first, last), has not been measured. Over the wall's `contact` length [m] it
+    falls to zero as the sheet is drawn out; without a length (a lip, a guide) it is constant.
+    `stiffness` [N/m] is that of a wall, by default a hundred times a sheet's.
     """
 
     friction: float | tuple[float, float]
@@ -177,15 +177,15 @@ def stack_of(
     """Return the stack of a brake at a vacuum [Pa].
 
     `static` uses table I's static friction before an interface moves; the paper and the lumped
-    brake use the kinetic one throughout, and that of a housing is not known. With `one_by_one`,
-    interfaces that a break overloads let go one by one, the most overloaded first, otherwise
+    brake use the kinetic one throughout, and that of a housing is unknown. With `one_by_one`,
+    interfaces that a break overloads slip one at a time, the most overloaded first; otherwise
     together. `mount` [N/m] by default makes the stack as stiff as measured before onset, infinite
     if not measured. Raises QuantityError for interfaces or a housing that do not fit the brake, and
     for `one_by_one` without `static`.
     """
     if one_by_one and not static:
         raise QuantityError.of(
-            "one_by_one", "without static friction no interface breaks away; give static too"
+            "one_by_one", "without static friction no interface breaks away; also give static"
         )
     sheets, film = brake.sheets, brake.film
     count = int(sheets.count)

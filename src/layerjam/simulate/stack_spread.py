@@ -20,7 +20,7 @@ CHUNK = 2000
 
 @dataclass(frozen=True)
 class Spread(Peaks):
-    """Results of the stacks; M is at most `asked`, less if stopped."""
+    """Results of the stacks; M is at most `asked`, or fewer if stopped."""
 
     asked: int
     scatter: float
@@ -72,7 +72,8 @@ def peak_spread(
         raise QuantityError("samples and chunk must be at least 1, seed at least 0")
     if not vacuum > 0:
         raise QuantityError(
-            f"vacuum: at {vacuum!r} Pa the sheets do not rub and nothing scatters; more is allowed"
+            f"vacuum: at {vacuum!r} Pa the sheets do not rub, so nothing scatters; use a "
+            "higher vacuum"
         )
     brake = file.brake
     layout: Any = {"interfaces": interfaces, "housing": housing, "static": static}

@@ -143,7 +143,7 @@ def slide_of(
 ) -> Slide:
     """Return the brake as a mass on a spring; `frozen` keeps friction at its value at `slip` [m].
 
-    Entries broadcast. The crosshead never stops and the run has no end yet: set `ramp` and `end`.
+    Entries broadcast. The crosshead does not stop and the run has no end yet; set `ramp` and `end`.
     """
     brake = straight(brake, "stick–slip")
     curve = stribeck or of_film(brake)
@@ -200,8 +200,8 @@ def bounds_at(run: Slide, speed: Any = None) -> Bounds:
 def _check_hold(hold: float, step: float) -> None:
     if not hold / step <= 0.9 * SAMPLES:
         raise QuantityError(
-            f"step: {step:g} s makes too many steps ({hold / step:.0f}) of the hold of {hold:g} s; "
-            "longer steps give the same result"
+            f"step: {step:g} s makes too many steps ({hold / step:.0f}) of the hold of "
+            f"{hold:g} s; use longer steps, which give the same result"
         )
 
 
@@ -313,7 +313,7 @@ class Tooth(NamedTuple):
 
 
 def tooth(run: Slide, swings: int = 300) -> Tooth:
-    """Return one event of a frozen slide, or none; entries of `run` may be arrays.
+    """Return one event of a slide with friction frozen, or none; entries of `run` may be arrays.
 
     A mass that sticks again starts its next slip like this one, so one event describes all. Without
     an event the motion is followed for some number of `swings`.
@@ -365,8 +365,8 @@ def amplitude_map(
 def critical_speed_of(run: Slide) -> float:
     """Return the speed [m/s] above which stick–slip from rest decays, with friction frozen.
 
-    Closed form for the jump law while the spring stays taut; otherwise bracketed by runs to a
-    thousandth. Infinite without damping.
+    Closed form for the jump law while the spring stays taut; otherwise found by simulations to
+    within 0.1 %. Infinite without damping.
     """
     static, kinetic = (float(v) for v in bounds_at(run, 0.0))
     drag = float(run.damping) + float(run.level) * float(run.viscous)

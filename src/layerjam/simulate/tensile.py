@@ -50,7 +50,7 @@ def _path(
     """Return time, elongation, vacuum and crosshead speed at every sample.
 
     Onset, peak and separation are samples. While the crosshead rests, the speed is that of its last
-    move, before the first move that of the first.
+    move, or of the first move, before it.
     """
     moves = [step.speed for step in procedure.steps if isinstance(step, Pull | Return)]
     pace = moves[0] if moves else 0.0
@@ -99,7 +99,7 @@ def _positions(step: Pull | Return, start: float, vacuum: float, brake: Brake) -
     events = np.array([float(e) for e in find_events(vacuum, brake)])
     # the grid may end after separation, as nothing is simulated beyond
     end = min(step.end, max(start, *events) * 1.001 + 1e-9)
-    # the rise to the peak takes a millimetre or two: enough samples to measure it on
+    # the rise to the peak takes a millimetre or two, which is enough samples to measure it
     rise = np.linspace(start, min(end, 2 * events[1]), RISE + 1)
     events = events[(events > start) & (events < end)]
     grid = np.append(np.linspace(start, end, SAMPLES + 1)[1:], rise[rise > start])
@@ -125,13 +125,14 @@ def outcome_warnings(
     if outcome is Outcome.SNAPS:
         least = show(float(least_stiffness(vacuum, brake)), "N/m")
         texts.append(
-            f"the brake softens by {least} once it slides: on a rig of "
-            f"{show(float(working_stiffness(brake)), 'N/m')} it snaps; more than {least} is needed"
+            f"the brake's force falls by {least} once it slides: on a rig of "
+            f"{show(float(working_stiffness(brake)), 'N/m')} it snaps; more than {least} "
+            "is needed"
         )
     if outcome is Outcome.SEPARATED:
         texts.append(
-            f"the sheets came apart at {show(float(elongation[-1]), 'm')} of elongation; the "
-            "record ends there"
+            f"the sheets separated at {show(float(elongation[-1]), 'm')} of elongation; "
+            "the record ends there"
         )
     top, usable = float(slip.max(initial=0.0)), brake.sheets.usable_travel
     if outcome is not Outcome.SEPARATED and top > usable:
@@ -147,10 +148,10 @@ def tensile(
     With `leak_time` [s] the line is shut off after every evacuation and its hold, and the vacuum
     leaks (laminar, rigid chamber) until the next evacuation or vent. Otherwise the vacuum stays.
     The outcome is FINISHED, SEPARATED (the overlap was used up; the record ends there),
-    CLOSED_BY_SLEEVE (unloaded, the enclosure pulled the brake back) or SNAPS (the rig is softer
-    than the brake's softening; the record ends before it). Raises QuantityError for a vacuum above
-    the site's atmosphere, and ProcedureError if nested turns exceed the memory of the enclosure. A
-    hyperelastic enclosure rejects a falling vacuum.
+    CLOSED_BY_SLEEVE (unloaded, the enclosure pulled the brake back) or SNAPS (the brake's force
+    falls faster than the rig relaxes; the record ends before it). Raises QuantityError for a vacuum
+    above the site's atmosphere, and ProcedureError if nested turns exceed the memory of the
+    enclosure. A hyperelastic enclosure rejects a falling vacuum.
     """
     brake = file.brake
     highest, atmosphere = procedure.highest_vacuum(), brake.site.atmosphere
@@ -170,8 +171,8 @@ def tensile(
     last = int(np.argmax(cycle.separated)) + 1 if is_separated else end
     if cycle.overflow[:last].any():
         raise ProcedureError(
-            f"procedure: more than {DEPTH} turns nested in each other; the enclosure remembers no "
-            "more"
+            f"procedure: more than {DEPTH} nested reversals; the enclosure's memory "
+            "cannot store more"
         )
     if cycle.snapped.any():
         end, outcome = int(np.argmax(cycle.snapped)), Outcome.SNAPS

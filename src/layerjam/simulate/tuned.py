@@ -1,7 +1,7 @@
 """Search for the vacuum that stops a mass after a travel, and advice if there is none.
 
-One function, `tuned_stop`, decides whether a case can be tuned. All advice has passed it: a search
-over many cases finds it, and the single case confirms it.
+One function, `tuned_stop`, decides whether a case can be tuned. All advice is tested: a search over
+many cases finds it, and the single case confirms it.
 """
 
 import math
@@ -22,7 +22,7 @@ from layerjam.units import spec_of
 Array = npt.NDArray[np.float64]
 MOST_SHEETS, MOST_BRAKES = 499, 999
 TRAVELS = SPEEDS = 500
-"""Travels of the brake and speeds to try; the same number again between two of them."""
+"""Number of travels and speeds to try, and of further ones between two of them."""
 AT_ONCE = 1024
 """Cases per call: always the same number, so that the law compiles once."""
 FEW = 65
@@ -30,7 +30,7 @@ FEW = 65
 MARGINS = np.array([1e-12, 1e-9, 1e-6, 1e-3])
 """Relative distances from the ends of a range of speeds at which to try a speed."""
 DIGITS = 4
-"""Digits of a suggested travel, which people read and type."""
+"""Digits of a suggested travel, which users read and type."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,7 +113,7 @@ def _first_tunable(case: Case, name: str, values: Array) -> Any:
 
 
 def other_travel(case: Case) -> float | None:
-    """Return the nearest shorter travel [m] that works, else the nearest longer one, or None."""
+    """Return the nearest shorter travel [m] that works, or the nearest longer one, or None."""
     usable = case.brake.sheets.usable_travel
     count = _batch_size(case, TRAVELS)
     grid = np.linspace(0.0, usable, count + 1)[1:]
@@ -138,7 +138,7 @@ def _round_travels(travels: Array, usable: float) -> Array:
 
 
 def other_sheets(case: Case) -> int | None:
-    """Return the least greater number of sheets that works, else the nearest smaller one."""
+    """Return the least greater number of sheets that works, otherwise the nearest smaller one."""
     count = case.brake.sheets.count
     greater, fewer = range(count + 1, MOST_SHEETS + 1), range(min(count - 1, MOST_SHEETS), 1, -1)
     number = _first_tunable(case, "count", np.array([*greater, *fewer], float))

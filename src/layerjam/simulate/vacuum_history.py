@@ -18,7 +18,7 @@ TIME = QuantitySpec("s", "time from the taut rope", lo=-1e9, hi=1e9)
 @explain_arguments
 @dataclass(frozen=True, eq=False)
 class History:
-    """Changing vacuum: samples [Pa] over time from the taut rope [s], straight in between.
+    """Changing vacuum: samples [Pa] over time from the taut rope [s], linear in between.
 
     Shape (N,) each, N >= 2, times rising. The vacuum is constant before the first and after the
     last sample. Raises QuantityError for other shapes, times that do not rise, and values that are
@@ -59,8 +59,9 @@ class History:
     ) -> "History":
         """Return a vacuum [Pa] shut off `held` [s] before the rope is taut, and its laminar leak.
 
-        `leak_time` [s] is the chamber's volume over the leak's conductance. The samples follow
-        `fluid.closed_forms.held_vacuum` to 1.2e-7 of `vacuum` and end at 2.4e-7 of it.
+        `leak_time` [s] is the volume of the chamber divided by the conductance of the leak. The
+        samples follow `fluid.closed_forms.held_vacuum` to 1.2e-7 of `vacuum` and end at 2.4e-7 of
+        it.
         """
         if not vacuum > 0:
             return cls(np.array([-held, 1.0 - held]), np.full(2, vacuum))

@@ -57,7 +57,7 @@ def by_path(cls: type, changes: Mapping[str, Change]) -> dict[str, float | None]
             raise UnknownNameError("quantity", name, paths, quantity=name)
         spec, is_required = specs[paths[name]]
         if change is None and is_required:
-            raise QuantityError(f"{name}: {spec.text} cannot be left out", quantity=paths[name])
+            raise QuantityError(f"{name}: {spec.text} cannot be omitted", quantity=paths[name])
         values[paths[name]] = None if change is None else spec.si(change, paths[name])
     return values
 
@@ -87,7 +87,7 @@ class RecordFile(ABC, Generic[R]):
     notes: Mapping[str, Any] = field(default_factory=dict)
     """The table [made_by], which only describes."""
     accepted: tuple[Acceptance, ...] = ()
-    """Failed checks of the numbers that somebody accepted, from [[accepted]]."""
+    """Accepted failed checks of the numbers, from [[accepted]]."""
 
     fields: ClassVar[Mapping[str, Entry]]
     """{dotted path: Entry} of everything that such a file may set."""
@@ -171,16 +171,16 @@ class RecordFile(ABC, Generic[R]):
 
     @property
     def verdict(self) -> str | None:
-        """`accepted` or `passed`; None if no command of layerjam judged the numbers."""
+        """`accepted` or `passed`; None if no command judged the numbers."""
         return "accepted" if self.accepted else "passed" if "verdict" in self.notes else None
 
     @explain_arguments
     def with_(self, **changes: Change) -> Self:
         """Return the file with some numbers changed by name: width="14 mm", film_modulus="2.5 GPa".
 
-        Text carries its unit, a number is SI, None is "not known" or the default. Other values keep
-        their sources. Raises UnknownNameError with the nearest names, QuantityError for a number
-        out of bounds, FileError for numbers that contradict each other.
+        Text includes its unit, a number is SI, and None means unknown or the default. Other values
+        keep their sources. Raises UnknownNameError with the nearest names, QuantityError for a
+        number out of bounds, FileError for numbers that contradict each other.
         """
         values = by_path(type(self.record), changes)
         return self.edited({p: None if v is None else (v, SET_BY_HAND) for p, v in values.items()})
@@ -214,7 +214,7 @@ class RecordFile(ABC, Generic[R]):
         """Return a complete, commented file: every field with its meaning and bounds."""
         lines = [
             f"# {self.heading} Every quantity carries its unit; edit what differs for yours.",
-            "# A number can say where it comes from:",
+            "# A number can state its source:",
             '#   width = { value = "13 mm", kind = "measured", source = "caliper, 3 places" }',
             f"# kind: {', '.join(KINDS)}",
             f"name = {quote(name)}",

@@ -21,7 +21,7 @@ DAY = 86_400.0
 
 @contextlib.contextmanager
 def hidden_folder(parent: Path) -> Iterator[Path]:
-    """Make a hidden folder in `parent` to prepare another one in; it is removed at the end.
+    """Create a hidden folder in `parent` in which to prepare another; it is removed at the end.
 
     Hidden folders of killed runs in `parent` are removed first. Raises OSError.
     """
@@ -69,7 +69,7 @@ def write_files(folder: Path, content: Mapping[str, str | bytes]) -> None:
 def replace_folder(source: Path, out: Path) -> None:
     """Move `source`, which is inside a hidden folder, to `out`.
 
-    An existing folder changes places with it, in one step if the system can do that, and is removed
+    An existing folder is exchanged with it, atomically if the system supports that, and removed
     with the hidden folder. Raises OSError.
     """
     if not out.exists():
@@ -94,7 +94,7 @@ def _restore(left: Path) -> None:
 
 
 def _lock(folder: Path, wait: bool = False) -> int | None:
-    """Lock a folder while this process lives; None if another process has locked it.
+    """Lock a folder as long as this process runs; None if another process has locked it.
 
     Also None on systems that cannot lock folders.
     """

@@ -13,13 +13,13 @@ from layerjam.verdict import Acceptance
 
 R = TypeVar("R")
 DESCRIBING = {word: Entry(TextSpec()) for word in ("name", "title", "note")}
-"""Texts that any file may hold and that only describe."""
+"""Descriptive texts that any file may contain."""
 
 
 class Reader:
     """Collector of SI values and sources by dotted path.
 
-    `values` holds the entries of `fields`, `words` the texts that only describe, `notes` the table
+    `values` contains the entries of `fields`, `words` the descriptive texts, `notes` the table
     [made_by], `accepted` the tables [[accepted]].
     """
 

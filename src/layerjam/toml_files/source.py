@@ -12,14 +12,14 @@ from layerjam.units import QuantitySpec
 KINDS: Mapping[str, str] = MappingProxyType(
     {
         "paper": "printed in the paper",
-        "inferred": "not printed, follows from what is",
+        "inferred": "not printed, but derived from printed values",
         "measured": "measured on this brake or this pair of surfaces",
         "calibrated": "fitted to pulls of this brake",
         "data sheet": "from the maker's data sheet of the material",
-        "handbook": "published for such a material, not measured on these surfaces",
-        "synthetic": "found in files that a program wrote, not measured",
+        "handbook": "published for this material, not measured on these surfaces",
+        "synthetic": "from files written by a program, not measured",
         "assumed": "assumed, no source",
-        "unstated": "the file does not say",
+        "unstated": "not stated in the file",
     }
 )
 _SD = QuantitySpec("1", "standard deviation over the mean")
@@ -77,7 +77,9 @@ class Source:
         if odd or "value" not in table:
             problem = f"does not know {odd}" if odd else "has no value"
             keys_text = ", ".join(sorted(keys))
-            raise QuantityError(f"{name} {problem}; a table holds {keys_text}", quantity=name)
+            raise QuantityError(
+                (f"{name} {problem}; a table has the keys {keys_text}"), quantity=name
+            )
         words = {field: table[key] for key, field in _KEYS.items() if key in table}
         for field, word in words.items():
             if not isinstance(word, str):

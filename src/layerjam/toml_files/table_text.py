@@ -1,4 +1,4 @@
-"""CSV text in which no cell is a formula to a spreadsheet.
+"""CSV text in which a spreadsheet recognises no formula.
 
 A cell that begins with `=`, `+`, `-`, `@`, a tab or a carriage return, and is not a number, gets a
 leading apostrophe, which spreadsheets take as "text". So does such a piece of a comment line,

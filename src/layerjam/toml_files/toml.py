@@ -31,10 +31,12 @@ MAX_BYTES = 1_000_000
 def parse_toml(text: str, path: object) -> dict[str, Any]:
     """Return the tables of a TOML text; raises FileError with the line if it is not TOML."""
     if len(text) > MAX_BYTES:
-        raise FileError(path, f"is larger than {MAX_BYTES // 1000} kB, too large for such a file")
+        raise FileError(path, f"is larger than {MAX_BYTES // 1000} kB, the limit for such a file")
     for number, row in enumerate(text.split("\n"), 1):
-        if row.count(".") > 300:  # tomllib takes minutes over a key of thousands of parts
-            raise FileError(path, "has a line of more than 300 dots, no such file", number)
+        if row.count(".") > 300:  # tomllib takes minutes for a key with thousands of parts
+            raise FileError(
+                path, ("has a line with more than 300 dots, so it is not such a file"), number
+            )
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as err:
@@ -55,7 +57,7 @@ def read_text(path: Path) -> str:
     try:
         if path.is_dir():
             raise FileError(path, "is a folder, not a file")
-        # opening a pipe or a device may block for ever
+        # opening a pipe or a device may block indefinitely
         if path.exists() and not path.is_file():
             raise FileError(path, "is not a regular file")
         with path.open("rb") as handle:
@@ -64,7 +66,7 @@ def read_text(path: Path) -> str:
         problem = f"cannot be read: {getattr(err, 'strerror', None) or err}"
         raise FileError(path, problem, how=nearby(path)) from None
     if len(raw) > MAX_BYTES:
-        raise FileError(path, f"is larger than {MAX_BYTES // 1000} kB, too large for such a file")
+        raise FileError(path, f"is larger than {MAX_BYTES // 1000} kB, the limit for such a file")
     return decode_toml(raw, path)
 
 
@@ -84,13 +86,13 @@ def decode_toml(raw: bytes, path: object) -> str:
 def line_of(text: str, path: str) -> int | None:
     """Return the line on which a dotted path is set, or None.
 
-    In an array of tables, [[name]], the first table that sets it counts.
+    In an array of tables, [[name]], the first table that sets it is used.
     """
     table, _, key = path.rpartition(".")
     section = ""
     table_line = None
     for number, line in enumerate(text.splitlines(), 1):
-        if len(line) > 400:  # keys never start that far in, and the pattern below is slow here
+        if len(line) > 400:  # keys are never indented that far, and the pattern below is slow there
             continue
         head = re.match(r"\[{1,2}([^\[\]]+)\]", line.strip())
         if head:

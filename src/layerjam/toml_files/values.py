@@ -110,7 +110,7 @@ class ListSpec(AsItIs):
         for entry in value:
             self.each.check(entry, name)
         if self.distinct and len(set(value)) < len(value):
-            raise QuantityError.of(name, "holds the same value twice")
+            raise QuantityError.of(name, "contains the same value twice")
         return value
 
     def to_toml(self, value: Any) -> object:
@@ -139,7 +139,7 @@ class Entry(NamedTuple):
 
 
 def entries(cls: type, prefix: str = "", in_optional: bool = False) -> Iterator[tuple[str, Entry]]:
-    """Iterate over (dotted path, Entry) of everything a file may set in a record class."""
+    """Iterate over (dotted path, Entry) of every field of a record class that a file may set."""
     for f in fields(cls):  # type: ignore[arg-type]
         spec = f.metadata.get("quantity") or f.metadata.get("value")
         required = f.default is MISSING

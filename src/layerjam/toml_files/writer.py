@@ -13,7 +13,7 @@ from layerjam.verdict import Acceptance, remaining
 
 _UNSTATED = Source().to_toml()
 WIDE = 100
-"""Length of a line beyond which a list takes one line for each entry."""
+"""Line length above which a list is written with one entry per line."""
 
 
 def literal(value: object) -> str:
@@ -94,7 +94,7 @@ def update_text(
     tables: Mapping[str, Mapping[str, Any] | None] = MappingProxyType({}),
     new: Sequence[Acceptance] = (),
 ) -> str:
-    """Return a file's text with some values changed; comments and all else stay.
+    """Return a file's text with some values changed; comments and everything else are unchanged.
 
     A change is (value in SI, its source), or None to remove the key. `tables` are replaced as a
     whole, or removed if None or empty, before. `accepted` are added to the acceptances of the file;

@@ -1,6 +1,6 @@
-"""A computation in a process of its own: what it loads, and never gives back, goes with it.
+"""A computation in a separate process, which releases its memory when it ends.
 
-Open CASCADE and the typesetter of the instructions hold half a gigabyte once they were used.
+Open CASCADE and the typesetter of the instructions keep half a gigabyte of memory after use.
 """
 
 import multiprocessing
@@ -17,23 +17,23 @@ from layerjam.errors import LayerjamError
 T = TypeVar("T")
 Tell = Callable[[str, float], None]
 LOOK = 0.2
-"""Seconds between two looks whether it is to be stopped."""
+"""Seconds between two checks for a stop request."""
 ENGINE = (
     "jax_enable_x64",
     "jax_compilation_cache_dir",
     "jax_persistent_cache_min_compile_time_secs",
     "jax_persistent_cache_min_entry_size_bytes",
 )
-"""Settings of JAX that the other process takes over."""
+"""Settings of JAX that the subprocess inherits."""
 
 
 def run_in_subprocess(work: Callable[..., T], *args: Any, tell: Tell) -> T:
     """Return `work(*given, tell)`, computed in another process.
 
-    `tell(what, share)` is called here repeatedly; an error that it raises ends the process. Raises
-    the errors of the work, and LayerjamError if the process ends without a result.
+    `tell(what, share)` is called in this process repeatedly; an error that it raises ends the
+    process. Raises the errors of the work, and LayerjamError if the process ends without a result.
     """
-    # not forked: a fork of a process with threads can stand still
+    # not forked, because a fork of a process with threads can deadlock
     context = multiprocessing.get_context("spawn")
     receiver, sender = context.Pipe(duplex=False)
     with receiver, tempfile.TemporaryDirectory(prefix="layerjam-") as room:
@@ -47,7 +47,9 @@ def run_in_subprocess(work: Callable[..., T], *args: Any, tell: Tell) -> T:
         except EOFError:
             process.join()
             code = process.exitcode
-            raise LayerjamError(f"the process for this ended by itself, with {code}") from None
+            raise LayerjamError(
+                f"the subprocess ended unexpectedly, with exit code {code}"
+            ) from None
         finally:
             process.kill()
             process.join()
@@ -74,7 +76,7 @@ def _answer(pipe: Connection, tell: Tell) -> Any:
 
 
 def _error(kind: type[Exception], texts: tuple[Any, ...], facts: dict[str, Any]) -> Exception:
-    """The same error; its own constructor may want other arguments than it keeps."""
+    """Return the same error, because its constructor may need arguments that it does not store."""
     error = kind.__new__(kind)
     error.args = texts
     error.__dict__.update(facts)
@@ -88,9 +90,9 @@ def _work(
     work: Callable[..., Any],
     args: tuple[Any, ...],
 ) -> None:
-    """The other process; an interrupt typed at the terminal is the server's."""
+    """Run the subprocess; the server handles an interrupt typed at the terminal."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    tempfile.tempdir = room  # removed with the process, even if it is ended during its work
+    tempfile.tempdir = room  # removed with the process, even if it is killed
     try:
         if settings:
             import jax

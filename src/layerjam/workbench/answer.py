@@ -1,7 +1,7 @@
-"""Answer of a page: a call with its result, and all files that are made of it.
+"""Answer of a page: a call with its result, and all files derived from it.
 
-Figure, curves, copied lines, notebook and pins of a chart are made of one answer. So they come from
-one computation, whatever was set since.
+Figure, curves, copied lines, notebook and pins of a chart are made from one answer. They therefore
+belong to one computation, even if settings have changed since.
 """
 
 import json
@@ -22,9 +22,9 @@ from layerjam.workbench.widgets import one_line
 
 @dataclass(frozen=True)
 class Answer:
-    """A call, its result or the refusal in words, and the pinned curves beside it.
+    """A call, its result or the text of its error, and the pinned curves.
 
-    Without both the call is computed when its figure is asked for.
+    If both are missing, the call is computed when its figure is requested.
     """
 
     call: Call
@@ -34,7 +34,7 @@ class Answer:
     title: str = ""
     """Name of the files, without an ending, if the call does not give it."""
     finish: Callable[[Figure], None] | None = None
-    """Function that completes the figure on the page; the lines of Python do not have it."""
+    """Function that completes the figure on the page; it is not part of the Python code."""
 
     @property
     def name(self) -> str:
@@ -52,7 +52,7 @@ class Answer:
         return {label: answer.call for label, answer in self.pinned_answers.items()}
 
     def figure(self, ending: str) -> bytes:
-        """The bytes of the figure, with what is pinned."""
+        """Return the bytes of the figure, with the pinned curves."""
         pinned_results = {label: answer.result for label, answer in self.pinned_answers.items()}
         return file_bytes(self.result or self.call.run(), ending, pinned_results, self.finish)
 
@@ -77,7 +77,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Pinned:
-    """A pinned curve: its label, its answer, and what the desk keeps of it.
+    """A pinned curve: its label, its answer, and its entry in the desk.
 
     `more` is the page's additional result for its pin, or None.
     """
@@ -89,7 +89,7 @@ class Pinned:
 
 
 def try_call(call: Call, **more: Any) -> Answer:
-    """The answer, or the refusal in words: where one of several calls may be refused alone."""
+    """Return the answer, or the text of the error, for one of several independent calls."""
     try:
         return Answer(call, call.run(**more))
     except LayerjamError as err:
@@ -97,7 +97,7 @@ def try_call(call: Call, **more: Any) -> Answer:
 
 
 def answers_in(result: Any) -> list[Answer]:
-    """Every answer in what a page has computed, in order."""
+    """Yield every answer in a page's results, in order."""
     if isinstance(result, Answer):
         return [result]
     parts = list(result.values()) if isinstance(result, Mapping) else result
@@ -110,7 +110,7 @@ def file_bytes(
     pinned_results: Mapping[str, Result] | None = None,
     finish: Callable[[Figure], None] | None = None,
 ) -> bytes:
-    """The bytes of a result's figure or record, as the command writes them.
+    """Return the bytes of a result's figure or record, as written by the command.
 
     With other results `pinned_results` it, and what `finish` draws, it is a figure in any case.
     """
@@ -132,10 +132,10 @@ SHOWING = "from IPython.display import SVG, display\n"
 def notebook(
     title: str, calls: Sequence[Call], pinned_calls: Mapping[str, Call] = MappingProxyType({})
 ) -> str:
-    """The notebook's JSON; it needs layerjam, and Jupyter to be opened.
+    """Return the notebook as JSON; running it needs layerjam and Jupyter.
 
-    Brakes and lines that are in no catalogue are in the notebook, which writes them to its folder
-    when it is run. It states which measured files belong into that folder.
+    The notebook contains brakes and lines that are not in the catalogue, and writes them to its
+    folder when run. It states which measured files belong into that folder.
     """
     export = disambiguate(calls, pinned_calls)
     head, *blocks = python_parts(export.calls, export.pinned_calls, display=True)
@@ -164,7 +164,7 @@ def _notebook_json(cells: list[dict[str, Any]]) -> str:
 
 
 def _writing(texts: Mapping[str, str]) -> Iterator[str]:
-    """Lines that write files, so that the notebook needs nothing beside it."""
+    """Return code that writes files, so that the notebook needs no other files."""
     for name, text in texts.items():
         lines = "".join(f"    {_literal(line)}\n" for line in text.splitlines(keepends=True))
         yield f'text = (\n{lines})\nPath({_literal(name)}).write_text(text, encoding="utf-8")\n'

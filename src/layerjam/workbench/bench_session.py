@@ -1,7 +1,8 @@
-"""The bench behind one page: a thread that talks to it, and only as long as the page is there.
+"""The bench behind one page: a thread that communicates with it as long as the page is open.
 
-A board keeps its outputs on while somebody talks to it. The browser says several times a second
-that its page is there; where that stops, nobody talks, and the board's lease runs out.
+A board keeps its outputs on while a client communicates with it. The browser reports several times
+a second that its page is open. If that stops, the communication stops, and the board's lease
+expires.
 """
 
 import queue
@@ -28,13 +29,15 @@ from layerjam.rig.telemetry import PERIOD
 from layerjam.units import exact_text
 
 LEASE = 3.0
-"""Seconds after which a page that is gone keeps no brake closed any more."""
+"""Seconds after which a closed page no longer keeps a brake jammed."""
 PRESENT = 1.0
-"""Seconds of these for which a silent page counts as open; the board waits for the rest."""
+"""Part of these seconds during which a silent page is treated as open; the board waits for the
+rest.
+"""
 PACE, SEEN = 0.1, 600
-"""Seconds between two looks at the bench, and looks that are kept."""
+"""Seconds between two readings of the bench, and number of readings stored."""
 RECORDED_EVERY = 10
-"""Samples of a recorded run for one that is shown."""
+"""Recorded samples per displayed sample."""
 T = TypeVar("T")
 
 
@@ -54,7 +57,7 @@ class Look:
 
 @dataclass
 class Session:
-    """One bench, held by one page. `alive` says whether the page is there."""
+    """One bench, used by one page. `alive` says whether the page is there."""
 
     bench: ProcedureBench
     alive: Callable[[], bool]
@@ -69,8 +72,8 @@ class Session:
         self._asked = queue.SimpleQueue()
         self._over = threading.Event()
         self._faults: dict[int, str] = {}
-        # only who holds the lock renews the lease: another client must not keep a brake closed for
-        # a page that is gone
+        # only the holder of the lock renews the lease: another client must not keep a brake closed
+        # for a closed page
         if not self.bench.lock():
             raise QuantityError.of("bench", "is locked by another client")
         self.bench.lease = LEASE - PRESENT
@@ -79,7 +82,7 @@ class Session:
 
     @classmethod
     def connect(cls, address: str, alive: Callable[[], bool], target: float) -> "Session":
-        """The session at an address; a virtual line is made linear at the target [Pa]."""
+        """Open the session at an address; a virtual line is linearised at the target [Pa]."""
         place = address_of(address)
         if place.simulated and "at" not in place.options:
             place = replace(place, options={**place.options, "at": exact_text(target, "Pa")})
@@ -91,7 +94,7 @@ class Session:
             raise
 
     def ask(self, act: Callable[[ProcedureBench], T]) -> Future[T]:
-        """Have the thread do it, and not before what was asked for earlier."""
+        """Run it in the thread, after all earlier requests."""
         answer: Future[T] = Future()
         if self._over.is_set() or self.lost:
             answer.set_exception(LayerjamError(self.lost or "the bench is disconnected"))
@@ -100,7 +103,7 @@ class Session:
         return answer
 
     def close(self) -> None:
-        """Outputs off and the line free; a procedure that runs ends first."""
+        """Switch the outputs off and release the line, after ending a running procedure."""
         if self.running is not None:
             self.running.ask()
         self._over.set()
@@ -150,7 +153,7 @@ class Session:
         )
 
     def record(self, procedure: str, out: Path, meta: dict[str, object]) -> Future[RunResult]:
-        """Carry out a procedure; it ends where the page is gone."""
+        """Carry out a procedure; it ends if the page is closed."""
 
         def act(bench: ProcedureBench) -> RunResult:
             stop = self.running = Stop()
@@ -223,7 +226,7 @@ def regulator_for(
 
 
 def switch_on(bench: ProcedureBench, regulator: Regulator, rest: str, target: float) -> None:
-    """Hold a target [Pa]; where it holds one already, only the target is another."""
+    """Hold a target [Pa]; if one is already held, only the target changes."""
     if not bench.output:
         bench.safe_state, bench.vent_rest = regulator.safe_state, rest
         bench.regulator = regulator

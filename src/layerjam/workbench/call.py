@@ -24,12 +24,12 @@ NOTE = (
     "save the sidecars NAME.toml in the folder of the files; "
     "the page's button 'Sidecars' downloads them"
 )
-"""Above what is copied, where the page wrote facts or answers of its own."""
+"""Comment above copied code if the page wrote its own facts or answers."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """A brake, line or specification: the user's name for it, and the object if it is not ours."""
+    """A brake, line or specification: its name, and the object unless it is in the catalogue."""
 
     name: str
     file: "BrakeFile | LineFile | DesignSpecification | None" = None
@@ -44,7 +44,7 @@ class Subject:
 
 @dataclass(frozen=True)
 class DataFile:
-    """A measured file: the user's name for it, where its bytes are, and its sidecar's text.
+    """A measured file: the user's name for it, the path of its bytes, and its sidecar's text.
 
     `edited` says that the page wrote the sidecar. Two equal files give the same numbers.
     """
@@ -61,12 +61,13 @@ Options = dict[str, Value]
 
 @dataclass(frozen=True)
 class Call:
-    """A command with its subjects, measured files and options; two equal calls answer alike.
+    """A command with its subjects, measured files and options.
 
-    Options are texts with units, numbers, flags, words, or files and subjects that are no
-    positional argument. `out` is the file or folder that is written, as the user would call it;
-    what is copied writes it anew each time that it is run.
-    `made` says that the subject is a file that the call before writes.
+    Two equal calls give the same result.
+
+    Options are texts with units, numbers, flags, words, or files and subjects that are not
+    positional arguments. `out` is the file or folder to write, as the user would name it; copied
+    code overwrites it on each run. `made` means that the previous call writes the subject's file.
     """
 
     name: str
@@ -85,11 +86,13 @@ class Call:
 
     @property
     def names(self) -> dict[str, str]:
-        """{name under which a file lies: the user's name for it}."""
+        """Return {stored name of a file: the user's name for it}."""
         return {file.path.name: file.shown for file in self.data}
 
     def run(self, function: Callable[..., Any] | None = None, **more: Any) -> Any:
-        """The result, with the user's names of files; raises LayerjamError as the command does.
+        """Return the result with the user's file names.
+
+        Raises the same LayerjamError as the command.
 
         `function` runs instead of the command if only a part of its answer is needed.
         """
@@ -107,24 +110,24 @@ class Call:
         return _with_names(result, names) if names else result
 
     def _positional(self) -> Iterator[Value]:
-        """The arguments that stand without a name."""
+        """Return the positional arguments."""
         yield from self.subjects
         if self.files:
             yield self.files
 
     def python(self) -> str:
-        """Lines that give the same numbers in a fresh process."""
+        """Return code that gives the same numbers in a new process."""
         return as_python([self])
 
     def python_expression(self) -> str:
-        """The call in Python, without what it is called on."""
+        """Return the call in Python, without its subject."""
         parts = [_literal(_plain_value(v)) for v in self._positional()]
         parts += [f"{key}={_literal(_plain_value(v))}" for key, v in self.options.items()]
         parts += [f"out={_literal(self.out)}", "overwrite=True"] if self.out else []
         return f"lj.{load(self.name).python_name}({', '.join(parts)})"
 
     def _python_block(self, file: str, others: "Mapping[str, Call]", display: bool) -> str:
-        """Lines that compute, print and draw it; they `display` the figure in a notebook."""
+        """Return code that computes, prints and draws it; in a notebook it displays the figure."""
         text = f"result = {self.python_expression()}\nprint(result)\n"
         kind = load(self.name).result
         if not kind.drawable():
@@ -162,7 +165,7 @@ class Call:
 def as_python(
     calls: Sequence[Call], pinned_calls: Mapping[str, Call] = MappingProxyType({})
 ) -> str:
-    """Lines that give numbers and figures of several calls in a fresh process.
+    """Return code for the numbers and figures of several calls in a new process.
 
     `pinned_calls` calls are drawn, with their labels, beside the first that takes them.
     """
@@ -175,7 +178,7 @@ def python_parts(
     pinned_calls: Mapping[str, Call] = MappingProxyType({}),
     display: bool = False,
 ) -> list[str]:
-    """The lines of `as_python` apart: what is imported, then the lines of each call.
+    """Return the parts of `as_python`: the imports, then the code of each call.
 
     With `display` they show their figures by `display` and `SVG` of IPython.
     """
@@ -205,7 +208,7 @@ def parameters(name: str) -> "Mapping[str, Parameter]":
 
 @cache
 def result_fields(name: str) -> Mapping[str, str]:
-    """{key of a command's result: what it is}."""
+    """Return {key of a command's result: its description}."""
     keys = load(name).result.keys()
     return MappingProxyType({results.key_of(f): f.metadata["result"] for f in keys})
 
@@ -236,7 +239,7 @@ def _plain_value(value: Value) -> str | float | bool | Sequence[str]:
 
 
 def _words(value: str | float | bool | Sequence[str]) -> list[str]:
-    """Words of the command line; a file whose name begins with a dash is no option."""
+    """Words of the command line; a file name that starts with a dash is not an option."""
     if isinstance(value, str | float | int):
         return [str(value)]
     return [f"./{word}" if word.startswith("-") else word for word in value]
@@ -248,7 +251,7 @@ def _literal(value: object) -> str:
 
 
 def _in_users_words(error: LayerjamError, names: Mapping[str, str]) -> LayerjamError:
-    """The same kind of error, whose texts call files as the user does."""
+    """Return the same kind of error with the user's file names."""
     copy = error.__class__.__new__(error.__class__)
     copy.__dict__.update({key: rename_files(value, names) for key, value in vars(error).items()})
     copy.args = (rename_files(str(error), names),)
@@ -256,7 +259,7 @@ def _in_users_words(error: LayerjamError, names: Mapping[str, str]) -> LayerjamE
 
 
 def _with_names(result: Any, names: Mapping[str, str]) -> Any:
-    """A result whose texts call files as the user does."""
+    """Return a result with the user's file names."""
     notices = (Notice(rename_files(str(w), names), key_of(w)) for w in result.warnings)
     keys = [f.name for f in result.keys()]  # noqa: SIM118
     values = {key: rename_files(getattr(result, key), names) for key in keys}
@@ -265,9 +268,9 @@ def _with_names(result: Any, names: Mapping[str, str]) -> Any:
 
 @dataclass(frozen=True)
 class CallExport:
-    """Calls whose files are named each under its own name.
+    """Calls in which each file has a unique name.
 
-    `texts` is {file name: content} of what is in no catalogue and has to be saved.
+    `texts` is {file name: content} of records that are not in the catalogue and must be saved.
     """
 
     calls: Sequence[Call]
@@ -278,10 +281,10 @@ class CallExport:
 def disambiguate(
     calls: Sequence[Call], pinned_calls: Mapping[str, Call] = MappingProxyType({})
 ) -> CallExport:
-    """The calls with their files named apart.
+    """Return the calls with unique file names.
 
-    Two brakes may have one name: the edited one, and the one that was pinned before. A file that
-    the call before writes keeps its name.
+    Two brakes may have the same name: the edited one, and an earlier one that was pinned. A file
+    that the call before writes keeps its name.
     """
     texts: dict[str, str] = {}
     renamed_calls = [_rename_files(call, texts) for call in calls]

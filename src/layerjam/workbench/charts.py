@@ -13,19 +13,19 @@ from layerjam.report.style import GREY, INK
 LOW = 35.0
 """Height of a pane with few numbers on its axis [%]."""
 TALL, LINE = 290.0, 15.0
-"""Pixels of a pane alone, about, and between names at the ends of its curves."""
+"""Approximate height of a single pane in pixels, and distance between names at curve ends."""
 FONT = "Roboto, -apple-system, Helvetica, Arial, sans-serif"
-"""The page's own: it comes from this machine, with NiceGUI."""
+"""Font of the page, served from this machine by NiceGUI."""
 MARKS = 40
-"""Points on a measured curve, equally far apart as one sees it."""
+"""Number of points on a measured curve, visually equidistant."""
 BAND = 0.22
 """Opacity of a band."""
 POINTS = 500
-"""Points of a curve sent to the browser at most."""
+"""Largest number of points of a curve sent to the browser."""
 MOST_ROOM = 200
-"""Pixels right of a chart for names at most."""
+"""Largest width of the names right of a chart in pixels."""
 LETTERS = 31
-"""Letters of a name beside a chart at most."""
+"""Largest number of letters of a name next to a chart."""
 
 
 def thin(x: Any, y: Any, points: int = POINTS) -> list[list[float | None]]:
@@ -87,9 +87,9 @@ def options(panes: Sequence[Pane], dark: bool = False) -> dict[str, Any]:
 
 
 def _pane_series(pane: Pane, ink: str, pixels: float) -> list[dict[str, Any]]:
-    """The series of a pane's curves, which bear its marks and spans, and of its bands.
+    """Return the series of a pane's curves, with its marks and spans, and of its bands.
 
-    Names at the ends of curves are set apart in a pane so many `pixels` high.
+    Names at the ends of curves are separated in a pane with a height of `pixels`.
     """
     series = [_series(curve, ink) for curve in pane.lines]
     if series:
@@ -135,7 +135,10 @@ def _room(curves: Sequence[Curve]) -> int:
 
 
 def _mark(x: float, y: float, text: str, color: str, ink: str, left: bool) -> dict[str, Any]:
-    """A dot with words over it, right of it in the `left` half: there the axis' numbers are."""
+    """Return a dot with text above it.
+
+    In the `left` half the text is to its right, clear of the axis numbers.
+    """
     label = dict(show=True, position="top", distance=13, formatter=text, color=ink)
     label |= dict(align="left", offset=[-4, 0]) if left else {}
     return dict(coord=[x, y], itemStyle={"color": color}, label=label)
@@ -191,8 +194,8 @@ def _name_and_unit(axis: str) -> tuple[str, str]:
 def band(low: Curve, high: Curve) -> dict[str, Any]:
     """Coloured ground between two curves on the same x, as one closed line without a width.
 
-    ECharts stacks areas on a category axis alone; below a line that comes back on itself nothing is
-    left of the area down to the axis but what the line encloses.
+    ECharts stacks areas only on a category axis. For a line that returns to its start, the area
+    reduces to the enclosed part.
     """
     fine = np.isfinite(np.asarray(low.y, float)) & np.isfinite(np.asarray(high.y, float))
     edges = [thin(np.asarray(c.x)[fine], np.asarray(c.y)[fine]) for c in (high, low)]
@@ -207,9 +210,9 @@ def band(low: Curve, high: Curve) -> dict[str, Any]:
 
 
 def mark_points(pairs: Sequence[Sequence[float | None]], count: int = MARKS) -> list[Any]:
-    """Pairs of `thin`, of which about `count` are points to be seen, equally far apart.
+    """Return the pairs of `thin`, with about `count` of them visible as equidistant points.
 
-    How far apart is measured with either axis as long as the curve reaches on it.
+    Distances are relative to the curve's extent on each axis.
     """
     finite = [(k, x, y) for k, (x, y) in enumerate(pairs) if x is not None and y is not None]
     if len(finite) < 2:
@@ -227,7 +230,7 @@ def mark_points(pairs: Sequence[Sequence[float | None]], count: int = MARKS) -> 
 
 def _series(curve: Curve, ink: str) -> dict[str, Any]:
     data = thin(curve.x, curve.y)
-    # a line's own colour is too faint for words
+    # a line's own colour is too faint for text
     end: dict[str, Any] = dict(color=ink, distance=4, fontSize=12, formatter=_end_of(curve))
     end["show"] = bool(curve.name) and curve.labelled
     if _room([curve]) == MOST_ROOM:
@@ -247,5 +250,5 @@ def _end_of(curve: Curve) -> str:
     """Return the label at a curve's end: name and note; long names are shortened."""
     if len(curve.name) <= LETTERS:
         return f"{{a}}, {curve.note}" if curve.note else "{a}"
-    plain = curve.name.replace("{", "(").replace("}", ")")  # braces are ECharts' own
+    plain = curve.name.replace("{", "(").replace("}", ")")  # braces have a meaning in ECharts
     return f"{plain[: LETTERS - 11]}…{plain[-10:]}"

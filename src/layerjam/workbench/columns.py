@@ -1,4 +1,4 @@
-"""The first rows of a file; a click on the head of a column says what the column is."""
+"""The first rows of a file; clicking the head of a column sets its role."""
 
 from collections.abc import Callable
 from functools import partial
@@ -17,15 +17,15 @@ UNITS = MappingProxyType(
         "vacuum": ("kPa", "mbar", "bar", "Pa"),
     }
 )
-"""{what a column may be: units to choose from}."""
+"""{role of a column: units to choose from}."""
 TURNED = ("force", "elongation")
 FLAT = "flat dense no-caps"
 
 
 class ColumnTable:
-    """Heads to click above the rows; `said(index, role, unit)` is called with what was chosen.
+    """Heads to click above the rows; `said(index, role, unit)` is called with the choice.
 
-    The role "" means that the column is ignored; `turned(role)` is called where its sign turns.
+    The role "" means that the column is ignored; `turned(role)` is called if its sign is reversed.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class ColumnTable:
                                     ui.label(cell)
         if len(preview.names) > COLUMN_LIMIT:
             hidden = len(preview.names) - COLUMN_LIMIT
-            ui.label(f"and {hidden} columns more").classes("text-xs opacity-80")
+            ui.label(f"and {hidden} more columns").classes("text-xs opacity-80")
 
     def _head(self, index: int) -> None:
         name, unit = self.shown.names[index], self.shown.units[index]
@@ -62,7 +62,7 @@ class ColumnTable:
             text = f"{name} [{unit}]" if unit else name
             head = button(text, None, f"column-{index}", look=f"{FLAT} icon-right=expand_more")
             head.classes("column-head" + (" column-taken" if role else ""))
-            sign_note = ", sign turned" if role in self.negative else ""
+            sign_note = ", sign reversed" if role in self.negative else ""
             means = f"{role} in {unit_used}{sign_note}" if role else "not used"
             ui.label(means).classes("text-xs " + ("yes font-medium" if role else "opacity-80"))
             dress(head, aria_label=f"{text}: {means}. What is this column?")
@@ -84,5 +84,7 @@ class ColumnTable:
             with ui.row().classes("gap-1"):
                 button("ignore", partial(self._said, index, "", ""), "column-ignore", look=FLAT)
                 if role in TURNED:
-                    button("turn its sign", partial(self._turned, role), "column-turn", look=FLAT)
+                    button(
+                        "reverse its sign", partial(self._turned, role), "column-turn", look=FLAT
+                    )
         menu.open()

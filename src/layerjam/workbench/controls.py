@@ -1,4 +1,4 @@
-"""Sliders, numbers and choices that take name, unit, bounds and help from what they edit."""
+"""Sliders, numbers and choices with name, unit, bounds and help of the edited quantity."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -52,12 +52,12 @@ class Control:
         return f"{(self.text_of or self.spec.text).rstrip('.,')}: {self.spec.limits()}"
 
     def text(self, value: float) -> str:
-        """The value as the commands take it, with its unit."""
+        """Return the value as text with its unit, for the commands."""
         return exact_text(value, self.spec.unit)
 
     @property
     def digits(self) -> int:
-        """Digits behind the point, in the shown unit, that tell the slider's steps apart."""
+        """Return the number of decimals in the shown unit that distinguish the slider's steps."""
         step = (self.high - self.low) / self.steps / self.factor
         return max(0, -int(f"{step:e}".split("e")[1]))
 
@@ -66,7 +66,7 @@ class Control:
         return float(f"{value / self.factor:.{self.digits}f}") * self.factor
 
     def narrow(self, low: float | None = None, high: float | None = None) -> "Control":
-        """The same with narrower bounds [SI]; what lies outside of them is refused."""
+        """Return the same control with narrower bounds [SI]; values outside are rejected."""
         lo = self.spec.lo if low is None else low
         hi = self.spec.hi if high is None else high
         default = max(min(self.default, hi), lo)
@@ -89,7 +89,7 @@ USUAL_VACUUM = 94.5e3
 
 
 def vacuum_entry(command: str, name: str, full: float, low: float = 0.0, **more: Any) -> Control:
-    """The control of the vacuum that pages share, from `low` to the full one of the site [Pa]."""
+    """Return the control of the shared vacuum, from `low` to full vacuum of the site [Pa]."""
     span = (low, full)
     return entry(command, name, min(USUAL_VACUUM, full), span, **more).narrow(high=full)
 
@@ -101,7 +101,7 @@ def by_key(*controls: Control) -> dict[str, Control]:
 
 @dataclass(frozen=True)
 class Choice:
-    """One of several words; `words` maps what is set to what is shown."""
+    """A choice among words; `words` maps the stored value to the displayed text."""
 
     key: str
     words: Mapping[str, str]
@@ -116,7 +116,7 @@ class Choice:
 
 
 def word_choice(command: str, name: str, words: Mapping[str, str], **more: str) -> Choice:
-    """The choice of one parameter of a command; `words` says more of what may be chosen."""
+    """The choice of one parameter of a command; `words` describes the choices."""
     parameter = parameters(command)[name]
     labels = {word: words.get(word, word.replace("-", " ")) for word in parameter.words}
     default = more.pop("default", "") or parameter.default_text or parameter.words[0]
@@ -124,7 +124,7 @@ def word_choice(command: str, name: str, words: Mapping[str, str], **more: str) 
 
 
 def number(desk: Desk, page: str, control: Control) -> float:
-    """The control's value [SI]; what a link brought is checked, else the default stands."""
+    """Return the control's value [SI]; an invalid value from a link is replaced by the default."""
     value = desk.get(page, control.key, control.default)
     if isinstance(value, bool) or not isinstance(value, int | float):
         return control.default
@@ -135,15 +135,15 @@ def number(desk: Desk, page: str, control: Control) -> float:
 
 
 def word(desk: Desk, page: str, choice: Choice) -> str:
-    """The choice's value, the default where a link brought none that exists."""
+    """Return the choice's value, or the default if a link gave an invalid one."""
     value = desk.get(page, choice.key, choice.default)
     return value if isinstance(value, str) and value in choice.words else choice.default
 
 
 class Slider:
-    """Label, slider and number; wrong numbers are refused in words below, nothing is changed.
+    """Label, slider and number; for a wrong number an error appears below, and nothing changes.
 
-    `renew` gives the control anew, with other bounds, after another brake or line was taken.
+    `renew` returns the control with new bounds after a change of brake or line.
     """
 
     def __init__(
@@ -193,14 +193,14 @@ class Slider:
         except QuantityError as err:
             self.field.error = str(err)
             return
-        # leaving a field without a change is not a step of undo
+        # leaving a field unchanged is not an undo step
         if value != number(self.desk, self.page, self.control):
             self.desk.put(self.page, self.control.key, value)
         self._fill()
 
     def _on_change(self, change: str) -> None:
         if change == "page":
-            # what pages share was perhaps moved on another one
+            # shared values may have been changed on another page
             if self.page == self.desk.state.page and shared_setting(self.page, self.control.key):
                 self._fill()
             return
@@ -213,7 +213,7 @@ class Slider:
 
 
 def number_field(label: str, width: str) -> ui.input:
-    """A field for a number, which stands right in it."""
+    """A right-aligned field for a number."""
     look = "dense outlined hide-bottom-space"
     return dress(ui.input(), "", width, look, aria_label=label, input_class="text-right")
 
@@ -253,7 +253,7 @@ def tabs(desk: Desk, page: str, item: Choice) -> None:
 
 
 def menu(desk: Desk, page: str, item: Choice) -> None:
-    """A list of words to choose from that opens; for more words than fit a row."""
+    """A drop-down list, for more words than fit in a row."""
     ident, selected_word = f"{page}-{item.key}", word(desk, page, item)
     _bind(
         desk, page, item, select(item.words, item.name, ident, value=selected_word, tip=item.help)

@@ -1,4 +1,4 @@
-"""Text that the user takes along: shown, and put into the clipboard where the browser allows it."""
+"""Text to copy: shown, and put into the clipboard if the browser allows it."""
 
 import json
 from collections.abc import Mapping
@@ -12,12 +12,15 @@ WORDS = {"python": "Python", "bash": "a command"}
 
 
 async def copied(text: str) -> bool:
-    """Whether the browser let it into the clipboard; `text` is JavaScript that gives it."""
+    """Return whether the browser put it into the clipboard.
+
+    `text` is JavaScript that returns it.
+    """
     return await ui.run_javascript(f"layerjamCopied({text})", timeout=5.0) is True
 
 
 async def offer(text: str, language: str, files: Mapping[str, str]) -> None:
-    """Show what was copied as "python" or "bash", with buttons to save `files` beside it first.
+    """Show what was copied as "python" or "bash", with buttons to save `files` next to it first.
 
     `files` is {name: content}.
     """
@@ -28,7 +31,10 @@ async def offer(text: str, language: str, files: Mapping[str, str]) -> None:
     if await copied(json.dumps(text)):
         head = f"Copied as {kind}"
     else:
-        head = f"As {kind}. Your browser does not let this page copy: select the text and copy it"
+        head = (
+            f"As {kind}. Your browser does not allow this page to copy: select the text and "
+            "copy it yourself"
+        )
     dialog = dress(ui.dialog(value=True), aria_label=f"Copied as {kind}")
     with dialog, ui.card().classes("w-full"):
         ui.label(head).classes("font-medium")
@@ -37,7 +43,8 @@ async def offer(text: str, language: str, files: Mapping[str, str]) -> None:
         dress(lines.copy_button, aria_label="Copy")
         if files:
             ui.label(
-                "This was edited or written here. Save it in the folder where you run these lines:"
+                "You edited or created this here. Save it in the folder in which you run "
+                "these lines:"
             )
             for name, content in files.items():
                 save = partial(ui.download.content, content.encode(), name, "application/toml")

@@ -1,4 +1,4 @@
-"""One tab's desk: its state, the brake and line on it, undo, and who wants to know of changes."""
+"""One tab's desk: its state, its brake and line, undo, and observers of changes."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -22,13 +22,13 @@ from typing import Protocol
 from layerjam.commands.edit import edit
 
 STEPS = 200
-"""Undo steps kept."""
+"""Number of undo steps kept."""
 PAUSE = 1.5
-"""Moves of one control less than this [s] apart are one step."""
+"""Moves of one control within this time [s] of each other are one step."""
 
 
 class Desk:
-    """State with undo; `watch` functions are called after every change with what changed."""
+    """State with undo; `watch` functions are called after every change with the changed items."""
 
     def __init__(self, state: State | None = None) -> None:
         """Raises LayerjamError if the state's brake or line cannot be read."""
@@ -36,14 +36,14 @@ class Desk:
         self.files = Uploads()
         """Files dropped in this tab of the browser, for every page; not in the state."""
         self.laws: dict[str, LawSpread] = {}
-        """{TOML text of a brake: how sure its law is}, of those calibrated in this tab."""
+        """{TOML text of a brake: uncertainty of its law}, for brakes calibrated in this tab."""
         self._past: list[State] = []
         self._future: list[State] = []
         self._moved = ("", "")
         self._when = 0.0
         self._watching: list[Callable[[str], None]] = []
         self.turn: Callable[[str], object] = self.open
-        """Go to the tab of a page; the frame's, once there is one."""
+        """Function that opens the tab of a page; set by the frame."""
         self._read()
 
     def _read(self) -> None:
@@ -64,7 +64,8 @@ class Desk:
     def files_changed(self) -> None:
         """Say that other files are used now, or a sidecar of one is another.
 
-        A file that is gone takes its pin along; that is no step of undo, which brings no file back.
+        Removing a file also removes its pin. This is not an undo step, because undo cannot restore
+        files.
         """
         remaining = self.state.without_files({file.key for file in self.files.files})
         if remaining != self.state:
@@ -72,7 +73,7 @@ class Desk:
         self._tell("files")
 
     def take_over(self, before: "Desk") -> None:
-        """The files of a desk that is given up, their pins, and what was calibrated there."""
+        """Take over the files of a discarded desk, their pins, and its calibrations."""
         if not self.files.take_over(before.files):
             return
         self.laws |= before.laws
@@ -82,11 +83,11 @@ class Desk:
         self.files_changed()
 
     def ask_files(self) -> None:
-        """Show what is proposed for the files that wait."""
+        """Show the proposals for the waiting files."""
         self._tell("waiting")
 
     def choose_files(self) -> None:
-        """Show the dialog of files, be there none yet."""
+        """Show the dialog of files, even if there are none yet."""
         self._tell("choosing")
 
     def get(self, page: str, key: str, default: Value) -> Value:
@@ -120,7 +121,7 @@ class Desk:
     def put_state(self, state: State) -> None:
         """All of another state but its page, as one step of undo.
 
-        Raises LayerjamError, and keeps what was, where its brake or line cannot be read.
+        Raises LayerjamError, without any change, if its brake or line cannot be read.
         """
         before = self.state
         self.state = replace(state, page=before.page)
@@ -151,12 +152,12 @@ class Desk:
         self.put_file("brake", text)
 
     def open(self, page: str) -> None:
-        """Another page; no step of undo."""
+        """Open another page; this is not an undo step."""
         self.state = replace(self.state, page=page)
         self._tell("page")
 
     def undo(self) -> bool:
-        """Back one step; False where there is none."""
+        """Go back one step; False if there is none."""
         return self._step(self._past, self._future)
 
     def redo(self) -> bool:
@@ -187,13 +188,13 @@ class Desk:
             callback(change)
 
     def subject(self, kind: str) -> Subject:
-        """A file as a call takes it: its catalogue name, or the file that the user can save."""
+        """Return a file for a call: its catalogue name, or the file that the user can save."""
         text, file = getattr(self.state, kind), getattr(self, kind)
         names = SHELVES["line" if kind == "line" else "brake"].names()
         return Subject(text) if text in names else Subject(f"{file.name}.toml", file)
 
     def brake_subject(self) -> Subject:
-        """The brake as a call takes it."""
+        """Return the brake for a call."""
         return self.subject("brake")
 
 
@@ -215,7 +216,7 @@ SHELVES: Mapping[str, Shelf] = MappingProxyType(
 
 
 def read_any(kind: str, text: str) -> Any:
-    """A brake or line by catalogue name or from TOML text; never from a path."""
+    """Return a brake or line by catalogue name or from TOML text, never from a path."""
     shelf = SHELVES[kind]
     if text in shelf.names():
         return shelf.load(text)
@@ -253,7 +254,7 @@ def take_over(client: Connection, desk: Desk) -> None:
 
 
 def forget(desk: Desk) -> None:
-    """The page of a desk is gone."""
+    """Handle the closing of a desk's page."""
     for tab in [tab for tab, (_, owner) in _desks.items() if owner is desk]:
         del _desks[tab]
 

@@ -1,4 +1,4 @@
-"""Files dropped anywhere in the window, on any tab: each goes where its content belongs."""
+"""Files dropped anywhere in the window, on any tab: each is assigned by its content."""
 
 import asyncio
 from collections.abc import Callable
@@ -23,14 +23,14 @@ from layerjam.workbench.uploads import LARGEST, MAX_FILES, UploadError, Uploads,
 from layerjam.workbench.widgets import button, dress, hint, one_line
 
 AT_ONCE = 1000
-"""Files that the browser offers in one go at most; what is kept is bounded by uploads."""
+"""Largest number of files accepted from the browser at once; uploads limit the total."""
 SOON = 0.3
 """Files that arrive within this time [s] of each other belong together."""
 VEIL = "Drop here: measurements, a brake or a vacuum line as TOML, a saved session"
 
 
 class Dropping:
-    """The uploader of the whole page, the veil over it, and the dialog after it."""
+    """The uploader of the whole page, its overlay, and the dialog that follows."""
 
     def __init__(self, desk: Desk, go: Callable[[str], object]) -> None:
         """`go(page)` opens a page."""
@@ -90,11 +90,12 @@ class Dropping:
         return ""
 
     async def _session(self, name: str, file: FileUpload) -> str:
-        """Put a saved session onto the desk; return the reason if it is not one."""
+        """Load a saved session; return the reason if it is not one."""
         try:
             data = await file.read()
             session = await run.io_bound(from_session, data, name)
-            if session is None or self.uploads.closed:  # the program or the tab was ended meanwhile
+            # the program or the tab was closed in the meantime
+            if session is None or self.uploads.closed:
                 return ""
             state, files = session
             for entry in files:
@@ -106,12 +107,12 @@ class Dropping:
         except LayerjamError as err:
             return one_line(err)
         self.desk.files_changed()
-        ui.notify(f"{name} was opened; undo takes it back", type="positive")
+        ui.notify(f"{name} was opened; use Undo to go back", type="positive")
         self.go(state.page)
         return ""
 
     async def _toml(self, name: str, file: FileUpload) -> str:
-        """Put a brake or a line on the desk, keep a sidecar; return the reason for others."""
+        """Load a brake or a line, or keep a sidecar; return the reason for other files."""
         if file.size() > MAX_BYTES:
             return f"{name}: {file.size() / 1e6:.1f} MB is too large for a TOML file; 1 MB is read"
         data = await file.read()
@@ -134,15 +135,15 @@ class Dropping:
             self._facts[name[: -len(".toml")]] = text
             return ""
         if kind == "specification":
-            return f"{name}: is a design's specification; open it on the page Design"
-        return f"{name}: has no key of a brake, a vacuum line or a sidecar NAME.csv.toml"
+            return f"{name} is a design specification; open it on the page Design"
+        return f"{name} has no field of a brake, a vacuum line or a sidecar NAME.csv.toml"
 
     def _onto_desk(self, kind: str, name: str, text: str) -> str:
         """Put the first brake on the desk, and a second one next to it for comparison."""
         slot = kind
         if kind == "brake":
             if self._brakes == 2:
-                return f"{name}: not taken, two brakes were dropped before it"
+                return f"{name}: not used, because two brakes were dropped before it"
             slot = "beside" if self._brakes else "brake"
         try:
             self.desk.put_file(slot, text if "\n" in text else f"{text}\n")
@@ -154,11 +155,11 @@ class Dropping:
             "line": "the vacuum line",
             "beside": "compared with the brake",
         }
-        ui.notify(f"{name} is now {labels[slot]}; undo takes it back", type="positive")
+        ui.notify(f"{name} is now {labels[slot]}; use Undo to go back", type="positive")
         return ""
 
     def _look(self) -> None:
-        """Open the dialog once no more files come."""
+        """Open the dialog once no more files arrive."""
         if self._soon is not None:
             self._soon.cancel()
         loop, client = asyncio.get_running_loop(), self.zone.client
@@ -176,7 +177,7 @@ class Dropping:
             await self.sorting.show(empty=empty)
 
     def _attach(self) -> None:
-        """Sidecars called after a file without its ending, and the one of the whole folder."""
+        """Sidecars named after a file without its extension, and the one of the whole folder."""
         files = self.uploads.files
         for stem, text in self._facts.items():
             targets = [f for f in files if Path(f.shown).stem == stem]
@@ -198,7 +199,7 @@ class Dropping:
         if self._came_list:
             self._came_list = False
             lacking = len(self.uploads.listed) - len(names)
-            note = f"; {lacking} that it lists are not here yet" if lacking else ""
+            note = f"; it also lists {lacking}, not dropped yet" if lacking else ""
             count = "1 file" if len(names) == 1 else f"{len(names)} files"
             ui.notify(f"{LIST}: read for {count}{note}", type="positive")
             self.desk.files_changed()
@@ -212,19 +213,24 @@ class Dropping:
                 except UploadError as err:
                     self.sorting.tell(str(err))
             elif cause == "max-files":
-                self.sorting.tell(f"{clean(str(name))}: not taken, more than {AT_ONCE} at once")
+                self.sorting.tell(
+                    f"{clean(str(name))}: not used, because at most {AT_ONCE} files can be "
+                    "dropped at once"
+                )
             else:
-                self.sorting.tell(f"{clean(str(name))}: not taken, it is being sent already")
+                self.sorting.tell(
+                    f"{clean(str(name))}: not used, because it is already being uploaded"
+                )
         if int(last[2]) > len(entries):
-            self.sorting.tell(f"{int(last[2]) - len(entries)} more were not taken")
+            self.sorting.tell(f"{int(last[2]) - len(entries)} more were not used")
         self._look()
 
     def _on_failure(self, event: events.GenericEventArguments) -> None:
         names, status = event.args
         cause = {
             0: "could not be read by the browser; if it is a folder, drop the files in it",
-            400: "its name cannot be sent; give it a shorter, plainer one",
-            413: f"is too large: {LARGEST // 2**20} MB are the most",
+            400: "its name cannot be sent; rename it with fewer, plainer characters",
+            413: f"is too large: at most {LARGEST // 2**20} MB are allowed",
         }.get(int(status), "could not be sent; drop it again")
         for name in names:
             self.sorting.tell(f"{clean(str(name))}: {cause}")
@@ -240,10 +246,11 @@ class FilesHere:
         with dress(ui.column(), f"{page}-drop", "files-here w-full gap-2"):
             ui.label("Drop files anywhere in this window").classes("font-medium")
             hint(
-                "CSV, TSV, TXT, TRA, XLSX, ODS, and sidecars NAME.csv.toml, many at once. Up to "
-                f"{MAX_FILES} files of {LARGEST // 2**20} MB. They stay on this computer, are "
-                "known on every page and after a reload, are deleted when the browser's tab is "
-                "closed, and are not in the link."
+                "CSV, TSV, TXT, TRA, XLSX, ODS, and sidecars NAME.csv.toml, many at "
+                f"once. Up to {MAX_FILES} files of {LARGEST // 2**20} MB. They stay on "
+                "this computer. Every page can use them, also after a reload. They are "
+                "deleted when you close the browser tab, and a link does not contain "
+                "them."
             )
             choose = button("Choose files", None, f"{page}-choose", "folder_open")
             choose.on("click", js_handler="() => layerjamPick()")
@@ -255,23 +262,23 @@ class FilesHere:
     def fill(self) -> None:
         """Show the number of files that wait to be accepted."""
         count = len(self.desk.files.waiting)
-        text = "1 file waits" if count == 1 else f"{count} files wait"
-        self._waiting.set_text(f"{text}: see what is proposed")
+        text = "1 file to sort" if count == 1 else f"{count} files to sort"
+        self._waiting.set_text(f"{text}: view the proposals")
         self._waiting.set_visibility(count > 0)
 
 
 def is_list(name: str) -> bool:
-    """Whether a file is called as the commands look for it."""
+    """Return whether a file has the name that the commands expect."""
     return clean(name).lower() == LIST
 
 
 def read_list(data: bytes, name: str) -> dict[str, str]:
     """{file's name: its conditions as a sidecar's text} of a list.
 
-    Raises FileError, with the line, for what is none.
+    Raises FileError, with the line, if it is not a list.
     """
     if len(data) > MAX_BYTES:
-        raise FileError(name, f"is larger than {MAX_BYTES // 1000} kB, too large for such a list")
+        raise FileError(name, f"is larger than {MAX_BYTES // 1000} kB, the limit for such a list")
     entries = parse_list(decode_toml(data, name), name)
     return {clean(file): facts_text(build(Facts, values)) for file, values in entries.items()}
 
@@ -279,8 +286,8 @@ def read_list(data: bytes, name: str) -> dict[str, str]:
 def attach(uploads: Uploads) -> tuple[list[str], list[str]]:
     """Complete sidecars from the list; return (names of the listed files, contradictions).
 
-    A file's own sidecar counts where both say something; the commands refuse that, and here a
-    sentence says it. What the list says stays known for files that come later.
+    If both state a fact, the file's own sidecar takes precedence and a notice reports it; the
+    commands reject this case. The content of the list is kept for files that arrive later.
     """
     names, notes = [], []
     for file in uploads.files:
@@ -305,7 +312,10 @@ def attach(uploads: Uploads) -> tuple[list[str], list[str]]:
 
 
 def merge_sidecars(text: str, of_all: str) -> str:
-    """A sidecar's text with what another one says besides; its own words count."""
+    """Return a sidecar's text with additional facts of another one.
+
+    Its own facts take precedence.
+    """
     try:
         document, addition = tomlkit.parse(text), tomlkit.parse(of_all)
     except tomlkit.exceptions.TOMLKitError:

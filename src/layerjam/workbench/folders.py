@@ -1,7 +1,7 @@
 """Temporary folders that do not outlive their program by more than a start of the next one.
 
-A folder holds a file that its program keeps locked. A program that was killed holds no lock, and
-the next workbench deletes what it left. On Windows nothing is swept: an open file keeps its name.
+A folder contains a file that its program keeps locked. A killed program holds no lock, and the next
+workbench deletes its folder. Nothing is deleted on Windows, where an open file keeps its name.
 """
 
 import contextlib
@@ -27,8 +27,8 @@ class Folder:
         making = root / f"{LOCK}-"
         lock = os.open(making, os.O_CREAT | os.O_RDWR, 0o600)
         if lock_file(lock):
-            with contextlib.suppress(PermissionError):  # Windows renames no open file
-                making.replace(root / LOCK)  # under this name it is never seen unlocked
+            with contextlib.suppress(PermissionError):  # Windows cannot rename an open file
+                making.replace(root / LOCK)  # it must never appear unlocked under this name
         self._end = weakref.finalize(self, _remove, root, lock)
 
     def remove(self) -> None:
@@ -43,10 +43,11 @@ def _remove(path: Path, lock: int) -> None:
 
 
 def sweep() -> list[Path]:
-    """Delete the folders of this user whose program was killed; which those were."""
+    """Delete the folders of this user whose program was killed, and return them."""
     removed_paths = []
     for path in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
-        with contextlib.suppress(OSError):  # another workbench sweeps too, or it is not ours
+        # another workbench is also cleaning up, or the folder belongs to another user
+        with contextlib.suppress(OSError):
             if _is_left(path):
                 shutil.rmtree(path, ignore_errors=True)
                 removed_paths.append(path)

@@ -27,7 +27,7 @@ class OtherReader:
     def sentence(self, name: str) -> str:
         """Return a sentence with the command that reads the file."""
         argument = f"'{name}'" if " " in name else name
-        return f"{self.what}. The command reads it: {self.command.replace('FILE', argument)}"
+        return f"{self.what}. Read it with the command {self.command.replace('FILE', argument)}"
 
 
 OTHER_READERS = MappingProxyType(
@@ -40,12 +40,12 @@ OTHER_READERS = MappingProxyType(
         ),
         "acceleration": OtherReader("A log of an acceleration", "layerjam crash FILE"),
         "run": OtherReader(
-            "A run of the bench without force and elongation",
+            "A bench run without force and elongation",
             "layerjam bench export FILE",
         ),
     }
 )
-"""{kind: what reads it}."""
+"""{kind: its reader}."""
 
 
 def toml_kind(text: str) -> str:
@@ -66,12 +66,12 @@ def toml_kind(text: str) -> str:
 
 
 def _tops(paths: Mapping[str, object]) -> set[str]:
-    """The tables and keys at the top of a file; what every file has tells nothing."""
+    """Return the tables and keys at the top of a file, without those that every file has."""
     return {path.partition(".")[0] for path in paths} - {"name", "title", "site", "gas"}
 
 
 def elsewhere_of(path: Path) -> str:
-    """The kind of ELSEWHERE that a file is which is no test of force over elongation; else ""."""
+    """Return the kind in ELSEWHERE of a file that is not a test of force over elongation, or ""."""
     from layerjam.identify.rubber.tensile import read_rubber
 
     if path.suffix == ENDING:

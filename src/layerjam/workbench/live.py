@@ -1,12 +1,13 @@
 """Words, tables and charts that change without a new layout of the page.
 
-An update of NiceGUI lets the browser go through every element of the page and through every number
-of a chart's options; under a slider that is most of the time. What changes with every move goes
-past it, all of one drawing in one message; the server's elements are the same as ever, so that a
-reload or a later update shows the same.
+On an update of NiceGUI the browser processes every element of the page and every number of a
+chart's options. While a slider moves, this takes most of the time. Content that changes with every
+move bypasses it, in one message per drawing. The server's elements are kept up to date, so a reload
+or a later update shows the same.
 
-This file, and the boxes of `scene`, are all that uses what NiceGUI does not promise to keep; its
-version is bounded for that in the extra `workbench`, and `check` says so before the server starts.
+This file, and the boxes of `scene`, are the only code that uses undocumented parts of NiceGUI. The
+extra `workbench` therefore limits its version, and `check` reports a wrong one before the server
+starts.
 """
 
 import asyncio
@@ -40,13 +41,13 @@ def check() -> None:
 
 
 KINDS = ("texts", "contents", "charts", "spoken", "spaces")
-"""Kinds of change, in the order in which `layerjamLive` takes them."""
+"""Kinds of change, in the order in which `layerjamLive` processes them."""
 
 _waiting: WeakKeyDictionary[Client, dict[str, dict[int, Any]]] = WeakKeyDictionary()
 
 
 def _tell(element: ui.element, kind: str, value: Any) -> None:
-    """Send when what runs now on the event loop is done, together with what else it changes."""
+    """Send after the current task on the event loop, together with its other changes."""
     client = element.client
     if client not in _waiting:
         try:
@@ -65,7 +66,7 @@ def _send(client: Client) -> None:
 
 
 class Words(ui.label):
-    """A label for what changes with every move."""
+    """A label whose text changes with every move."""
 
     def set_text(self, text: str) -> Self:
         """Show a sentence, in the page's words."""
@@ -77,7 +78,7 @@ class Words(ui.label):
 
 
 class Table(ui.html):
-    """HTML made by us, never from a user's words unescaped, that changes with every move."""
+    """HTML that changes with every move; it never contains unescaped text of the user."""
 
     def __init__(self) -> None:
         super().__init__("", sanitize=False)
@@ -96,7 +97,7 @@ class Space(ui.scene):
 
     @contextmanager
     def changes(self) -> "Iterator[Space]":
-        """All that is made, moved and taken away within goes together."""
+        """All creations, moves and deletions inside are sent together."""
         with self:
             self._batched_calls = []
             try:
@@ -108,7 +109,7 @@ class Space(ui.scene):
             _tell(self, "spaces", [*before, *calls])
 
     def speak(self, words: str) -> None:
-        """Say what is seen for who cannot see it."""
+        """Set the description for screen readers."""
         if self.props.get("aria-label") == words:
             return
         with self.props.suspend_updates():
@@ -125,7 +126,7 @@ class Bar(ui.slider):
     LOOPBACK = None
 
     def mirror(self, field: ui.input) -> None:
-        """Write what is dragged into a field, in the browser."""
+        """Write a dragged value into a field, in the browser."""
         self.on(
             "update:model-value",
             js_handler=f"(value) => layerjamSlid({self.id}, {field.id}, value)",
@@ -138,9 +139,9 @@ class Bar(ui.slider):
 
 
 def draw(chart: ui.echart, options: dict[str, Any]) -> None:
-    """Give a chart new options; as a whole only where its series or its cursor are others."""
+    """Give a chart new options; replace all only if its series or its cursor have changed."""
     old = chart.options
-    # set as NiceGUI sets it, every number would be wrapped to be watched, and sent at once
+    # set the way NiceGUI does, every number would be wrapped for change tracking, and sent at once
     dict.__setitem__(chart.props, "options", options)
     changes = {key: value for key, value in options.items() if old.get(key) != value}
     alike = old.keys() == options.keys() and "tooltip" not in changes

@@ -14,10 +14,10 @@ _frozen_pages: set[str] = set()
 
 
 def forget_tab() -> None:
-    """Release a tab that is closed, and after the last one what was compiled.
+    """Release a closed tab and, after the last one, compiled code.
 
-    FastAPI remembers what kind of function each route's is, and with it the function: that of an
-    upload holds its element, and so the whole page, about a megabyte for every reload.
+    FastAPI caches the function of each route. That of an upload refers to its element, and
+    therefore to the whole page: about a megabyte for every reload.
     """
     module = sys.modules.get("fastapi.dependencies.models")
     for item in list(vars(module).values()) if module is not None else ():

@@ -1,4 +1,4 @@
-"""Every other input of a command, as plain fields in a fold: generated from its declaration."""
+"""All other inputs of a command, as plain fields in a panel, generated from its declaration."""
 
 from collections.abc import Collection
 from functools import partial
@@ -29,7 +29,7 @@ from layerjam.workbench.widgets import (
 
 
 def others(command: str, names: Collection[str]) -> list[Parameter]:
-    """The inputs of a command that a page does not show by itself."""
+    """Return the inputs of a command that a page does not show otherwise."""
     return [
         p
         for p in parameters(command).values()
@@ -41,18 +41,18 @@ def others(command: str, names: Collection[str]) -> list[Parameter]:
 
 
 def is_file(p: Parameter) -> bool:
-    """Whether it is read from a file: on a page one that is dropped, never a path."""
+    """Whether it is read from a file: on a page, from a dropped file, never from a path."""
     return type(p.help) is Help and p.spec is None and "Path" in str(p.type)
 
 
 class OtherInputs:
-    """Fields for the inputs of a command that have no control of their own; empty: the default."""
+    """Fields for the inputs of a command without a control; an empty field means the default."""
 
     def __init__(self, page: Page, command: str, names: Collection[str]) -> None:
         self.page, self.desk = page, page.desk
         self.inputs = others(command, names)
         self.files = {p.name: Uploads() for p in self.inputs if is_file(p)}
-        """Dropped files of each input that is a file; the last one counts."""
+        """Dropped files of each file input; the last one is used."""
 
     def options(self) -> Options:
         """Return the set inputs: texts that the command can read, words, flags, and files."""
@@ -126,7 +126,7 @@ class OtherInputs:
         return box
 
     def _upload(self, p: Parameter, ident: str, label: str) -> None:
-        """A file; it stays on this machine and is no part of the link."""
+        """Field for a file, which stays on this machine and is not part of the link."""
         uploads = self.files[p.name]
 
         async def came(event: events.UploadEventArguments) -> None:
@@ -148,7 +148,7 @@ class OtherInputs:
         area = ui.upload(auto_upload=True, max_files=1, max_file_size=LARGEST, on_upload=came)
         zone(area, label, f"{ident}-file")
         file_label = dress(ui.label(), ident, "text-sm font-medium")
-        drop = button("Take it away", forget, f"{ident}-forget", "close", look="flat dense no-caps")
+        drop = button("Remove", forget, f"{ident}-forget", "close", look="flat dense no-caps")
         drop.set_visibility(False)
         alert = Alert(f"{ident}-problem", "text-sm")
 

@@ -1,4 +1,4 @@
-"""Outcomes of pulls in a sentence; those of drops and regulators are next to their pages."""
+"""Outcomes of pulls as sentences; those of drops and regulators are next to their pages."""
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
@@ -22,7 +22,8 @@ PULLS: Mapping[str, Callable[[str], str]] = MappingProxyType(
         "FINISHED": lambda end: f"Pulled to {end}; the brake held together.",
         "SEPARATED": lambda end: f"The sheets came apart at {end}: the overlap was used up.",
         "SNAPS": lambda end: (
-            f"It snaps at {end}: the sliding brake softens faster than what pulls it relaxes."
+            f"It snaps at {end}: the brake's force falls with slip faster than the "
+            "pulling spring relaxes."
         ),
         "CLOSED_BY_SLEEVE": lambda _: (
             "Unloaded, the enclosure pulled the brake back: friction no longer held it."
@@ -43,4 +44,7 @@ def of_slide(slid: Any) -> str:
         return f"At {pace} it slides steadily; no stick–slip is left."
     if slid.outcome == "STUCK":
         return "The sheets never slid: the pull ended before static friction was overcome."
-    return f"At {pace} the pull reached its end before stick–slip or steady sliding was settled."
+    return (
+        f"At {pace} the pull reached its end before either stick–slip or steady sliding had "
+        "settled."
+    )

@@ -38,16 +38,16 @@ class Asking:
         return number(self.desk, self.name, self.controls()[key])
 
     def text(self, key: str) -> str:
-        """A control's value as a command takes it."""
+        """Return a control's value as text for a command."""
         control = self.controls()[key]
         return control.text(number(self.desk, self.name, control))
 
     def texts(self, *keys: str) -> Options:
-        """{control: its value as a command takes it}."""
+        """Return {control: its value as text for a command}."""
         return {key: self.text(key) for key in keys}
 
     def word(self, option: Choice) -> str:
-        """The word that is chosen."""
+        """Return the chosen word."""
         return word(self.desk, self.name, option)
 
     def slider(self, key: str, is_shown: Callable[[], bool] | None = None) -> ui.column:
@@ -71,7 +71,7 @@ class Asking:
         return box
 
     def show_while(self, is_shown: Callable[[], bool] | None) -> ui.column:
-        """Add a column that is visible only while `is_shown()`, asked after every change."""
+        """Add a column that is visible only while `is_shown()` is true."""
         box = ui.column().classes("w-full gap-2")
         if is_shown is not None:
 
@@ -87,8 +87,8 @@ class View(Asking):
     """A page, or a part of one: it fills its slot in `build`, once, when it is first opened.
 
     `compute` runs in a thread and calls commands only, through `calls`; `draw` runs on the event
-    loop. The `result` between them holds the calls that it came from: what is shown, copied and
-    pinned is one computation, even if the next one was stopped.
+    loop. The `result` passed between them contains its calls, so what is shown, copied and pinned
+    belongs to one computation, even if the next one was stopped.
     """
 
     built = False
@@ -107,11 +107,11 @@ class View(Asking):
         return [Answer(call, call.run()) for call in self.calls()]
 
     def answers(self) -> Sequence[Answer]:
-        """Answers that are shown, in order; empty if none is."""
+        """Answers shown, in order; may be empty."""
         return answers_in(self.result)
 
     def copies(self) -> tuple[Sequence[Call], Mapping[str, Call]]:
-        """The calls behind what is shown, or asked for while nothing is; and those of pins."""
+        """Return the calls of the answers shown, or of those requested, and those of pins."""
         answers, pins = self.answers(), dict[str, Call]()
         for answer in answers:
             for label, call in answer.pinned_calls.items():
@@ -119,7 +119,7 @@ class View(Asking):
         return [answer.call for answer in answers] or self.calls(), pins
 
     def draw(self, result: Any) -> None:
-        """Show what `compute` returned."""
+        """Show the result of `compute`."""
         raise NotImplementedError
 
 
@@ -169,7 +169,7 @@ class Page(View):
             self.refresh()
 
     def _show(self, result: Any, problem: str) -> None:
-        if self.client is None or self.client.is_deleted:  # the tab was closed meanwhile
+        if self.client is None or self.client.is_deleted:  # the tab was closed in the meantime
             return
         if self.problem is not None:
             self.problem.say(problem)
@@ -189,10 +189,10 @@ class Page(View):
 
 
 class Figures:
-    """A small table of numbers: names left, values right, told apart by key."""
+    """A small table of numbers: names left, values right, identified by key."""
 
     def __init__(self, page: str, command: str, keys: Sequence[str], **names: str) -> None:
-        """`keys` of the command's result; `names` are given where the key alone says too little."""
+        """`keys` of the command's result; `names` are given if the key alone is unclear."""
         self._cells: dict[str, Words] = {}
         meanings = result_fields(command)
         with ui.grid(columns="auto auto").classes("figures gap-x-6 gap-y-1 items-baseline"):
@@ -213,7 +213,7 @@ class Figures:
 
 
 class Box(ui.column):
-    """A column that `show` fills; nothing moves where it shows the same already."""
+    """A column filled by `show`; unchanged content is not rebuilt."""
 
     def __init__(self, show: Callable[[Any], None], classes: str = "w-full gap-1") -> None:
         super().__init__()
@@ -233,14 +233,14 @@ class Box(ui.column):
 
 
 class Notes:
-    """The warnings of a result as quiet lines."""
+    """The warnings of a result as unobtrusive lines."""
 
     def __init__(self) -> None:
         self._box = ui.column().classes(f"gap-1 {QUIET}")
         self._shown: tuple[str, ...] = ()
 
     def fill(self, warnings: Sequence[str]) -> None:
-        """Show them; nothing moves where they have not changed."""
+        """Show them; unchanged ones are not rebuilt."""
         if tuple(warnings) == self._shown:
             return
         self._shown = tuple(warnings)
@@ -260,7 +260,7 @@ TONES = {
 
 
 def checks(result: Any) -> None:
-    """The table pull by pull, and what the checks say; nothing of what the result has not."""
+    """The table pull by pull, and the checks; parts missing in the result are omitted."""
     pulls = result.values.get("pulls", ())
     if len(pulls) > 1:
         heads = [name.capitalize() for name in HEADS]

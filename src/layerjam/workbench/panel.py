@@ -1,4 +1,4 @@
-"""A chart of a page with its pins and its take-away row: all show one computation."""
+"""A chart of a page with its pins and its take-away row: all belong to one computation."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -21,7 +21,7 @@ from layerjam.workbench.widgets import Alert, button, chart, dress, one_line
 
 
 class Panel:
-    """A chart that shows an answer; what is pinned and taken away is that answer too."""
+    """A chart that shows an answer; pins and downloads use the same answer."""
 
     chart: ui.echart
 
@@ -45,14 +45,14 @@ class Panel:
         self.chart = chart(ident, label, look, act)
 
     def build_row(self) -> ui.row:
-        """The buttons that take it away."""
+        """Build the download buttons."""
         row = takeaway.row(self._ident, self.chart, lambda: self.shown)
         self._acts.append(row)
         self._enable()
         return row
 
     def build_pins(self) -> None:
-        """The button to pin, and what is pinned."""
+        """Build the button to pin, and the list of pins."""
         with ui.row().classes("items-center gap-2"):
             tip = "Keep this curve in grey, to compare it with the next one"
             self._acts.append(button("Pin", self.pin, f"{self._ident}-pin", "push_pin", tip=tip))
@@ -61,7 +61,10 @@ class Panel:
         self._alert = Alert(f"{self._ident}-pin-problem", "text-sm")
 
     def draw(self, answer: Answer | None, chart: Mapping[str, Any] | None) -> None:
-        """Show an answer as a chart; without a chart it is hidden, and nothing can be taken."""
+        """Show an answer as a chart.
+
+        Without a chart it is hidden, and nothing can be downloaded.
+        """
         self.shown = answer if chart else None
         self._enable()
         self.chart.set_visibility(chart is not None)
@@ -84,7 +87,7 @@ class Panel:
         self.draw(answer, options(add_comparisons(answer.result.panes(), quiet), dark))
 
     def _fill(self, chips: ui.row, pins: tuple[Pinned, ...]) -> None:
-        """Show what is pinned; nothing moves where it is the same."""
+        """Show the pins; unchanged ones are not rebuilt."""
         if self.problem:
             self._alert.say(self.problem)
         items = tuple((pin.pin, pin.label) for pin in pins if pin.pin is not None)
@@ -103,7 +106,7 @@ class Panel:
     # ---- pins
 
     def pinned_answers(self, call: Call) -> tuple[Pinned, ...]:
-        """The pinned answers that can be drawn beside a call; in the page's thread."""
+        """Return the pinned answers that can be drawn with a call; runs in the page's thread."""
         pins: list[tuple[Answer, Any, Pin]] = []
         computed_pins, trouble = {}, []
         for pin in self._desk.state.pins:
@@ -129,7 +132,7 @@ class Panel:
         return Answer(call, result), self.besides(pin, result)
 
     def pin(self, **more: str) -> None:
-        """Keep the answer that is shown, and `more` text about it."""
+        """Pin the answer shown, with `more` text about it."""
         self._try(partial(self._pin_shown, more))
 
     def _pin_shown(self, extra: Mapping[str, str]) -> None:

@@ -1,4 +1,4 @@
-"""The peak of a pull set by hand: the vacuum, or the number of sheets, follows."""
+"""Set the peak of a pull by hand; the vacuum or the number of sheets follows."""
 
 import math
 from collections.abc import Callable
@@ -29,7 +29,7 @@ FORCE = QuantitySpec("N", "peak force of the pull", lo=0.0, example="150 N")
 
 
 class PeakSetting:
-    """The marker of a chart's peak as a handle, a field for its force, and what follows."""
+    """The draggable marker of a chart's peak, a field for its force, and the resulting setting."""
 
     def __init__(
         self, desk: Desk, page: str, call: Callable[[], Call], limit: Callable[[], float]
@@ -80,11 +80,14 @@ class PeakSetting:
     def _on_drag(self, event: Any) -> None:
         force, is_done = event.args.get("force"), bool(event.args.get("done"))
         if isinstance(force, int | float) and math.isfinite(force) and force >= 0:
-            # to the digits that the page shows
+            # rounded to the digits shown on the page
             self.ask(float(f"{force:.4g}"), is_done)
 
     def ask(self, force: float, done: bool) -> None:
-        """Let what is chosen follow a peak [N]; the latest wins, sheets once it is let go."""
+        """Adjust the chosen quantity to a peak [N].
+
+        The latest request wins, and sheets change on release.
+        """
         if word(self._desk, self._page, FOLLOWS) == "sheets" and not done:
             return
         self._asked = force
@@ -99,7 +102,7 @@ class PeakSetting:
                 by_sheets = word(self._desk, self._page, FOLLOWS) == "sheets"
                 try:
                     result = await run.io_bound(self.search, force, by_sheets)
-                    if result is None:  # the program is being ended
+                    if result is None:  # the program is stopping
                         return
                     self._take(result, force, by_sheets)
                 except LayerjamError as err:
@@ -134,7 +137,7 @@ class PeakSetting:
         elif by_sheets:
             with_sheets(self._desk, int(result.value))
         else:
-            # whole pascals: what is set can be read
+            # whole pascals, so that the value is readable
             self._desk.put(self._page, "vacuum", float(round(result.value)), follow=True)
         self.said.set_text(sentence(result, force, by_sheets))
 
@@ -154,5 +157,11 @@ def sentence(result: ToPeak, force: float, by_sheets: bool) -> str:
         return f"A vacuum of {place} gives a peak of {peak}."
     quantity = "number of sheets" if by_sheets else "vacuum"
     if force < result.force:
-        return f"No {quantity} gives a peak of {target}; the least is {peak}, with {place}."
-    return f"No {quantity} up to {place} gives a peak of {target}; the greatest is {peak}."
+        return (
+            f"No {quantity} gives a peak of {target}; the least possible peak is {peak}, with "
+            f"{place}."
+        )
+    return (
+        f"No {quantity} up to {place} gives a peak of {target}; the greatest possible peak is "
+        f"{peak}."
+    )

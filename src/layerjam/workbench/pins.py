@@ -1,4 +1,4 @@
-"""Pinned curves: what a chart showed once, kept as the call it came from and computed anew."""
+"""Pinned curves: stored as calls and computed again."""
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -14,7 +14,7 @@ MAX_PINS = 8
 COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {"pull": ("tensile", "judder"), "drop": ("drop",), "vacuum": ("rise", "regulate")}
 )
-"""{page: commands whose curves can be pinned there}; a link may ask for no other."""
+"""{page: commands whose curves can be pinned there}; links with others are rejected."""
 BAND = "band"
 """Option of a pinned pull that stores the error of its law, written by `LawError.text`."""
 LINES = ("rise", "regulate")
@@ -30,14 +30,19 @@ def pin_of(page: str, call: Call) -> Pin:
     files = call.options.keys() - plain.keys()
     if files or call.files:
         names = ", ".join(sorted(files)) or "a file"
-        raise QuantityError(f"pin: {names} comes from a file you dropped, and no link keeps it")
+        raise QuantityError(
+            f"pin: {names} comes from a file you dropped, which a link cannot contain"
+        )
     return Pin(page, call.name, call.subjects[0].text, plain)
 
 
 def call_of(pin: Pin) -> Call:
-    """The call that a pin keeps; QuantityError for what no page pins, such as a path in a link."""
+    """Return the call of a pin.
+
+    QuantityError for one that no page can create, such as a path in a link.
+    """
     if pin.command not in COMMANDS.get(pin.page, ()):
-        raise QuantityError(f"pin: nothing of '{pin.command[:40]}' is pinned on this page")
+        raise QuantityError(f"pin: curves of '{pin.command[:40]}' cannot be pinned on this page")
     inputs = {p.name for p in others(pin.command, ()) if not is_file(p)}
     options = {key: v for key, v in pin.options.items() if (pin.command, key) != ("tensile", BAND)}
     strange = sorted(options.keys() - inputs)
@@ -78,7 +83,7 @@ def _difference(call: Call, from_these: Sequence[Call]) -> str:
 
 
 def put_pin(desk: Desk, pin: Pin) -> None:
-    """Add a pin, unless it is there; QuantityError if the page has no room for another."""
+    """Add a pin unless it exists; QuantityError if the page has no room for another."""
     pins = desk.state.pins
     if pin in pins:
         return
@@ -88,7 +93,7 @@ def put_pin(desk: Desk, pin: Pin) -> None:
 
 
 def turn_file(desk: Desk, key: str) -> None:
-    """Pin a dropped file to the pull, or take that back; QuantityError if there are enough."""
+    """Pin a dropped file to the pull, or unpin it; QuantityError if there are enough."""
     file_pin = Pin("pull", MEASURED, key)
     if file_pin in desk.state.pins:
         desk.put_pins(tuple(pin for pin in desk.state.pins if pin != file_pin))

@@ -27,27 +27,25 @@ FRICTION, CALIBRATE, VALIDATE, ASIDE = "friction", "calibrate", "validate", "asi
 FACTS = ("vacuum", "normal_force", "speed")
 """Conditions that are proposed."""
 NEEDED = MappingProxyType({FRICTION: "normal_force", CALIBRATE: "vacuum", VALIDATE: "vacuum"})
-"""{use of a file: the fact without which it cannot be used so}."""
+"""{use of a file: fact required for it}."""
 CLICKS = MappingProxyType(
     {
-        "columns": "Click the head of the column that is the force, and of the one that is the "
-        "elongation",
-        "force-sign": "If this machine counts tension as negative, click the head of the force and "
-        "choose 'turn its sign'",
-        "elongation-sign": "If this machine counts pulling as negative, click the head of the "
-        "elongation and choose 'turn its sign'",
+        "columns": "Click the heads of the force column and of the elongation column",
+        "force-sign": "If this machine counts tension as negative, click the head of the force "
+        "column and choose 'reverse its sign'",
+        "elongation-sign": "If this machine counts elongation as negative, click the head of the "
+        "elongation column and choose 'reverse its sign'",
         "decimal": "Choose the decimal sign",
         "specimen": "Choose one of the specimens",
         "sheet": "Choose the sheet",
-        "speed": "Give the crosshead's speed, or click the head of the column that is the "
-        "elongation",
+        "speed": "Give the crosshead's speed, or click the head of the elongation column",
     }
 )
-"""{what a reader asks for: how a page answers}."""
+"""{request of a reader: instruction on the page}."""
 NEAR_HIGHEST = 0.97
 """A pull is at the highest vacuum from this share of it on."""
 HEAD = 4000
-"""Bytes of a file's beginning in which words tell what was done."""
+"""Number of bytes at the start of a file that are searched for words about the test."""
 _FRICTION = re.compile(
     r"(?i)friction|reib|frott|attrito|fricci|(?<![a-z])cof(?![a-z])|sled|d1894|iso[ _-]?8295"
 )
@@ -62,7 +60,7 @@ _UNITS = {u.lower(): u for u in ("kPa", "hPa", "Pa", "mbar", "bar", "psi", "torr
 
 @dataclass(frozen=True)
 class SourcedValue:
-    """A value as text, empty if nothing is known, and where it is taken from."""
+    """A value as text (empty if unknown) and its source."""
 
     text: str = ""
     source: str = ""
@@ -72,8 +70,9 @@ class SourcedValue:
 class Proposal:
     """Proposal for one dropped file.
 
-    `kind`: "measurement", one of ELSEWHERE, or "unknown". `about` says what was understood or why
-    it was refused, `asks` what a measurement that is not read yet lacks: a key of CLICKS.
+    `kind`: "measurement", one of ELSEWHERE, or "unknown". `about` states the interpretation or the
+    reason for rejection; `asks` is the missing information of an unread measurement, a key of
+    CLICKS.
     """
 
     key: str
@@ -91,15 +90,15 @@ class Proposal:
         return self.kind == "measurement" and not self.asks
 
     def lacks(self, role: str, facts: Mapping[str, str]) -> str:
-        """The fact that is needed for a use and is not among those given; empty if none is."""
+        """Return the missing fact for a use; empty if none is missing."""
         due = NEEDED.get(role, "")
         return due if due and not facts.get(due) else ""
 
 
 def from_name(name: str) -> dict[str, SourcedValue]:
-    """{"role", "vacuum", "normal_force", "speed": what a file's name says of it}.
+    """Return {"role", "vacuum", "normal_force", "speed": value from a file's name}.
 
-    A name with several pressures says none: which one held is not known.
+    A name with several pressures gives none, because it is ambiguous.
     """
     stem = Path(name).stem
     values: dict[str, SourcedValue] = {}
@@ -160,7 +159,7 @@ def refusal_of(path: Path) -> str:
 def proposal(key: str, name: str, path: Path) -> Proposal:
     """Return the proposal for one file, whose sidecar with the user's statements is next to it.
 
-    Nothing is raised: what cannot be read is said in `about`, which calls the file by its path.
+    Raises nothing: reading errors are in `about`, which names the file by its path.
     """
     draft = Proposal(key, name)
     try:
@@ -183,7 +182,7 @@ def proposal(key: str, name: str, path: Path) -> Proposal:
 
 
 def _unread(draft: Proposal, path: Path, error: LayerjamError) -> Proposal:
-    """A file that is no test yet: read elsewhere, to be corrected, or nothing that is known."""
+    """A file that is not a readable test: read by another command, to be corrected, or unknown."""
     asks = str(getattr(error, "asks", ""))
     reason = str(getattr(error, "plain", "") or error)
     if isinstance(error, MissingExtraError):
@@ -199,7 +198,7 @@ def _unread(draft: Proposal, path: Path, error: LayerjamError) -> Proposal:
 def _conditions(
     name: str, path: Path, facts: Facts, traces: Sequence[Trace]
 ) -> tuple[SourcedValue, dict[str, SourcedValue]]:
-    """Role and facts: of the sidecar, else of the file's content, else of its name."""
+    """Return role and facts: from the sidecar, otherwise the file's content, otherwise its name."""
     values = from_name(name)
     facts_found = {fact: value_found for fact in FACTS if (value_found := values.get(fact))}
     facts_found |= dict(_of_content(path, traces))
@@ -209,7 +208,7 @@ def _conditions(
         if (value := getattr(facts, fact)) is not None
     }
     if "speed" in facts_found and facts_found["speed"].source.startswith("its name") and traces:
-        del facts_found["speed"]  # it is asked for only where the file has no elongation
+        del facts_found["speed"]  # ask for it only if the file has no elongation
     return _role(path, facts, values, facts_found), facts_found
 
 
@@ -234,7 +233,7 @@ def _role(
         return SourcedValue(FRICTION, f"its first lines: {word[0]}")
     if "vacuum" in facts_found:
         return SourcedValue(CALIBRATE, f"a vacuum is known ({facts_found['vacuum'].source})")
-    return SourcedValue(CALIBRATE, "force over elongation; nothing says that it is a friction test")
+    return SourcedValue(CALIBRATE, "force over elongation, without any sign of a friction test")
 
 
 def _beginning(path: Path) -> str:
@@ -248,7 +247,7 @@ def _beginning(path: Path) -> str:
 
 
 def _of_content(path: Path, traces: Sequence[Trace]) -> Iterator[tuple[str, SourcedValue]]:
-    """(fact, value) that the file itself holds: in its head, in a column, in its procedure."""
+    """Yield (fact, value) from the file itself: its head, a column, or its procedure."""
     vacuums = {t.facts.vacuum for t in traces} - {None}
     if len(vacuums) == 1:
         yield (
@@ -290,7 +289,7 @@ def vacuum_of_column(path: Path, index: int, unit: str, names: Sequence[str]) ->
 def together(proposals: Iterable[Proposal]) -> list[Proposal]:
     """Proposals of files dropped together: the highest vacuum calibrates, others validate.
 
-    Only where nothing but the vacuum tells pulls apart; a role that was given stays.
+    Only if pulls differ in nothing but the vacuum; a given role is kept.
     """
     files = list(proposals)
     level = {p.key: _vacuum(p) for p in files if p.role.text == CALIBRATE}
@@ -302,7 +301,7 @@ def together(proposals: Iterable[Proposal]) -> list[Proposal]:
     for item in files:
         vacuum = level.get(item.key)
         if vacuum is not None and vacuum <= NEAR_HIGHEST * highest:
-            reason = f"{item.role.source}; to validate, as another pull is at {best}"
+            reason = f"{item.role.source}; used to validate, because another pull is at {best}"
             result.append(replace(item, role=SourcedValue(VALIDATE, reason)))
         else:
             result.append(item)

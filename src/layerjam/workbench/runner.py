@@ -1,4 +1,4 @@
-"""Computations off the event loop: the latest wins, what was overtaken is never begun."""
+"""Computations off the event loop: the latest request wins, and outdated ones are never started."""
 
 import threading
 import time
@@ -13,7 +13,7 @@ from layerjam.workbench.widgets import button, dress, one_line
 PATIENCE, LONG = 0.5, 2.0
 """Seconds a computation runs before the page says so, and before it can be stopped."""
 LOOK = 0.3
-"""Seconds between two looks at what is being done."""
+"""Seconds between two updates of the progress."""
 
 
 class ComputationStopped(Exception):
@@ -23,7 +23,7 @@ class ComputationStopped(Exception):
 class Runner:
     """Runs `compute()` in a thread and hands its result to `show(result, problem)`.
 
-    Asked again while it runs, it begins anew once, with the latest inputs, when it is done.
+    If requested again while running, it runs once more with the latest inputs.
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class Runner:
         """Current phase, and its progress as a share."""
 
     async def ask(self) -> None:
-        """Compute with the inputs of now; returns when the result is shown or was overtaken."""
+        """Compute with the current inputs; returns when the result is shown or outdated."""
         if self.running:
             self._again = True
             return
@@ -70,7 +70,7 @@ class Runner:
         self.stopping.set()
 
     def tell(self, phase: str, share: float) -> None:
-        """A command's progress callback, in its thread; raises Stopped where the user said so."""
+        """A command's progress callback, in its thread; raises Stopped if the user requested it."""
         if self.stopping.is_set():
             raise ComputationStopped
         self.doing = (phase, share)

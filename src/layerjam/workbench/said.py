@@ -1,7 +1,7 @@
 """The user's statements about dropped files: use, conditions, columns.
 
-It stands in the desk by the file's digest, so that it can be undone, stands in the link, and comes
-back when the same file is dropped again. A command is given it as the file's sidecar.
+It is stored in the desk by the file's digest, so that it can be undone, is part of the link, and
+returns when the same file is dropped again. A command is given it as the file's sidecar.
 """
 
 import json
@@ -43,7 +43,7 @@ Edits = dict[str, dict[str, str]]
 
 
 def edits_of(desk: Desk) -> Edits:
-    """{file's key: {what: text}}; what a link brought that is none is left out."""
+    """Return {file's key: {fact: text}}; invalid entries from a link are omitted."""
     try:
         stored_edits = json.loads(str(desk.get(PAGE, FILES, "{}")))
     except (ValueError, RecursionError):
@@ -69,7 +69,7 @@ def put_edits(desk: Desk, changes: Mapping[str, Mapping[str, str]]) -> None:
 
 
 def check_edit(changes: Mapping[str, str]) -> None:
-    """Raise LayerjamError for a fact or an answer that is none."""
+    """Raise LayerjamError for an invalid fact or answer."""
     facts, answers = _facts_and_answers(changes)
     for name, text in facts.items():
         spec_of(Facts, name).read(text, name.replace("_", " "))
@@ -91,9 +91,9 @@ def _facts_and_answers(edit: Mapping[str, str]) -> tuple[dict[str, str], dict[st
 
 
 def sidecar_text(text: str, edit: Mapping[str, str]) -> str:
-    """The user's sidecar with what the page adds; the page's word counts.
+    """Return the user's sidecar with additions of the page, which take precedence.
 
-    Broken TOML stays, and of a link what cannot be is not written.
+    Invalid TOML is unchanged, and invalid values from a link are not written.
     """
     import tomlkit
     from tomlkit.exceptions import TOMLKitError

@@ -1,4 +1,4 @@
-"""The stack of sheets as boxes in space: what is drawn where, and the 3-D view that draws it."""
+"""The stack of sheets as boxes in space, and the 3-D view that draws them."""
 
 import json
 from collections.abc import Iterator
@@ -23,10 +23,10 @@ UNIT = 0.01
 MAX_SHEETS = 24
 """Sheets drawn at most."""
 TIGHT, LOOSE = 0.04, 0.7
-"""Gap between sheets over a sheet's thickness, at the full vacuum and without any: drawn only."""
+"""Drawn gap between sheets over a sheet's thickness, at full vacuum and without vacuum."""
 GROUND, NIGHT = "#eef2f5", "#262d34"
 INK = "#6b7a88"
-"""Colour that is visible on both grounds."""
+"""Colour that is visible on both backgrounds."""
 _LABEL = "font: 600 13px sans-serif; color: var(--stack-ink); white-space: nowrap"
 
 
@@ -65,7 +65,7 @@ class Stack:
     scale: int
     drawn: int
     low: Point
-    """Lowest corner of a box around the drawing at any vacuum, all the travel used."""
+    """Lowest corner of a box around the drawing at any vacuum and full travel."""
     high: Point
 
 
@@ -92,7 +92,7 @@ def stack_of(brake: Brake, slip: float, share: float) -> Stack:
     gap = thick * (LOOSE + (TIGHT - LOOSE) * share)
     height, loosest = (count * thick + (count - 1) * g for g in (gap, thick * LOOSE))
     free, lap, free_right = sheets.free_left, sheets.overlap, sheets.free_right
-    # the left cap stands still; zero is the middle of the brake at rest
+    # the left cap is fixed; zero is the middle of the brake at rest
     start, end = -(free + lap + free_right) / 2, (free + lap + free_right) / 2 + slip
     boxes = [
         _sheet(i, thick, (i + 0.5) * thick + i * gap - height / 2, brake, (start, end))
@@ -117,7 +117,11 @@ def stack_of(brake: Brake, slip: float, share: float) -> Stack:
         ("overlap", f"overlap {show(lap - slip, 'm', 3)}", _to_units(*overlap_mark)),
         ("left", "left end", _to_units(start - cap / 2, 0, tall / 2)),
         ("right", "right end", _to_units(end + cap / 2, 0, tall / 2)),
-        ("ghost", f"slips up to {show(sheets.usable_travel, 'm', 3)}", _to_units(tip, 0, tall / 2)),
+        (
+            "ghost",
+            f"slip of up to {show(sheets.usable_travel, 'm', 3)}",
+            _to_units(tip, 0, tall / 2),
+        ),
     )
     deep, wide = loosest / 2 + 4 * thick, 1.25 * sheets.width / 2
     corners = _to_units(start - cap, -wide, -deep), _to_units(tip + cap, wide, deep)
@@ -135,7 +139,7 @@ def _ghost(start: float, end: float, cap: float, size: Point) -> Iterator[Box]:
 
 
 def _sheet(number: int, thick: float, z: float, brake: Brake, span: tuple[float, float]) -> Box:
-    """The sheet at a height, held on the left where its number is even."""
+    """The sheet at a height, held on the left if its number is even."""
     sheets, clamp_length = brake.sheets, brake.mount.clamped_length
     if number % 2 == 0:
         ends = (span[0] - clamp_length, span[0] + sheets.free_left + sheets.overlap)
@@ -165,15 +169,16 @@ def _box(name: str, centre: Point, size: Point, color: str, opacity: float = 1.0
 
 
 def in_words(brake: Brake, stack: Stack, slip: float) -> str:
-    """The picture for who cannot see it, and what is not to scale."""
+    """Description of the picture for screen readers, with the parts not to scale."""
     sheets = brake.sheets
     left = (sheets.count + 1) // 2
     note = f", {stack.drawn} of them drawn" if stack.drawn < sheets.count else ""
     return (
-        f"{sheets.count} sheets{note}, {left} held on the left (blue) and {sheets.count - left} on "
-        f"the right (orange); they overlap by {show(sheets.overlap - slip, 'm', 3)} of "
-        f"{show(sheets.overlap, 'm', 3)}. Lengths and width are true to each other, thickness is "
-        f"drawn {stack.scale} times too large; the gaps show the vacuum and are not computed."
+        f"{sheets.count} sheets{note}, {left} held on the left (blue) and "
+        f"{sheets.count - left} on the right (orange); they overlap by "
+        f"{show(sheets.overlap - slip, 'm', 3)} of {show(sheets.overlap, 'm', 3)}. "
+        f"Lengths and width have the same scale; the thickness is drawn {stack.scale} "
+        "times larger. The gaps indicate the vacuum and are not computed."
     )
 
 
@@ -185,7 +190,7 @@ class Slab(Object3D, component=Path(__file__).with_name("slab.js")):
 
 
 def fit_view(scene: ui.scene, low: Point, high: Point, view: Point, duration: float) -> None:
-    """Bring the camera so near that a box is seen whole from a direction; again after a resize."""
+    """Place the camera so that a box fills the view from a direction; also after a resize."""
     args = json.dumps([low, high, view, duration])
     scene.client.run_javascript(
         f"const view = getElement({scene.id}); if (view?.renderer) layerjamFit(view, ...{args})"
@@ -193,7 +198,7 @@ def fit_view(scene: ui.scene, low: Point, high: Point, view: Point, duration: fl
 
 
 class StackView:
-    """The 3-D view; boxes are made once and then only moved and stretched."""
+    """The 3-D view; boxes are created once and then only moved and stretched."""
 
     def __init__(self, ident: str, classes: str = "w-full h-80", views: bool = True) -> None:
         self._boxes: dict[str, Any] = {}
@@ -224,7 +229,7 @@ class StackView:
                     key = f"{ident}-{name.replace(' ', '-')}"
                     view_button = button(name, look, key, look="flat dense no-caps")
                     dress(view_button, aria_label=f"Seen from: {name}")
-                hint("drag to turn, wheel to come nearer")
+                hint("drag to rotate, scroll to zoom")
             row.set_visibility(views)
 
     def show(self, stack: Stack, words: str, dark: bool = False) -> None:

@@ -1,4 +1,4 @@
-"""The server: loopback only unless told otherwise, then behind a token."""
+"""The server: on the loopback address by default; other addresses need a token."""
 
 import contextlib
 import errno
@@ -31,19 +31,20 @@ HEADERS = {
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
 }
-"""Nothing is loaded from elsewhere, and no other site's page shows this one inside its own."""
+"""Nothing is loaded from other sites, and other sites cannot embed this page."""
 
 
 class _TooLarge(Exception):
-    """A body of undeclared length grew beyond what is taken."""
+    """A body of undeclared length exceeded the limit."""
 
 
 class RequestGuard:
     """ASGI middleware: refuses strangers, other sites' pages, and bodies beyond `largest` bytes.
 
-    `names` are the hosts that requests may ask for, None for all. On loopback that is this machine:
-    a foreign page that was made to resolve here names itself. Elsewhere the token of the printed
-    address is due. It goes into a cookie and out of the address, so that no copied link holds it.
+    `names` are the hosts that requests may ask for, None for all. On loopback this must be this
+    machine: a page of another site that resolves here sends its own name. On other addresses the
+    token of the printed address is required. It is moved from the address to a cookie, so that
+    copied links do not contain it.
     """
 
     def __init__(
@@ -77,23 +78,23 @@ class RequestGuard:
         host = request.headers.get("host", "")
         name = host.rsplit(":", 1)[0] if not host.endswith("]") else host
         if self.names is not None and name not in self.names:
-            return 403, "this address is not served here"
+            return 403, "this server has no page at this address"
         origin = request.headers.get("origin")
         if origin and origin.split("://", 1)[-1] != host:
-            return 403, "requests of other sites are not served"
+            return 403, "requests from other sites are rejected"
         tokens = (request.query_params.get("token"), request.cookies.get("layerjam"))
         if self.token and not any(map(self._holds, tokens)):
-            return 401, "open the address that was printed when the workbench began"
+            return 401, "open the address that was printed when the workbench started"
         length = request.headers.get("content-length", "0")
         if length.isdigit() and int(length) > self.largest:
             return self._too_large()
         return None
 
     def _too_large(self) -> tuple[int, str]:
-        return 413, f"more than {self.largest // 2**20} MB at once is not taken"
+        return 413, f"at most {self.largest // 2**20} MB are accepted at once"
 
     def _holds(self, token: str | None) -> bool:
-        """Whether it is the token, where there is one."""
+        """Return whether it is the token, if there is one."""
         mine = (self.token or "").encode()
         return bool(self.token) and hmac.compare_digest((token or "").encode(), mine)
 
@@ -151,14 +152,14 @@ def is_loopback(host: str) -> bool:
 
 
 def check_free(host: str, port: int) -> None:
-    """QuantityError if nothing can listen at this address."""
+    """Raises QuantityError if the server cannot listen on this address."""
     try:
         addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
     except OSError:
         raise QuantityError(f"host: '{host[:60]}' is not an address of this machine") from None
     for family, kind, protocol, _, place in addresses:
         with socket.socket(family, kind, protocol) as trial:
-            if not is_windows():  # there it would share the port
+            if not is_windows():  # there, both would share the port
                 trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
                 trial.bind(place)
@@ -167,18 +168,18 @@ def check_free(host: str, port: int) -> None:
 
 
 def _why_not(number: int | None, host: str, port: int) -> str:
-    # Windows may deny a busy port
+    # Windows may report a busy port as access denied
     if number == errno.EADDRINUSE or (number == errno.EACCES and port > 1023):
-        return f"port: {port} is used by another program; take another one with --port"
+        return f"port: {port} is used by another program; choose another one with --port"
     if number == errno.EACCES:
-        return f"port: {port} may not be used by this user; take one above 1023 with --port"
+        return f"port: this user may not use {port}; choose one above 1023 with --port"
     return f"host: '{host[:60]}' is not an address of this machine"
 
 
 def serve(
     *, host: str, port: int, show: bool, engine: Callable[[], None], token: str | None = None
 ) -> None:
-    """Serve until interrupted; `engine` makes JAX ready, in a thread.
+    """Serve until interrupted; `engine` loads JAX in a thread.
 
     Raises ImportError if NiceGUI is missing, and QuantityError if it cannot listen.
     """
@@ -203,9 +204,9 @@ def serve(
     names = (*LOCAL, host_name) if is_loopback(host) else None
     app.add_middleware(RequestGuard, token=token, largest=BODY, names=names)
     place = f"http://{'localhost' if host_name in LOCAL else host_name}:{port}/"
-    greeting = f"workbench: {place}{f'?token={token}' if token else ''}  (Ctrl-C ends it)"
+    greeting = f"workbench: {place}{f'?token={token}' if token else ''}  (press Ctrl-C to stop)"
     app.on_startup(lambda: print(greeting, flush=True))
-    # while the browser opens and reads the page, the server has time
+    # while the browser opens and loads the page, the server is idle
     app.on_startup(threading.Thread(target=prepare, args=(engine,)).start)
     app.on_startup(lambda: run.io_bound(sweep))
     app.on_shutdown(close_all)
@@ -228,7 +229,7 @@ _preparing, _is_ready = threading.Lock(), threading.Event()
 
 
 def prepare(engine: Callable[[], None]) -> None:
-    """Load what the first page computes with, and compute it, once, while it is on its way."""
+    """Load the code of the first page and compute its result once, while the page is loading."""
     with _preparing:
         if _is_ready.is_set():
             return

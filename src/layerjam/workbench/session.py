@@ -20,7 +20,7 @@ KIND, VERSION = "session of the layerjam workbench", 1
 
 
 MAX_FILES = 64
-"""Files in a session at most; the page pins fewer."""
+"""Largest number of files in a session; the page pins fewer."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def kept_files(state: State, uploads: Uploads) -> tuple[KeptFile, ...]:
 
 
 def to_session(state: State, files: Sequence[KeptFile] = ()) -> str:
-    """The file's text; QuantityError if pinned files make it larger than what is opened."""
+    """Return the file's text; QuantityError if pinned files make it too large to open."""
     document: dict[str, Any] = {"kind": KIND, "version": VERSION, **asdict(state)}
     if files:
         document["files"] = [
@@ -64,16 +64,16 @@ def to_session(state: State, files: Sequence[KeptFile] = ()) -> str:
     size = max(len(text.encode()), sum(len(f.data) for f in files))
     if files and size > LARGEST:
         raise QuantityError(
-            f"session: the pinned files make it {size / 2**20:.0f} MB; at most "
-            f"{LARGEST // 2**20} MB are opened again, so unpin one"
+            f"session: with the pinned files it has {size / 2**20:.0f} MB; at most "
+            f"{LARGEST // 2**20} MB can be reopened, so unpin one"
         )
     return text
 
 
 def from_session(data: bytes, name: str) -> Session:
     """Return the session in a file of this `name`; FileError if it is not a session."""
-    if len(data) > LARGEST:  # the page writes smaller sessions: 1 MB is read of each brake
-        raise FileError(name, f"is larger than {LARGEST // 2**20} MB, too large for a session")
+    if len(data) > LARGEST:  # the page writes smaller sessions, because 1 MB is read for each brake
+        raise FileError(name, f"is larger than {LARGEST // 2**20} MB, the limit for a session")
     try:
         text = data.decode("utf-8-sig")
         document = json.loads(text)
@@ -82,33 +82,36 @@ def from_session(data: bytes, name: str) -> Session:
     if not isinstance(document, dict) or document.get("kind") != KIND:
         raise FileError(name, f'is not a session: its "kind" is not "{KIND}"')
     if document.get("version") != VERSION:
-        reason = "a session of another version; open it with the layerjam that wrote it"
+        reason = "a session of another version; open it with the version of layerjam that wrote it"
         raise FileError(name, f"is {reason}")
     try:
         return Session(read_state(text), tuple(_unpack_files(document.get("files", []))))
     except Strange as err:
-        raise FileError(name, f"holds what no session has: {err}") from None
+        raise FileError(name, f"contains unknown fields: {err}") from None
 
 
 def _unpack_files(entries: Any) -> list[KeptFile]:
-    """The files of a session, together no larger than one that may be dropped; raises Strange."""
+    """The files of a session, together no larger than a file that may be dropped.
+
+    Raises Strange.
+    """
     if not isinstance(entries, list) or len(entries) > MAX_FILES:
-        raise Strange(f"files: must be a list of at most {MAX_FILES}")
+        raise Strange(f"files: expected a list of at most {MAX_FILES}")
     files, left = [], LARGEST
     for place, entry in enumerate(entries):
         fields = entry if isinstance(entry, dict) else {}
         name, sidecar, content = (fields.get(key) for key in ("name", "sidecar", "content"))
         if not (isinstance(name, str) and isinstance(sidecar, str) and isinstance(content, str)):
-            raise Strange(f"files.{place}: name, sidecar and content are texts")
+            raise Strange(f"files.{place}: name, sidecar and content must be texts")
         reader = zlib.decompressobj()
         try:
             data = reader.decompress(base64.b64decode(content, validate=True), left + 1)
         except (binascii.Error, zlib.error, ValueError):
-            raise Strange(f"files.{place}.content: it cannot be unpacked") from None
+            raise Strange(f"files.{place}.content: it cannot be decompressed") from None
         left -= len(data)
         if left < 0:
             raise Strange(f"files: together they are larger than {LARGEST // 2**20} MB")
         if not reader.eof:
-            raise Strange(f"files.{place}.content: it is cut off")
+            raise Strange(f"files.{place}.content: it is truncated")
         files.append(KeptFile(name, data, sidecar))
     return files

@@ -1,4 +1,4 @@
-"""The stack from the side at one sample of a pull: which sheets slide, as SVG and in words."""
+"""The stack from the side at one sample of a pull: sliding sheets, as SVG and in words."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from layerjam.simulate.sheet_motion import SheetMotion
 from layerjam.units import show
 
 WIDE, CAP, EDGE = 860.0, 16.0, 8.0
-"""Pixels of the drawing: its width, a cap's, and what is free around it."""
+"""Pixels of the drawing: its width, that of a cap, and the margin."""
 TALL, GAP = (9.0, 24.0), 7.0
 """Least and greatest height of a sheet, and the gap between two sheets [pixels]."""
 MAX_SHEETS = 40
@@ -23,14 +23,14 @@ ROOM = 0.3
 
 @dataclass(frozen=True)
 class PullView:
-    """A pull that is looked at: its motion and its sheets, and how large movements are drawn."""
+    """A pull to view: its motion, its sheets, and the scale of drawn movements."""
 
     motion: SheetMotion
     sheets: Sheets
     factor: float
     """Magnification of movements until every interface has slid."""
     small_range: float
-    """Displacement of the moving cap [m] up to which that is so."""
+    """Displacement of the moving cap [m] up to which that scale applies."""
 
     @classmethod
     def from_motion(cls, motion: SheetMotion, sheets: Sheets) -> "PullView":
@@ -42,7 +42,10 @@ class PullView:
         return cls(motion, sheets, factor if factor > 1 else 1.0, small_range)
 
     def telling(self) -> int:
-        """The sample that says most at first: some slide and others hold; else the peak."""
+        """Return the most informative sample: some sheets slide and others stick.
+
+        Otherwise the peak.
+        """
         sliding = self.motion.sliding
         frames = np.flatnonzero(sliding.any(axis=1) & ~sliding.all(axis=1))
         return int(frames[len(frames) // 2]) if len(frames) else int(np.argmax(self.motion.force))
@@ -54,7 +57,8 @@ class PullView:
     def nearest(self, elongation: float, force: float) -> int:
         """The sample nearest to a point of the chart [m, N].
 
-        Across counts more than up, but where the curve is steep up tells the samples apart.
+        The horizontal distance has more weight, but on steep parts the vertical one distinguishes
+        samples.
         """
         motion = self.motion
         across = (motion.elongation - elongation) / max(float(np.ptp(motion.elongation)), 1e-12)
@@ -63,7 +67,7 @@ class PullView:
 
 
 def round_down(value: float) -> float:
-    """The greatest 1, 2 or 5 times a power of ten that is not above a positive number."""
+    """Return the greatest 1, 2 or 5 times a power of ten not above a positive number."""
     if not value > 0:
         return 1.0
     ten = 10.0 ** math.floor(math.log10(value))
@@ -85,26 +89,29 @@ def slip_sentence(view: PullView, index: int) -> str:
     count, slid = len(slides), int(slides.sum())
     begins = f"At {show(motion.elongation[index], 'm', 3)} and {show(motion.force[index], 'N', 3)}"
     if slid == 0:
-        return f"{begins}: no sheet slides on another, all {count} interfaces hold."
+        return f"{begins}: no sheet slides; all {count} interfaces stick."
     if slid == count:
-        return f"{begins}: every sheet slides, at all {count} interfaces."
+        return f"{begins}: every sheet slides at all {count} interfaces."
     names = runs([int(k) + 1 for k in np.flatnonzero(slides)])
     verb = "slides" if slid == 1 else "slide"
     return (
-        f"{begins}: {slid} of {count} interfaces {verb} ({names}, from the top), the others hold."
+        f"{begins}: {slid} of {count} interfaces {verb} ({names}, from the top); the others stick."
     )
 
 
 def scale_said(view: PullView, index: int) -> str:
     """Return the scale of the drawing, in words."""
     factor, count = view.scale(index), len(view.motion.moving)
-    large = "to scale" if factor == 1 else f"{factor:.6g} times as large as they are"
+    large = "to scale" if factor == 1 else f"{factor:.6g} times larger"
     note = "" if count <= MAX_SHEETS else f" {MAX_SHEETS} of {count} sheets are drawn."
-    return f"Movements are drawn {large}, thickness not to scale.{note}"
+    return f"Movements are drawn {large}; the thickness is not to scale.{note}"
 
 
 def drawing(view: PullView, index: int) -> str:
-    """The SVG: caps, sheets and interfaces; what slides is orange and hatched, what holds blue."""
+    """The SVG: caps, sheets and interfaces.
+
+    Sliding parts are orange and hatched, sticking parts blue.
+    """
     motion, sheets, factor = view.motion, view.sheets, view.scale(index)
     length = sheets.free_left + sheets.overlap + sheets.free_right
     room = max(float(motion.cap.max()), view.factor * view.small_range)

@@ -19,7 +19,7 @@ from layerjam.workbench.session import ENDING, kept_files, to_session
 from layerjam.workbench.state import LONGEST_LINK, from_link, to_link
 from layerjam.workbench.widgets import button, dress, read_asset
 
-# what slides moves away from under a click
+# sliding elements move away from under a click
 ui.expansion.default_props("duration=0")
 
 SCRIPTS = (
@@ -41,7 +41,7 @@ DARK = "matchMedia('(prefers-color-scheme: dark)').matches"
 
 
 def desk_of(link: str) -> tuple[Desk, str]:
-    """The desk of a link, or a fresh one and why the link was not taken."""
+    """Return the desk of a link, or a new one with the reason why the link was rejected."""
     if not link:
         return Desk(), ""
     try:
@@ -51,7 +51,7 @@ def desk_of(link: str) -> tuple[Desk, str]:
 
 
 def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
-    """All of one tab of the browser; `prepare` is called in a thread before anything is computed.
+    """Build one tab of the browser; `prepare` is called in a thread before anything is computed.
 
     Pages are loaded and built when they are first opened.
     """
@@ -93,7 +93,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
         desk.open(name)
         if name not in pages:
             kind = await run.io_bound(load_page, kinds[name])
-            if kind is None or client.is_deleted:  # the program or the tab was ended meanwhile
+            if kind is None or client.is_deleted:  # the program or the tab was closed
                 return
             if name not in pages:
                 pages[name] = kind(desk)
@@ -132,7 +132,7 @@ def _header(desk: Desk, tabs: Sequence[Tab], pages: dict[str, Page], dark: ui.da
         with ui.row().classes("items-center gap-0 no-wrap frame-acts"):
             _button("undo", "Undo (Ctrl Z)", desk.undo)
             _button("redo", "Redo (Ctrl Shift Z)", desk.redo)
-            _button("link", "Copy a link to all that is set", lambda: _copy_link(desk))
+            _button("link", "Copy a link to all settings", lambda: _copy_link(desk))
             _session(desk)
             _button("terminal", "Copy as command", lambda: _copy(desk, pages, "command"))
             _button("code", "Copy as Python", lambda: _copy(desk, pages, "python"))
@@ -196,7 +196,7 @@ def _session(desk: Desk) -> None:
         except LayerjamError as err:
             ui.notify(str(err), type="warning")
             return
-        if text is not None:  # None: the program is being ended
+        if text is not None:  # None means that the program is stopping
             name = f"{desk.brake.name}-session{ENDING}"
             ui.download.content(text.encode(), name, "application/json")
 
@@ -220,24 +220,29 @@ async def _copy(desk: Desk, pages: dict[str, Page], language: str) -> None:
 
 
 def session_of(desk: Desk) -> str:
-    """The text of the file that holds all that is set, and the files that are pinned."""
+    """Return the text of the file with all settings and the pinned files."""
     keys = {file.key for file in desk.files.files}
     state = desk.state.without_files(keys)
     return to_session(state, kept_files(state, desk.files))
 
 
 async def _copy_link(desk: Desk) -> None:
-    """The address, and what it does not hold."""
+    """Copy the address, and report what it does not contain."""
     names = [file.shown for file in desk.files.files if file.key in desk.state.files]
-    lacks = f". A link carries no files, so not {', '.join(names)}: a saved session does"
+    lacks = (
+        f". A link cannot contain files, so {', '.join(names)} is not included: save a "
+        "session instead"
+    )
     lacks = lacks if names else ""
     length = len(to_link(desk.state))
     if length > LONG_LINK:
         lacks += f". It has {length} characters, and mail programs cut such links: save the session"
     if await copied("window.location.href"):
-        ui.notify(f"The address of this page holds all that is set; it was copied{lacks}")
+        ui.notify(f"The address of this page contains all settings and was copied{lacks}")
     else:
-        advice = "Your browser does not let this page copy. The address bar holds the same link"
+        advice = (
+            "Your browser does not allow this page to copy. The address bar shows the same link"
+        )
         ui.notify(advice + lacks, type="warning")
 
 

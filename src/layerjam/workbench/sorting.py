@@ -1,4 +1,4 @@
-"""The dialog "Dropped files": a row a file with what is proposed, accepted by one click."""
+"""The dialog "Dropped files": one row per file with its proposal, accepted with one click."""
 
 import asyncio
 from collections.abc import Callable, Mapping, Sequence
@@ -52,10 +52,10 @@ from layerjam.workbench.widgets import (
 )
 
 MAX_ROWS = 12
-"""Files that have fields of their own; the others stand in a table."""
+"""Number of files with individual fields; the others are in a table."""
 SIDECAR = "its sidecar"
 STATED = ("its sidecar", LIST, "the file's head")
-"""Sources that the readers take by themselves."""
+"""Sources that the readers use by themselves."""
 SOURCE = "dropped-source"
 WORDS = {"vacuum": "Vacuum", "normal_force": "Normal force", "speed": "Crosshead speed"}
 ASKED = {
@@ -64,19 +64,19 @@ ASKED = {
 }
 DROPPED, YOURS = "Dropped files", "Your files"
 EXPORTS = (
-    "Exports of a test machine are read as CSV, TSV, TXT, TRA, XLSX or ODS. A brake or a vacuum "
-    "line is a TOML file."
+    "Test machine exports may be CSV, TSV, TXT, TRA, XLSX or ODS files. A brake or a "
+    "vacuum line is a TOML file."
 )
 
 
 class Sorting:
-    """The dialog; `go(page)` opens a page after what was accepted."""
+    """The dialog; `go(page)` opens a page after files were accepted."""
 
     def __init__(self, desk: Desk, go: Callable[[str], object]) -> None:
         self.desk, self.uploads, self._go = desk, desk.files, go
         self.proposals: list[Proposal] = []
         self.said: dict[str, dict[str, str]] = {}
-        """{file's key: {"role" or a fact: what was chosen or typed here}}."""
+        """{file's key: {"role" or a fact: choice or typed text}}."""
         self.told: list[str] = []
         """Sentences on files that are not used here: the command that reads them, or the reason."""
         self._known: dict[tuple[str, str], Proposal] = {}
@@ -90,15 +90,15 @@ class Sorting:
         self.dialog.on_value_change(lambda e: None if e.value else self._on_close())
 
     def tell(self, sentence: str) -> None:
-        """One more sentence of a file that is not used here."""
+        """One more sentence about a file that is not used here."""
         self.told.append(on_page(sentence))
 
     async def show(self, *, empty: bool = False) -> None:
-        """Propose for every file that waits, and open; where there is none only if `empty`.
+        """Make proposals for all waiting files, and open; if there are none, open only if `empty`.
 
-        Empty it says how files come here.
+        If empty, it explains how to add files.
         """
-        # files that come one after the other: each is read once, and the last look counts
+        # for files that arrive one after another: each is read once, and the last refresh shows all
         async with self._turn:
             proposals = await run.io_bound(self._propose)
         if proposals is None or self.uploads.closed:
@@ -131,7 +131,7 @@ class Sorting:
                 item = _of_list(_in_users_words(item, upload), self.uploads.from_list)
                 self._known[upload.key, text] = item
             if edit.get("role") in ROLES:
-                item = replace(item, role=SourcedValue(edit["role"], "as you said before"))
+                item = replace(item, role=SourcedValue(edit["role"], "as you chose before"))
             result.append(item)
         return result
 
@@ -152,7 +152,7 @@ class Sorting:
                         ui.label(sentence).classes("text-sm break-words")
                     ui.label(EXPORTS).classes("text-xs opacity-80")
             if self.proposals:
-                hint("Each proposal says where it comes from. Nothing is used before you accept.")
+                hint("Each proposal states its source. Nothing is used until you accept it.")
             for item in rows[:MAX_ROWS]:
                 self._row(item)
             if rows[MAX_ROWS:]:
@@ -162,7 +162,7 @@ class Sorting:
                 if self.proposals:
                     button("Not now", self.dialog.close, "dropped-later", look="flat no-caps")
                     look = "unelevated no-caps color=primary"
-                    text = f"Use {usable}" if usable != 1 else "Use it"
+                    text = f"Use {usable}" if usable != 1 else "Use this"
                     button(text, self.accept, "dropped-use", "check", look=look)
                 else:
                     look = "unelevated no-caps color=primary autofocus"
@@ -175,10 +175,10 @@ class Sorting:
         choose = button("Choose files", None, "dropped-choose", "folder_open")
         choose.on("click", js_handler="() => layerjamPick()")
         if count := len(self.uploads.used):
-            text = "1 file is used already" if count == 1 else f"{count} files are used already"
+            text = "1 file is already in use" if count == 1 else f"{count} files are already in use"
             with ui.row().classes("items-center gap-2"):
                 ui.label(f"{text}.")
-                button("See it in the laboratory", self._see, "dropped-used", look="flat no-caps")
+                button("Show in the laboratory", self._see, "dropped-used", look="flat no-caps")
 
     def _see(self) -> None:
         self.dialog.close()
@@ -229,7 +229,7 @@ class Sorting:
             if value.source:
                 ui.label(value.source).classes(f"text-xs opacity-80 {SOURCE}")
             else:
-                ui.label(f"stated nowhere: type it, in {UNITS[fact]}").classes(
+                ui.label(f"not stated anywhere: type it, in {UNITS[fact]}").classes(
                     f"text-xs no {SOURCE}"
                 )
 
@@ -244,7 +244,7 @@ class Sorting:
         rows = [[", ".join(equal), *cells] for cells, equal in names.items()]
         heads = ["File", "Used as", "Vacuum or force", "Taken from"]
         ui.html(html(heads, rows, (), "More files", "dropped-more"), sanitize=False)
-        hint("They can be changed in the laboratory, one by one or many at once.")
+        hint("Change them in the laboratory, one by one or many at once.")
 
     def _columns(self, item: Proposal) -> None:
         upload, edit = self._upload(item.key), edits_of(self.desk).get(item.key, {})
@@ -258,7 +258,7 @@ class Sorting:
         act, turn = partial(self._on_click, item, table), partial(self._on_turn, item)
         ColumnTable(table, negative_of(edit), act, turn)
 
-    # what the user does
+    # ---- user actions
 
     async def _on_click(
         self, item: Proposal, table: Preview, index: int, role: str, unit: str
@@ -293,7 +293,7 @@ class Sorting:
         self.said.setdefault(key, {})[key_of] = text
 
     async def accept(self) -> None:
-        """Use what is complete; what is not stays, and says what it lacks."""
+        """Use the complete files; the others stay and show their missing facts."""
         self._problems.clear()
         edits: dict[str, dict[str, str]] = {}
         for item in self.proposals:
@@ -359,14 +359,14 @@ class Sorting:
 
 
 def _in_users_words(item: Proposal, upload: Upload) -> Proposal:
-    """A proposal whose words call the file as the user does."""
+    """Return a proposal with the user's file name."""
     names = {upload.path.name: upload.shown}
     summary = str(rename_files(item.about, names)).removeprefix(f"{upload.shown}: ")
     return replace(item, about=summary)
 
 
 def _of_list(item: Proposal, from_list: Mapping[str, frozenset[str]]) -> Proposal:
-    """A proposal that says what it takes from the list of all files, not from a sidecar."""
+    """Return a proposal that states which facts come from the list of all files."""
     mine = from_list.get(item.name, frozenset())
     facts = {
         fact: SourcedValue(value.text, LIST) if fact in mine and value.source == SIDECAR else value

@@ -1,7 +1,7 @@
-"""Messages of commands in the page's words: a control in place of a flag.
+"""Messages of commands reworded for the page: controls in place of flags.
 
-Fields of a page have the name of the option without its dashes (`Parameter.label`), so that most
-flags name their control. This module lists flags with another name, or without a control.
+Fields of a page are named after the option without its dashes (`Parameter.label`), so most flags
+name their control. This module lists flags with another name, or without a control.
 """
 
 import re
@@ -20,28 +20,28 @@ OTHERWISE = MappingProxyType(
     {
         "accept-stick-slip": "Stick–slip",
         "standard": "Friction tests read",
-        "free": "Fit as well (whole curves)",
+        "free": "Also fit (whole curves)",
         "depth": "Calibrated on",
         "no-brake": "No brake",
     }
 )
-"""{option: its control, where a page calls it otherwise}."""
+"""{option: its control, if the page uses another name}."""
 PHRASES = (
     (r"tensile --model stack", "model 'sheet by sheet' of a pull"),
-    (r"; 'layerjam pull --tare' shows what it changes, depth curves can", "; whole curves can"),
+    (r"; 'layerjam pull --tare' shows its effect, depth curves can", "; whole curves can"),
     (r" \(--tare subtracts it\)", ""),
     (r", or say what its name states \(--names '[^']*'\)", ""),
     (r"--standard d1894", "'Friction tests read', ASTM D1894,"),
-    *((rf"--free {word}\b", f"'Fit as well': {said}") for word, said in FREE.items() if word),
+    *((rf"--free {word}\b", f"'Also fit': {said}") for word, said in FREE.items() if word),
     (r"--from, --to", "'From' and 'To'"),
-    (r" \(--negative (force|elongation)\)", r" (click the head of the \1 and turn its sign)"),
+    (r" \(--negative (force|elongation)\)", r" (click the head of the \1 and reverse its sign)"),
     (r" \(--decimal\)", " (choose the decimal sign)"),
     (r" \(--specimen 1\)", " (choose one of the specimens)"),
     (r" \(--sheet NAME\)", " (choose the sheet)"),
     (r"layerjam bench export FILE --out run\.csv", "layerjam bench export FILE"),
     (r"layerjam (\w[\w-]*) --[a-z-]+", r"layerjam \1"),
 )
-"""Turns of phrase that hold more than a flag."""
+"""Phrases that contain more than a flag."""
 _POWER = re.compile(r"(?<=[A-Za-zµΩ)])\^(-?\d+)")
 _TEN = re.compile(r"(?<=\d)e([+-]\d+)(?![\w.])")
 _KEY = re.compile(r"(?<![\w./'\"-])[a-z]{2,}(?:_[a-z]{2,})+(?![\w(./'\"-])")
@@ -73,7 +73,7 @@ def on_page(text: str) -> str:
 
 
 def in_print(text: str) -> str:
-    """A sentence of a command as it stands on the page: its controls, its units as printed."""
+    """Return a command's sentence for the page, with its controls and typeset units."""
     return typeset(on_page(text))
 
 
@@ -85,7 +85,7 @@ def control_of(option: str) -> str:
 def sentence_of(error: object) -> str:
     """An error as one line in the page's words.
 
-    A file that asks for something says so itself; how to type it is the command line's.
+    The message of a file states its request; the instruction for the command line is removed.
     """
     text, reason = str(error), getattr(error, "reason", "")
     if getattr(error, "asks", "") and reason:

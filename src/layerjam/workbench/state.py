@@ -14,10 +14,10 @@ from layerjam.errors import QuantityError
 
 LONGEST_LINK = 30_000
 LARGEST = 200_000
-"""Characters of a link, and of what it unfolds to."""
+"""Largest number of characters of a link, and of its unpacked content."""
 Value = float | str | bool
 MEASURED = "measured"
-"""Command of a pin that keeps a dropped file: its subject is the file's key."""
+"""Command of a pin for a dropped file: its subject is the file's key."""
 SHARED = "desk"
 """Key of the settings that pages share."""
 SAME = MappingProxyType(
@@ -70,7 +70,7 @@ class Pin:
 
 @dataclass(frozen=True)
 class State:
-    """The open page, the brake and line (a catalogue name, or a TOML text), and what was set."""
+    """The open page, the brake and line (a catalogue name, or a TOML text), and the settings."""
 
     __pydantic_config__ = ConfigDict(strict=True, allow_inf_nan=False)
     page: str = "start"
@@ -81,7 +81,7 @@ class State:
     settings: dict[str, dict[str, Value]] = field(default_factory=dict)
     """{page: {control: SI value, choice or flag}}."""
     pins: tuple[Pin, ...] = ()
-    """Curves kept, as the calls they come from."""
+    """Pinned curves, as their calls."""
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -106,7 +106,7 @@ class State:
         return None
 
     def put(self, page: str, key: str, value: Value) -> "State":
-        """A state with one setting changed; what pages share is changed for all of them."""
+        """Return a state with one setting changed; shared settings change for all pages."""
         place, name = next(_places(page, key))
         settings = dict(self.settings)
         for shared_page, control in SAME.get(name, ()) if place == SHARED else ():
@@ -136,13 +136,13 @@ def read_state(text: str | bytes) -> State:
 
 
 def to_link(state: State) -> str:
-    """The state as text that may stand in an address; pinned files stay here, it carries none."""
+    """Return the state as text for an address, without pinned files."""
     text = json.dumps(asdict(state.without_files()), separators=(",", ":"), allow_nan=False)
     return base64.urlsafe_b64encode(zlib.compress(text.encode(), 9)).decode().rstrip("=")
 
 
 def from_link(text: str) -> State:
-    """The state of a link; QuantityError for what is none, is too long or holds rubbish."""
+    """Return the state of a link; QuantityError if it is invalid or too long."""
     if len(text) > LONGEST_LINK:
         raise QuantityError(f"link: {len(text)} characters; at most {LONGEST_LINK} are read")
     try:
@@ -153,7 +153,7 @@ def from_link(text: str) -> State:
             raise ValueError("too large")
         return read_state(plain)
     except Strange as err:
-        raise QuantityError(f"link: {err}; the page starts with default values") from None
+        raise QuantityError(f"link: {err}; the page uses the default values") from None
     except (binascii.Error, zlib.error, ValueError):
         raise QuantityError(
             "link: it cannot be read; the page starts with default values"

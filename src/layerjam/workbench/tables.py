@@ -16,7 +16,7 @@ def html(
     caption: str = "",
     ident: str = "",
 ) -> str:
-    """The table; `numbers` are the columns that stand right. Nothing in it is taken as HTML.
+    """The table; `numbers` are the right-aligned columns. Its content is never interpreted as HTML.
 
     Where it is too wide it scrolls, by the keyboard too.
     """
@@ -27,7 +27,7 @@ def html(
             text, classes = (cell, "") if isinstance(cell, str) else cell
             kind = f"{'num' if place in numbers else ''} {classes}".strip()
             text = typeset(text) if place in numbers else text
-            # a head without words is none
+            # a head without text is not a head
             name = "th" if tag == "th" and text else "td"
             scope = ' scope="col"' if name == "th" else ""
             markup += f"<{name}{scope}{_attribute('class', kind)}>{escape(on_page(text))}</{name}>"

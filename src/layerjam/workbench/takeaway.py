@@ -19,7 +19,7 @@ QUIET = 'flat dense no-caps padding="4px 8px"'
 
 
 class Takeable(Protocol):
-    """Interface of the content of a chart for the buttons under it."""
+    """Interface to a chart's content for the buttons below it."""
 
     @property
     def name(self) -> str:
@@ -40,7 +40,10 @@ class Takeable(Protocol):
 
 
 async def give(make: Callable[[], str | bytes], name: str, kind: str = "") -> None:
-    """Download what `make` returns in another thread; a refusal or nothing is said instead."""
+    """Download what `make` returns in another thread.
+
+    An error or an empty result is reported instead.
+    """
     try:
         content = await run.io_bound(make)
     except LayerjamError as err:
@@ -48,7 +51,7 @@ async def give(make: Callable[[], str | bytes], name: str, kind: str = "") -> No
         return
     if content:
         ui.download.content(content, name, kind)
-    elif content is not None:  # None: the program is being ended
+    elif content is not None:  # None means that the program is stopping
         ui.notify(NOTHING)
 
 
@@ -75,10 +78,10 @@ def row(ident: str, chart: ui.echart, source: Callable[[], Takeable | None]) -> 
             tip = f"The figure as {ending.upper()}"
             act = partial(take, f".{ending}", methodcaller("figure", ending))
             button(ending.upper(), act, f"{ident}-figure-{ending}", look=QUIET, tip=tip)
-        tip = "Every curve of the chart as it is drawn"
+        tip = "Every curve of the chart, as drawn"
         curves = partial(take, "-curves.csv", lambda _: curves_csv(chart.options), "text/csv")
         button("curves as CSV", curves, f"{ident}-curves", look=QUIET, tip=tip)
-        tip = "Lines that compute and draw it"
+        tip = "Code that computes and draws it"
         button("Python", python, f"{ident}-python", look=QUIET, tip=tip)
         tip = "A Jupyter notebook that computes and draws it"
         cells = partial(take, ".ipynb", methodcaller("notebook"), NOTEBOOK)
@@ -87,14 +90,14 @@ def row(ident: str, chart: ui.echart, source: Callable[[], Takeable | None]) -> 
 
 
 def curves_csv(options: Mapping[str, Any]) -> str:
-    """CSV of a chart's curves one below the other: panel, curve, x and y as the axes say.
+    """Return a CSV of a chart's curves: panel, curve, x and y in the units of the axes.
 
-    A name that a spreadsheet would take as a formula has an apostrophe before it.
+    A name that a spreadsheet would interpret as a formula gets a leading apostrophe.
     """
     rows = list(_points(options))
     if not rows:
         return ""
-    head = comment("layerjam: what a chart draws, thinned to some 500 points a curve")
+    head = comment("layerjam: curves of a chart, thinned to about 500 points each")
     return f"{head}\n" + rows_text([("y axis", "curve", "x axis", "x", "y"), *rows])
 
 
@@ -103,7 +106,7 @@ def _points(options: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Any, An
     for number, series in enumerate(options.get("series", ()), 1):
         y_name = options["yAxis"][series.get("yAxisIndex", 0)]["name"]
         name = series.get("name") or f"curve {number}"
-        if "areaStyle" in series:  # its edges are curves of their own
+        if "areaStyle" in series:  # its edges are separate curves
             continue
         for point in series.get("data", ()):
             pair = point.get("value", ()) if isinstance(point, Mapping) else point

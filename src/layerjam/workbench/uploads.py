@@ -1,7 +1,7 @@
-"""Files dropped on the page: in a temporary folder of the tab, under names made up here.
+"""Files dropped on the page: in a temporary folder of the tab, under generated names.
 
-The user's name of a file is only ever text to show. Nothing outside the folder is written or read,
-and the folder goes when the tab is closed, when the program ends, or when the next one begins.
+The user's name of a file is only displayed. Nothing outside the folder is written or read, and the
+folder goes when the tab is closed, when the program ends, or when the next one starts.
 """
 
 import hashlib
@@ -27,23 +27,24 @@ from layerjam.workbench.call import DataFile
 from layerjam.workbench.folders import Folder
 
 LARGEST = 60 * 2**20
-"""Bytes of one file: about two million rows of time, force and elongation as text, and below the
-64 MB of a request body."""
+"""Largest size of a file in bytes: about two million rows of time, force and elongation as text,
+and below the 64 MB of a request body.
+"""
 MAX_FILES = 200
 """Measurements in one tab: a campaign of four vacuums, five speeds and ten repeats."""
 ALL_TOGETHER = 500 * 2**20
 """Bytes of all files of one tab."""
 SIDECAR = 64 * 2**10
-"""Bytes of a sidecar."""
+"""Largest size of a sidecar in bytes."""
 LONGEST_NAME = 120
 TEXTS = (".csv", ".tsv", ".txt", ".tra", ".dat", ".asc", ".log", ".xml")
 ENDINGS = (*TEXTS, ".xlsx", ".xlsm", ".xlsb", ".xls", ".ods", ENDING)
-"""Kept in the made-up name; the readers look at the content, any other becomes .dat."""
+"""Extensions kept in the generated name; readers use the content, and any other becomes .dat."""
 OURS = "layerjam-file-"
 
 
 class UploadError(QuantityError):
-    """A file that is not taken, in a sentence."""
+    """A rejected file, with the reason as a sentence."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Upload(DataFile):
 
     @property
     def key(self) -> str:
-        """Short name of its content, for settings that come back with the same file."""
+        """Short name of its content, for settings that return with the same file."""
         return self.digest[:12]
 
 
@@ -63,15 +64,15 @@ class Uploads:
     """The files of one tab.
 
     `sidecars` is {user's name of the measurement: its sidecar's text}; it may come before the
-    measurement. Files whose key is in `waiting` were dropped, but nobody has said yet what they are
-    for: no page uses them.
+    measurement. Files whose key is in `waiting` were dropped, but their use has not been chosen
+    yet: no page uses them.
     """
 
     def __init__(self) -> None:
         self.files: list[Upload] = []
         self.sidecars: dict[str, str] = {}
         self.listed: dict[str, str] = {}
-        """{user's name of a file: what one list for all files says of it, as a sidecar's text}."""
+        """{user's name of a file: facts from a list for all files, as a sidecar's text}."""
         self.from_list: dict[str, frozenset[str]] = {}
         """{name: the facts of its sidecar that come from that list}."""
         self.waiting: set[str] = set()
@@ -84,7 +85,7 @@ class Uploads:
 
     @property
     def folder(self) -> Path:
-        """The tab's folder, made when first needed; deleted by `close` or at exit."""
+        """The tab's folder, created when first needed; deleted by `close` or at exit."""
         if self._place is None:
             if self.closed:
                 raise UploadError("this tab was closed")
@@ -99,7 +100,7 @@ class Uploads:
         return [f for f in list(self.files) if f.key not in self.waiting]
 
     def room(self, name: str, size: int) -> None:
-        """Raise Refused where a file of this size is too large, or one too many."""
+        """Raise Refused if a file of this size is too large, or if there are too many."""
         label = clean(name)
         if is_sidecar(name):
             if size > SIDECAR:
@@ -108,21 +109,23 @@ class Uploads:
                 )
             if len(self.sidecars) >= 2 * MAX_FILES:
                 raise UploadError(
-                    f"{label}: not taken, {len(self.sidecars)} sidecars are here already"
+                    f"{label}: not used, because {len(self.sidecars)} sidecars are already here"
                 )
             return
         if size > LARGEST:
             raise UploadError(
-                f"{label}: {size / 2**20:.0f} MB is too large for the page, which takes "
+                f"{label}: {size / 2**20:.0f} MB is too large for the page, which accepts "
                 f"{LARGEST // 2**20} MB; the commands read up to 1 GB"
             )
         if len(self.files) >= MAX_FILES:
-            raise UploadError(f"{label}: not taken, {MAX_FILES} measurements are the most at once")
+            raise UploadError(
+                f"{label}: not used, because at most {MAX_FILES} measurements are allowed"
+            )
         if sum(f.size for f in self.files) + size > ALL_TOGETHER:
-            raise UploadError(f"{label}: not taken, all files together would be more than 500 MB")
+            raise UploadError(f"{label}: not used, because all files together would exceed 500 MB")
 
     def take(self, name: str, data: bytes, waits: bool = False) -> Upload | None:
-        """Keep a file, unused as long as it `waits`; None for a sidecar. Raises Refused.
+        """Store a file, unused as long as it `waits`; None for a sidecar. Raises Refused.
 
         A waiting file may be dropped again.
         """
@@ -140,7 +143,7 @@ class Uploads:
                 if file.digest == digest and waits and file.key in self.waiting:
                     return file
                 if file.digest == digest:
-                    raise UploadError(f"{label}: the same content is here as {file.shown}")
+                    raise UploadError(f"{label}: {file.shown} has the same content")
             ending = Path(label).suffix.lower()
             ending = ending if ending in ENDINGS else ".dat"
             path = self.folder / f"{OURS}{next(self._numbers):04d}{ending}"
@@ -152,9 +155,9 @@ class Uploads:
             return upload
 
     def bring(self, name: str, data: bytes, sidecar: str) -> None:
-        """Keep a file of a session with its sidecar, used at once; raises Refused.
+        """Store a file of a session with its sidecar, for immediate use; raises Refused.
 
-        Where the same content is here already, that is used.
+        If the same content is already stored, that is used.
         """
         if len(sidecar.encode()) > SIDECAR:
             raise UploadError(f"{clean(name)}: its sidecar is larger than {SIDECAR // 1024} kB")
@@ -162,30 +165,30 @@ class Uploads:
         existing = next((f for f in list(self.files) if f.digest == digest), None)
         upload = existing or self.take(name, data)
         if upload is None:
-            raise UploadError(f"{clean(name)}: is called like a sidecar, not like a measurement")
+            raise UploadError(f"{clean(name)}: has the name of a sidecar, not of a measurement")
         self.waiting.discard(upload.key)
         if existing is None and sidecar:
             self.sidecars[upload.shown] = sidecar
 
     def _unused(self, name: str) -> str:
-        """The name, numbered where another file has it."""
+        """Return the name, with a number if another file has it."""
         names, plain = {f.shown for f in self.files}, Path(name)
         candidates = (f"{plain.stem} ({n}){plain.suffix}" for n in itertools.count(2))
         return next(n for n in itertools.chain([name], candidates) if n not in names)
 
     async def receive(self, file: FileUpload, waits: bool = False) -> str:
-        """Keep a file that the browser sends; why not, where it is not taken."""
+        """Store a file from the browser; return the reason if it is rejected."""
         try:
             self.room(file.name, file.size())
             await run.io_bound(self.take, file.name, await file.read(), waits)
         except UploadError as err:
             return str(err)
         except OSError as err:
-            return f"{clean(file.name)}: could not be kept: {err.strerror or 'no room'}"
+            return f"{clean(file.name)}: could not be stored: {err.strerror or 'no room'}"
         return ""
 
     def with_sidecar(self, upload: Upload, text: str) -> Upload:
-        """The measurement as a call takes it, with this text beside it, none where it is empty."""
+        """Return the measurement for a call, with this text as its sidecar unless it is empty."""
         if text:
             sidecar_of(upload.path).write_text(text, encoding="utf-8", newline="\n")
         else:
@@ -205,9 +208,9 @@ class Uploads:
             self.from_list.pop(file.shown, None)
 
     def take_over(self, source: "Uploads") -> bool:
-        """All files of another store, which is left empty and closed; False where it has none.
+        """All files of another store, which becomes empty and closed; False if it has none.
 
-        Not where files are here already.
+        Does nothing if there are already files here.
         """
         with self._lock, source._lock:
             if self.closed or self.files or source.closed or source._place is None:
@@ -223,7 +226,7 @@ class Uploads:
         return True
 
     def close(self) -> None:
-        """Delete the folder and all in it; what is being computed from it ends with a refusal."""
+        """Delete the folder and all in it; computations that use it end with an error."""
         self.closed = True
         self.files.clear()
         self.sidecars.clear()
@@ -240,7 +243,7 @@ _DOOR = threading.Lock()
 
 
 def close_all() -> None:
-    """Delete every tab's folder: a server asked to end may not come to Python's own exit."""
+    """Delete every tab's folder: a server that is terminated may not reach Python's normal exit."""
     with _DOOR:
         tabs = list(_OPEN)
     for tab in tabs:
@@ -248,7 +251,7 @@ def close_all() -> None:
 
 
 def clean(name: str) -> str:
-    """The last part of a name without anything that is no letter to print, cut to a length."""
+    """Return the last part of a name with printable characters only, cut to a length."""
     last = re.split(r"[/\\]", str(name)[-4 * LONGEST_NAME :])[-1]
     text = " ".join("".join(c if c.isprintable() else " " for c in last).split())
     if len(text) > LONGEST_NAME:
@@ -265,7 +268,7 @@ def is_sidecar(name: str) -> bool:
 
 
 def in_users_toml(text: str, names: Mapping[str, str]) -> str:
-    """A TOML text with the user's names of files in its basic strings, where quotes are escaped."""
+    """Return a TOML text with the user's file names in its basic strings, with escaped quotes."""
     names_quoted = {k: v.replace("\\", "\\\\").replace('"', '\\"') for k, v in names.items()}
     result: str = rename_files(text, names_quoted)
     return result

@@ -1,4 +1,4 @@
-"""Elements of the pages, with a name for tests, a label and one look."""
+"""Elements of the pages, with a name for tests, a label and a common style."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -21,7 +21,7 @@ QUIET = "text-sm opacity-80"
 def dress(element: E, ident: str = "", classes: str = "", look: str = "", **more: Any) -> E:
     """Return the element with its name in tests, classes, flags (`look`) and other attributes.
 
-    An underscore in an attribute's name stands for a dash: `aria_label`.
+    An underscore in an attribute name represents a dash: `aria_label`.
     """
     if ident:
         more["data-testid"] = ident
@@ -34,7 +34,7 @@ def dress(element: E, ident: str = "", classes: str = "", look: str = "", **more
 
 
 def title_of(key: str) -> str:
-    """A key of a result as the page names it."""
+    """Return the page's name for a key of a result."""
     words = key.replace("_", " ").split()
     words = [word.upper() if word in ("mape", "rmse", "sd") else word for word in words]
     return " ".join([words[0][0].upper() + words[0][1:], *words[1:]])
@@ -86,7 +86,7 @@ def fold(title: str, ident: str = "", is_open: bool = False) -> ui.expansion:
 
 
 def chart(ident: str, label: str, style: str = "", act: Any = None) -> ui.echart:
-    """An empty chart that can be zoomed; `label` is what it shows, for those who cannot see it."""
+    """An empty chart that can be zoomed; `label` describes it for screen readers."""
     element = dress(ui.echart({}, on_point_click=act), ident, role="figure", aria_label=label)
     element.on("vnodeMounted", js_handler="(node) => layerjamPrepareChart(node)")
     return element.style(style) if style else element.classes("chart")
@@ -102,7 +102,7 @@ def select(
     classes: str = "w-full",
     tip: str = "",
 ) -> ui.select:
-    """A list of words that opens; `words` maps what is set to what is shown."""
+    """A drop-down list; `words` maps the stored value to the displayed text."""
     element = ui.select(dict(words), value=value, label=label, on_change=act)
     dress(element, ident, classes, "dense outlined options-dense", aria_label=label)
     return element.tooltip(in_print(tip)) if tip else element
@@ -118,7 +118,7 @@ def field(
     classes: str = "w-full",
     longest: int = 300,
 ) -> ui.input:
-    """A field for a text; `example` stands in it while it is empty."""
+    """A field for a text; `example` is shown in it while it is empty."""
     element = ui.input(label, value=value, placeholder=example)
     look = "dense outlined hide-bottom-space stack-label"
     dress(element, ident, classes, look, aria_label=label, maxlength=longest)
@@ -132,7 +132,7 @@ ZONE = """<div class="zone-head"><span>{label}</span><q-btn flat dense round ico
 
 
 def zone(area: ui.upload, label: str, ident: str, classes: str = "w-full") -> ui.upload:
-    """An area to drop files into, with a button to choose them; `label` is a text of ours."""
+    """An area to drop files into, with a button to choose them; `label` is its text."""
     area.add_slot("header", ZONE.format(label=label))
     return dress(area, ident, classes, "flat bordered", role="group", aria_label=label)
 
@@ -155,7 +155,7 @@ def columns(classes: str = "", all_shown: bool = False) -> tuple[ui.column, ui.c
 
 @cache
 def read_asset(name: str) -> str:
-    """The text of a file of this folder."""
+    """Return the text of a file in this folder."""
     return (Path(__file__).parent / name).read_text(encoding="utf-8")
 
 
@@ -165,7 +165,7 @@ def one_line(error: object) -> str:
 
 
 Hero = tuple[str, str, str]
-"""A key, what it is, and its value with its unit."""
+"""A key, its description, and its value with unit."""
 _NUMBER = re.compile(r"\d+\.?\d*")
 
 

@@ -73,12 +73,13 @@ def _scalars(fit: BayesFit) -> dict[str, Array]:
 
 def _complete(fit: BayesFit) -> Check | None:
     draws = fit.scale_factor.shape[1]
-    sentence = f"interrupted: {draws} of {fit.asked} draws a chain were made"
+    sentence = f"interrupted: {draws} of {fit.asked} draws per chain were completed"
     return None if draws >= fit.asked else check("complete", False, sentence)
 
 
 def _check_convergence(fit: BayesFit) -> Check:
-    # the numbers behind predictions have the strict bound; some of many others exceed it by chance
+    # numbers that predictions use have the strict bound; among many others, some exceed it by
+    # chance
     hats = {n: agreement_of(v)[0] for n, v in _scalars(fit).items()}
     worst = max((n for n in hats if "curve" not in n), key=lambda n: hats[n])
     worst_curve = max((n for n in hats if "curve" in n), key=lambda n: hats[n])
@@ -87,14 +88,14 @@ def _check_convergence(fit: BayesFit) -> Check:
     value, word = hats[name], name.replace("_", " ")
     sentence = f"R-hat is at most {value:.4f} ({word}); chains agree below {R_HAT}"
     if not (strict and loose):
-        sentence = f"R-hat is {value:.4f} for {word}: the chains do not agree; take more draws"
+        sentence = f"R-hat is {value:.4f} for {word}: the chains do not agree; use more draws"
     level: Level = "failed" if hats[worst] > FAR_APART else "warning"
     return check("chains agree", strict and loose, sentence, level=level)
 
 
 def _divergences(fit: BayesFit) -> Check:
     count, draws = fit.divergences, fit.scale_factor.size
-    risk = ": part of the posterior may not have been reached, its intervals be too narrow"
+    risk = ": part of the posterior may not have been reached, and intervals may be too narrow"
     return check("divergences", count == 0, f"{count} of {draws} draws diverged", risk)
 
 
@@ -102,7 +103,7 @@ def _enough(fit: BayesFit) -> Check:
     sizes = {n: agreement_of(getattr(fit, n))[1] for n in (*SHAPE, "scale_factor_sd")}
     least = min(sizes, key=lambda n: sizes[n])
     sentence = f"the draws are worth at least {sizes[least]:.0f} independent ones"
-    due = f" ({least.replace('_', ' ')}); an interval needs {ESS}, take more draws"
+    due = f" ({least.replace('_', ' ')}); an interval needs {ESS}, so use more draws"
     return check("draws", sizes[least] >= ESS, sentence, due)
 
 
@@ -110,14 +111,14 @@ def _repeats(fit: BayesFit) -> Check:
     count = len(fit.paths)
     scatter = float(np.median(fit.scatter("scale_factor")))
     if count < REPEATS:
-        word = "one curve tells" if count == 1 else f"{count} curves tell"
+        word = "one curve reveals" if count == 1 else f"{count} curves reveal"
         sentence = (
-            f"{word} next to nothing of the scatter between repeats: the intervals rest on its "
-            f"prior ({fit.priors['scale_factor_sd'].text()})"
+            f"{word} almost nothing about the scatter between repeats: the intervals rest "
+            f"on its prior ({fit.priors['scale_factor_sd'].text()})"
         )
         return check("repeats", False, sentence)
     sentence = f"scale factors of {count} curves scatter by {scatter:.1%}"
-    cause = ": more than films do; one of the curves may be another brake or vacuum"
+    cause = ": more than films usually do; one of the curves may be from another brake or vacuum"
     level: Level = "failed" if scatter > GROSS else "warning"
     return check("repeats", scatter < 0.15, sentence, cause, level)
 
@@ -129,11 +130,12 @@ def _identifiable(fit: BayesFit) -> Check:
     vague = [n.replace("_", " ") for n in SHAPE if widths[n] > NARROWED]
     parts = ", ".join(f"{n.replace('_', ' ')} {widths[n]:.1%}" for n in SHAPE)
     sentence = (
-        f"width left of the priors: {parts}; scale factor and enclosure are correlated by "
-        f"{together:+.2f}; only the products of scale factor and kinetic friction "
-        f"({fit.brake.film.kinetic:.4g}) and of the enclosure's modulus and friction are determined"
+        f"posterior width relative to the prior: {parts}; scale factor and enclosure are "
+        f"correlated by {together:+.2f}; only the products of scale factor and kinetic "
+        f"friction ({fit.brake.film.kinetic:.4g}) and of the enclosure's modulus and "
+        "friction are determined"
     )
-    little = f"; the curves say little of {' and '.join(vague)}: the prior sets it"
+    little = f"; the curves contain little about {' and '.join(vague)}: the prior determines it"
     return check("identifiable", not vague, sentence, little)
 
 
@@ -146,7 +148,7 @@ def _against_prior(fit: BayesFit) -> Check:
     sentence = (
         f"{worst.replace('_', ' ')} lies {distance[worst]:+.2g} prior SDs off its prior's middle"
     )
-    cause = ": the file's brake and the pulled one differ; check film, sheets and vacuum"
+    cause = ": the brake in the file and the one pulled differ; check film, sheets and vacuum"
     return check("prior", abs(distance[worst]) <= PRIOR_DISTANCE, sentence, cause)
 
 
@@ -178,5 +180,5 @@ def _over_slip(fit: BayesFit, data: Data) -> Check:
         parts.append(float(residuals[inside].mean()) if inside.any() else 0.0)
     percents = ", ".join(f"{p:+.2%}" for p in parts)
     sentence = f"mean residual over the four quarters of the slip: {percents} of the greatest force"
-    effect = ": the force falls otherwise than the law says; intervals are too narrow then"
+    effect = ": the force falls differently from the law, so intervals are too narrow"
     return check("trend over slip", max(abs(p) for p in parts) <= BENT, sentence, effect)

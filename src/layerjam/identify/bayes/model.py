@@ -72,23 +72,28 @@ def priors(brake: Brake, mounted: bool = False) -> dict[str, Prior]:
     Includes the scatter between mountings if curves are `mounted` together.
     """
     stiffness = float(working_stiffness(brake))
-    spring = Prior(stiffness, 0.7, "the brake file's, perhaps in another rig", "N/m")
+    spring = Prior(stiffness, 0.7, "the brake file's value, possibly from another rig", "N/m")
     if brake.stiffness_measured is None:
-        spring = Prior(stiffness / 2, 1.2, "half of the sheets' own: rigs are softer", "N/m")
+        spring = Prior(
+            stiffness / 2,
+            1.2,
+            ("half of the sheets' own stiffness, because rigs are softer"),
+            "N/m",
+        )
     moduli = (
         "moduli published for one silicone differ 1.6 and 2.3 times (catalogue: Ecoflex 00-50, "
         "00-30), its friction is taken as known within 1.5; the force goes with the root"
     )
-    films = "the brake file's; the paper's two films differ 1.4 times"
+    films = "the brake file's value; the paper's two films differ by a factor of 1.4"
     repeat = (
-        "films repeat within 3 to 8 % (paper, table I); so wide that three repeats give about "
-        "Student's interval"
+        "films repeat within 3 to 8 % (paper, table I); wide enough that three repeats "
+        "give about Student's interval"
     )
     slack = "a curve's zero is already where its rise begins"
     law = "part of the greatest force: from a good load cell to a law that is 10 % off"
     alike = "the logit of the correlation of neighbouring means: 0.05 to 0.95"
     mounting_prior = Prior(
-        0.05, 2.0, "as between repeats: a mounting has its own grips and friction"
+        0.05, 2.0, "as between repeats: each mounting has its own grips and friction"
     )
     mounting_priors = {
         "scale_factor_mounting_sd": mounting_prior,

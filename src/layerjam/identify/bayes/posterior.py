@@ -162,7 +162,7 @@ class BayesFit:
         after = self.next_pull()
         for name in ("scale_factor", "stiffness"):
             spec = QuantitySpec(out[name].unit, f"{name.replace('_', ' ')} of one more pull")
-            prior = "the brake's, with the scatter between repeats"
+            prior = "the brake's value, with the scatter between repeats"
             out[f"next_{name}"] = _posterior(getattr(after, name), spec, None, None, prior)
         return out
 

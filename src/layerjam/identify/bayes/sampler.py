@@ -141,7 +141,7 @@ def find_start(
         first = first._replace(log_mounting_sd_a=first.log_sd_a, log_mounting_sd_k=first.log_sd_k)
     place, root = mode(pack(first, guess, beliefs), guess, data, brake, beliefs)
     single = jax.tree.map(np.asarray, unpack(place, guess, beliefs))
-    # errors of the curves' own values: their shift with a unit of every column of the root
+    # errors of the curves' own values: their shift per unit of each column of the root
     tops = [unpack(place + column, guess, beliefs) for column in root.T]
     estimates = {}
     for name in ("own_a", "own_k"):

@@ -121,7 +121,8 @@ class Budget:
 def round_to_uncertainty(value: float, uncertainty: float) -> tuple[str, str]:
     """Return a value and its uncertainty (> 0), which has two significant digits (GUM, 7.2.6)."""
     places = DIGITS - 1 - math.floor(math.log10(uncertainty))
-    places = DIGITS - 1 - math.floor(math.log10(round(uncertainty, places)))  # 0.0996 is 0.10
+    # so that 0.0996 becomes 0.10
+    places = DIGITS - 1 - math.floor(math.log10(round(uncertainty, places)))
     text, reach = (f"{round(x, places):.{max(places, 0)}f}" for x in (value, uncertainty))
     return text, reach
 
@@ -168,7 +169,7 @@ def enclosure_line(peaks: Sequence[Peak], brake: Brake) -> Contribution:
 
 def fitted_enclosure() -> Contribution:
     """Return the line of an enclosure whose force was fitted together with the scale factor."""
-    basis = "fitted to the pulls: part of the line above"
+    basis = "fitted to the pulls; included in the line above"
     return Contribution(what="enclosure's force", basis=basis, standard=0.0, sensitivity=0.0)
 
 
@@ -251,7 +252,7 @@ def _limit(
     without any effect need not be stated.
     """
     if limit is None and sensitivity == 0:
-        reason = "no effect: friction counts as independent of pressure"
+        reason = "no effect: friction is assumed independent of pressure"
         return Contribution(what=name, basis=reason, standard=0.0, sensitivity=0.0)
     stated = words or f"{100 * (limit or 0):.2g} %"
     return Contribution(

@@ -62,13 +62,13 @@ class Further:
         unit = np.linalg.solve(total_information, self.contrast[:, None])[..., 0] @ self.contrast
         total, growth = self.degrees + count, np.ones_like(count)
         if chance is not None:
-            # the variance of pulls to come over that of those at hand follows F
+            # the ratio of the variances of future and present pulls follows F
             ratio = special.fdtri(np.maximum(count, 1.0), self.degrees, chance)
             growth = (self.degrees + count * ratio) / total
         square = self.scatter**2 * growth * unit
         whole_square = square + self.shared**2
         effective = total * (whole_square / square) ** 2  # Welch and Satterthwaite (GUM, G.4.1)
-        # not below the scatter alone, as in `coverage_factor`
+        # but not below the scatter alone, as in `coverage_factor`
         widths = [
             special.stdtrit(degrees, (1 + LEVEL) / 2) * np.sqrt(part)
             for degrees, part in ((effective, whole_square), (total, square))

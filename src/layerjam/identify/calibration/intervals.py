@@ -176,7 +176,8 @@ class Population:
         if not square > 0:
             return None
         degrees = float(np.trace(product)) ** 2 / square
-        return float(np.sqrt((moves**2).sum())), round(degrees, 12)  # n - 1 comes out whole
+        # so that n - 1 is a whole number
+        return float(np.sqrt((moves**2).sum())), round(degrees, 12)
 
     def covariance(self) -> np.ndarray:
         """Return the covariance of the estimate (q, q), the same sandwich; NaN if unknown."""
@@ -217,7 +218,7 @@ def _regular(matrices: np.ndarray) -> np.ndarray:
     """Return which symmetric matrices (..., q, q) can be inverted, after scaling their rows."""
     scale = np.sqrt(np.maximum(np.diagonal(matrices, axis1=-2, axis2=-1), 0.0))
     if scale.shape[-1] == 1:
-        return np.asarray(scale[..., 0] > 0)  # one row in its own scale is 1
+        return np.asarray(scale[..., 0] > 0)  # so that one row has unit scale
     safe = np.where(scale > 0, scale, 1.0)
     inner = matrices / (safe[..., :, None] * safe[..., None, :])
     return np.asarray((scale > 0).all(axis=-1) & (np.linalg.cond(inner) < 1e10))

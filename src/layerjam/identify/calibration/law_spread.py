@@ -54,7 +54,7 @@ class LawError:
         try:
             pulls, t, *numbers = (float(value) for value in json.loads(text))
             covariance = np.zeros((3, 3))
-            covariance[HALF] = np.reshape(numbers, HALF[0].shape)  # as many, not one for all
+            covariance[HALF] = np.reshape(numbers, HALF[0].shape)  # an array, one for each pull
             covariance = covariance + np.triu(covariance, 1).T
             low, high = np.linalg.eigvalsh(covariance)[[0, -1]]
             right = pulls >= 2 and 0 < t < 1e3 and low >= -1e-9 * high and high < 1e3
@@ -111,7 +111,7 @@ class LawSpread:
         """Return the error of the calibrated brake at a vacuum [Pa] and a speed [m/s]."""
         scales = np.array(
             [1.0, 1.0, 1 / self.estimate[2]]
-        )  # the file's enclosure includes the factor
+        )  # the enclosure in the file already includes the factor
         covariance = self.sure(vacuum, speed) * np.outer(scales, scales)
         return LawError(covariance=covariance, t=self.t, pulls=self.pulls)
 
@@ -120,7 +120,7 @@ def _of_peaks(calibration: Calibration) -> LawSpread | None:
     count = len(calibration.fits)
     if count < 2:
         return None
-    # a pull without a stiffness scatters in the scale factor only
+    # a pull without a stiffness has scatter only in the scale factor
     logs = np.log(
         [[f.scale_factor, f.stiffness or calibration.stiffness, 1.0] for f in calibration.fits]
     )

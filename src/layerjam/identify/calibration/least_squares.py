@@ -166,7 +166,8 @@ def _step(total: np.ndarray, score: np.ndarray, names: Sequence[str]) -> np.ndar
     if unknown:
         words = ", ".join(unknown)
         raise FitError(
-            f"{words}: these curves do not determine it; do they slide over some millimetres?"
+            f"{words}: these curves do not determine it; check that they slide over "
+            "several millimetres"
         )
     return np.linalg.solve(total, score)
 
@@ -185,7 +186,8 @@ def _design(
         if np.ptp(vacuums) < 0.1 * vacuums.max():
             raise FitError(
                 "pressure_exponent: cannot be fitted, all pulls were at about "
-                f"{show(float(vacuums.mean()), 'Pa')}; it takes vacuums at least 10 % apart"
+                f"{show(float(vacuums.mean()), 'Pa')}; vacuums at least 10 % apart are "
+                "needed"
             )
         names.append("pressure_exponent")
         design = _with_column(design, np.log(vacuums / pressure))
@@ -203,14 +205,15 @@ def _design(
         if speeds.max() < 1.2 * speeds.min():
             raise FitError(
                 "speed: no law can be fitted, all pulls were at about "
-                f"{show(float(speeds.mean()), 'm/s')}; it takes speeds at least 20 % apart"
+                f"{show(float(speeds.mean()), 'm/s')}; speeds at least 20 % apart are "
+                "needed"
             )
         speed = float(np.exp(np.log(speeds).mean()))
         names.append("speed_slope")
         design = _with_column(design, np.log10(speeds / speed))
     if np.linalg.matrix_rank(design.reshape(-1, design.shape[2])) < design.shape[2]:
         raise FitError(
-            "speed: vacuum and speed change together, so their laws are not distinguishable"
+            "speed: vacuum and speed change together, so their effects are not distinguishable"
         )
     return tuple(names), design, base, pressure, speed
 
@@ -259,9 +262,9 @@ def _check_finite(fit: OwnFit, means: ReducedCurves, names: Sequence[str]) -> No
         raise FitError.of(
             names[failure],
             f"its peak of {show(float(means.height[failure]), 'N')} at "
-            f"{show(float(means.vacuum[failure]), 'Pa')} is too far from the law of this brake to "
-            "find a scale factor and a stiffness. Check the units of force and elongation and the "
-            "vacuum, or leave the file out",
+            f"{show(float(means.vacuum[failure]), 'Pa')} is too far from the law of this "
+            "brake to fit a scale factor and a stiffness. Check the units of force and "
+            "elongation and the vacuum, or leave the file out",
         )
 
 
@@ -280,7 +283,7 @@ def fit_own(
     """
     count = len(means)
     places = np.arange(-(-count // BLOCK) * BLOCK)
-    places[count:] = 0  # the last block is filled up
+    places[count:] = 0  # pad the last block
     widths, bare = np.r_[loose * WORKING, 1e3, 1.0 if offset else 1e-9], plain(brake)
     blocks = []
     for block in places.reshape(-1, BLOCK):

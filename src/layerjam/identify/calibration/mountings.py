@@ -41,12 +41,16 @@ def find_mountings(curves: Sequence[Curve], logs: np.ndarray) -> Mountings:
     labels = [c.mounting for c in curves]
     if None not in labels and len(set(labels)) > 1:
         groups = _members(labels)
-        ending = "each pull has its own" if len(groups) == len(curves) else "pulls of one share it"
+        ending = (
+            "each pull has its own"
+            if len(groups) == len(curves)
+            else ("pulls of one mounting share it")
+        )
         sentence = f"{len(groups)} mountings, as the sidecars state them; {ending}"
         return Mountings(groups, check("mountings", True, sentence))
     start = "no mounting is stated"
     if labels.count(None) < len(labels):
-        start = "some pulls state no" if None in labels else "all pulls state one"
+        start = "some pulls do not state a" if None in labels else "all pulls state one"
         start += " mounting"
     order = [c.repeat for c in number_repeats(curves)]
     chance = _chance(logs, order, curves)
@@ -54,11 +58,11 @@ def find_mountings(curves: Sequence[Curve], logs: np.ndarray) -> Mountings:
     groups = _members(order)
     if chance is None or chance > (POOLED if len(groups) > 2 else POOLED_TWO):
         reason = "" if chance is None else f": the pulls' scatter shows none (p = {chance:.2g})"
-        sentence = f"{start}{reason}; intervals take every pull as mounted by itself"
+        sentence = f"{start}{reason}; intervals treat every pull as a separate mounting"
         return Mountings(singles, check("mountings", True, sentence))
     sentence = (
         f"{start}; the first, second, ... pulls of each vacuum and speed are alike (p = "
-        f"{chance:.2g}): intervals take them as {len(groups)} mountings"
+        f"{chance:.2g}): intervals treat them as {len(groups)} mountings"
     )
     return Mountings(groups, check("mountings", chance > ALIKE, sentence, advice))
 

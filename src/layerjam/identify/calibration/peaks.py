@@ -78,8 +78,8 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     if not pull.straight and not pull.sparse:
         raise FitError.of(
             pull.path,
-            "the force bends off long before its peak, so that no straight rise "
-            "tells the stiffness (pull at more vacuum)",
+            "the force bends long before its peak, so no straight rise shows the "
+            "stiffness (pull at more vacuum)",
         )
     if pull.peak_samples < FEWEST:
         raise FitError.of(
@@ -209,7 +209,7 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
         k: [f.stiffness for f in fits],
     }
     enclosure = enclosure_line([Peak(f.pull.peak_force, f.vacuum) for f in fits], brake)
-    # a scale factor from a peak knows no speed: pulls at one vacuum are one condition
+    # a scale factor from a peak does not depend on speed: pulls at one vacuum are one condition
     mounting = find_mountings(curves, logarithms(fits))
     fields = _means(
         values_of,
@@ -219,7 +219,7 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
     )
     basis = f"{scatter_words(mounting.groups, count)}, and the enclosure's force, {enclosure.basis}"
     if count == 1:
-        basis = "nothing: the record is free of noise"
+        basis = "nothing: the record has no noise"
         noise, error = first.pull.noise / first.pull.peak_force, first.pull.stiffness_se
         if noise > 1e-9 and error > 1e-9 * first.pull.stiffness:
             fields["standard_errors"] = {"scale_factor": first.scale_factor_se, "stiffness": error}
@@ -278,7 +278,7 @@ def _means(
         number = {place: n for n, place in enumerate(places)}
         units = [[number[p] for p in group if p in number] for group in mountings]
         groups = sorted(conditions(used), key=lambda group: used[group[0]].vacuum)
-        # plain means are a least squares in which every pull counts alike
+        # plain means are least squares with equal weights
         statistics = estimates(
             joint({name: [values[place] for place in places]}),
             {name: np.ones(1)},
@@ -368,14 +368,15 @@ def after_peaks(
             parts.append((place, fit, slip, force))
     if not parts:
         return out
-    # few shapes, so that few are compiled
+    # use few shapes, so that little is compiled
     size = max(4, 1 << (len(parts) - 1).bit_length())
     slips, column = np.zeros((size, MEANS)), np.ones((size, 1))
     vacuum, factor = column.copy(), column.copy()
     for row, (_, fit, slip, _) in enumerate(parts):
         slips[row, : len(slip)], vacuum[row] = slip, fit.vacuum
         factor[row] = fit.scale_factor * fit.growth
-    spring = stiffness or brake.stiffness_measured or 1.0  # slip is given: it does not count
+    # the slip is given, so it is not a degree of freedom
+    spring = stiffness or brake.stiffness_measured or 1.0
     loose, stiff = (with_shape(brake, a, spring, 1.0) for a in (0.0 * factor, factor))
     enclosure = np.asarray(brake_force(slips, vacuum, loose))
     sheets = np.asarray(brake_force(slips, vacuum, stiff)) - enclosure
@@ -389,7 +390,7 @@ def _sliding(fit: PullFit, stiffness: float) -> tuple[Array, Array]:
     """Return slip [m] and force [N] from some way after the peak on, means over neighbours."""
     u, force, begin = fit.pull.elongation, fit.pull.force, fit.pull.peak_elongation
     start = begin + AFTER * (float(u[-1]) - begin)
-    # the branch rises, so that all from the first sample there on lies after it
+    # the branch rises, so every sample after the first one above the level also lies above it
     first = int(np.argmax(u >= start))
     u, force = block_means(u[first:], MEANS), block_means(force[first:], MEANS)
     return np.maximum(u - force / stiffness, 0.0), force

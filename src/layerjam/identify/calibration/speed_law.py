@@ -48,12 +48,14 @@ def speed_sources(
     if law is None:
         if old is None:
             return {}
-        none = "the fitted friction does not grow with speed as a brake file can hold"
+        none = (
+            "the fitted friction does not grow with speed in a form that a brake file can contain"
+        )
         return {"speed_law.power": calibrated_source(0.0, f"{text}: {none}", None, "1")}
     error = errors["speed_slope"]
     spread = None if error is None else error * law.power / values["speed_slope"]
     basis = "speed at which the scale factor holds: mean of the pulls"
-    below = "a hundredth of the slowest pull; nothing was measured below that pull"
+    below = "a hundredth of the slowest pull's speed; nothing was measured below it"
     return {
         "speed_law.power": calibrated_source(law.power, text, spread, "1"),
         "speed_law.test_speed": calibrated_source(law.test_speed, basis, None, "m/s"),
@@ -69,12 +71,13 @@ def on_speed(calibration: Calibration) -> list[Notice]:
     power = calibration.sources.get("speed_law.power")
     if power is None or power[0] == 0:
         words = (
-            "the fitted friction falls with speed, or grows faster than it; no [speed_law] holds "
-            "that, and the brake's friction counts as that at the reference speed"
+            "the fitted friction falls with speed, or grows faster than it; no "
+            "[speed_law] can express that, so the brake's friction is that at the "
+            "reference speed"
         )
         return [Notice(words, "speed-law-not-fitted")]
     words = (
-        "the [speed_law] of the calibrated brake rests on the speeds of these pulls; slower and "
-        "faster than that it is extrapolated"
+        "the [speed_law] of the calibrated brake is based on the speeds of these pulls; "
+        "outside them it is extrapolated"
     )
     return [Notice(words, "speed-law-fitted")]

@@ -114,15 +114,15 @@ def check_parameters(limits: Identifiability) -> Check:
     """Check that the curves determine each parameter beyond their noise."""
     poor = [n for n, e in limits.errors_from_noise.items() if not e <= TOLD[n]]
     errors = ", ".join(f"{WORDS[n]} to ±{limits.errors_from_noise[n]:.2g}" for n in poor)
-    sentence = "these curves do not tell the parameters apart at all"
+    sentence = "these curves do not distinguish the parameters at all"
     if limits.least_apart is not None:
         first, second = (WORDS[n] for n in limits.least_apart)
         sentence = (
-            f"{first} and {second} are hardest to tell apart (correlation "
+            f"{first} and {second} are hardest to distinguish (correlation "
             f"{limits.correlation:+.3f}, condition number {limits.condition_number:.3g})"
         )
     advice = "only a combination is known, pull further or at another vacuum"
-    return check("told apart", not poor, sentence, f"; noise alone leaves {errors}: {advice}")
+    return check("distinguishable", not poor, sentence, f"; noise alone leaves {errors}: {advice}")
 
 
 def off_bounds(values: Mapping[str, float]) -> Check:
@@ -154,7 +154,7 @@ def like_catalogue(product: float) -> Check:
 
 def sleeve_plausible(factor: float) -> Check:
     """Check that the enclosure carries about the force of its modulus and friction."""
-    advice = "something else than the enclosure bends the curves"
+    advice = "something other than the enclosure bends the curves"
     return check_span("sleeve", factor, SLEEVE, "the factor on the enclosure's force", advice)
 
 
@@ -208,9 +208,10 @@ def follow_law(fit: JointFit, names: Sequence[str]) -> None:
     if misfits[worst] > REFUSED:
         raise FitError.of(
             names[worst],
-            f"its curve misses the law by {misfits[worst]:.0%} of its peak, whatever scale factor, "
-            f"stiffness and enclosure it is given; at most {REFUSED:.0%} can be fitted. Check the "
-            "units of force and elongation and the sheets' overlap, or leave the file out",
+            f"its curve deviates from the law by {misfits[worst]:.0%} of its peak, "
+            "whatever scale factor, stiffness and enclosure it is given; at most "
+            f"{REFUSED:.0%} can be fitted. Check the units of force and elongation and "
+            "the sheets' overlap, or leave the file out",
         )
 
 
@@ -228,13 +229,14 @@ def single_curves(fit: JointFit, names: Sequence[str]) -> Check:
     follows = bool(misfits[worst] <= MISSES)
     alike = abs(farthest) <= np.log(UNLIKE)
     if not follows:
-        sentence = f"{names[worst]} misses the law by {misfits[worst]:.1%} of its peak"
+        sentence = f"{names[worst]} deviates from the law by {misfits[worst]:.1%} of its peak"
     elif not alike:
         sentence = f"the {word} of {names[int(odd)]} is {np.exp(farthest):.3g} times the others'"
     else:
         sentence = (
-            f"every curve follows the law to {misfits[worst]:.1%} of its peak, and none has a "
-            f"scale factor or stiffness more than {abs(farthest):.1%} off the others'"
+            f"every curve follows the law to {misfits[worst]:.1%} of its peak, and none "
+            f"has a scale factor or stiffness more than {abs(farthest):.1%} from the "
+            "others'"
         )
     return check("single curves", follows and alike, sentence, f": {advice}")
 
@@ -252,7 +254,9 @@ def slip_residuals(fit: JointFit) -> Check:
         bad = np.abs(middle) > MATTERS
     worst = int(np.nanargmax(np.abs(np.where(bad, middle, 0) if bad.any() else middle)))
     part = f"{worst / SECTIONS:.0%} to {(worst + 1) / SECTIONS:.0%} of the slip"
-    sentence = f"from {part} the curves lie {middle[worst]:+.2%} of the peak off their own fit"
+    sentence = (
+        f"from {part} the curves deviate by {middle[worst]:+.2%} of the peak from their own fit"
+    )
     if not bad.any():
         sentence = f"no trend over slip: at most {abs(middle[worst]):.2%} of the peak is left"
     return check("residuals over slip", not bad.any(), sentence)

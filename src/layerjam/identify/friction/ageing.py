@@ -62,8 +62,8 @@ def fit_ageing(
     line = straight_line(decades, values)
     if line is None:
         raise FitError(
-            f"ageing: every pull follows a hold of {show(float(lengths[0]), 's')}; pull after "
-            "holds of different length"
+            f"ageing: every pull follows a hold of {show(float(lengths[0]), 's')}; use "
+            "holds of different lengths"
         )
     decade = line.x if hold is None else math.log10(hold)
     spread = float(np.sum((decades - line.x) ** 2))
@@ -99,7 +99,8 @@ def _doubts(fit: AgeingFit, decades: Array) -> list[Notice]:
         out.append(
             Notice(
                 f"the holds reach from {show(float(fit.holds.min()), 's')} to "
-                f"{show(float(fit.holds.max()), 's')} only; hold ten times as long and more",
+                f"{show(float(fit.holds.max()), 's')} only; also use holds ten times "
+                "longer",
                 "narrow-holds",
             )
         )
@@ -113,8 +114,8 @@ def _doubts(fit: AgeingFit, decades: Array) -> list[Notice]:
     if _bends(fit, decades):
         out.append(
             Notice(
-                "static friction does not follow a straight line over the logarithm of the hold; "
-                "between the holds measured the line is a mean, beyond them a guess",
+                "static friction is not linear in the logarithm of the hold; the line is "
+                "a mean between the measured holds and a guess beyond them",
                 "not-logarithmic",
             )
         )

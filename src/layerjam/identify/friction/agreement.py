@@ -61,10 +61,10 @@ def friction_checks(
     names = [Path(file).name or f"repeat {place}" for place, file in enumerate(files, 1)]
     quantities = {SPOKEN[name]: value for name, value in values.items()}
     advice = "check its unit, normal force and film"
-    checks = [check_repeats(names, quantities, "films scatter", advice)]
+    checks = [check_repeats(names, quantities, "scatter of films", advice)]
     for name, mean in means.items():
         if mean is not None and mean.low is not None and mean.high is not None:
-            # as wide as Student's t about the mean: on a log scale more campaigns would fail
+            # as wide as Student's t about the mean; on a log scale more campaigns would fail
             reach = mean.mean * math.log(mean.high / mean.mean)
             low = max(mean.mean - reach, mean.low)
             checks.append(interval_check(f"{name} friction", mean.mean, low, mean.mean + reach))
@@ -96,7 +96,7 @@ def check_repeats(
         for place in outliers:
             ratio = float(np.exp(logs[place] - np.median(others)))
             outlier_texts.append(
-                f"{quantity} of {numbers[place][1]} is {ratio:.3g} times the others'"
+                f"{quantity} of {numbers[place][1]} is {ratio:.3g} times that of the others"
             )
     if len(names) < 2:
         return check("repeats", False, "one repeat only: nothing shows how well it repeats")

@@ -56,7 +56,7 @@ def find_breakaway(travel: Array, force: Array) -> Breakaway:
     """
     noise = noise_of(force)
     level = float(np.median(force[travel >= 0.3 * travel.max()]))
-    # one wild sample is not a maximum; a mean over three keeps the place of a sharp peak
+    # a single outlier is not a maximum; a mean over three samples preserves a sharp peak
     smooth = running_mean(force, 3) if noise > 0.002 * abs(level) else force
     above = smooth >= LEAST * level
     begin = int(np.argmax(above))

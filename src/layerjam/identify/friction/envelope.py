@@ -37,9 +37,9 @@ def find_envelope(
         return sum(getattr(t, name) for t in teeth) / len(teeth)
 
     upper, lower = (mean(name) / normal_force for name in ("upper", "lower"))
-    kinetic = ": kinetic is the middle of its envelope"
+    kinetic = ": kinetic friction is the middle of its envelope"
     if not accepted:
-        kinetic = ", so that kinetic is not reported"
+        kinetic = ", so kinetic friction is not reported"
     return StickSlip(
         upper=upper,
         lower=lower,

@@ -213,16 +213,17 @@ def _window(
         if last - begin < SHORTEST * run:
             raise FileError(
                 trace.path,
-                f"the films slide over {show(last - begin, 'm')} only; {standard.title} takes the "
-                f"kinetic friction over {show(run, 'm')} (another travel: --from, --to)",
+                f"the films slide over {show(last - begin, 'm')} only; {standard.title} "
+                f"defines kinetic friction over {show(run, 'm')} (another travel: --from, "
+                "--to)",
             )
         if last - begin >= 0.99 * run:
             return (begin, min(begin + run, last)), []
         note = (
-            f"the kinetic mean runs over {show(last - begin, 'm')} of sliding, "
+            f"the kinetic mean covers {show(last - begin, 'm')} of sliding, "
             f"{standard.title} asks for {show(run, 'm')}"
         )
-        # the rise is part of a machine's stated travel, so that a full test ends a little early
+        # the rise is part of the travel stated by the machine, so a full test ends slightly early
         return (begin, last), [note] if last < 0.99 * run else []
     if last < end - 0.01 * (end - start):
         raise FileError(
@@ -237,8 +238,8 @@ def _at_breakaway(breakaway: Breakaway, inertia: Inertia | None, normal_force: f
     """Return the warnings about static friction of a breakaway."""
     if not breakaway.distinct:
         return [
-            "no first maximum stands out: static is where the rise bends into sliding, the same "
-            "as the kinetic level"
+            "no clear first maximum: static friction is read where the rise bends into "
+            "sliding, at the kinetic level"
         ]
     if inertia is None or inertia.bound < 0.01 * breakaway.force:
         return []
@@ -334,7 +335,7 @@ def pool(
 
 def _of_ripple(repeat: FrictionRepeat) -> FrictionRepeat:
     """Return the repeat without stick-slip: other repeats show that its teeth are the machine's."""
-    note = f"teeth of one spacing whatever their swing are not stick–slip; likely cause: {CAUSE}"
+    note = f"teeth with the same spacing at any swing are not stick–slip; likely cause: {CAUSE}"
     return replace(
         repeat,
         kinetic=repeat.mean,
@@ -382,21 +383,21 @@ def with_friction(
     """
     if result.kinetic is None:
         raise FitError(
-            "friction: the films stick and slip, so that there is no kinetic friction to write "
-            "into the brake (--accept-stick-slip takes the middle of the stick–slip)"
+            "friction: the films stick and slip, so that there is no kinetic friction to "
+            "write into the brake (--accept-stick-slip uses the middle of the stick–slip)"
         )
     blank = Source(kind="assumed", text="not calibrated with this friction yet")
     changes = {**result.sources(), "scale_factor": (1.0, blank)}
     warnings = []
     if file.brake.scale_factor != 1.0:
         warnings.append(
-            f"the scale factor {file.brake.scale_factor:g} belonged to the old friction and is 1 "
-            "now; run 'layerjam calibrate' next"
+            f"the scale factor {file.brake.scale_factor:g} was fitted with the old "
+            "friction and is now 1; run 'layerjam calibrate' next"
         )
     if file.brake.film.ageing is not None:
         warnings.append(
-            "film.ageing and film.static_hold belonged to the old static friction; run "
-            "'layerjam ageing' next"
+            "film.ageing and film.static_hold were fitted with the old static friction; "
+            "run 'layerjam ageing' next"
         )
     if file.brake.amplification_held is not None:
         changes["amplification_held"] = (1.0, blank)
@@ -411,7 +412,7 @@ def _made_by(result: FrictionResult, synthetic: Collection[str]) -> dict[str, An
     sticking, middle = 0, ""
     if result.stick_slip is not None:
         sticking = len(result.stick_slip.files)
-        middle = "; kinetic is the middle of its envelope"
+        middle = "; kinetic friction is the middle of its envelope"
     return {
         "program": f"layerjam {__version__} friction",
         "standard": result.standard.title,

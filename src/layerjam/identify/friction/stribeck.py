@@ -90,7 +90,7 @@ def speed_points(
             "points: speed, force, slip and vacuum must be lists of one length"
         ) from None
     if len(forces) != len(speeds):
-        raise FitError(f"points: {len(speeds)} speeds do not go with {len(forces)} forces")
+        raise FitError(f"points: {len(speeds)} speeds do not match {len(forces)} forces")
     columns = {"speed": speeds, "force": forces, "slip": slips, "vacuum": vacuums}
     for name, values in columns.items():
         bad = np.flatnonzero(~np.isfinite(values) | (values < 0))
@@ -113,7 +113,7 @@ def fit_dry(
     """Stribeck law of dry sheets; `viscous` also fits growth with speed. Raises FitError."""
     coulomb, enclosure = _lever(points, brake)
     if not (points.vacuum > 0).all():
-        raise FitError("points: a dry sheet without vacuum has no friction to fit")
+        raise FitError("points: dry sheets without vacuum have no friction to fit")
     speed = points.speed
 
     def columns(stribeck: float) -> Array:
@@ -283,7 +283,7 @@ class _Search:
             log_error < 0.25 * PRIOR[1] and condition < _WORST_CONDITION,
             f"v_s is known within a factor of {factor:.3g} (the prior: {np.exp(PRIOR[1]):.3g}); "
             f"condition number {condition:.3g}",
-            ": the points do not tell the parameters apart, more speeds would",
+            ": the points do not distinguish the parameters; measure at more speeds",
         )
 
     def _inside(self) -> Check:
@@ -292,9 +292,7 @@ class _Search:
         at_bound += ["v_s"] * (not low + 0.1 < self.logarithm < high - 0.1)
         sentence = "no parameter lies at its bound"
         if at_bound:
-            sentence = (
-                f"{', '.join(at_bound)} at the bound: the law has no use for it on these points"
-            )
+            sentence = f"{', '.join(at_bound)} at the bound: these points do not need it"
         return check("bounds", not at_bound, sentence)
 
     def _trend(self, residuals: Array, noise: float) -> Check:

@@ -25,7 +25,7 @@ GAS_CHANGE, ROOM_CHANGE = 10.0, 0.5
 
 def leak_checks(leak: Leak, best: LeakFit, logged: bool) -> Iterator[Check]:
     """Return the checks of a hold; `logged` says whether its temperature was logged."""
-    advice = "something else happens too (a valve, cooling, a wall that gives)"
+    advice = "another effect is present (a valve, cooling, a compliant wall)"
     yield _law(best.series, best.curve(leak.time, leak.atmosphere), advice)
     yield interval_check("leak", best.rate, *best.rate_interval())
     if not logged:
@@ -45,7 +45,7 @@ def pump_down_checks(
     logs: Iterable[PumpDown], intervals: Mapping[str, tuple[float, float, float]]
 ) -> Iterator[Check]:
     """Return the checks of pump-downs; `intervals` are {quantity: (value, low, high)}."""
-    advice = "the volume or the flow changes with vacuum (--compliance fit tries the first)"
+    advice = "the volume or the flow changes with vacuum (try --compliance fit for the first)"
     for log in logs:
         yield _law(log.series, log.curve(log.time), advice)
         fall_share = (log.start - float(log.pressure[-1])) / (log.start - log.ultimate)
@@ -65,7 +65,7 @@ def crash_checks(impact: Crash) -> Iterator[Check]:
     yield check("saturation", impact.saturation is None, sentence, level="failed")
     sentence = "the log contains the whole pulse"
     if not impact.whole:
-        sentence = "the pulse is cut off by the log's end: the velocity change is not whole"
+        sentence = "the log ends during the pulse: the velocity change is incomplete"
     yield check("whole pulse", impact.whole, sentence, level="failed")
     value, error = abs(impact.velocity_change), impact.velocity_change_se
     reach = 1.96 * error
@@ -80,8 +80,8 @@ def _law(series: Series, curve: Array, cause: str) -> Check:
     return check(
         "law",
         times <= CLEAN,
-        f"the best law misses the log by {show(series.rmse, 'Pa')} (RMSE), {times:.2g} times the "
-        f"sensor's noise and {share:.2g} of the log's change",
-        f": {cause}; a part of the log may do: --from, --to",
+        f"the best law deviates from the log by {show(series.rmse, 'Pa')} (RMSE), "
+        f"{times:.2g} times the sensor's noise and {share:.2g} of the log's change",
+        f": {cause}; try a part of the log: --from, --to",
         level,
     )

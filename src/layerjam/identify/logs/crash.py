@@ -52,7 +52,7 @@ class Pulse:
     offset_se: float = number("m/s^2", "its standard error")
     quiet: Sequence[float] = number("s", "the quiet part", shown=_span)
     sampling: float = number("Hz", "sampling rate")
-    saturated: bool = fact("whether the sensor's range was left")
+    saturated: bool = fact("whether the sensor saturated")
     samples: int = number("1", "samples of the log", listed=False)
 
 
@@ -209,8 +209,8 @@ def _quiet(
     count = int(loud[0] * 0.9)
     if count < 5:
         raise FitError(
-            "no quiet part precedes the event, so the offset is unknown; give the length of the "
-            "quiet part (--before), or record with a pre-trigger"
+            "no quiet part precedes the event, so the offset is unknown; give the length "
+            "of the quiet part (--before), or record with a pre-trigger"
         )
     return count, [
         f"the offset is the mean of the first {show(count / rate, 's')}, before the signal leaves "

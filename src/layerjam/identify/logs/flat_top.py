@@ -105,7 +105,7 @@ def _grain(record: Array, still: Array, span: float) -> _Grain:
     steps = np.diff(np.unique(record))
     steps = steps[steps > SAME * span]
     least = float(steps.min()) if steps.size else span
-    # steps rounded to digits vary in width
+    # steps rounded to digits differ in width
     similar_steps = steps[steps < 1.2 * least]
     quantum = float(similar_steps.mean()) if similar_steps.size else span
     noise, is_computed = _noise(still, quantum), False

@@ -213,8 +213,8 @@ def _check_hold(gauge: Array, difference: float, atmosphere: float) -> None:
     """Raise FitError if the pressure is not held above or below the atmosphere."""
     if abs(difference) < 1e-4 * atmosphere:
         raise FitError(
-            f"the window begins {show(abs(difference), 'Pa')} from the atmosphere: no pressure is "
-            "held, or the reading is of another kind (--reading)"
+            f"the window begins {show(abs(difference), 'Pa')} from the atmosphere: no "
+            "pressure is held, or the pressure reference is wrong (--reading)"
         )
     if (gauge * difference < -0.1 * difference**2).any():
         raise FitError("the pressure crosses the atmosphere: this is not a hold (check --reading)")
@@ -231,7 +231,7 @@ def _fit(
     floor = 0.02 * (ends[0] - atmosphere)
     remaining = max((ends[1] - atmosphere) / (ends[0] - atmosphere), 0.02)
     guess = -np.log(remaining) / span
-    if settled:  # from the time at which half is gone
+    if settled:  # counted from the time at which half is gone
         half = np.abs(p - atmosphere) < 0.5 * abs(ends[0] - atmosphere)
         guess = np.log(2) / max(float(t[int(np.argmax(half))]), span / len(t))
     if model != "linear":  # the same flow at the start

@@ -169,7 +169,7 @@ def fit_pump_down(
         explanation = f"the pressure falls by {show(fall, 'Pa')}: no pump-down"
         if low <= 0:
             explanation = f"{show(low, 'Pa')} is not an absolute pressure"
-        raise FitError(f"{explanation}, or the reading is of another kind (--reading)")
+        raise FitError(f"{explanation}, or the pressure reference is wrong (--reading)")
     third = float(t[int(np.argmax(p <= low + (p[0] - low) / np.e))]) or float(t[1])
     first, end = float(p[0]), float(p[-1])
     parameters = [
@@ -208,8 +208,8 @@ def with_compliance(volume: float | None, flow: float | None, loss: float, fit: 
     base = volume if volume is not None else (flow or 0.0) / fit.rate
     if base <= loss * fit.atmosphere:
         raise FitError(
-            f"compliance: {show(loss * 1e9, '1')} mL/kPa would close a volume of "
-            f"{base * 1e6:.4g} mL at {show(base / loss, 'Pa')} of vacuum"
+            f"compliance: {show(loss * 1e9, '1')} mL/kPa would reduce a volume of "
+            f"{base * 1e6:.4g} mL to zero at {show(base / loss, 'Pa')} of vacuum"
         )
     return loss / base
 

@@ -118,7 +118,7 @@ def pull_features(trace: Trace) -> PullFeatures:
     smooth = _calm(force, 9)  # one spike of noise is not a peak
     top = _first_rise(smooth)
     height = float(smooth[top])
-    # the last passage through each level, so that slack and wiggles before the rise do not count
+    # use the last crossing of each level, so that slack and wiggles before the rise are ignored
     steps = _smooth_rise(force[: top + 1], height)
     below = [np.flatnonzero(steps <= part * height) for part in LINEAR]
     low, high = (int(b[-1]) if len(b) else 0 for b in below)
@@ -126,9 +126,10 @@ def pull_features(trace: Trace) -> PullFeatures:
     if sparse and not (len(below[0]) and _falls(force, _noise(force, top))):
         raise FileError(
             trace.path,
-            f"has {max(high - low, 0)} samples between {LINEAR[0]:.0%} and {LINEAR[1]:.0%} of its "
-            f"greatest force, {show(height, 'N')}; at least {SLOPE} are needed to find the "
-            "stiffness, and it has no peak that would tell the scale factor without it",
+            f"has {max(high - low, 0)} samples between {LINEAR[0]:.0%} and "
+            f"{LINEAR[1]:.0%} of its greatest force, {show(height, 'N')}; at least "
+            f"{SLOPE} are needed to find the stiffness, and without a peak the scale "
+            "factor cannot be determined either",
         )
     rise = slice(low, max(high, low + 1) + 1)
     line = straight_line(elongation[rise], force[rise])
@@ -137,7 +138,7 @@ def pull_features(trace: Trace) -> PullFeatures:
     if line.slope <= 0:
         raise FileError(trace.path, "the force does not rise with elongation before the peak")
     origin = line.meets(0.0)
-    # a line that starts far above the record's first sample is not its first rise
+    # a line that starts far above the first sample of the record is not its first rise
     bent = line.value_at(float(elongation[0])) - float(force[0]) > BENT * height
     if bent:
         origin = float(elongation[0])
@@ -185,9 +186,9 @@ def _noise(force: Array, top: int) -> float:
 
 
 def _falls(force: Array, noise: float) -> bool:
-    # means over equal stretches; the greatest of many lies a few of its own errors too high
+    # use means over equal stretches; the greatest of many is a few standard errors too high
     few = max(3, len(force) // 100)
-    sums = np.cumsum(force)  # a convolution takes as many steps a sample as `few` has
+    sums = np.cumsum(force)  # a convolution with `few` steps per sample
     greatest = float(max((sums[few:] - sums[:-few]).max(initial=-np.inf), sums[few - 1])) / few
     return bool(force[-few:].mean() < 0.995 * greatest - 5 * noise / np.sqrt(few))
 
@@ -225,7 +226,7 @@ def _fit_peak(
     top_basis = np.array([1.0, -top_slip, np.sqrt(top_slip)])
     peak = float(top_basis @ weights)
     if peak > (1 + ABOVE) * float(force[:end].max()):
-        return raw  # the law's shape does not fit here: its top lies where no sample was
+        return raw  # the shape of the law does not fit: its top lies outside the samples
     covariance = variance * np.linalg.pinv(basis.T @ basis)
     return peak_fields | {
         "peak_force": peak,

@@ -116,7 +116,7 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
             if not begin.seen:
                 raise FileError(
                     trace.path,
-                    "begins on its rise: it shows no force before the load to subtract (tare)",
+                    "starts on its rise: it has no force before the load to subtract (tare)",
                 )
             tare_force = begin.baseline
         trace = replace(trace, force=trace.force - tare_force)
@@ -145,7 +145,7 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
     if teeth is None:
         return summarise(None, None)
     as_ripple = summarise(None, teeth)
-    # a stuck tooth rises at the stiffness of the pull, which a bent rise or two rises do not show
+    # a stuck tooth rises at the stiffness of the pull; a bent rise or a double rise does not
     certain = features.straight and second_rise is None
     if certain and teeth.stiffness < STUCK * features.stiffness:
         return as_ripple
@@ -165,7 +165,7 @@ def _start(trace: Trace, features: PullFeatures) -> Start:
         margin = min(MARGIN * length, 0.3 * max(onset - first, 0.0))
         before = elongation < onset - margin
         before[int(np.argmax(elongation >= onset)) :] = False
-        if still[:FEWEST].all():  # a rest before the crosshead starts
+        if still[:FEWEST].all():  # the crosshead rests before it starts
             before |= still & (np.abs(force - baseline) < 0.1 * height)
         if before.sum() < FEWEST or _rises(elongation[before], force[before], slope):
             return _no_slack(elongation, force, features)
@@ -215,7 +215,7 @@ def _no_slack(elongation: Array, force: Array, features: PullFeatures) -> Start:
         first_force, line = force[:lead], slope * (elongation[:lead] - features.origin)
         offset = float((first_force - line).mean())
         error = noise / lead**0.5
-        # else the line itself begins below zero: the load cell's zero is off
+        # otherwise the line itself starts below zero: the load cell has a zero error
         if offset > max(4 * error, TELLS * features.peak_force):
             onset = features.origin + float(first_force.mean()) / slope
             return Start(
@@ -332,7 +332,7 @@ def _notes(
             "greatest force are too few for a stiffness: pull more slowly, or sample faster"
         )
     elif not features.straight:
-        out.append("the force bends off long before its greatest value: no straight rise")
+        out.append("the force bends long before its greatest value: no straight rise")
     if not features.has_peak:
         out.append("the force rises to the end: there is no peak and no part after it")
     if teeth is not None:
@@ -343,8 +343,8 @@ def _notes(
     if ripple is not None:
         out.append(
             f"a ripple of {show(ripple.amplitude, 'N')} about its middle every "
-            f"{show(ripple.spacing, 'm', 3)} is not stick–slip, whose spacing would be its swing "
-            f"over the stiffness; likely cause: {CAUSE}"
+            f"{show(ripple.spacing, 'm', 3)} is not stick–slip, whose spacing is its "
+            f"swing over the stiffness; likely cause: {CAUSE}"
         )
     return out
 

@@ -30,7 +30,7 @@ def specimen_checks(
         if (modulus := row["modulus_100"]) is not None:
             name = Path(path).name
             if not SILICONES[0] <= modulus <= SILICONES[1]:
-                start = f"the 100 % modulus of {name}, {show(modulus, 'Pa')}, is not that of a"
+                start = f"the 100 % modulus of {name}, {show(modulus, 'Pa')}, is not typical of a"
                 low, high = (show(edge, "Pa") for edge in SILICONES)
                 advice = f" silicone, {low} to {high}: check its unit, area and gauge length"
                 yield Check(name="silicone", level="failed", sentence=start + advice)
@@ -46,7 +46,7 @@ def specimen_checks(
             "initial modulus": "initial_modulus",
         }.items()
     }
-    yield check_repeats(names, moduli, "rubber scatters", "check its unit, area and gauge length")
+    yield check_repeats(names, moduli, "scatter of rubber", "check its unit, area and gauge length")
     values = moduli["100 % modulus"]
     if len(values) > 1 and None not in values:
         mean = over_repeats(values)
@@ -55,12 +55,16 @@ def specimen_checks(
     if (error := totals.get("error_at_100")) is not None:
         level: Level = "failed" if writes_model else "warning"
         label = "error of the model at 100 % strain"
-        yield check_span("model", error, (-MEETS, MEETS), label, "fit less of it (--fit-to)", level)
+        yield check_span(
+            "model", error, (-MEETS, MEETS), label, ("fit a smaller part (--fit-to)"), level
+        )
 
 
 def _data_sheet(name: str, ratio: float, material: str) -> Check:
     """Return the check of one specimen's modulus over that of the maker's data sheet."""
-    sentence = f"the 100 % modulus of {name} is {ratio:.3g} times the data sheet's of {material}"
+    sentence = (
+        f"the 100 % modulus of {name} is {ratio:.3g} times that of the data sheet of {material}"
+    )
     level: Level = "warning" if 1 / POSSIBLE <= ratio <= POSSIBLE else "failed"
     advice = ": check its unit, area, gauge length and material"
     return check("data sheet", 1 / LIKELY <= ratio <= LIKELY, sentence, advice, level)

@@ -294,7 +294,7 @@ def choose(fits: Mapping[str, Fit]) -> tuple[str, str]:
         f"within two standard errors of the least, that of {best}"
     )
     if unstable and len(unstable) < len(fits):
-        reason += f"; not stable in tension over the curve and left out: {', '.join(unstable)}"
+        reason += f"; excluded, not stable in tension over the curve: {', '.join(unstable)}"
     elif unstable:
         reason += "; no model is stable in tension over the whole curve"
     return model, reason

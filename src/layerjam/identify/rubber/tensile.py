@@ -104,7 +104,9 @@ def read_rubber(
         strain = np.expm1(log["true_strain"])
         stress = log["true_stress"] / (1 + strain)
         _know_strain(log)
-        notes.append(f"{log.name}: engineering values from true ones, volume taken as constant")
+        notes.append(
+            f"{log.name}: engineering values computed from true ones, assuming constant volume"
+        )
     elif "force" in log and ("elongation" in log or "strain" in log):
         stress = log["force"] / _find_size(log, "m^2", area)
         if "strain" in log:
@@ -128,7 +130,7 @@ def read_rubber(
     if len(rows) < 20 or stress[rows].max() <= 0:
         reason = f"its first loading has {len(rows)} samples, 20 are needed"
         if len(rows) >= 20:
-            reason = "its stress is nowhere above zero: is tension counted negative?"
+            reason = "its stress is never above zero: check whether tension is counted as negative"
         raise FileError(log.path, reason)
     return Specimen(
         path=log.path,
@@ -178,7 +180,7 @@ def _find_size(log: Log, si: str, size: float | None) -> float:
         if match and re.search(words, match[1]) and (unit := convert(match[2], si)):
             with contextlib.suppress(ValueError):
                 return float(values[0].replace(",", ".")) * float(unit[0])
-    raise FileError(log.path, f"holds {holds}; give the specimen's {option}")
+    raise FileError(log.path, f"contains {holds}; give the specimen's {option}")
 
 
 def first_loading(strain: Array, stress: Array) -> tuple[int, int, list[str]]:
@@ -232,8 +234,8 @@ def moduli(specimen: Specimen, window: tuple[float, float] = WINDOW) -> Moduli:
         warnings.append(f"{specimen.name}: ends at {x[-1]:.0%} of strain, before 100 %")
     if y[0] < 0:
         warnings.append(
-            f"{specimen.name}: its stress begins at {show(float(y[0]), 'Pa')}, below zero; no "
-            "offset is taken off"
+            f"{specimen.name}: its stress starts at {show(float(y[0]), 'Pa')}, below "
+            "zero; no offset is subtracted"
         )
     return Moduli(
         initial=slope,

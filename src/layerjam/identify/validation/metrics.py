@@ -185,7 +185,7 @@ def sample_force(pull: PullFeatures, points: np.ndarray) -> np.ndarray:
 def _model_force(pull: PullFeatures, points: np.ndarray, vacuum: float, brake: Brake) -> np.ndarray:
     model = np.asarray(force_at_elongation(points, vacuum, brake))
     if not np.isfinite(model).all():
-        raise FitError.of(pull.path, "the model has no answer there; the brake would snap")
+        raise FitError.of(pull.path, "the model has no solution there; the brake would snap")
     return model
 
 
@@ -202,10 +202,10 @@ def _window(pull: PullFeatures, vacuum: float) -> tuple[float, float, str]:
         slipping = np.flatnonzero(pull.force < 0.9 * line)
         slipping = slipping[pull.force[slipping] > FLOOR * pull.peak_force]
         start = float(pull.elongation[slipping[0]]) if len(slipping) else np.inf
-        note = "no peak: the window starts where the force bends off its straight rise"
+        note = "no peak: the window starts where the force leaves its straight rise"
     end = float(pull.elongation[-1])
     if not end - start > 1e-6:
-        raise FileError(pull.path, "ends at its peak: nothing of the sliding brake to compare")
+        raise FileError(pull.path, "ends at its peak: no part of the sliding brake to compare")
     return start, end, note
 
 
@@ -213,7 +213,7 @@ def _errors(forces: np.ndarray, model: np.ndarray) -> dict[str, Any]:
     """Return the fields of `Errors` over some points [N]."""
     error, mean = model - forces, float(forces.mean())
     r_squared = None
-    if np.ptp(forces) > 1e-12 * abs(mean):  # a mean of like values is off by a rounding
+    if np.ptp(forces) > 1e-12 * abs(mean):  # a mean of equal values differs by rounding
         r_squared = 1 - float((error**2).sum() / ((forces - mean) ** 2).sum())
     return {
         "mape": float(np.mean(np.abs(error) / forces)),

@@ -71,7 +71,7 @@ def validation_checks(result: Validation, calibrated_on: int) -> tuple[Check, ..
     relative to its mean force, and the drift of the residual along the pull.
     """
     count = len(result.curves)
-    fresh = "the brake names none of these pulls as calibrated on"
+    fresh = "none of these pulls was used to calibrate the brake"
     stale = f"{calibrated_on} of {count} pulls were also calibrated on: this is a fit, not a test"
     relative = np.array([c.bias / float(c.measured.mean()) for c in result.curves])
     drifts = [_drift(c) for c in result.curves]
@@ -85,7 +85,7 @@ def validation_checks(result: Validation, calibrated_on: int) -> tuple[Check, ..
         check("independent", not calibrated_on, stale if calibrated_on else fresh),
         check("pulls", not result.gross, unlike or alike, advice, "failed"),
         check_span("model", ratio, POSSIBLE, "model over measured force", MODEL_ADVICE, "failed"),
-        _mean_check("bias", relative.tolist(), "the model is {} off the measured force"),
+        _mean_check("bias", relative.tolist(), "the model deviates by {} from the measured force"),
         _mean_check("trend over elongation", drifts, "along a pull the residual drifts by {}"),
         trend("trend over vacuum", "residual", relative, vacuums, "Pa", levels=2),
     ]

@@ -222,7 +222,7 @@ def assign(
         if len(first) > 1 and not spare and not (same and same(first)):
             names = " or ".join(f"'{cut(c.name)}'" for c in first[:4])
             raise header.fail(
-                f"does not say which column is the {want.role}: {names}; name one",
+                f"does not state which column is the {want.role}: {names}; name one",
                 f" (--columns {want.role}=NAME)",
             )
         columns[want.role] = column = first[0]
@@ -299,7 +299,7 @@ def unit_conflicts(
 ) -> list[str]:
     """Return the conflicts between the file's units and the user's, who lists columns in order."""
     conflicts = [_unit_conflict(header, columns[w.role], w.si) for w in wants if w.role in columns]
-    return [f"{conflict}; what is given counts" for conflict in conflicts if conflict]
+    return [f"{conflict}; the given one takes precedence" for conflict in conflicts if conflict]
 
 
 def _wrong_unit(want: Want, name: str, unit: str | None) -> tuple[str, str]:

@@ -39,7 +39,9 @@ class Source:
 
     def too_long(self, size: int, line: int) -> FileError:
         """Return the error for a line of more bytes than a table has."""
-        return FileError(self.path, f"has a line of {size} bytes, no table of numbers", line)
+        return FileError(
+            self.path, (f"has a line of {size} bytes, so it is not a table of numbers"), line
+        )
 
     def text(self, start: int, end: int) -> str:
         """Return the text between two byte offsets."""

@@ -37,7 +37,7 @@ def decode(name: str, data: bytes) -> tuple[bytes, str]:
         except (UnicodeDecodeError, UnicodeEncodeError):
             kind = wide.upper()[:6]
             raise FileError(
-                name, f"is not whole: its {kind} text breaks off or is damaged"
+                name, f"is incomplete: its {kind} text ends early or is damaged"
             ) from None
     data = data.removeprefix(codecs.BOM_UTF8)
     odd = next((c for c in data[:4096] if c < 32 and c not in _ALLOWED), None)

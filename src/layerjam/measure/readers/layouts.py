@@ -20,7 +20,7 @@ _TEXTURE = {
 }
 _LVM = b"LabVIEW Measurement"
 _LVM_END = b"***End_of_Header***"
-_GRAMS = "the force is in grams, which as a force are gram-force (gf): 1 g weighs 9.80665 mN"
+_GRAMS = "the force is in grams, read as gram-force (gf): 1 g weighs 9.80665 mN"
 
 Layout = tuple[bytes, tuple[str, ...]]
 """Lines of a file as a table, with notes about the conversion."""

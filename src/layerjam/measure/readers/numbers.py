@@ -60,7 +60,7 @@ def _read(
             return _one_by_one(rows, columns, style), style
         except FileError as error:
             errors.append(error)
-    # the style that reads furthest is that of the file: it fails where the file is damaged
+    # use the style that reads furthest: it fails where the file is damaged
     raise max(errors, key=lambda error: error.line or 0)
 
 
@@ -69,7 +69,7 @@ def same(rows: Rows, columns: Sequence[Column], decimal: str | None) -> bool:
     try:
         first, *others = (v - v[0] for v in read_columns(rows, columns, decimal))
     except FileError:
-        return False  # an unreadable column belongs to something else
+        return False  # an unreadable column has some other content
     return all(float(np.abs(v - first).max()) <= 1e-4 * float(np.ptp(first)) for v in others)
 
 
@@ -88,15 +88,15 @@ def _styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> list[Sty
     cells = (fields[i] for fields in rows.sample() for i in indices)
     fits = fit(candidates, (cell for cell in cells if clock_seconds(cell) is None))
     if decimal is None and not asked and {(".", ","), (",", ".")} <= set(fits):
-        # Nothing in the sample tells 1.234 from 1,234; then every cell is asked.
+        # If the sample does not distinguish 1.234 from 1,234, check every cell.
         every = [fields[i] for _, fields in rows for i in indices]
         fits = fit(fits, every) or fits
         signs = {sign for sign in ",." if any(sign in cell for cell in every)}
         if signs and {(".", ","), (",", ".")} <= set(fits):
             raise FileError(
                 rows.source.path,
-                f"does not show whether '{min(signs)}' is the decimal sign or groups thousands; "
-                "say which sign is the decimal one",
+                f"does not show whether '{min(signs)}' is the decimal sign or groups "
+                "thousands; state the decimal sign",
                 how=" (--decimal)",
                 asks="decimal",
             )
@@ -213,7 +213,10 @@ def _check_last(rows: Rows, decimal: str) -> None:
     if is_cut:
         raise FileError(
             rows.source.path,
-            f"the last line is cut off within its last number '{last[:40]}'; the file is not whole",
+            (
+                f"the last line is cut off within its last number '{last[:40]}'; the file is "
+                "incomplete"
+            ),
             rows.source.line_number(len(rows.source.data)),
         )
 

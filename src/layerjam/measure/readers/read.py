@@ -68,7 +68,7 @@ def read_trace(path: str | Path, options: ReadingOptions | None = None) -> Trace
         listing = f" ({', '.join(repr(label[:30]) for label in labels[:6])})" if labels else ""
         raise FileError(
             path,
-            f"holds {len(entries)} specimens{listing}; say which one",
+            f"contains {len(entries)} specimens{listing}; choose one",
             how=" (--specimen 1)",
             asks="specimen",
         )
@@ -102,7 +102,7 @@ def open_traces(path: str | Path, options: ReadingOptions | None = None) -> list
         return entries
     if every.specimen > len(entries):
         count_text = f"{len(entries)} specimens" if len(entries) > 1 else "1 specimen"
-        raise FileError(path, f"holds {count_text}, there is no specimen {every.specimen}")
+        raise FileError(path, f"contains {count_text}; there is no specimen {every.specimen}")
     return [entries[every.specimen - 1]]
 
 
@@ -123,8 +123,8 @@ def _of_sheets(sources: list[Source], options: ReadingOptions) -> list[Specimen]
         sheets = ", ".join(f"'{name[:30]}'" for name in list(by_sheet)[:6])
         raise FileError(
             sources[0].path,
-            f"has {len(by_sheet)} sheets with force and elongation in different columns ({sheets})"
-            "; say which one",
+            f"has {len(by_sheet)} sheets with force and elongation in different columns "
+            f"({sheets}); choose one",
             how=" (--sheet NAME)",
             asks="sheet",
         )
@@ -183,4 +183,4 @@ def _head(source: Source) -> Table:
         end = source.data.find(b"\n", offset)
         first = len(source.data) if end < 0 else end + 1
         return Table(Header(names, units, "names", line, path=source.path), ",", first)
-    raise FileError(source.path, "holds a header and no column names")
+    raise FileError(source.path, "contains a header but no column names")

@@ -46,7 +46,7 @@ class Rows:
         """Yield the rows; FileError, with the line, if a row is broken or there is none."""
         if not self.body.strip():
             header = self.table.header
-            raise header.fail("holds column names and no rows of numbers")
+            raise header.fail("contains column names but no rows of numbers")
         return self._rows(self.table.first)
 
     @cached_property
@@ -110,7 +110,7 @@ class Rows:
             return [*fields, *[""] * missing]
         due = f"{count_of(len(fields))} instead of {width}"
         if cut_off(line):
-            raise FileError(path, f"the last line is cut off: {due}; the file is not whole", line)
+            raise FileError(path, f"the last line is cut off: {due}; the file is incomplete", line)
         if not any(map(looks_numeric, fields)):
             raise no_row_of_numbers(path, fields, line)
         if missing < 0 and line == self.source.line_number(self.table.first):

@@ -219,8 +219,8 @@ def _nothing(
             entries = ",".join([*due, *["skip"] * (bare.width - len(due))])
             return FileError(
                 path,
-                f"is in no known format: {bare.width} columns of numbers without names; say what "
-                "each is",
+                f"is in no known format: {bare.width} columns of numbers without names; "
+                "state each one",
                 how=f", in order, such as --columns {entries}",
                 asks="columns",
             )
@@ -233,11 +233,11 @@ def _nothing(
             "column names",
         )
     if best.rows == 0:
-        return best.header.fail("holds column names and no rows of numbers")
+        return best.header.fail("contains column names but no rows of numbers")
     if "elongation" not in given_entries and _over_time(best.header, given_entries):
         return best.header.fail(
-            f"holds force and time and no elongation; {best.header.describe()}; give the "
-            "crosshead's speed",
+            f"contains force and time but no elongation; {best.header.describe()}; give "
+            "the crosshead's speed",
             " (--speed 10mm/min), or say which column it is (--columns elongation:mm=NAME)",
             "speed",
         )
@@ -276,7 +276,7 @@ def _not_read(lines: Lines, blocks: list[Block], used: list[Block]) -> tuple[str
     count = int((~lines.blank[end:]).sum())
     line_count = f"{count} lines" if count > 1 else "1 line"
     text = cut(lines.text(below[0]))
-    return (f"{line_count} below the numbers not read, from line {below[0] + 1}: '{text}'",)
+    return (f"{line_count} below the numbers ignored, from line {below[0] + 1}: '{text}'",)
 
 
 def _side_by_side(
@@ -384,7 +384,8 @@ def format_of(source: Source, table: Table) -> str:
         return "Instron Bluehill"
     quoted = b'"' in head
     standard = any("standard" in plain(name) for name in table.header.names)
-    if quoted and standard and table.header.style == "plain row":  # others quote their units too
+    # other programs also quote their units
+    if quoted and standard and table.header.style == "plain row":
         return "Zwick testXpert"
     if quoted and table.header.style == "bracket row":
         return "Instron Bluehill"

@@ -80,7 +80,7 @@ def blocks_of(lines: Lines) -> list[Block]:
     """
     rows = np.flatnonzero(~lines.blank)
     number = lines.number[rows]
-    # a head may hold a number, and follow rows of numbers: 2,Time,Load
+    # a head may contain a number and follow rows of numbers: 2,Time,Load
     for place in np.flatnonzero(number & ~lines.pure[rows])[: 2 * _MOST_BLOCKS]:
         _words_first(lines, rows, number, int(place))
     if len(rows) and number[0]:

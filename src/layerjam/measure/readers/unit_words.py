@@ -51,7 +51,7 @@ def common_unit(unit: str) -> tuple[str, Fraction] | None:
     text = unicodedata.normalize("NFKC", unit).strip().replace("µ", "μ")
     text = re.sub(r"^(?:in|en|em|w|в) (?=\S)", "", text).rstrip(".").strip()
     if text in ("M", "H", "М"):
-        return None  # mega, henry, a mass: nobody can know
+        return None  # mega, henry or a mass: ambiguous
     lower = text.lower()
     return _CASED.get(text) or _KNOWN.get(lower) or _KNOWN.get(re.sub(r"[ _]", "-", lower))
 

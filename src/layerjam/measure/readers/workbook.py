@@ -45,7 +45,8 @@ def sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
         rows = {n: book.get_sheet_by_name(n).to_python(skip_empty_area=False) for n in names_read}
     except FileError:
         raise
-    except BaseException as err:  # the reader panics on some damage, which is no Exception
+    # the reader panics on some damaged files, and a panic is not an Exception
+    except BaseException as err:
         if isinstance(err, KeyboardInterrupt | SystemExit | MemoryError):
             raise
         raise FileError(
@@ -139,7 +140,7 @@ def _binary_cells(data: bytes) -> tuple[int, int]:
         length, offset = _varint(data, offset)
         if kind <= 11 and length >= 4:
             index = int.from_bytes(data[offset : offset + 4], "little") + 1
-            count += kind > 1  # 0 begins a row, 1 is a cell without content
+            count += kind > 1  # 0 starts a row, 1 is an empty cell
             rows, columns = (
                 (max(rows, index), columns) if kind == 0 else (rows, max(columns, index))
             )

@@ -1,4 +1,4 @@
-"""Many stacks pulled in parallel on all cores: peak, stiffness and onset, no history.
+"""Many stacks pulled in parallel on all cores: peak, stiffness and onset, without history.
 
 Each stack is independent of the others, so neither their number nor the threads change its result.
 """
@@ -46,7 +46,7 @@ class Peaks:
     slip: Array = field(repr=False)
     """Mean slip of the interfaces there [m]."""
     stiffness: Array = field(repr=False)
-    """Secant between a fifth and four fifths of that force [N/m], as a calibration takes it."""
+    """Secant between a fifth and four fifths of that force [N/m], as used in a calibration."""
     onset: Array = field(repr=False)
     """Force at which the first interface lets go [N]."""
 

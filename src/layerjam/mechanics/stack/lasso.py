@@ -40,7 +40,8 @@ def fused_lasso(d: Array, b: Array, c: Array, z: Array, work: Array) -> None:  #
 
     Dynamic programming over the derivative of the cost (Johnson 2013). The cost of z_i over all
     terms to its left has a piecewise linear derivative. An interface clips it to its bound, the box
-    of the dual variable f_i, which leaves two knots. Each knot is visited once: linear.
+    of the dual variable f_i, which adds two knots. Each knot is visited once, so the time is
+    linear.
     """
     n = len(d)
     x, slope, level, bounds = work[0], work[1], work[2], work[3]

@@ -3,7 +3,7 @@
 One increment is a weighted one-dimensional fused lasso (`solve`); the enclosure's faces are in
 `enclosure`. Static friction above kinetic is a jump, not another bound. The first interface to
 reach its static bound drops to the kinetic one at that elongation, and the stack is solved again,
-until none breaks. Interfaces that a break overloads let go together, or one by one, the most
+until none breaks. Interfaces that a break overloads slip together, or one at a time, the most
 overloaded first. An interface returns to static friction when its sliding stops: when it has not
 slid and its force has fallen below its kinetic friction. Between jumps heat and stored energy are
 exact for any increment, as a sliding interface slides at its bound throughout.
@@ -59,7 +59,7 @@ BLOCK = 200_000
 """Sheets times increments between two progress reports."""
 _ROUNDS = 100
 AT_BOUND = -1e-9
-"""Relative shortfall from its bound at which an interface counts as at it."""
+"""Relative distance from its bound within which an interface is considered to be at it."""
 _LEAST = 1e-12  # least increment, as a share of the elongation
 _BREAKS = 500  # breaks in one increment, per sheet
 
@@ -88,8 +88,8 @@ def _accept(
 ) -> int:  # pragma: no cover
     """Make the trial the state, with its work and heat.
 
-    A sliding interface slides at its bound throughout, wherever in the increment, so its heat is
-    exact, and so are the other energies. A jump does no work; its energy becomes heat.
+    A sliding interface slides at its bound throughout, at any point of the increment, so its heat
+    is exact, and so are the other energies. A jump does no work; its energy becomes heat.
     """
     n = len(stack.springs)
     values, face_energy = state.values, state.faces.energy
@@ -124,7 +124,7 @@ def _accept(
     for i in range(n - 1):
         state.past[i], state.slides[i] = t.slip[i], t.slides[i]
         state.interface[i] = t.force[i]
-        # at a jump only rounding decides whether a slid interface at its bound has stopped
+        # at a jump, only rounding decides whether a sliding interface at its bound has stopped
         least = (1.0 + AT_BOUND) * bound(i, t.slip[i], stack)
         state.moving[i] = t.slides[i] != 0 or (state.moving[i] and abs(t.force[i]) >= least)
     if values[FORCE] > values[TOP]:
@@ -213,7 +213,7 @@ def advance(
         excess = _overload(AT_BOUND, stack, state, t, marks) if brittle else -1.0
         if excess > 0.0 and jump > 0.0:
             if stack.one_by_one:
-                # other interfaces stay as this break left them; ties go together
+                # other interfaces remain as this break left them; ties break together
                 _overload(excess + AT_BOUND, stack, state, t, marks)
                 code = _accept(goal, jump, stack, state, t)
                 if code != DONE:
@@ -297,7 +297,7 @@ class StackPull(NamedTuple):
     slack: Flags
     """(N,) True if the crosshead is closer than the length of the brake."""
     snapped: bool
-    """True if the mount was too soft to go on; the arrays end before it."""
+    """True if the mount was too soft to continue; the arrays end before it."""
 
 
 def kernel_stamp() -> str:
@@ -358,9 +358,9 @@ def pull_stack(
 
     Tension only: if the crosshead would have to push, the brake rests without load, its force is
     zero, and `slack` is set until the crosshead is back. Buckling of single sheets is not checked.
-    The arrays end where no interface overlaps any more, or before the mount is too soft to go on.
-    The length of an increment has no effect while interfaces rest or slide in one direction. If
-    they turn within one, heat is that of the slip between its ends.
+    The arrays end where no interface overlaps any more, or before the mount is too soft to
+    continue. The length of an increment has no effect while interfaces rest or slide in one
+    direction. If they turn within one, heat is that of the slip between its ends.
 
     `renew` is called before each increment with the slip of the interfaces [m], shape (n - 1,), and
     may change the friction in the stack's arrays; False ends the pull. `progress` is called with
@@ -394,13 +394,13 @@ def pull_stack(
             break
     if code == OVERFLOW:
         raise ProcedureError(
-            f"procedure: more than {DEPTH} turns nested in each other; the enclosure remembers no "
-            "more"
+            f"procedure: more than {DEPTH} nested reversals; the enclosure's memory "
+            "cannot store more"
         )
     if code == CHATTER:
         raise LayerjamError(
-            f"stack: static friction breaks and heals without end around {path[first]:.6g} m; take "
-            "smaller increments or kinetic friction only"
+            f"stack: static friction breaks and recovers endlessly near {path[first]:.6g} "
+            "m; use smaller increments or kinetic friction only"
         )
     if code not in (DONE, SNAPPED):
         raise LayerjamError(

@@ -1,15 +1,15 @@
-"""One increment of the stack: which interfaces slide, and where sheets and mount end.
+"""One increment of the stack: sliding interfaces, and final positions of sheets and mount.
 
 Sheet i has displacement w_i and an anchor spring d_i to its cap (left ones to ground, right ones to
 the cap at U). Interface i carries f_i, |f_i| <= c_i, and has slipped by s_i. One increment is
 
-    min over w of  1/2 sum d_i (w_i - y_i)^2 + sum c_i |w_{i+1} - w_i - s_i|,  y_i = 0 or U,
+min over w of 1/2 sum d_i (w_i - y_i)^2 + sum c_i |w_{i+1} - w_i - s_i|, y_i = 0 or U,
 
-strictly convex, so that the answer is unique; no time step, no contact stiffness, no chatter. Which
-interfaces slide is found exactly in time linear in the sheets (`fused_lasso`). Then
-sheets, mount and slip-dependent bounds are one tridiagonal system, and the enclosure's faces two
-more unknowns (`respond`, `place`). The two steps alternate until the pattern stays, mostly at once,
-as it equals that of the last increment.
+strictly convex, so the solution is unique; no time step, no contact stiffness, no chatter. Which
+interfaces slide is found exactly in time linear in the sheets (`fused_lasso`). Then sheets, mount
+and slip-dependent bounds are one tridiagonal system, and the enclosure's faces two more unknowns
+(`respond`, `place`). The two steps alternate until the pattern does not change; usually at once,
+because it equals that of the last increment.
 """
 
 from typing import Any, NamedTuple
@@ -27,7 +27,7 @@ CAP, FORCE, ELONGATION, WORK, HEAT, STORED, SLACK, TOP, TOP_ELONGATION, TOP_SLIP
 """Places in `State.values`; the first two also in `Trial.values`."""
 _ROUNDS = 150
 _SNAPS = 40
-"""Attempts to find another pattern before the mount counts as too soft."""
+"""Attempts to find another pattern before the mount is considered too soft."""
 # tolerances against rounding, relative to the friction and to spring times cap
 _TIGHT, _ROUNDED = 1e-11, 4e-16
 
@@ -48,7 +48,7 @@ class Stack(NamedTuple):
     ratio: Array
     """(n - 1,) static over kinetic friction, at least 1."""
     length: Array
-    """(n - 1,) slip at which the friction ends [m]; infinite if it stays."""
+    """(n - 1,) slip at which the friction ends [m]; infinite if it is constant."""
     mount: float
     """Spring between crosshead and moving cap [N/m]; infinite for a rigid one."""
     ends: Signs
@@ -248,7 +248,7 @@ def place(
         for _ in range(_ROUNDS):
             at0, slope0 = face_gap(p0, 0, state.faces, stack.face)
             at1, slope1 = face_gap(p1, 1, state.faces, stack.face)
-            # at the start of first loading two faces on one group of sheets are one unknown
+            # at the start of first loading, two faces of one group of sheets have a single unknown
             slope0, slope1 = max(slope0, -1e-6 * b00), max(slope1, -1e-6 * b11)
             r0 = g0 + b00 * p0 + b01 * p1 - at0
             r1 = g1 + b10 * p0 + b11 * p1 - at1
@@ -286,7 +286,7 @@ def solve(
             if t.slides[i] != 0:
                 progress = t.slides[i] * (t.slip[i] - state.past[i])
                 fine &= progress >= -tight / stack.springs[i]
-                # the remaining overlap is that of the round before
+                # the remaining overlap is that of the previous round
                 hold = t.slides[i] * bound(i, t.slip[i], stack)
                 fine &= abs(t.force[i] - hold) <= 1e3 * tight
             elif not holds(i, stack, state):
@@ -299,7 +299,7 @@ def solve(
                 return code
             # if all slid in one direction before and in the other now, the solution is between
             cap = (cap + before) / 2
-            # a sliding pattern is a poor start for one that turns back
+            # a pattern of sliding is a poor initial guess for a pattern of reversal
             for i in range(n - 1):
                 t.slides[i], t.slip[i] = 0, state.past[i]
             if turn == 0:

@@ -1,12 +1,12 @@
-"""Friction that falls with speed, and what it does to a mass pulled through a spring (ours).
+"""Friction that falls with speed, and its effect on a mass pulled through a spring (ours).
 
 A mass m is pulled through a spring k at a constant speed V against friction: the static bound F_s
 holds it, the kinetic force F_k resists its motion. Stribeck's curve leads from one to the other,
 
-    mu(v) = mu_k + (mu_s - mu_k) exp(-(|v|/v_s)^delta) + c |v|,
+mu(v) = mu_k + (mu_s - mu_k) exp(-(|v|/v_s)^delta) + c |v|,
 
-and v_s = 0 is the limit in which the static friction is gone at once (the jump law). All closed
-forms below are of the jump law unless they say otherwise. Forces count per brake, not per sheet.
+and v_s = 0 is the limit in which static friction vanishes immediately (the jump law). All closed
+forms below are for the jump law unless stated otherwise. Forces are per brake, not per sheet.
 """
 
 from typing import Any, NamedTuple
@@ -31,7 +31,7 @@ def of_film(brake: Brake, speed: Any = 0.0, exponent: Any = 1.0, viscous: Any = 
 
 
 def static_left(speed: Any, stribeck_speed: Any, exponent: Any) -> Any:
-    """Share of the static excess that is left at a speed: exp(-(|v|/v_s)^delta), 1 at rest."""
+    """Share of the static excess remaining at a speed: exp(-(|v|/v_s)^delta), 1 at rest."""
     weakens = (stribeck_speed > 0) & (speed != 0)
     ratio = jnp.abs(speed) / jnp.where(weakens, stribeck_speed, 1.0)
     power = jnp.where(weakens, ratio, 1.0) ** exponent
@@ -43,7 +43,7 @@ def stribeck_friction(speed: Any, curve: Stribeck) -> Any:
     """Friction coefficient at a sliding speed [m/s]; the static bound at rest.
 
     Even in speed. At zero speed, a kink for delta <= 1, the gradient is taken as 0: the mean of
-    both sides. NaN where the kinetic coefficient is above the static one.
+    both sides. NaN if the kinetic coefficient is above the static one.
     """
     left = static_left(speed, curve.speed, curve.exponent)
     friction = curve.kinetic + (curve.static - curve.kinetic) * left
@@ -73,7 +73,7 @@ class Saw(NamedTuple):
     force_high: Any
     """Greatest force of the spring [N]."""
     force_low: Any
-    """Least force [N]; zero where the spring goes slack."""
+    """Least force [N]; zero if the spring becomes slack."""
     slip: Any
     """Slip of one event [m]."""
     period: Any
@@ -81,7 +81,7 @@ class Saw(NamedTuple):
     slip_time: Any
     """Time the mass moves in each [s]."""
     slack: Any
-    """True where the spring goes slack."""
+    """True if the spring becomes slack."""
 
 
 def _physical(static: Any, kinetic: Any, stiffness: Any) -> Any:
@@ -103,7 +103,7 @@ def slow_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: Any) -
     slip = jnp.where(slack, run, 2 * drop / stiffness)
     omega = jnp.sqrt(stiffness / mass)
     bound = jnp.where(slack, kinetic / jnp.where(slack, drop, 1.0), 1.0)
-    # sliding against k and F_k for a part of the half period, then against F_k alone
+    # slides against k and F_k for part of the half period, then against F_k alone
     after = safe_sqrt(jnp.maximum(drop**2 - kinetic**2, 0.0)) / jnp.where(slack, stops, 1.0)
     time = (jnp.arccos(jnp.where(slack, -bound, 0.0)) + after) / omega
     time = jnp.where(slack, time, jnp.pi / omega)
@@ -123,8 +123,8 @@ def undamped_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: An
     """The saw at any speed without damping, exactly; arguments as in `slow_saw`.
 
     The mass always sticks again: with R = sqrt((F_s - F_k)^2 + k m V^2) the force swings by R
-    around F_k and is 2 F_k - F_s when the mass stops. NaN where the spring goes slack through
-    speed alone (R > F_k >= F_s - F_k): there it tightens again before the mass has stopped.
+    around F_k and is 2 F_k - F_s when the mass stops. NaN if only speed makes the spring slack (R >
+    F_k >= F_s - F_k): it then tightens again before the mass has stopped.
     """
     drop = static - kinetic
     omega = jnp.sqrt(stiffness / mass)
@@ -173,7 +173,7 @@ def _critical_drop(ratio: Any) -> Any:
 
     low = jnp.pi + jnp.arctan2(root, inner)
     theta = rising_zero(excess, low, jnp.full_like(low, 2 * jnp.pi))
-    # one Newton step more carries the gradient; close to the aperiodic limit the root is `low`
+    # one more Newton step carries the gradient; close to the aperiodic limit the root is `low`
     room = inside(theta)
     resolved = room > 1e-9
     slope = -jnp.sin(theta) / (root**2 * jnp.where(resolved, room, 1.0))
@@ -186,10 +186,10 @@ def _critical_drop(ratio: Any) -> Any:
 def critical_speed(static: Any, kinetic: Any, stiffness: Any, mass: Any, damping: Any) -> Any:
     """Pulling speed [m/s] above which stick–slip from a standing start decays at once; jump law.
 
-    `damping` [N s/m] acts parallel to the spring. Exact while the spring stays taut. If it goes
-    slack the mass may stop, and stick–slip may continue above this speed. For a small damping
-    ratio zeta, (F_s - F_k)/sqrt(4 pi zeta k m). Infinite without damping, zero from the aperiodic
-    limit on.
+    `damping` [N s/m] acts parallel to the spring. Exact while the spring stays taut. If it becomes
+    slack the mass may stop, and stick–slip may continue above this speed. For a small damping ratio
+    zeta, (F_s - F_k)/sqrt(4 pi zeta k m). Infinite without damping, zero from the aperiodic limit
+    on.
     """
     impedance = jnp.sqrt(stiffness * mass)
     ratio = damping / (2 * impedance)
@@ -231,7 +231,7 @@ def stable_speed(drop: Any, stribeck_speed: Any, exponent: Any, damping: Any) ->
     steepest = jnp.where(turn > 0, jnp.where(turn > 0, turn, 1.0) ** turn * jnp.exp(-turn), 1.0)
     weakens = (drop > 0) & (stribeck_speed > 0) & ((share < steepest) | (power < 0))
 
-    # solved for ln w: below d = 1 the root may be 1e-30, and w <= 1 bounds it from below
+    # solved for ln w, because below d = 1 the root may be 1e-30; w <= 1 bounds it from below
     def residual(u: Any) -> Any:
         return jnp.exp(u) - power * u + jnp.log(safe_share)
 

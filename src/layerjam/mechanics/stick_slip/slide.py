@@ -43,20 +43,23 @@ AT_END, ENOUGH_EVENTS, STEADY, SEPARATED, CLOSED, TOO_LONG = 1, 2, 3, 4, 5, 6
 EVENT_COLUMNS = ("break_time", "stick_time", "force_at_break", "force_high", "force_low", "slip")
 TRACE_COLUMNS = ("time", "crosshead", "force", "slip", "speed", "work", "heat", "sliding")
 BLOCK = 32
-"""Cases that run side by side; all wait for the slowest, and any number is compiled once."""
+"""Number of cases that run in parallel; all wait for the slowest, and the code is compiled once."""
 CALM = 0.02
-"""A deviation from steady sliding below this share of the pulling speed counts as steady."""
+"""A deviation from steady sliding below this share of the pulling speed is treated as steady."""
 
 
 def _bound(state: State, case: Slide) -> tuple[Any, Any, Any]:
-    """Longest step from here, the next instant that no step may pass, and whether it is near."""
+    """Longest allowed step, the next instant that no step may cross, and whether it is near."""
     limit = jnp.where(state.time < case.ramp, jnp.minimum(case.ramp, case.end), case.end)
     left = limit - state.time
     return jnp.minimum(left, case.step), limit, left <= case.step
 
 
 def _stay(state: State, case: Slide) -> State:
-    """Stuck: time passes until the spring's force reaches the static bound; the slip stays."""
+    """Stuck: time advances until the spring's force reaches the static bound.
+
+    The slip is constant.
+    """
     drive, e0 = crosshead_speed(state.time, case), extension_at(state.time, state.slip, case)
     span, limit, is_limit = _bound(state, case)
     bound = static_bound(state.slip, case)
@@ -88,7 +91,7 @@ def _stay(state: State, case: Slide) -> State:
 
 
 class _Step(NamedTuple):
-    """A step tried, and what would change in it."""
+    """A trial step, and the changes of state in it."""
 
     slip: Any
     extension: Any
@@ -117,7 +120,8 @@ def _try_step(state: State, h: Any, case: Slide, exact: bool) -> _Step:
     force0, slope0, gain0 = _forces(e0, state.slip, state.velocity, drive, taut, case)
     force1, slope1, gain1 = _forces(e1, slip, trial.velocity, drive, taut, case)
     stops, stop_at = hermite_root(h, state.velocity, gain0, trial.velocity, gain1)
-    # a taut spring turns slack at no force, a slack one tightens once it is stretched and pulls
+    # a taut spring becomes slack at zero force; a slack one becomes taut once it is stretched and
+    # pulls
     reach0, pace0 = _least(force0, slope0, case.spring * e0, case.spring * (drive - state.velocity))
     reach1, pace1 = _least(force1, slope1, case.spring * e1, case.spring * (drive - trial.velocity))
     f0, d0 = jnp.where(taut, force0, -reach0), jnp.where(taut, slope0, -pace0)
@@ -151,7 +155,7 @@ def _least(a: Any, slope_a: Any, b: Any, slope_b: Any) -> tuple[Any, Any]:
 
 
 def _move(state: State, case: Slide, exact: bool) -> tuple[State, Any, Any]:
-    """Sliding: one step tried; taken, cut short at a change of state, or tried again shorter.
+    """Sliding: one trial step, which is accepted, cut at a change of state, or repeated.
 
     Gives the state, whether time has passed, and whether the mass has just come to rest.
     """
@@ -181,7 +185,7 @@ def _move(state: State, case: Slide, exact: bool) -> tuple[State, Any, Any]:
     retry = state._replace(
         next_step=jnp.where(step.late, jnp.maximum(step.sooner, 0.0), growth * h)
     )
-    # a mass that does not move off at all stays where it is for this step
+    # a mass that does not start to move stays in place for this step
     stays = (state.velocity <= 0) & (step.trial.velocity <= 0)
     resting = state._replace(time=time, mode=jnp.asarray(STUCK))
     result = _select(stays, resting, _select(valid, new, retry))
@@ -197,7 +201,7 @@ def _deviation(extension: Any, slip: Any, velocity: Any, drive: Any, case: Slide
 
 
 def _select(choose: Any, a: State, b: State) -> State:
-    """One of two states; the tables, which neither has touched, are not copied."""
+    """Return one of two states; the unchanged tables are not copied."""
     tables = ("table", "trace")
     values = {
         name: getattr(a, name) if name in tables else jnp.where(choose, x, getattr(b, name))
@@ -216,7 +220,7 @@ def _record_action(old: State, new: State, has_passed: Any, rests: Any, case: Sl
     event = jnp.stack((broke, new.time, at_break, new.high, low, slip))
     crosshead, sliding = extension + new.slip, jnp.where(new.mode == STUCK, 0.0, 1.0)
     row = (new.time, crosshead, force, new.slip, new.velocity, new.work, new.heat, sliding)
-    # the last row of a table takes what is not to be kept: a slice is written in place
+    # the last row of a table receives discarded values, because a slice is written in place
     last, end = old.table.shape[0] - 1, old.trace.shape[0] - 1
     place = jnp.where(rests, jnp.minimum(old.count, last), last)
     line = jnp.where(has_passed, old.written, end)
@@ -306,7 +310,7 @@ def slide(
     """Run from rest with a loose spring until the end, the last event, or steady sliding.
 
     Entries of `case` may be arrays of one shape: all cases then run at once. `events` and `samples`
-    size the tables, `max_actions` bounds the actions. `exact` is by default what `constant` says.
+    size the tables, `max_actions` bounds the actions. `exact` defaults to `constant`.
     """
     case = jax.tree.map(lambda v: np.asarray(v, np.float64), case)
     shape = np.broadcast_shapes(*(v.shape for v in jax.tree.leaves(case)))
@@ -316,7 +320,7 @@ def slide(
     flat = jax.tree.map(lambda v: np.broadcast_to(v, shape).ravel(), case)
     count, parts = math.prod(shape), []
     for first in range(0, count, BLOCK):
-        # the last block is filled up with its last case
+        # pad the last block with its last case
         indices = np.minimum(np.arange(first, first + BLOCK), count - 1)
         block = jax.tree.map(lambda v, indices=indices: v[indices], flat)
         parts.append(_runs(block, is_exact, events, samples, max_actions))

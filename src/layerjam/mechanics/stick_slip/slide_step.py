@@ -1,4 +1,4 @@
-"""One step of a mass that slides on a spring: the force laws, the motion, where things change.
+"""One step of a mass that slides on a spring: force laws, motion, and changes of state.
 
 Friction R(x, v) = (level - fall x)(1 + rise s(v) + viscous v) + base + enclosure(x), s the share of
 the static excess left at speed v; s = 1 gives the bound at rest. Spring and damper are parallel and
@@ -57,7 +57,7 @@ class Slide(NamedTuple):
     rise: Any
     """(mu_s - mu_k)/mu_k."""
     stribeck: Any
-    """v_s [m/s]; 0: the static excess is gone at once."""
+    """v_s [m/s]; 0: the static excess vanishes immediately."""
     exponent: Any
     viscous: Any
     """Growth with speed, as a share of kinetic friction [s/m]."""
@@ -68,7 +68,7 @@ class Slide(NamedTuple):
     overlap: Any
     """Slip at which the sheets part [m]."""
     start: Any
-    """Slip at the start [m]; the spring is without force then."""
+    """Slip at the start [m]; the spring has no force then."""
     events: Any
     """Number of slip events after which the run ends."""
     tolerance: Any
@@ -115,7 +115,7 @@ class Trial(NamedTuple):
 
 
 def static_bound(slip: Any, case: Slide) -> Any:
-    """Force that a mass at rest bears [N]."""
+    """Greatest force on a mass at rest [N]."""
     return jnp.maximum(case.level - case.fall * slip, 0.0) * (1 + case.rise) + passive(slip, case)
 
 
@@ -135,7 +135,7 @@ def resistance(slip: Any, velocity: Any, case: Slide) -> Any:
     """
     left = static_left(velocity, case.stribeck, case.exponent)
     left = jnp.where(velocity < 0, 2 - left, left)
-    # the jump law slides from the first instant on
+    # with the jump law, sliding starts at once
     left = jnp.where(case.stribeck > 0, left, 0.0)
     sheets = jnp.maximum(case.level - case.fall * slip, 0.0)
     kinetic, excess = 1.0, case.rise
@@ -146,7 +146,7 @@ def resistance(slip: Any, velocity: Any, case: Slide) -> Any:
 
 
 def extension_at(time: Any, slip: Any, case: Slide) -> Any:
-    """Stretch of the spring [m] at a time [s]; below zero it hangs slack."""
+    """Stretch of the spring [m] at a time [s]; negative if it is slack."""
     return case.start + case.speed * jnp.minimum(time, case.ramp) - slip
 
 
@@ -187,14 +187,14 @@ def runge_kutta(state: State, h: Any, case: Slide) -> Trial:
     omega = jnp.sqrt(case.spring / case.mass)
     norm = jnp.maximum(jnp.abs(y[1]), jnp.abs(state.velocity)) + 1e-3 * slip_speed(state.slip, case)
     error = jnp.maximum(jnp.abs(difference[1]), omega * jnp.abs(difference[0])) / norm
-    # a slack spring that is still stretched empties itself into its damper
+    # a slack spring that is still stretched relaxes into its damper
     energy = jnp.maximum(e0, 0.0) ** 2 - jnp.maximum(e0 + drive * h - y[0], 0.0) ** 2
     heat = y[3] + jnp.where(taut, 0.0, case.spring / 2 * energy)
     return Trial(y[0], y[1], y[2], heat, error)
 
 
 def exactly(state: State, h: Any, case: Slide) -> Trial:
-    """The same step in closed form, for friction that depends on nothing."""
+    """The same step in closed form, for constant friction."""
     drive = crosshead_speed(state.time, case)
     resist = resistance(state.slip, 1.0, case)
     balance = resist / case.spring
@@ -230,7 +230,7 @@ def slip_speed(slip: Any, case: Slide) -> Any:
 def hermite_root(h: Any, f0: Any, d0: Any, f1: Any, d1: Any) -> tuple[Any, Any]:
     """(crosses, first zero in (0, h]) of the cubic with these ends and slopes, f0 >= 0.
 
-    A dip below zero between two positive ends counts as well.
+    Also detects a dip below zero between two positive ends.
     """
 
     def cubic(s: Any) -> Any:

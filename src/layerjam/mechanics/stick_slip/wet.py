@@ -30,7 +30,7 @@ class WetFilm:
     static: float = quantity("1", "wet friction at rest", hi=10, symbol="mu_s")
     kinetic: float = quantity("1", "wet friction at high speed", hi=10, symbol="mu_k")
     speed: float = quantity(
-        "m/s", "speed over which the water begins to carry", hi=100, symbol="v_s"
+        "m/s", "speed scale at which the water begins to carry load", hi=100, symbol="v_s"
     )
     exponent: float = quantity(
         "1", "exponent of the Stribeck curve", lo=0.1, hi=10, symbol="delta", default=1.0
@@ -44,13 +44,15 @@ class WetFilm:
 ILLUSTRATIVE = WetFilm(
     static=0.30, kinetic=0.17, speed=8e-3, exponent=1.0, adhesion=1.2e3, viscosity=2e4
 )
-"""Kapton in water, ILLUSTRATIVE: chosen so that the curves behave as the paper's text says of
-Fig. 6, with the wet peak below the dry one at 25 mm/s ("conversely"). Not measured, not fitted."""
+"""Kapton in water, ILLUSTRATIVE: chosen so that the curves behave as described in the paper's text
+on Fig. 6, with the wet peak below the dry one at 25 mm/s ("conversely"). Not measured, not fitted.
+"""
 ILLUSTRATIVE_VISCOUS = WetFilm(
     static=0.30, kinetic=0.24, speed=8e-3, exponent=1.0, adhesion=1.2e3, viscosity=1.2e5
 )
-"""The same with the wet peak above the dry one at 25 mm/s, the other reading of the paper's
-sentence. ILLUSTRATIVE: not measured, not fitted."""
+"""The same with the wet peak above the dry one at 25 mm/s, the other interpretation of the paper's
+sentence. ILLUSTRATIVE: not measured, not fitted.
+"""
 
 
 @law
@@ -71,7 +73,7 @@ def wet_stress(speed: Any, vacuum: Any, film: WetFilm, scale_factor: Any) -> Any
 def wet_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, film: WetFilm) -> Any:
     """Force of the wet brake sliding at a speed [N]; slip [m], speed [m/s], vacuum [Pa] broadcast.
 
-    (n - 1) W (L2 - x) tau + the enclosure's, which is taken as dry. A fitted pressure exponent of
+    (n - 1) W (L2 - x) tau + the enclosure's, which is assumed dry. A fitted pressure exponent of
     the brake scales the Coulomb part. NaN for a negative slip, speed or vacuum.
     """
     sheets = brake.sheets
@@ -83,7 +85,8 @@ def wet_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, film: WetFilm) -
     stress = wet_stress(speed, vacuum, film, factor)
     force, fan = contact * stress, fan_of(brake)
     if fan is not None:
-        # the fan acts on whatever holds the sheets: its friction is the stress over the pressure
+        # the self-amplification acts on any shear stress: its friction is the stress over the
+        # pressure
         share = stress / pressure_on_sheets(jnp.where(jammed, vacuum, 1.0), brake)
         share = share / (brake.scale_factor * brake.film.kinetic)
         force = force * ratio_of(slip, fan._replace(strength=fan.strength * share))

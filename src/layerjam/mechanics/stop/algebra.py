@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from layerjam.mechanics.enclosure import EnclosureLaw
 
 STOPPED, NEVER_SLID, BOTTOMED_OUT, SNAPS, NOT_A_CASE = 0, 1, 2, 3, -1
-"""Outcome codes; the last where a quantity lies outside the domain and all numbers are NaN."""
+"""Outcome codes; the last one if a quantity lies outside the domain and all numbers are NaN."""
 
 
 class Setup(NamedTuple):
@@ -65,7 +65,7 @@ class Stop(NamedTuple):
     heat: Any
     """Energy dissipated until then [J]."""
     stored: Any
-    """Elastic energy held then in rope, sheets, mount and enclosure [J]."""
+    """Elastic energy then stored in rope, sheets, mount and enclosure [J]."""
     outcome: Any
     """STOPPED, NEVER_SLID, BOTTOMED_OUT, SNAPS (0 to 3), or NOT_A_CASE (-1): all else is NaN."""
 
@@ -137,8 +137,8 @@ def slope_of(p: Quartic, w: Any) -> Any:
 def snap_root(soft: Any, enclosure: EnclosureLaw) -> Any:
     """sqrt of the slip from which the brake snaps, infinite if it never does.
 
-    There the force falls as fast as the spring relaxes, 1 + Y'/k = 0; `soft` is c - k [N/m].
-    The enclosure's part of Y' falls to EA/l and stays there: a spring above c - EA/l never snaps.
+    There the force falls as fast as the spring relaxes, 1 + Y'/k = 0; `soft` is c - k [N/m]. The
+    enclosure's part of Y' falls to EA/l and remains constant: a spring above c - EA/l never snaps.
     """
     runs = soft > enclosure.stiffness / enclosure.reach
     return jnp.where(runs, enclosure.root / (2 * jnp.where(runs, soft, 1.0)), jnp.inf)
@@ -159,7 +159,7 @@ def search(case: Setup, travel: Any) -> Search:
     saturation = case.enclosure.root * (case.enclosure.reach / (2 * case.enclosure.stiffness))
     end = jnp.minimum(balance_root(case, all_of_it), snap)
     edge = jnp.minimum(saturation, end)
-    # beyond its saturation the enclosure has another quartic
+    # beyond saturation the enclosure follows another quartic
     linear = (value(quartic(case, case.c < 0), edge) > 0) & (edge < end)
     energy = quartic(case, linear)
     low, high = jnp.where(linear, edge, 0.0), jnp.where(linear, end, edge)
@@ -168,14 +168,14 @@ def search(case: Setup, travel: Any) -> Search:
 
 
 def guess(p: Quartic, low: Any, high: Any) -> Any:
-    """The root without what the enclosure adds, in the bracket."""
+    """Return the root without the enclosure's part, within the bracket."""
     down = root_of(p.a2 * p.a2 - 4 * p.a0 * p.a4) - p.a2
     square = 2 * p.a0 / jnp.where(down > 0, down, 1.0)
     return jnp.minimum(jnp.maximum(root_of(square), low), high)
 
 
 def curvature_step(p: Quartic, w: Any, low: Any, high: Any) -> Any:
-    """One step that follows slope and curvature (Euler's, cubic), kept in the bracket."""
+    """One step that follows slope and curvature (Euler's, cubic), limited to the bracket."""
     first, second = slope_of(p, w), 2 * p.a2 + w * (6 * p.a3 + w * 12 * p.a4)
     energy = value(p, w)
     down = root_of(first * first - 2 * energy * second) - first

@@ -80,13 +80,15 @@ class Curve(NamedTuple):
 
     point: Callable[[Any], FirstLoading]
     place: Callable[[Any], Any]
-    """w at a slip [m]; NaN beyond what was measured."""
+    """w at a slip [m]; NaN beyond the measured range."""
     w_max: Any
     """Greatest w that was measured."""
     kink: Any
     """w from which the whole enclosure moves: the slopes jump there."""
     turns: Callable[[Any, Any], tuple[Any, Any]]
-    """w up to a w at which K of a weight [N] is least, and greatest after that; no gradient."""
+    """Return the w up to a given w at which K for a weight [N] is least, and the greatest after it;
+    no gradient.
+    """
     expand: Callable[[Mass], Expand] | None = None
     """Closed expansion of K, if there is one."""
 
@@ -117,7 +119,7 @@ def curve_of(vacuum: Any, brake: Brake) -> Curve:
 
         def balance(weight: Any, w_end: Any) -> tuple[Any, Any]:
             def meets(line: Sheets) -> Any:
-                # a unit mass under the gravity that gives it this weight
+                # a unit mass, with the gravity that gives it this weight
                 case = setup(1.0, 0.0, line.c, line.overlap, strip, 1.0, weight)
                 return balance_root(case, jnp.inf) ** 2
 

@@ -41,7 +41,7 @@ from layerjam.mechanics.stop.paced import Course, PacedProblem, paced_course, pa
 __all__ = ["BOTTOMED_OUT", "NEVER_SLID", "NOT_A_CASE", "SNAPS", "STOPPED"]
 __all__ += ["Stop", "speed_at_slip", "stop", "time_at_slip"]
 SETTLED = 1e-5
-"""Last step of the root's search, over its bracket, below which the next one changes nothing."""
+"""Relative size of the last step of the root search below which the next one has no effect."""
 
 
 def _setup(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Setup:
@@ -64,7 +64,7 @@ def _first_root(energy: Quartic, low: Any, high: Any) -> Any:
     """sqrt of the slip in [low, high] where the kinetic energy, falling, passes zero.
 
     Three curved steps from the root without an enclosure; if anywhere they have not settled, Newton
-    steps kept in their bracket for all.
+    steps limited to their bracket for all.
     """
     before = guess(energy, low, high)
     for _ in range(2):
@@ -131,7 +131,7 @@ def _along_curve(
 ) -> Stop:
     """Return `stop` for an energy that is not a quartic in the root of the slip."""
     fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
-    # outside the domain the search would meet NaN; there it is given a case of its own
+    # outside its domain the search would meet NaN, so it gets a dummy case there
     mass, speed, vacuum, spring, gravity = (
         jnp.where(fine, x, 1.0) for x in (mass, speed, vacuum, spring, gravity)
     )
@@ -144,7 +144,7 @@ def _along_curve(
 def course_of(
     law: SpeedLaw, mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
 ) -> tuple[Any, Course]:
-    """Time of the onset [s] and the course after it, of one stop that slides with a speed law."""
+    """Return the time of the onset [s] and the motion after it, for one stop with a speed law."""
     case = paced_setup(mass, speed, vacuum, spring, gravity, brake, law)
     return _elastic_time(mass, speed, gravity, spring, case.setup.onset, True), paced_course(
         case, speed
@@ -168,11 +168,11 @@ def speed_at_slip(
 ) -> Any:
     """Speed of the mass [m/s] once the brake has slipped by `slip` [m]; NaN past its standstill.
 
-    NaN with a speed law, where no closed form holds.
+    NaN with a speed law, which has no closed form.
     """
     curve, load = curve_of(vacuum, brake), Mass(mass, speed, spring, gravity)
     left, size = energy_at(curve.point(curve.place(slip)), load), load.arriving + load.weight * slip
-    # a standstill found to rounding may lie on either side of zero
+    # through rounding, a standstill may lie on either side of zero
     pace = safe_sqrt(jnp.where(left < -1e-9 * size, left, jnp.maximum(left, 0.0)) * 2 / mass)
     return within(any_speed(brake), pace)
 

@@ -1,8 +1,8 @@
 """Millions of exact stops: the algebra of a stop as machine-code loops over all cores.
 
-A block of drops goes through short loops, one for each part of the algebra; what they hand on lies
-in rows that stay in the fastest cache. One long loop is slower: in a drop each root waits for the
-one before, and the processor cannot look so far ahead that it begins the next drops meanwhile.
+A block of drops goes through short loops, one for each part of the algebra; intermediate results
+are in rows that stay in the fastest cache. One long loop is slower: within a drop, each root
+depends on the previous one, and the processor cannot look far enough ahead to start the next drops.
 """
 
 import math
@@ -20,12 +20,12 @@ from layerjam.mechanics.stop import algebra, exact
 from layerjam.mechanics.threads import cache_threadsafe
 
 BLOCK = 128
-"""Drops in one piece of work, whose rows stay in the fastest cache."""
+"""Number of drops in one piece of work, whose rows stay in the fastest cache."""
 ROW = BLOCK + 8
 """Distance of rows; rows a power of two apart would share few lines of the cache."""
 ROUNDS = 5
 """More steps of the root's search, at most, for the drops that three have not settled."""
-# where each row begins: the drop, and what the loops hand on
+# start of each row: the drop, and the values passed between the loops
 MASS, SPEED, VACUUM, SPRING, GRAVITY = range(0, 5 * ROW, ROW)
 ROOT, A0, A1, A2, A3, A4, LOW, HIGH, STOPS, LIMIT, SNAPS, W, STEP = range(5 * ROW, 18 * ROW, ROW)
 ROWS = 18 * ROW
@@ -67,7 +67,7 @@ def setup_of(rows, i, constants, root):  # type: ignore[no-untyped-def]  # pragm
 
 @_inline
 def search_of(rows, i):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Return what the first loops have found of drop i of a block."""
+    """Return the results of the first loops for drop i of a block."""
     energy = algebra.Quartic(rows[A0 + i], rows[A1 + i], rows[A2 + i], rows[A3 + i], rows[A4 + i])
     low, high, limit = rows[LOW + i], rows[HIGH + i], rows[LIMIT + i]
     return algebra.Search(energy, low, high, rows[STOPS + i] > 0, limit, rows[SNAPS + i] > 0)
@@ -75,7 +75,7 @@ def search_of(rows, i):  # type: ignore[no-untyped-def]  # pragma: no cover
 
 @_loop
 def opening(rows, constants):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Find between which slips the roots lie, and as which quartic."""
+    """Find the brackets of the roots and the quartic of each."""
     for i in range(BLOCK):
         root = 2 * math.sqrt(constants.stiffness * constants.drag * rows[VACUUM + i])
         bracket = search(setup_of(rows, i, constants, root), constants.travel)
@@ -117,12 +117,12 @@ def count_unsettled(rows):  # type: ignore[no-untyped-def]  # pragma: no cover
 
 @_loop
 def step_until_settled(rows, rounds):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Step on until the roots have settled; return how many have not."""
+    """Step on until the roots have settled; return the number that have not."""
     while rounds > 0 and count_unsettled(rows) > 0:
         for i in range(BLOCK):
             bracket, before, length = search_of(rows, i), rows[W + i], rows[STEP + i]
             after = curvature_step(bracket.energy, before, bracket.low, bracket.high)
-            # what has settled stays as it is, whatever is in the same block
+            # a settled case does not change, whatever else is in the same block
             moves = length > SETTLED * bracket.high
             rows[W + i] = after if moves else before
             rows[STEP + i] = abs(after - before) if moves else length
@@ -159,7 +159,7 @@ def ending(rows, constants, into):  # type: ignore[no-untyped-def]  # pragma: no
 
 @_loop
 def filling(part, values, stride, first):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Fill in drops from `first` on of one axis; slices, which the compiler vectorises."""
+    """Fill in drops of one axis from `first` on, as slices, which the compiler vectorises."""
     n, position, count = len(values), 0, len(part)
     if n == 1:
         _repeat(part, values[0])
@@ -197,7 +197,7 @@ def kernel() -> Any:
         for start in range(0, count, BLOCK):
             size = min(BLOCK, count - start)
             for k in range(5):
-                # whole blocks only: past the last drop the grid begins again
+                # whole blocks only: after the last drop, the grid wraps around
                 if start == 0 or len(axes[k].values) > 1:
                     part = rows[k * ROW : k * ROW + BLOCK]
                     filling(part, axes[k].values, axes[k].stride, first + start)
@@ -210,7 +210,7 @@ def kernel() -> Any:
                         misses[start + i] = True
                         all_lost += 1
             polish(rows)
-            # write to the results directly if all of a whole block are requested
+            # write directly to the results if all results of a whole block are requested
             straight = size == BLOCK and outputs == 6
             offset, target = (start, out) if straight else (0, buffers)
             end = offset + BLOCK

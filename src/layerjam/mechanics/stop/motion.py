@@ -1,8 +1,8 @@
 """A mass on a rope and the brake in time: any vacuum, rope damping, rebound, slack rope (ours).
 
-The brake's force depends on its path alone. A step finds the elongation at which its mean force,
-work over distance, is the force that slows the mass. Work and heat are exact along the
-path, so that energy is conserved to rounding with any step; time is of second order.
+The brake's force depends only on its path. A step finds the elongation at which its mean force,
+work over distance, is the force that slows the mass. Work and heat are exact along the path, so
+that energy is conserved to rounding with any step; time is of second order.
 
 Without rope damping, rope and brake are one spring, as in the exact stop. With it, the rope is a
 parallel spring and damper (it only pulls) in series with the brake.
@@ -51,10 +51,10 @@ def _event(old: Motion, new: Motion, setting: Setting, travel: Any) -> Any:
 
 
 def _snaps(old: Motion, new: Motion, setting: Setting) -> Any:
-    """Whether in sliding from `old` to `new` the force fell faster than the spring gives.
+    """Return whether the force fell faster than the spring relaxes, between `old` and `new`.
 
-    1 + Y'/k > 0 must hold where it got to, and the brake must hold the spring there. Friction that
-    grows with speed holds any spring.
+    1 + Y'/k > 0 is required at the new position, and the brake must hold the spring there. Friction
+    that grows with speed is stable on any spring.
     """
     if setting.law is not None:
         return jnp.zeros_like(new.slack)
@@ -89,9 +89,9 @@ def _ready(
 ) -> tuple[Motion, Setting, Any]:
     """Return the state before a step of `dt` [s], its setting, and the friction at its start [N/m].
 
-    A falling vacuum changes between steps, to its mean over the step. A rising vacuum changes
-    while the brake slides: at rest the force could not follow. After a fall, half of the last
-    step's fall is still missing: it is applied first, or its slip would be lost.
+    A falling vacuum changes between steps, to its mean over the step. A rising vacuum changes while
+    the brake slides: at rest the force could not follow. After a fall, half of the last step's fall
+    has not yet been applied: it is applied first, or its slip would be lost.
     """
     if motion.enclosure is None:
         return motion, setting_of(vacuum.pressure, load.spring, brake), None
@@ -99,7 +99,7 @@ def _ready(
     falls = end < begin
     lags = begin < motion.vacuum * (1 - CLOSE)
     start = jnp.where(lags, begin, motion.vacuum)
-    if brake.speed_law is not None:  # the force follows by itself, as fast as the sheets can slide
+    if brake.speed_law is not None:  # the force follows by itself at the speed of the sheets
         falls = jnp.zeros_like(falls)
     level = jnp.where(falls, (begin + end) / 2, end)
 
@@ -115,7 +115,7 @@ def _ready(
 def _change_vacuum(changes: Any, motion: Motion, vacuum: Any, load: Load, brake: Brake) -> Motion:
     """Apply another vacuum [Pa] to the drops for which it changes.
 
-    A branch of its own: otherwise the compiler would repeat the computation for every number that
+    A separate branch: otherwise the compiler would repeat the computation for every number that
     depends on it, with three times the code and three times the time to start.
     """
 
@@ -127,7 +127,10 @@ def _change_vacuum(changes: Any, motion: Motion, vacuum: Any, load: Load, brake:
 
 
 def step_on(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brake) -> Motion:
-    """One step of `dt` [s]; a state whose next step holds an event stays, with its outcome."""
+    """One step of `dt` [s].
+
+    A state whose next step contains an event does not change, except for its outcome.
+    """
     ready, setting, c = _ready(motion, dt, vacuum, load, brake)
     new = step_motion(ready, dt, setting, c, load)
     code = _event(motion, new, setting, brake.sheets.usable_travel)
@@ -137,7 +140,7 @@ def step_on(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brake) -
 
 
 def go_to_event(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brake) -> Motion:
-    """Go to the standstill, end of travel or snap that the next step holds, by 60 halvings."""
+    """Advance to the standstill, end of travel or snap in the next step, by 60 bisections."""
     travel = brake.sheets.usable_travel
 
     def state_after(time: Any) -> tuple[Motion, Any]:
@@ -162,7 +165,7 @@ def go_to_event(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brak
             jnp.where(is_past, snaps, state.snaps),
         )
 
-    # the first of them is the whole step, known to hold the event
+    # the first one is the whole step, known to contain the event
     least, no = jnp.zeros_like(motion.time), jnp.zeros_like(motion.slack)
     end = jax.lax.fori_loop(0, 60, halve, _Bisection(least, least + 2 * dt, motion, motion, no))
     last = _choose(end.snaps, end.before, end.after)

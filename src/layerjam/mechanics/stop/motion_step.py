@@ -1,6 +1,6 @@
 """One step of a mass on rope and brake: taut, slack, or from one to the other (ours).
 
-See `motion` for what a step is; here are the states it leads through.
+See `motion` for the definition of a step; this module has its states.
 """
 
 from typing import Any, NamedTuple
@@ -33,11 +33,11 @@ class Load(NamedTuple):
     mass: Any
     gravity: Any
     spring: Any
-    """Brake and rope in series, or the brake alone where the rope is damped [N/m]."""
+    """Brake and rope in series, or only the brake if the rope is damped [N/m]."""
     rope: Any
     """Stiffness of a damped rope [N/m]; None if the rope is part of the spring."""
     damping: Any
-    """[N s/m]; None for none, which leaves everything of the damper out."""
+    """[N s/m]; None if there is none, which omits the damper entirely."""
 
 
 class Motion(NamedTuple):
@@ -60,7 +60,7 @@ class Motion(NamedTuple):
     vacuum: Any
     """Vacuum of the last step [Pa]."""
     heat: Any
-    """Turned into heat in brake and rope so far [J], summed on its own."""
+    """Turned into heat in brake and rope so far [J], integrated separately."""
     peak: Any
     """Greatest force so far [N]."""
     outcome: Any
@@ -84,14 +84,14 @@ class _Extension(NamedTuple):
 def at_start(speed: Any, vacuum: Any, steady: bool, paced: bool = False) -> Motion:
     """Just taut, everything relaxed; the shape is that of `speed` [m/s] and `vacuum` [Pa].
 
-    `paced` where friction depends on the sliding speed.
+    `paced` if friction depends on the sliding speed.
     """
     speed, vacuum = jnp.broadcast_arrays(speed, vacuum)
     zero: Any = jnp.zeros_like(speed)
     no, none = jnp.zeros(speed.shape, bool), jnp.zeros(speed.shape, int)
     start = Motion(**dict.fromkeys(Motion._fields, zero))
     start = start._replace(speed=speed, slack=no, vacuum=vacuum, outcome=none)
-    # before the first step it has stood still for any time
+    # before the first step it has been at rest for an arbitrary time
     start = start._replace(pace=zero if paced else None, lapse=zero + 1.0 if paced else None)
     return start._replace(enclosure=None if steady else at_rest(speed.shape))
 
@@ -104,9 +104,11 @@ def force_of_enclosure(motion: Motion, enclosure: EnclosureLaw) -> Any:
 def _extend_brake(
     motion: Motion, distance: Any, slides: Any, setting: Setting, c: Any = None
 ) -> _Extension:
-    """Draw the brake by `distance` [m] from a taut state; it slides where `slides`, else it sticks.
+    """Extend the brake by `distance` [m] from a taut state.
 
-    Friction goes from `c` [N/m] to that of `setting` linearly over the slip.
+    It slides if `slides`, otherwise it sticks.
+
+    Friction changes from `c` [N/m] to that of `setting` linearly over the slip.
     """
     elongation = motion.drawn + distance
     if motion.enclosure is None:
@@ -125,10 +127,10 @@ def _extend_brake(
 
 
 def _first_loading(elongation: Any, setting: Setting) -> Any:
-    """Slip [m] at an elongation [m] and constant vacuum; where nothing holds it, the snap."""
+    """Slip [m] at an elongation [m] and constant vacuum; if nothing holds it, it snaps."""
     drive, soft = setting.k * elongation - setting.c * setting.overlap, setting.c - setting.k
     snap = snap_slip(soft, setting.enclosure)
-    # from there on nothing holds the spring's force: no root is left
+    # from there on nothing balances the spring's force: no root remains
     snaps = jnp.isfinite(snap) & (drive >= snap * soft)
     out = rising_root(jnp.where(snaps, 0.0, drive), -soft, setting.enclosure)
     return jnp.where(snaps, snap, out)
@@ -137,7 +139,10 @@ def _first_loading(elongation: Any, setting: Setting) -> Any:
 def _meet(
     motion: Motion, alpha: Any, beta: Any, setting: Setting, c: Any
 ) -> tuple[_Extension, Any]:
-    """Draw the brake until its mean force is alpha - beta distance [m], which goes with it."""
+    """Extend the brake until its mean force is alpha - beta distance [m].
+
+    Also return the distance.
+    """
     hold = force_of(motion.slip, setting)
     hold = hold + force_of_enclosure(motion, setting.enclosure)
     distance = (alpha - motion.force) / (beta + setting.k / 2)
@@ -153,7 +158,7 @@ def _meet(
         step = (mean + beta * travel - alpha) / ((pull.force - mean) / part + beta)
         return jnp.where(slides, jnp.maximum(travel - step, least), distance)
 
-    # at constant vacuum the loop is short enough to be written out, which batches like
+    # at constant vacuum the loop is short enough to be unrolled, which batches well
     steady = motion.enclosure is None
     travel = jax.lax.fori_loop(0, _NEWTON, newton, travel, unroll=steady)
     return _extend_brake(motion, travel, slides, setting, c), travel
@@ -196,7 +201,7 @@ def _meet_paced(
     hold = hold + force_of_enclosure(motion, setting.enclosure)
     stuck = (alpha - force) / (beta + setting.k / 2)
     slides = force + setting.k * stuck > hold
-    # it slips at most as far as nothing would hold mass and spring
+    # it slips at most as far as if nothing held mass and spring
     farthest = start + jnp.maximum(alpha / beta, 0.0) + force / setting.k
     guess = jnp.minimum(start + motion.pace * dt, (start + farthest) / 2)
     slip = jnp.where(slides, newton_root(excess, guess, start, farthest), start)
@@ -219,7 +224,7 @@ def _slide_to(motion: Motion, slip: Any, setting: Setting) -> Motion:
 
 
 def _of_enclosure(motion: Motion, slip: Any, setting: Setting) -> tuple[Any, Any, Memory | None]:
-    """Work of the enclosure up to a slip [J], what of it is heat, and its state there."""
+    """Work of the enclosure up to a slip [J], the part that is heat, and the state there."""
     old, new = motion.enclosure, _slide_to(motion, slip, setting).enclosure
     if old is not None and new is not None:
         warm = new.heat - old.heat
@@ -274,10 +279,10 @@ def _line_at_top(setting: Setting) -> Any:
 
 
 def _highest(motion: Motion, pull: _Extension, setting: Setting) -> Any:
-    """The greatest force of a step [N]: nobody sees it between two steps.
+    """Return the greatest force within a step [N], which its ends do not show.
 
-    It is the top of the backbone, if that was passed. With a speed law it lies there only by
-    chance, and the force after the step is taken: off by the square of the step.
+    It is the top of the backbone, if that was passed. With a speed law it is there only by chance,
+    so the force after the step is used; the error is of second order.
     """
     if setting.law is not None:
         return pull.force
@@ -295,14 +300,14 @@ def _pace_fields(motion: Motion, slip: Any, dt: Any) -> dict[str, Any]:
     """Return the mean speed of the slip in a step [m/s], and the duration of that step [s]."""
     if motion.pace is None:
         return {}
-    # a step of no time leaves no speed behind
+    # a step of zero duration must not change the speed
     duration = jnp.where(dt > 0, dt, 1.0) + jnp.zeros_like(motion.lapse)
     mean = jnp.where(dt > 0, (slip - motion.slip) / duration, motion.pace)
     return {"pace": mean, "lapse": jnp.where(dt > 0, duration, motion.lapse)}
 
 
 def _until_slack(motion: Motion, dt: Any, setting: Setting, load: Load) -> Motion:
-    """The part of a step after which the brake, shrinking elastically, pulls no more."""
+    """Return the share of a step after which the contracting brake no longer pulls."""
     damped = load.damping is not None
     m, v, force = load.mass, motion.speed, motion.force
     pull, shrink = load.gravity - force / (2 * m), force / setting.k
@@ -333,7 +338,7 @@ def _until_slack(motion: Motion, dt: Any, setting: Setting, load: Load) -> Motio
 
 
 def _slack(motion: Motion, dt: Any, load: Load) -> Motion:
-    """Free flight for a step, or up to the place where the rope is taut again."""
+    """Free flight for a step, or up to the point where the rope is taut again."""
     damped = load.damping is not None
     g, v = load.gravity, motion.speed
 
@@ -344,7 +349,7 @@ def _slack(motion: Motion, dt: Any, load: Load) -> Motion:
 
     gap = motion.slip + motion.stretch - motion.place
     root = v + safe_sqrt(jnp.maximum(v**2 + 2 * g * gap, 0.0))
-    # falling back, or never where nothing falls and the mass flies off
+    # the mass falls back, or never does if there is no gravity and it flies off
     time = jnp.where(root > 0, 2 * gap / jnp.where(root > 0, root, 1.0), jnp.inf)
     if damped:
         time = jnp.minimum(time, dt)
@@ -370,16 +375,17 @@ def _slack(motion: Motion, dt: Any, load: Load) -> Motion:
 
 
 def pump(motion: Motion, vacuum: Any, setting: Setting) -> Motion:
-    """Another vacuum while the mass rests: what the brake slips by turns into heat."""
+    """Change the vacuum while the mass rests; the slip of the brake turns into heat."""
     if motion.enclosure is None:  # constant vacuum
         return motion
     enclosure = at_vacuum(motion.enclosure, setting.enclosure)
     new = motion._replace(enclosure=enclosure)
     gives = motion.force > force_of(motion.slip, setting) + enclosure.force
-    if setting.law is not None:  # it takes its time to slide on
+    if setting.law is not None:  # it starts to slide with a delay
         gives = jnp.zeros_like(gives)
     pull = _extend_brake(new, jnp.zeros_like(motion.slip), gives & ~motion.slack, setting)
-    # the spring drives the sheets harder than friction holds: heat, but for the enclosure's share
+    # the spring drives the sheets harder than friction resists: heat, except for the enclosure's
+    # share
     spring = (motion.force - pull.force) * (motion.force + pull.force) / (2 * setting.k)
     energy = enclosure.stored if pull.enclosure is None else pull.enclosure.stored
     loss = motion.enclosure.stored - energy + spring
@@ -393,11 +399,11 @@ def pump(motion: Motion, vacuum: Any, setting: Setting) -> Motion:
 
 
 def step_motion(motion: Motion, dt: Any, setting: Setting, c: Any, load: Load) -> Motion:
-    """One step, shorter where the rope goes slack or taut within it."""
+    """One step, shortened if the rope becomes slack or taut within it."""
     taut = _taut(motion, dt, setting, c, load)
     loose = _until_slack(motion, dt, setting, load)
     free = _slack(motion, dt, load)
-    # a step so long that the sheets would lie apart at its end has not been slack
+    # a step so long that the sheets would separate has not been slack
     parts = (taut.force < 0) & (taut.slip < setting.overlap)
     taut = jax.tree.map(lambda a, b: jnp.where(parts, a, b), loose, taut)
     return jax.tree.map(lambda a, b: jnp.where(motion.slack, a, b), free, taut)

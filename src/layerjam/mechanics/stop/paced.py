@@ -5,11 +5,11 @@ a fan it is c (L2 - x) G(u) R(x, G(u)), with its factor R at the friction coeffi
 The enclosure's force E(x) does not depend on speed. Mass M, spring k (rope and brake in series) and
 brake are in series,
 
-    k (z - x) = S(x, u) + E(x),    M v' = M g - k (z - x),    z' = v,    x' = u,
+k (z - x) = S(x, u) + E(x), M v' = M g - k (z - x), z' = v, x' = u,
 
 so that u follows the force without a jump: it starts at zero when the force reaches S(0, 0), and
 nothing snaps. Integrated by a Rosenbrock method, which is fast for a weak dependence as well, at a
-relative tolerance of 1e-7 a step.
+relative tolerance of 1e-7 per step.
 """
 
 from typing import Any, NamedTuple
@@ -48,14 +48,14 @@ COARSE = 1e-5
 MAX_STEPS = 5_000
 """Steps, tried ones among them."""
 STILL = 1e-9
-"""Speed of a mass that only creeps on, over its greatest: it counts as standing."""
+"""Speed of a creeping mass, relative to its greatest, below which it counts as at rest."""
 BEGIN = 1e-4
 """Time from the onset for which a series replaces the integration, over its time scale."""
 MOVING = -2
 ROWS = 4000
-"""Steps of a course that are kept."""
+"""Number of stored steps of a motion."""
 COLUMNS = 6
-"""Columns of a course: time, slip, speed, pace of the slip, friction's heat, force."""
+"""Columns of a motion: time, slip, speed, pace of the slip, friction's heat, force."""
 
 
 class PacedProblem(NamedTuple):
@@ -78,7 +78,7 @@ class Run(NamedTuple):
     state: Any
     """Shape (4, ...): slip [m], speed of mass and of slip [m/s], heat of the sheets [J]."""
     step: Any
-    """The next one [s]; once the run is over, the one that holds its end."""
+    """The next one [s]; after the end of the run, the one that contains the end."""
     peak: Any
     code: Any
     attempts: Any
@@ -121,9 +121,9 @@ def rates_of(state: Any, case: PacedProblem) -> Any:
 
 
 def _first_moment(case: PacedProblem, arrival: Any) -> tuple[Any, Any]:
-    """Time since the onset [s] and state a moment after it: u = a t, x = a t^2/2.
+    """Time since the onset [s] and state shortly after it: u = a t, x = a t^2/2.
 
-    There S'(0) a + e sqrt(a/2) = k v, S' that over the speed.
+    There S'(0) a + e sqrt(a/2) = k v, with S' the slope over the speed.
     """
     setup, law = case.setup, case.law
     rise = rise_with_friction(jnp.zeros_like(arrival), _sheets(0.0, case))
@@ -159,7 +159,7 @@ def _attempt(run: Run, case: PacedProblem, greatest: Any, tolerance: Any) -> Run
     highest = hermite_range(run.step, *swing)[0]
     factor = jnp.clip(0.9 * jnp.where(error > 0, error, 1e-9) ** -0.25, 0.2, 5.0)
     factor = jnp.where(jnp.isfinite(error), factor, 0.2)
-    # a step with a negative pace is too long whatever its error says
+    # a step with a negative pace is too long, whatever its error estimate
     factor = jnp.where(fine, factor, jnp.minimum(factor, 0.5))
     code = jnp.where(ends | creeps, STOPPED, MOVING)
     return Run(
@@ -175,7 +175,10 @@ def _attempt(run: Run, case: PacedProblem, greatest: Any, tolerance: Any) -> Run
 
 
 def _add_row(run: Run, accepts: Any, row: Any) -> Any:
-    """The table with one more row where there is one; its last row takes what is not to be kept."""
+    """Return the table with one more row, if there is one to store.
+
+    The last row receives discarded values.
+    """
     if run.table is None:
         return None
     end = run.table.shape[0] - 1
@@ -189,19 +192,19 @@ def _loading(state: Any, case: PacedProblem) -> Any:
 
 
 def _finish(run: Run, case: PacedProblem) -> Run:
-    """Go to the standstill or end of travel that the next step holds."""
+    """Advance to the standstill or end of travel in the next step."""
 
     def after(h: Any) -> Any:
         return rosenbrock(lambda y: rates_of(y, case), run.state, h).after
 
     def used_share(h: Any) -> Any:
-        """Return what a step has used up of speed or travel, less all of it; as a share."""
+        """Return the share of speed or travel that a step has used up, minus one."""
         new = jnp.where(h > 0, after(h), run.state)
         return jnp.maximum(-new[1] / run.state[1], (new[0] - case.travel) / case.travel)
 
     zero = jnp.zeros_like(run.step)
     root = false_position(used_share, zero, run.step, 1e-13, 62)
-    # a creeping mass has no end in its next step
+    # a creeping mass does not stop within the next step
     ends = root.is_met
     last = jnp.where(ends, root.best, 0.0)
     state = jnp.where(ends, after(root.best), run.state)
@@ -276,7 +279,7 @@ class Course(NamedTuple):
     """A stop in time, from the onset of sliding; rows of time, slip, speed, pace, heat, force."""
 
     rows: Any
-    """Shape (`ROWS` + 1, 6), of which `count` count."""
+    """Shape (`ROWS` + 1, 6), of which `count` are valid."""
     count: Any
     end: Any
     """The last row, shape (6,): the standstill or the end of travel."""
@@ -285,7 +288,7 @@ class Course(NamedTuple):
 
 
 def paced_course(case: PacedProblem, speed: Any) -> Course:
-    """The states of one stop, and what a second run with coarse steps gives."""
+    """The states of one stop, and the result of a second run with coarse steps."""
     run, last = slide_on(case, speed, ROWS)
     rough = slide_on(case, speed, tolerance=COARSE)[1]
     end, coarse = (jnp.stack([r.time, *r.state, force_of(r.state, case)]) for r in (last, rough))

@@ -1,7 +1,7 @@
 """The vacuum, or the speed, at which stops with a speed law end after a given slip.
 
-There is no balance to solve beforehand: friction has seen the speeds of the whole stop. So the stop
-itself is what the search asks, for many cases at once.
+There is no energy balance to solve beforehand, because friction depends on the speeds of the whole
+stop. The search therefore evaluates the stop itself, for many cases at once.
 """
 
 from collections.abc import Callable
@@ -19,14 +19,14 @@ from layerjam.mechanics.roots import false_position
 from layerjam.mechanics.stop.exact import BOTTOMED_OUT, stop
 
 CLOSE = 1e-8
-"""Distance of the stop from the target slip, over that slip, at which the search ends."""
+"""Relative distance of the stop from the target slip at which the search ends."""
 FARTHEST = 1e-6
-"""Greatest distance of a stop that counts, over that slip."""
+"""Greatest relative distance of an accepted stop."""
 ROUNDS = 62
 LEAST = 1e-4
-"""Least vacuum that is tried, over the atmosphere: without friction there is nothing to follow."""
+"""Least vacuum tried, relative to the atmosphere: without friction there is no stop to compute."""
 FASTEST = 1e3
-"""Fastest arrival that is tried [m/s]."""
+"""Greatest arrival speed tried [m/s]."""
 
 
 def _excess_slip(slip: Any, case: tuple[Any, Any, Any, Any, Any], brake: Brake) -> Any:
@@ -42,16 +42,16 @@ def _excess_slip(slip: Any, case: tuple[Any, Any, Any, Any, Any], brake: Brake) 
 
 @law
 def holds(slip: Any, vacuum: Any, weight: Any, brake: Brake) -> Any:
-    """Whether a weight [N] that has come to rest at a slip [m] stays there; vacuum [Pa], all of it.
+    """Return whether a weight [N] that came to rest at a slip [m] stays there; full vacuum [Pa].
 
-    It may stand still for a moment, held by sheets that still slide, and then go on.
+    It may stop for a moment, held by sheets that still slide, and then continue.
     """
     return brake_force(slip, vacuum, at_speed(0.0, brake)) >= weight * (1 - 1e-6)
 
 
 @jax.custom_jvp
 def block_gradient(value: Any) -> Any:
-    """A value that was found by trying: to differentiate it raises QuantityError."""
+    """A value found by a search: differentiating it raises QuantityError."""
     return value
 
 
@@ -59,17 +59,19 @@ def block_gradient(value: Any) -> Any:
 def _no_gradient(_: Any, __: Any) -> Any:
     raise QuantityError.of(
         "speed_law",
-        "what stops with a speed law are tuned to is found by trying and has no gradient; take "
-        "differences",
+        "the vacuum of a stop with a speed law is found by search and has no gradient; "
+        "use finite differences",
     )
 
 
 def _root(
     rising: Callable[[Any], Any], low: Any, high: Any, slip: Any, already: float = jnp.nan
 ) -> Any:
-    """Return where the distance [m] beyond a slip passes zero; NaN if nowhere near enough.
+    """Return the point at which the distance [m] beyond a slip passes zero.
 
-    `already` where it is above zero at the lower end. Where it jumps over zero the result is NaN.
+    NaN if it does not come close enough.
+
+    `already` if it is above zero at the lower end. If it jumps over zero the result is NaN.
     """
     end = false_position(rising, low, high, CLOSE * slip, ROUNDS)
     is_close = end.is_met & (end.error <= FARTHEST * slip)
@@ -85,7 +87,7 @@ def paced_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
     top = brake.site.atmosphere + jnp.zeros_like(mass)
 
     def short(share: Any) -> Any:
-        # the slip falls as the vacuum rises: the search is over what is missing to the full one
+        # the slip falls as the vacuum rises, so search over the difference from full vacuum
         return _excess_slip(slip, (mass, speed, top * (1 - share), spring, gravity), brake)
 
     zero = jnp.zeros_like(top)
@@ -95,7 +97,7 @@ def paced_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
 
 
 def paced_speeds(mass: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) -> tuple[Any, Any]:
-    """Speeds [m/s] that the vacuum which just holds the weight there, and full vacuum, stop so.
+    """Return the speeds [m/s] stopped there by the least holding vacuum and by full vacuum.
 
     Arrays of one shape.
     """
@@ -113,6 +115,6 @@ def paced_speeds(mass: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) 
         return _excess_slip(slip, (mass, pace, vacuum, spring, gravity), brake)
 
     zero = jnp.zeros_like(vacuum)
-    # none is needed at a vacuum at which it slides that far from rest already
+    # none is needed at a vacuum at which it slides that far from rest anyway
     speeds = _root(excess, zero, zero + FASTEST, slip, already=0.0)
     return speeds[0], jnp.where(holding, speeds[1], jnp.nan)

@@ -1,4 +1,4 @@
-"""A stiffly accurate Rosenbrock method for three numbers and an integral, many at once.
+"""A stiffly accurate Rosenbrock method for three unknowns and an integral, for many cases at once.
 
 Rodas of Hairer and Wanner (Solving Ordinary Differential Equations II, IV.7): order 4, L-stable,
 embedded order 3; no iteration, so that every step costs the same.
@@ -73,7 +73,7 @@ def rosenbrock(rates: Rates, state: Any, h: Any) -> Step:
         new = jnp.stack([*solution, last])
         return point, jax.lax.dynamic_update_index_in_dim(stages, new, i, 0)
 
-    # one after the other in a loop: written out they take ten times as long to compile
+    # solve one after another in a loop: unrolled, they take ten times longer to compile
     none = jnp.zeros((6, *state.shape))
     point, stages = jax.lax.fori_loop(0, 6, stage, (state, none))
     return Step(point + stages[5], stages[5])

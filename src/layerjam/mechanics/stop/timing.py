@@ -1,8 +1,8 @@
-"""Seconds that a mass takes over the slip of a stop, from its kinetic energy along the way.
+"""Duration of the slip of a stop, from the kinetic energy along the path.
 
 The slip is followed in a variable w in which force and energy are smooth at the start (the square
 root of the slip, or the strain of the enclosure). The mass may almost stop where the sliding force
-equals its weight, so that pieces are cut there and nodes crowd towards their slow end.
+equals its weight, so pieces are split there and nodes are denser towards their slow end.
 """
 
 from collections.abc import Callable
@@ -16,14 +16,14 @@ from layerjam.mechanics.law import safe_sqrt
 from layerjam.mechanics.stop.algebra import Quartic, slope_of, value
 
 NEAREST, FARTHEST = 1e-14, 1e6
-"""Distance of a complex root of the kinetic energy, over the piece, that the nodes answer to."""
+"""Largest relative distance of a complex root of the kinetic energy to which the nodes adapt."""
 MARGIN = 1e-9
-"""Distance from the end of a piece, over its place, that still counts as that end."""
+"""Relative distance from the end of a piece that is still treated as that end."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 
 
 class Expansion(NamedTuple):
-    """Kinetic energy from the slow end of a piece on; `far` is the distance from that end."""
+    """Kinetic energy starting from the slow end of a piece; `far` is the distance from that end."""
 
     end_energy: Any
     """Kinetic energy at the end [J]."""
@@ -48,7 +48,7 @@ def expand_energy(energy: Callable[[Any], Any], slope: Callable[[Any], Any]) -> 
         def energy_at(gap: Any) -> Any:
             return energy(end + sign * gap)
 
-        # a hair inside the piece: at w = 0 the root of the slip has no derivative
+        # start slightly inside the piece: at w = 0 the root of the slip has no derivative
         inside = end + sign * MARGIN * jnp.maximum(jnp.abs(end), 1e-6)
         first, second = jax.jvp(slope, (inside,), (jnp.ones_like(inside),))
         energy_there = energy(end)
@@ -96,7 +96,7 @@ def piece_time(
     margin = jnp.where(series.second != 0, jnp.clip(margin, NEAREST, FARTHEST), FARTHEST)
     sharp = jax.lax.stop_gradient(jnp.arcsinh(1 / jnp.sqrt(margin)))
     q = ((jnp.asarray(_NODES) + 1) * (jnp.pi / 4)).reshape((-1,) + (1,) * jnp.ndim(width))
-    # sinh and cosh of a cos q from one exponential, which takes half of the time
+    # compute sinh and cosh of a cos q from one exponential, which halves the time
     growth = jnp.expm1(sharp * jnp.cos(q))
     sine, scale = (growth + growth / (1 + growth)) / 2, jnp.sinh(sharp)
     share = sine / scale
@@ -117,14 +117,14 @@ def pieces_time(
 ) -> Any:
     """Return the seconds [s] over the pieces between rising `cuts`, stacked along the first axis.
 
-    `falls` says whether the energy falls at the middle of a piece.
+    `falls` is true if the energy falls at the middle of a piece.
     """
 
     def seconds(low: Any, high: Any) -> Any:
         return piece_time(low, high, expand, falls((low + high) / 2), pace, mass)
 
     def add(total: Any, piece: tuple[Any, Any]) -> tuple[Any, None]:
-        # most stops end before the last cuts: nothing is computed there
+        # most stops end before the last cuts, where nothing is computed
         has_length = jnp.any(piece[1] > piece[0])
         return total + jax.lax.cond(
             has_length, seconds, lambda low, _: jnp.zeros_like(low), *piece

@@ -19,7 +19,7 @@ from layerjam.mechanics.stop.paced_tune import FARTHEST, block_gradient, paced_s
 def _excess(
     vacuum: Any, mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake
 ) -> Any:
-    """Energy the brake takes over `slip` less what the mass brings [J], elastic parts included."""
+    """Energy absorbed by the brake over `slip` minus that of the mass [J], both with springs."""
     force = brake_force(slip, vacuum, brake)
     work = slip_work(slip, vacuum, brake) + force**2 / (2 * spring)
     return work - mass * speed**2 / 2 - mass * gravity * (slip + force / spring)
@@ -30,9 +30,9 @@ def tuned_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
     """Vacuum [Pa] at which a mass [kg] arriving with `speed` [m/s] stops after `slip` [m].
 
     `spring` [N/m] is rope and brake in series (infinite for none), `gravity` [m/s^2] acts along the
-    pull. NaN if there is none: too fast for the site's full vacuum, or so slow that a brake weak
-    enough for that slip could not hold the weight there. With a speed law (of a power above 0)
-    there is no balance: stops are tried until one ends within 1e-6 of the slip, which takes a
+    pull. NaN if there is none: too fast for the site's full vacuum, or too slow, because a brake
+    weak enough for that slip could not hold the weight there. With a speed law (of a power above 0)
+    there is no balance: stops are computed until one ends within 1e-6 of the slip, which takes a
     thousand times as long. It needs a finite spring, and a derivative raises QuantityError.
     """
     shape = jnp.broadcast_arrays(mass, speed, slip, spring, gravity, brake.sheets.count)
@@ -62,7 +62,7 @@ def _balanced_vacuum(
 
 @law
 def tuned_stop(mass: Any, speed: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> Any:
-    """The `tuned_vacuum` [Pa] where the stop at it ends STOPPED after `slip` [m], else NaN.
+    """Return the `tuned_vacuum` [Pa] if its stop ends as STOPPED after `slip` [m], or NaN.
 
     The balance holds at the end of the slip; on a soft `rope` [N/m] (None: none) the mass may stop
     or the brake snap before it. All broadcast, the brake's numbers with them.
@@ -83,8 +83,8 @@ def speed_range(mass: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> 
     """Speeds [m/s] between which a `tuned_vacuum` solves its balance at a slip [m].
 
     The slowest belongs to the vacuum that just holds the weight there, the fastest to the site's
-    full vacuum. NaN where not even that holds it; a slowest above the fastest means no speed. With
-    a speed law stops are tried, as in `tuned_vacuum`.
+    full vacuum. NaN if even that cannot hold it; if the slowest exceeds the fastest, there is no
+    such speed. With a speed law stops are tried, as in `tuned_vacuum`.
     """
     spring, full = series_of(rope, brake), brake.site.atmosphere
     weight = mass * gravity
@@ -109,7 +109,7 @@ def speed_range(mass: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> 
 def vacuum_eq10(mass: Any, speed: Any, slip: Any, brake: Brake) -> Any:
     """The paper's tuned vacuum [Pa]: half m v^2 = E(slip, P), no gravity, no elastic part.
 
-    NaN where the site's full vacuum is not enough.
+    NaN if full vacuum of the site is not enough.
     """
     shape = jnp.broadcast_arrays(mass, speed, slip)
     mass, speed, slip = shape

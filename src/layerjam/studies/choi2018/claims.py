@@ -25,7 +25,7 @@ class Basis(StrEnum):
     """Basis of our result, which limits the meaning of an agreement; see paper.toml."""
 
     OTHER_NUMBERS = "other numbers"
-    OWN_WORDS = "own words"
+    OWN_WORDS = "its own text"
     ITSELF = "itself"
     OUR_ASSUMPTIONS = "our assumptions"
     NOTHING = "nothing"
@@ -73,7 +73,7 @@ class Claim:
     because: str
     why: str
     again: str
-    """The claim that it examines again; empty for one that counts."""
+    """The claim that it repeats; empty for one that is counted."""
 
     def row(self) -> dict[str, float | str | None]:
         """Return the row of results.json."""

@@ -41,7 +41,7 @@ def _curve(vacuum: float, brake: Brake, end: float = TESTED) -> tuple[np.ndarray
 def _frame_pull(
     axes: style.Axes, ends: list[tuple[float, str, str]], detail: str, name: str
 ) -> None:
-    """Draw the frame of a pull to the paper's 40 mm, with a label at each curve's end."""
+    """Draw the axes of a pull to the paper's 40 mm, with a label at each curve's end."""
     axes.set(xlim=(0, TESTED * MM), ylim=(0, None), xlabel="elongation [mm]", ylabel="force [N]")
     style.labels_right(axes, TESTED * MM, ends)
     style.title(axes, name, detail)
@@ -109,7 +109,7 @@ def fig8(fits: Mapping[str, Calibration]) -> style.Figure:
         axes.set(xlim=(0, end * MM), ylim=(0, high * 1.22))
         style.spot(axes, float(top.elongation) * MM, high, f"peak {high:.2f} N")
         style.key(axes, loc="lower right")
-        detail = f"model at 94.5 kPa; a = {fits[name].scale_factor:.4g} comes back"
+        detail = f"model at 94.5 kPa; a = {fits[name].scale_factor:.4g} is recovered"
         style.title(axes, NAMES[name], detail)
     return figure
 

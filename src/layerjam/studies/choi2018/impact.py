@@ -142,13 +142,13 @@ def claims() -> list[Claim]:
         measure_acceleration(run, ADXL193, c).loss for run in (full, tuned_stop) for c in CLASSES
     )
     ten, two = cutoffs()
-    # the rope that `bare_peak` says gives 10 g at 2.5 m/s
+    # the rope for which `bare_peak` gives 10 g at 2.5 m/s
     soft = ((PAPER_FULL - 1) ** 2 - 1) * MASS * G**2 / SPEED**2
     bare = {"soft": show(soft, "N/m", 2), "bare": bare_peak(soft, FASTEST)}
     best = int(np.nanargmin(study.tuned))
     rope = {"best": study.tuned[best], "rope": show(float(study.rope[best]), "N/m", 2)}
     stop_length = SPEED**2 / (2 * G * (PAPER_TUNED - 1)) * 1e3
-    # whether one filter can have shown the three peaks
+    # tests whether one filter could have shown all three peaks
     reach = most_without_brake(ten)
     least = float(brentq(lambda x: most_without_brake(x) - PAPER_BARE, 10, 60, rtol=1e-3))
     left = [filtered_peak(signal, least) for signal in signals]

@@ -1,7 +1,7 @@
 """Claims about procedures: friction tests, calibration, validation, on synthetic files.
 
-The paper's raw curves are not published. This module checks whether its procedure, run by this
-software on files of a virtual test machine with the paper's result as true value, returns it.
+The paper's raw curves are not published. This module runs its procedure on files of a virtual test
+machine whose true values are the paper's results, and checks that it returns them.
 """
 
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Fig. 13 of the paper: its four proposed machines, each computed from a scenario of ours."""
+"""Fig. 13 of the paper: its four proposed machines, each computed from an assumed scenario."""
 
 from layerjam.mechanics.threads import cache_threadsafe
 from layerjam.report import style

@@ -1,4 +1,4 @@
-"""Claims that the force laws alone decide."""
+"""Claims that the force laws can test."""
 
 from dataclasses import replace
 from typing import Any
@@ -40,7 +40,7 @@ def _top(brake: Brake) -> float:
 
 
 def structure() -> list[Claim]:
-    """Section II-A: what the brake is."""
+    """Section II-A: description of the brake."""
     kapton, _ = brakes()
     sheets = kapton.sheets
     buckling = float(buckling_force(0.0, kapton))

@@ -46,9 +46,9 @@ LEAD = (
     "that this software can compute, compared with the paper's."
 )
 BANNER = (
-    "Every curve here is computed or comes from files of a virtual test machine; those are "
-    "synthetic and named so. No measured curve of the paper is published. Printed values are "
-    "quoted from the paper; 'ours' was computed in this run."
+    "Every curve here is computed or comes from files of a virtual test machine; those "
+    "are labelled synthetic. No measured curve of the paper is published. Printed values "
+    "are quoted from the paper; 'ours' was computed in this run."
 )
 MEANING = (
     "Two verdicts test the paper: 'reproduced' (a printed number that follows from others, within "
@@ -58,7 +58,7 @@ MEANING = (
     "difference that our reading or our assumptions may cause. 'Not reproducible' needs data that "
     "nobody published. A row in brackets repeats a claim that is already counted."
 )
-FOOTER = "Verdicts are computed from the numbers and from what ours rests on, never typed in."
+FOOTER = "Verdicts are computed from the numbers and their basis; none is hard-coded."
 MARKS = {
     Verdict.REPRODUCED: "✓",
     Verdict.CONSISTENT: "∼",

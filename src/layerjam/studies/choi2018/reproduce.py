@@ -14,7 +14,7 @@ class Reproduction(Result):
 
     report: str = fact("path of the page")
     results: str = fact("path of the list of claims")
-    reproduced: int = fact("printed numbers that come out of other numbers of the paper")
+    reproduced: int = fact("printed numbers that follow from other numbers of the paper")
     consistent: int = fact("claims that agree with the paper's other words and numbers")
     by_construction: int = fact(
         "claims that agree because the printed value is an input", key="by construction"

@@ -1,4 +1,4 @@
-"""Accelerometer readings of the paper's stop, and conditions that would give its numbers."""
+"""Accelerometer readings of the paper's stop, and the conditions that would give its numbers."""
 
 import numpy as np
 
@@ -105,7 +105,7 @@ def _over_cutoff(axes: style.Axes) -> None:
         axes.axvline(f, color=GREY, lw=0.7, ls=style.DOTTED)
         axes.text(f, 1.06, f" {text}", rotation=90, fontsize=7.5, color=GREY, ha="right")
     detail = "4 poles, no phase (shape of SAE J211-1), any cutoff"
-    headline = "Which filter it would take"
+    headline = "Required filter"
     style.panel(axes, headline, detail, xlabel="−3 dB frequency of the filter [Hz]")
 
 
@@ -124,4 +124,4 @@ def _over_rope(axes: style.Axes) -> None:
     softest = float(study.rope[np.isfinite(study.tuned)][0])
     detail = f"1 kg at 2.5 m/s, ideal; below {show(softest, 'N/m', 2)} the rope alone stops it"
     below = "stiffness of the rope [kN/m]"
-    style.panel(axes, "Which rope it would take", detail, xlabel=below)
+    style.panel(axes, "Required rope", detail, xlabel=below)

@@ -72,7 +72,8 @@ def _study(name: str) -> FilmJudder:
     kinetic = float(sheet_friction(0.0, FULL, brake))
     pull = simple_pull(FULL, SLOW, 0.005)
     tops = [float(tensile_stack(file, pull, static=s)[0].force.max()) for s in (True, False)]
-    # the sleeve carries a little at the peak; the ratio to the same stack's kinetic peak leaves it
+    # the enclosure carries some load at the peak; the ratio to the same stack's kinetic peak
+    # excludes it
     staggered_force = kinetic * tops[0] / tops[1]
     spring, mass = series_stiffness(brake), moving_mass(brake)
     together, slack = _saw_share(static, kinetic, spring, mass)
@@ -106,10 +107,10 @@ def judder_claims() -> list[Claim]:
     kapton, ptfe = study["Kapton"], study["PTFE"]
     kapton_only = kapton.judders & ~ptfe.judders
     slow = STRIBECK[kapton_only.any(axis=0)]
-    finding = "nowhere in a wide prior does Kapton alone stick and slip"
+    finding = "in no case of a wide prior does only Kapton stick and slip"
     range_note = ""
     if kapton_only.any():
-        finding = f"Kapton alone sticks and slips in {kapton_only.mean():.0%} of a wide prior"
+        finding = f"only Kapton sticks and slips in {kapton_only.mean():.0%} of a wide prior"
         edges = (show(float(v), "m/s", 2) for v in (slow.min(), slow.max()))
         range_note = f"; v_s between {' and '.join(edges)}"
     together: dict[str, Any] = {"kapton": kapton.together, "ptfe": ptfe.together}

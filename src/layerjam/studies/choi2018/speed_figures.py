@@ -45,7 +45,7 @@ def amplitude() -> style.Figure:
         axes_values = speeds[:, None], vacuums[None, :]
         saw_map = amplitude_map(brake, *axes_values, damping=drag, swings=60, **moving)
         force = np.where(saw_map.judders, saw_map.amplitude, np.nan)
-        # filled contours, not an image: the page embeds none
+        # filled contours instead of an image, because the page embeds no images
         scale: dict[str, Any] = {"levels": np.arange(0, 81, 8), "cmap": "viridis"}
         contours = axes.contourf(speeds, vacuums * KPA, force.T, **scale)
         slide = slide_of(brake, vacuum=vacuums, speed=1.0, frozen=True, **moving)

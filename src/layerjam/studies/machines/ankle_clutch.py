@@ -58,7 +58,7 @@ class Record(NamedTuple):
     slips: Array
     """Greatest slip at each of RATES [m]."""
     window: tuple[float, float]
-    """Parts of the stride: closing, and where the spring is slack again."""
+    """Points of the stride: closing, and where the spring is slack again."""
 
 
 @declare_fields("ankle-clutch")
@@ -132,7 +132,7 @@ class AnkleClutch(Machine):
         static = float(holding_force(brakes.vacuum, brake)) * brakes.parallel
         result.add("N", spring_force=largest_force, holding_force=hold, static_holding_force=static)
         if brake.film.ageing is not None:
-            # what breaks away after the rise of the load, for which the sheets rest
+            # the force that breaks away after the rise of the load, during which the sheets rest
             aged_force = float(aged_holding_force(top / SAMPLES / rate, brakes.vacuum, brake))
             result.add("N", aged_holding_force=aged_force * brakes.parallel)
         torque = largest_force * self.spring.lever
@@ -151,8 +151,11 @@ class AnkleClutch(Machine):
         result.add("J", energy_stored_if_ready=full_in, energy_returned_if_ready=full_given)
         result.add("J", pump_work=jam_work(brakes.vacuum, line))
         result.warnings += [
-            "the gait is taken as it is without the device; people walk otherwise with one",
-            f"pump_work is the least an ideal pump spends on one jam of {brakes.count} brakes",
+            (
+                "the gait is assumed unchanged by the device, although people walk "
+                "differently with one"
+            ),
+            f"pump_work is the work of an ideal pump for one jam of {brakes.count} brakes",
         ]
         result.judge()
         result.brakes_needed = brakes_needed
@@ -171,7 +174,7 @@ class AnkleClutch(Machine):
                 f"{numbers['flow_factor']:.3g} times the pump's flow" if fastest else "another line"
             )
             words += (
-                f" {show(rate, 'Hz', 3)} would take {times}, or a vacuum vessel emptied beforehand."
+                f" {show(rate, 'Hz', 3)} would need {times}, or a vacuum vessel emptied beforehand."
             )
         if numbers["release_time"] > numbers["swing_time"]:
             words += (
@@ -237,7 +240,10 @@ def fall_time(vacuum: float, line: Line) -> float:
 
 
 def last_before(values: Array, fine: Any) -> float:
-    """Return the greatest of rising values before the first that is not fine; 0 if none is."""
+    """Return the greatest of rising values before the first unacceptable one.
+
+    0 if none is acceptable.
+    """
     if not fine[0]:
         return 0.0
     return float(values[-1] if fine.all() else values[int(np.argmin(fine)) - 1])

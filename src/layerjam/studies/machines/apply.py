@@ -27,7 +27,9 @@ class MachineResult(Result):
     scenario: str | None = fact("name of the scenario", default=None)
     feasible: bool | None = fact("whether every limit is met", default=None)
     reason: str | None = fact("the limit that decides", default=None, listed=False)
-    conclusion: str | None = fact("the conclusion, with what is needed", default=None, listed=False)
+    conclusion: str | None = fact(
+        ("the conclusion, with the requirements"), default=None, listed=False
+    )
     brakes_needed: int | None = fact("brakes required; null if no number is enough", default=None)
     mass: float | None = number("kg", "mass of all brakes of the scenario", default=None)
     limits: Sequence[Mapping[str, Any]] | None = fact(
@@ -99,7 +101,7 @@ def scenario(
         str | Path | None, Help("Folder for a page with pictures.", metavar="DIR")
     ] = None,
     names: Annotated[
-        bool, Help("Name the scenarios that come with the program.", option="--list")
+        bool, Help("List the scenarios that come with the program.", option="--list")
     ] = False,
     overwrite: Overwrite = False,
     progress: Progress | None = None,
@@ -122,7 +124,7 @@ def scenario(
         titles = {name: load_scenario(name).title for name in machines()}
         return MachineResult(scenarios=list(titles), titles=titles)
     if scenario is None:
-        raise QuantityError(f"say which scenario: {', '.join(machines())}, or a TOML file")
+        raise QuantityError(f"choose a scenario: {', '.join(machines())}, or a TOML file")
     machine = load_scenario(scenario)
     if out is not None:
         check_extras()

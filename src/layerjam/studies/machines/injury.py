@@ -32,7 +32,7 @@ def concussion_risk(value: float) -> float:
 
 def hic15(acceleration: Array, dt: float) -> float:
     """Return HIC15 of the head's resultant acceleration [m/s^2] at equal steps [s], shape (N,)."""
-    # ten samples a millisecond are plenty: the windows are counted in samples
+    # ten samples per millisecond are enough, since the windows are counted in samples
     stride = max(1, int(1e-4 / dt))
     return head_injury(acceleration[::stride], 1 / (dt * stride), HIC_WINDOW)[0]
 

@@ -3,8 +3,8 @@
 The helmeted head turns about one axis of the neck: I w' = t(t) - r T(r angle - slack). t is the
 blow's torque, given as its angular acceleration without brakes, and T the tension of the brakes at
 their lever arm r. It is the strap of the seat belt with way = r angle and mass = I/r^2. The neck's
-own stiffness and muscles, the compliance of the shoulders and the head's straight motion are left
-out. Brakes hold one direction of turning only.
+own stiffness and muscles, the compliance of the shoulders and the linear motion of the head are
+ignored. Brakes hold one direction of turning only.
 """
 
 import math
@@ -33,7 +33,7 @@ from layerjam.studies.machines.verdict import Machine, Result
 from layerjam.units import nested, show
 
 STEPS = 8000
-"""Steps of a blow and four times its length after it."""
+"""Number of steps during a blow and four times its duration after it."""
 CHAIN_LIMIT = 200
 """Largest number of parallel brakes examined."""
 STIFFER = 2.0 ** np.arange(11)
@@ -133,9 +133,9 @@ class NeckGuard(Machine):
         result.bound("N/m", stiffness=strap.stiffness, fall=least_stiffness(strap))
         result.bound("N m", felt=locked_torque if self.supply.mode == "standing" else 0.0)
         result.warnings += [
-            f"the brakes press head and neck together with up to {show(force, 'N')}; no limit for "
-            "that was found in a source",
-            "only the turning is modelled: HIC15 leaves the blow's straight push out",
+            f"the brakes press head and neck together with up to {show(force, 'N')}; no "
+            "source gives a limit for that",
+            "only the turning is modelled: HIC15 ignores the linear acceleration of the blow",
         ]
         result.warnings += self.slid(slip, with_brakes.ride.pace)
         result.judge()
@@ -147,8 +147,8 @@ class NeckGuard(Machine):
     def search(self, trial: Trial) -> tuple[pandas.DataFrame, dict[str, Any]]:
         """Return (rows of 1 to CHAIN_LIMIT chains, the first sufficient number or {}).
 
-        If none is enough behind these straps (`as_built` False), the softest of STIFFER times them
-        that is enough, `stiffness`. Brakes that snap do not count.
+        If none is enough behind these straps (`as_built` False), then the softest of STIFFER times
+        them that is enough is used, `stiffness`. Brakes that snap are excluded.
         """
         counts, webbing = np.arange(1, CHAIN_LIMIT + 1), self.guard.stiffness * STIFFER
         rows = trial.run_grid(webbing=webbing, parallel=counts)
@@ -167,8 +167,8 @@ class NeckGuard(Machine):
         """Describe the requirements in sentences."""
         limit = show(self.limits.acceleration, "rad/s^2")
         ready = (
-            f"Made on the blow itself, the vacuum would have to be present within a part of its "
-            f"{show(self.blow.duration, 's')}; this line takes "
+            "If pumped at the moment of the blow, the vacuum would have to be present "
+            f"within a fraction of its {show(self.blow.duration, 's')}; this line takes "
             f"{show(time, 's', 3) if math.isfinite(time) else 'for ever'}."
         )
         if not best:
@@ -186,7 +186,7 @@ class NeckGuard(Machine):
                 f"{show(self.guard.stiffness, 'N/m')} are too soft for any number to act in time"
             )
         return (
-            f"{words}. Jammed all the time they hold the head with "
+            f"{words}. Permanently jammed, they hold the head with "
             f"{show(best['torque'], 'N m')}. {ready}"
         )
 

@@ -1,4 +1,4 @@
-"""A machine's result as a folder: report.html, results.json and figures, all or none.
+"""A machine's result as a complete folder: report.html, results.json and figures.
 
 The pictures show the effect on the person, and the deciding quantity.
 """
@@ -65,7 +65,7 @@ def belt_in_time(result: Result) -> style.Figure:
     longest = max(*(float(curve.ride.way.max()) for curve in restraints), limits.space)
     right.set(xlim=(0, end), ylim=(0, 1.25 * MM * longest))
     right.set(xlabel="time [ms]", ylabel="displacement of the chest in the vehicle [mm]")
-    style.level(right, limits.space * MM, "space there is")
+    style.level(right, limits.space * MM, "available space")
     style.title(right, "Displacement", "in the vehicle, from the first instant")
     return figure
 
@@ -136,7 +136,7 @@ def neck_over_count(result: Result) -> style.Figure:
     style.level(axes, free, "free", GREY, share=0.99)
     style.level(axes, limit, "allowed", below=True)
     style.spot(axes, have, turns[have - 1], "this guard", BLUE)
-    style.title(axes, "More brakes", "jammed before the blow, behind the scenario's straps")
+    style.title(axes, "More brakes", "jammed before the blow, in series with the scenario's straps")
     return figure
 
 
@@ -154,8 +154,8 @@ def ankle_stride(result: Result) -> style.Figure:
     for axes in (upper, lower):
         axes.axvspan(record.window[0] * 100, record.window[1] * 100, color=FAINT, alpha=0.3)
     style.title(upper, "One stride", "shaded: the clutch ought to hold; dorsiflexion above zero")
-    lower.plot(part, ready.force, color=GREEN, ls=style.DASHED, label="vacuum standing")
-    lower.plot(part, stride.hold, color=ORANGE, lw=1.6, label="what it can hold")
+    lower.plot(part, ready.force, color=GREEN, ls=style.DASHED, label="vacuum present")
+    lower.plot(part, stride.hold, color=ORANGE, lw=1.6, label="holding capacity")
     lower.plot(part, stride.force, color=BLUE, lw=2.2, label="given")
     lower.set(ylim=(0, 1.35 * top), xlim=(float(part[0]), float(part[-1])), ylabel="force [N]")
     lower.set_xlabel("part of the stride, from heel strike on [%]")
@@ -175,7 +175,11 @@ def ankle_rates(result: Result) -> style.Figure:
     axes.set(xlim=(RATES[0], RATES[-1]), ylim=(0, 1.2 * MM * record.slips.max()))
     style.level(axes, get(result.scenario, "limits.slip") * MM, "allowed")
     style.upright(axes, rate, "walking")
-    detail = f"holds up to {fastest:.3g} strides a second" if fastest else "holds at no rate tried"
+    detail = (
+        f"holds up to {fastest:.3g} strides a second"
+        if fastest
+        else ("holds at none of the rates tried")
+    )
     style.title(axes, "How fast the vacuum follows", detail)
     return figure
 
@@ -208,7 +212,7 @@ def exercise_in_time(result: Result) -> style.Figure:
 
 @style.in_style
 def exercise_over_angle(result: Result) -> style.Figure:
-    """Torque over angle, and what can be followed over speed."""
+    """Torque over angle, and the share that can be followed over speed."""
     record: rehabilitation.Record = result.record
     session, (grid, reach) = record.session, record.reachable
     edges = np.flatnonzero(np.diff(session.flexing.astype(int), prepend=0, append=0))
@@ -267,7 +271,7 @@ def page(result: Result) -> Page:
     """Return the page of a machine."""
     scenario, met = result.scenario, sum(limit.met for limit in result.limits)
     feasible = Word("✓ feasible", "reproduced"), Word("≠ not feasible", "differs")
-    count = "none does" if result.brakes_needed is None else str(result.brakes_needed)
+    count = "none is sufficient" if result.brakes_needed is None else str(result.brakes_needed)
     return Page(
         title=f"{scenario.name}: {scenario.title}" if scenario.title else scenario.name,
         lead=f"A machine of Choi et al. 2018, Fig. 13, with brakes {scenario.brake.name}, computed "
@@ -276,7 +280,7 @@ def page(result: Result) -> Page:
         banner=[result.verdict],
         numbers=[
             (show(result.mass, "kg"), "mass of the brakes of this scenario"),
-            (count, "brakes it would take"),
+            (count, "brakes required"),
             (f"{met} of {len(result.limits)}", "limits met"),
         ],
         parts=_parts(result),

@@ -11,7 +11,8 @@ from layerjam.measure.log import ACCELERATION, TIME, read_log
 Array = npt.NDArray[np.float64]
 SHAPES = ("half-sine", "haversine", "trapezoid")
 RAMP = 0.2
-"""Part of a trapezoid's duration in which it rises, and as much in which it falls (ours)."""
+"""Part of a trapezoid's duration in which it rises, equal to the part in which it falls (assumed).
+"""
 
 
 def pulse(shape: str, change: float, duration: float, time: Array) -> Array:

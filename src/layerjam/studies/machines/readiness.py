@@ -1,4 +1,4 @@
-"""Readiness of the vacuum: present beforehand, or made on a warning."""
+"""Readiness of the vacuum: present beforehand, or reached after a warning."""
 
 import math
 from dataclasses import replace
@@ -32,7 +32,7 @@ class Ready(NamedTuple):
 def line_for(line: Line, brakes: float) -> Line:
     """Return the line with the gas volume of several brakes: the file's volume is that of one.
 
-    Tubes between them are left out.
+    Tubes between them are ignored.
     """
     chamber = line.chamber
     water = None if chamber.compliance is None else chamber.compliance * brakes
@@ -64,8 +64,8 @@ def readiness(
     words = show(time, "s", 3) if math.isfinite(time) else "for ever"
     note = f"{line.name} takes {words} to {show(vacuum, 'Pa')} in {brakes} brakes"
     if supply.mode == "standing" and not tuned:
-        return Ready(time, [], [f"the vacuum is always present; from none, {note}"])
-    limit = Limit(name="time for the vacuum", value=time, limit=supply.warning, unit="s")
+        return Ready(time, [], [f"the vacuum is always present; from zero, {note}"])
+    limit = Limit(name="time to reach the vacuum", value=time, limit=supply.warning, unit="s")
     notes = [note]
     if supply.mode == "standing":
         notes.append("a tuned vacuum cannot be present beforehand: it depends on the crash")

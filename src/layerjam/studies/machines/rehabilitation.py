@@ -5,7 +5,7 @@ over the angle, plus one in proportion to speed. A controller sets the vacuum fo
 law of the brake. In extension the target is zero: the cord only pulls, the vacuum is released, and
 the enclosure retracts the brakes as far as the remaining friction allows. The remaining extension
 is slack at the next flexion. The body's own torques, the cord's stretch and the compliance of the
-brace are left out.
+brace are ignored.
 """
 
 import math
@@ -81,7 +81,7 @@ class Rehabilitation(Machine):
         if angle[0] > exercise.start + 1e-9 or angle[-1] < exercise.end - 1e-9:
             raise QuantityError.of(
                 "resistance.angle",
-                "must reach from exercise.start to exercise.end; it goes from "
+                "must cover exercise.start to exercise.end; it covers "
                 f"{show(float(angle[0]), 'rad')} to {show(float(angle[-1]), 'rad')}",
             )
         cord_length = self.orthosis.pulley * (exercise.end - exercise.start)
@@ -90,13 +90,13 @@ class Rehabilitation(Machine):
             raise QuantityError.of(
                 "orthosis.pulley",
                 f"the cord runs {show(cord_length, 'm')}, and the sheets of the brakes "
-                f"overlap by {show(overlap, 'm')}; a smaller pulley or angle will do",
+                f"overlap by {show(overlap, 'm')}; use a smaller pulley or angle",
             )
         if self.brakes.series != 1:
             raise QuantityError.of(
                 "brakes.series",
-                "brakes in a row slip one after the other, so that no one slip gives "
-                "their force; this machine takes 1",
+                "brakes in series slip one after another, so no single slip gives their "
+                "force; this machine supports 1",
             )
 
     def session(self, speed: float, repetitions: int, dt: float) -> Session:
@@ -214,18 +214,18 @@ class Rehabilitation(Machine):
     def describe_need(self, brakes: int, numbers: dict[str, Any]) -> str:
         """Describe the requirements in sentences."""
         words = (
-            f"The torque takes {count_of(brakes, 'brake')} at full vacuum; there "
+            f"The torque needs {count_of(brakes, 'brake')} at full vacuum; there "
             f"{'is one' if self.brakes.parallel == 1 else f'are {self.brakes.parallel}'}. "
         )
         if numbers["fastest_speed"] == 0:
-            words += "This line follows the profile at no speed that was tried."
+            words += "This line cannot follow the profile at any speed tried."
         else:
             words += (
                 f"This line follows it up to {math.degrees(numbers['fastest_speed']):.3g} degrees "
                 f"a second; {math.degrees(self.exercise.speed):.3g} are required."
             )
         if numbers["release_time"] > self.limits.release:
-            words += " A vent valve would let go in time."
+            words += " A vent valve would release it in time."
         return words
 
 
@@ -233,5 +233,5 @@ def _vacuum_left(session: Session, run: Following) -> float:
     """Return the least vacuum of the last extension [Pa]."""
     starts = np.flatnonzero(session.flexing)
     after = run.loop.vacuum[int(starts[-1]) + 1 :]
-    # a pump run backwards may push a breath above the atmosphere
+    # a pump run backwards may raise the pressure slightly above the atmosphere
     return max(float(after.min()), 0.0)

@@ -1,12 +1,12 @@
-"""Equal brakes in a strap that holds a mass, in time: a body thrown against its restraint.
+"""Equal brakes in a strap that restrains a body, simulated in time.
 
 The strap is an elastic line that slips: force k (u - S), with u its payout and S the slip of all
 brakes of a chain together. The force of a brake falls behind its peak. In a chain brakes therefore
-slip one after the other, each to the end of its travel, where a stop of webbing takes over. The
-order makes no difference for equal brakes. The slip at a payout never reached before is the closed
-form of a slow pull (mechanics, section 2). Below that payout the strap is elastic, and it only
-pulls. Behind the last travel the strap holds on its stops. The slip of the other brakes of a chain
-before their peak (0.19 mm each at full vacuum) is left out.
+slip one after the other, each to the end of its travel, where an end stop of webbing takes the
+load. The order makes no difference for equal brakes. The slip at a payout never reached before is
+the closed form of a slow pull (mechanics, section 2). Below that payout the strap is elastic, and
+it only pulls. After the last travel, end stops hold the strap. The slip of the other brakes of a
+chain before their peak (0.19 mm each at full vacuum) is ignored.
 
 If friction grows with the sliding speed (a brake with a speed law), equal brakes of a chain share
 its slip evenly, and nothing snaps: force k (u - S) = R(S/s, S'/s). s is the number of brakes in
@@ -14,7 +14,7 @@ series and R the sliding force of all chains at a slip and a speed. A difference
 of a chain, of slip or of friction, grows with the slip x of each as (L2/(L2 - x))^(1/n), n the
 law's power.
 
-In turning the same holds with a lever: payout = lever * angle, mass = inertia / lever^2.
+The same applies to rotation with a lever: payout = lever * angle, mass = inertia / lever^2.
 """
 
 from typing import Any, NamedTuple
@@ -36,10 +36,10 @@ from layerjam.simulate.speed import without_idle_speed_law
 from layerjam.studies.machines.scenario import Array, Scenario
 
 ROOMS = (256, 4096)
-"""Lanes computed at once; smaller numbers are padded."""
+"""Number of lanes computed at once; smaller numbers are padded."""
 NEWTON = 60
 SETTLED = 1e-11
-"""Relative size of the last step of a search, over the strap's slip in a step of the march."""
+"""Last step of a search, relative to the strap's slip in one time step."""
 LITTLE = 1e-9
 """Smallest such slip [m] that the search assumes."""
 
@@ -50,7 +50,7 @@ class Strap(NamedTuple):
     stiffness: Any
     """k of brakes, stuck, and webbing in series [N/m]."""
     onset: Any
-    """Force at which a fresh brake begins to slide, N c L2 [N]; infinite if nothing slides."""
+    """Force at which an unused brake starts to slide, N c L2 [N]; infinite if nothing slides."""
     fall: Any
     """N c [N/m], with a speed law at its test speed; the onset is that at rest."""
     sleeve: EnclosureLaw
@@ -103,8 +103,8 @@ def limiter_of(force: Any, stiffness: Any, travel: Any = jnp.inf) -> Strap:
 def least_stiffness(strap: Strap) -> Any:
     """Return the stiffness of the strap [N/m] below which its brakes may snap.
 
-    As friction falls by onset/L2 a metre, a strap of stiffness k slides steadily only up to k L2.
-    Zero if friction grows with speed, which stabilises any spring.
+    Because friction falls by onset/L2 per metre, a strap of stiffness k slides steadily only up to
+    k L2. Zero if friction grows with speed, which stabilises any spring.
     """
     return strap.fall if strap.law is None else 0.0 * strap.fall
 
@@ -118,7 +118,7 @@ def chain_slip(payout: Any, before: Any, strap: Strap) -> Any:
     """Return the slip [m] of a chain at a payout [m], at least its slip `before`.
 
     A call uses up at most one brake's travel; the next call continues with the next brake. A strap
-    that snaps runs through a travel at once.
+    that snaps uses up a travel instantly.
     """
     finite = jnp.where(jnp.isfinite(strap.travel), strap.travel, 1.0)
     used = jnp.where(jnp.isfinite(strap.travel), jnp.floor(before / finite * (1 + 1e-12)), 0.0)
@@ -184,7 +184,7 @@ def tension(payout: Any, slip: Any, strap: Strap) -> Any:
 
 
 class Body(NamedTuple):
-    """The held body: mass [kg], payout per way, slack of the strap [m], start speed [m/s]."""
+    """The restrained body: mass [kg], payout per displacement, slack [m], initial speed [m/s]."""
 
     mass: Any
     ratio: Any = 1.0
@@ -202,11 +202,11 @@ class Ride(NamedTuple):
     acceleration: Any
     """Relative [m/s^2]."""
     force: Any
-    """Tension of the strap [N]; on the body it acts `ratio` times."""
+    """Tension of the strap [N]; its effect on the body is multiplied by `ratio`."""
     slip: Any
     """Slip of a chain [m]."""
     heat: Any
-    """Work of the strap in slipping [J]: heat, and what stays in the enclosures."""
+    """Work of the strap in slipping [J]: heat, and energy stored in the enclosures."""
     put_in: Any
     """Work of the drive on the body [J]."""
     pace: Any = None
@@ -214,12 +214,12 @@ class Ride(NamedTuple):
 
 
 class Extremes(NamedTuple):
-    """Greatest values of rides, and the last slip; arrays of the lanes' shape."""
+    """Greatest values of the simulated cases, and the last slip; arrays of the lanes' shape."""
 
     way: Any
     force: Any
     held: Any
-    """Acceleration of the body by the restraint alone [m/s^2]."""
+    """Acceleration of the body due to the restraint only [m/s^2]."""
     acceleration: Any
     """Size of the acceleration by drive and restraint together [m/s^2]."""
     end_speed: Any
@@ -282,9 +282,11 @@ def _extremes(drive: Any, dt: Any, body: Body, strap: Strap) -> Extremes:
 
 
 def ride(drive: Any, dt: float, body: Body, strap: Strap) -> Ride:
-    """March a body under a drive [m/s^2], shape (N,), at steps of `dt` [s]; second order in time.
+    """Simulate a body under a drive [m/s^2], shape (N,), at steps of `dt` [s].
 
-    `drive` is the acceleration of the body relative to its mount while nothing holds it.
+    Second order in time.
+
+    `drive` is the acceleration of the body relative to its mount if it is unrestrained.
     """
     start, rows = _ride(np.asarray(drive, float), np.float64(dt), _doubles(body), strap)
     return jax.tree.map(lambda a, b: np.concatenate([np.asarray(a)[None], b]), start, rows)
@@ -295,7 +297,7 @@ def extremes(drive: Any, dt: float, body: Body, strap: Strap) -> Extremes:
     leaves, tree = jax.tree.flatten((_doubles(body), strap))
     wide = np.broadcast_arrays(*(np.asarray(a) for a in leaves))
     shape, count = wide[0].shape, wide[0].size
-    # few sizes, so that little is compiled
+    # use few sizes, so that little is compiled
     room = next((size for size in ROOMS if count <= size), -(-count // ROOMS[-1]) * ROOMS[-1])
     lanes = [np.pad(a.ravel(), (0, room - count), mode="edge") for a in wide]
     padded_extremes = _extremes(
@@ -309,7 +311,7 @@ def _doubles(body: Body) -> Body:
 
 
 COARSE = 4
-"""A search takes every fourth step of the drive."""
+"""A search uses every fourth step of the drive."""
 
 
 class Trial(NamedTuple):
@@ -332,7 +334,7 @@ class Trial(NamedTuple):
     def run_grid(self, **grid: Any) -> pandas.DataFrame:
         """Return one row for each combination of `webbing`, `series`, `parallel` and `vacuum`.
 
-        The scenario's own values are the default. The further columns are those of Extremes, and
+        The scenario's own values are the default. The other columns are those of Extremes, the
         `count` of brakes, `mass` [kg], `as_built` (the present webbing), `sound` (the brakes do not
         snap) and `stops` (the body has stopped, with travel left).
         """

@@ -52,7 +52,7 @@ _ROW = re.compile(r"((?:[-+.\deE]+(?:\s+|$))+)(.*)")
 class Brakes:
     """Equal brakes: `parallel` chains, each of `series` brakes end to end."""
 
-    parallel: int = quantity("1", "chains of brakes side by side", lo=1, hi=10000, whole=True)
+    parallel: int = quantity("1", "chains of brakes in parallel", lo=1, hi=10000, whole=True)
     series: int = quantity(
         "1", "brakes end to end in a chain", lo=1, hi=1000, whole=True, default=1
     )
@@ -154,7 +154,7 @@ _KNOWN: dict[str, type] = {"Sensor": Sensor, "Regulator": Regulator}
 
 @cache
 def kind_of(machine: str) -> dict[str, Any]:
-    """Return what kinds/NAME.toml declares of a kind of machine."""
+    """Return the declaration of a kind of machine in kinds/NAME.toml."""
     return tomllib.loads(shipped_files("layerjam.studies.machines", "kinds")[machine])
 
 

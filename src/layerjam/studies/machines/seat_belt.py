@@ -3,7 +3,7 @@
 The part of the occupant that the shoulder belt holds is one mass. In the car's frame it is driven
 by the car's deceleration and held by the belt: m x'' = m a(t) - g T(g x - slack). T is the belt's
 tension, g the payout per metre of chest travel (and so the chest's force over T). Airbag, knees,
-pretensioner, chest compression and the lap belt's share are left out.
+pretensioner, chest compression and the lap belt's share are ignored.
 """
 
 import math
@@ -68,7 +68,7 @@ class SeatBelt(Machine):
     def trial(self) -> tuple[Trial, float]:
         """Return (the held part of the occupant in the pulse, its change of velocity [m/s])."""
         crash, belt = self.crash, self.belt
-        # a constant force takes twice the space over the speed to stop; then the rebound
+        # at constant force, stopping takes twice the space over the speed; then the rebound follows
         after = crash.duration + 4 * self.limits.space / crash.change
         pulse = crash.pulse, crash.change, crash.duration
         push, dt, change = drive(*pulse, after, STEPS, self.folder)
@@ -76,7 +76,7 @@ class SeatBelt(Machine):
         return Trial(self, body, belt.stiffness, push, dt), change
 
     def analyse(self) -> Result:
-        """Compare loads and excursion with brakes, webbing alone and the least limiter."""
+        """Compare loads and excursion with brakes, webbing alone and the ideal limiter."""
         belt, brakes, brake = self.belt, self.brakes, self.brake.brake
         trial, change = self.trial()
         adjusts = brakes.mode == "tuned"
@@ -111,7 +111,7 @@ class SeatBelt(Machine):
         result.add("m/s", change=change)
         result.add("s", vacuum_time=ready.time)
         if brake.film.ageing is not None and math.isfinite(ready.time):
-            # what breaks away when the crash comes as soon as the vacuum stands
+            # force that breaks away if the crash comes as soon as the vacuum is present
             aged_force = float(aged_holding_force(ready.time, vacuum, brake))
             result.add("N", aged_holding_force=aged_force * brakes.parallel)
         result.take("needed", best, "needed_")
@@ -119,11 +119,13 @@ class SeatBelt(Machine):
         result.bound("N/m", stiffness=strap.stiffness, fall=least_stiffness(strap))
         if soft:
             result.warnings.append(
-                "the belt is softer than the brakes' force falls: they snap through"
+                "the stiffness of the belt is below the rate at which the brakes' force "
+                "falls: they snap"
             )
         if is_bottomed_out:
             result.warnings.append(
-                f"the brakes use up their {show(end, 'm')}; behind it the belt holds on stops"
+                f"the brakes use up their {show(end, 'm')}; after that the belt is held "
+                "by end stops"
             )
         result.warnings += self.slid(float(brake_ride.slip[-1]), brake_ride.pace)
         result.judge()
@@ -154,7 +156,7 @@ class SeatBelt(Machine):
     def tune_vacuum(self, trial: Trial) -> float:
         """Return the least of LEVELS vacuums [Pa] that stops the occupant, with travel left.
 
-        The default is `brakes.vacuum`, if no less is enough.
+        Default: `brakes.vacuum`, or a lower vacuum if that is enough.
         """
         levels = self.brakes.vacuum * np.arange(1, LEVELS + 1) / LEVELS
         fine = self.stopping(trial, vacuum=levels).vacuum
@@ -184,9 +186,9 @@ class SeatBelt(Machine):
         occupant in the space with travel left and has the fewest brakes that also keep the limits
         of chest and belt. If none does, it has the fewest that stop (`meets_loads` False). If none
         stops behind the present webbing (`as_built` False), it has the softest of STIFFER times
-        that webbing which is enough (`stiffness`). Belts whose brakes may snap do not count.
+        that webbing which is enough (`stiffness`). Belts whose brakes may snap are excluded.
         """
-        # a chain longer than the whole payout of the space is never used up
+        # a chain longer than the whole available payout is never used up
         end = self.brake.brake.sheets.usable_travel
         longest = math.ceil(self.limits.space * self.belt.payout / end) + 1
         series = np.arange(1, min(max(longest, 2), MOST_SERIES) + 1)
@@ -208,13 +210,13 @@ class SeatBelt(Machine):
         """Describe the requirements as a sentence."""
         if not best:
             return (
-                f"No number of brakes up to {MOST_PARALLEL} side by side stops the occupant within "
-                f"{show(self.limits.space, 'm')}."
+                f"No number of brakes up to {MOST_PARALLEL} in parallel stops the "
+                f"occupant within {show(self.limits.space, 'm')}."
             )
         words = (
-            f"It takes {best['count']} brakes ({best['parallel']} side by side, "
-            f"{best['series']} in a row, {show(best['mass'], 'kg')}) to stop in the "
-            f"space at hand, with {show(best['belt_force'], 'N')} in the belt and "
+            f"It takes {best['count']} brakes ({best['parallel']} in parallel, "
+            f"{best['series']} in series, {show(best['mass'], 'kg')}) to stop in the "
+            f"available space, with {show(best['belt_force'], 'N')} in the belt and "
             f"{show(best['chest_acceleration'], 'm/s^2')} of the chest"
         )
         if not best["as_built"]:
@@ -226,8 +228,9 @@ class SeatBelt(Machine):
             )
         if not best["meets_loads"]:
             words += (
-                f". No number of these brakes also keeps the loads: the least force in the belt is "
-                f"{show(least['belt_force'], 'N')}, with {least['count']} of them"
+                ". No number of these brakes also meets the load limits: the least force "
+                f"in the belt is {show(least['belt_force'], 'N')}, with {least['count']} "
+                "of them"
             )
         if force > self.limits.belt:
             words += (

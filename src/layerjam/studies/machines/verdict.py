@@ -18,7 +18,7 @@ from layerjam.units import get, record, show
 class Limit:
     """A value and its limit: at most `limit`, or at least if `least` is set.
 
-    In SI; a `value` that is not finite is never reached.
+    In SI; a `value` that is not finite means that it is never reached.
     """
 
     name: str
@@ -67,7 +67,7 @@ def deciding(limits: Sequence[Limit]) -> Limit:
 class Result:
     """Result of a machine. `own` has its own keys in SI, `units` their units.
 
-    `bounding` has values of limits that are not results; `record` is drawn.
+    `bounding` contains values of limits that are not results; `record` is used for drawings.
     """
 
     scenario: Scenario

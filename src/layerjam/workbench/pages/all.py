@@ -8,12 +8,13 @@ from layerjam.workbench.page import Page
 
 @dataclass(frozen=True)
 class Tab:
-    """A tab: the class `title` in the module `name` beside this one."""
+    """A tab: the class `title` in the module `name` next to this one."""
 
     name: str
     title: str
     light: bool = False
-    """Whether it is imported without what computes, which another thread may just import."""
+    """Whether it can be imported without the computing code, which another thread may be importing.
+    """
 
     def load(self) -> type[Page]:
         """The page; some take a second to import."""

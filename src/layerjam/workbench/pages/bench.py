@@ -1,4 +1,4 @@
-"""Bench: a board that regulates a line, or a virtual one: connect, hold a vacuum, run and keep."""
+"""Bench: connect a board or a virtual one, hold a vacuum, run procedures and record them."""
 
 import asyncio
 import math
@@ -65,7 +65,7 @@ class BenchRecord:
 
     @property
     def columns(self) -> dict[str, list[float]]:
-        """{time [s] from the first look, vacuum [Pa], NaN where none was shown, target [Pa]}."""
+        """{time [s] from the first reading, vacuum [Pa] or NaN, target [Pa]}."""
         start = self.looks[0].time
         return {
             "time": [round(look.time - start, 6) for look in self.looks],
@@ -82,12 +82,12 @@ class BenchRecord:
             return style.save(figure, Path(folder) / f"figure.{ending}").read_bytes()
 
     def python(self) -> str:
-        """Lines that hold what was seen and draw it."""
+        """Code that contains the readings and draws them."""
         saving = f'style.save(figure, Path("{self.name}.svg"), overwrite=True)'
         return f"from pathlib import Path\n{self._lines()}{saving}\n"
 
     def notebook(self) -> str:
-        """A Jupyter notebook that holds what was seen and draws it."""
+        """A Jupyter notebook that contains the readings and draws them."""
         return notebook_of("Notes of the run", self._lines())
 
     def _lines(self) -> str:
@@ -107,33 +107,33 @@ KPA = 1e3
 PROCEDURE = "evacuate to 40 kPa and hold 5 s; vent"
 STATES = MappingProxyType(
     {
-        "SAFE": "Safe state, nothing runs",
-        "RUN": "The regulator runs",
-        "FAULT": "Fault, in the safe state",
+        "SAFE": "Safe state, nothing is running",
+        "RUN": "The regulator is running",
+        "FAULT": "Fault; the bench is in its safe state",
         "DRIVE": "Outputs driven by hand",
     }
 )
 SIMULATED = (
-    "A virtual board: the firmware is the real one, the line behind it is computed. Nothing is "
-    "measured."
+    "A virtual board: the firmware is real, and the vacuum line is simulated. Nothing is measured."
 )
-NOT_YET = "Not connected. Connect the virtual board, or the address of your own."
+NOT_YET = "Not connected. Connect the virtual board, or enter the address of your own board."
 STEPS = (
-    "Connect. The virtual board needs no hardware; a board of your own has an address such as "
+    "Connect. The virtual board needs no hardware; your own board has an address such as "
     "serial:/dev/ttyACM0.",
-    "Choose where a fault ends, and what the vent does without power. Nothing runs before that.",
+    "Choose the safe state after a fault, and the vent's position without power, to start.",
     "Hold a target and watch the vacuum follow, or run a procedure and keep its recording.",
 )
 """Instructions that are shown before the first reading."""
 GONE = (
-    f"Keep this page open and in view: {LEASE:g} s after it is gone the bench is in its safe state."
+    f"Keep this page open and in view: {LEASE:g} s after you close it, the bench goes to "
+    "its safe state."
 )
 
 
 def rest_choice() -> Choice:
     """Choice of the vent valve's position without power; it has no default."""
     words = {"": "not chosen", **{state: state for state in VENT_RESTS}}
-    meaning = "State of the vent valve without power. A board in reset cannot move it."
+    meaning = "State of the vent valve without power. A board cannot move it while it resets."
     return Choice("vent_rest", words, "", label="Vent at rest", help=meaning)
 
 
@@ -141,7 +141,7 @@ class Bench(Page):
     """One bench, connected from this page."""
 
     name, title = "bench", "Bench"
-    summary = "A real board, or a virtual one, that holds the vacuum"
+    summary = "A real or virtual board that holds the vacuum"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -190,9 +190,9 @@ class Bench(Page):
             with fold("Run a procedure and keep it", "bench-procedure-fold", is_open=True):
                 self._running()
             with fold("Sensor of a real board", "bench-sensor"):
-                hint("Where the line's file names none. A virtual board brings its own.")
+                hint("Needed if the line's file names no sensor. A virtual board has its own.")
                 self.slider("sensor_range")
-            with ui.column().classes("w-full") as self.breaking, fold("Break something"):
+            with ui.column().classes("w-full") as self.breaking, fold("Inject a fault"):
                 menu(self.desk, self.name, self.broken)
         with main:
             self.banner = status("bench-simulated", "text-sm font-medium")
@@ -334,8 +334,8 @@ class Bench(Page):
 
     def _missing_choice(self) -> str:
         if not self.word(self.safe):
-            return "Choose where a fault should end: release or hold"
-        return "" if self.word(self.rest) else "Choose what the vent valve does without power"
+            return "Choose the safe state after a fault: release or hold"
+        return "" if self.word(self.rest) else "Choose the position of the vent valve without power"
 
     async def _hold(self) -> None:
         missing = self._missing_choice()
@@ -444,7 +444,7 @@ class Bench(Page):
 
 def _run_sentence(result: RunResult) -> str:
     missing = f"{result.gaps} samples are missing" if result.gaps else "no sample is missing"
-    counts = f"{result.samples} samples are in its file, with those of before it began; {missing}."
+    counts = f"Its file has {result.samples} samples, some from before the start; {missing}."
     if result.reason is None:
-        return f"All steps carried out in {result.duration:.1f} s. {counts}"
+        return f"All steps completed in {result.duration:.1f} s. {counts}"
     return f"Ended after {result.duration:.1f} s: {result.reason}. {counts}"

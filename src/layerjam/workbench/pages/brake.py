@@ -1,4 +1,4 @@
-"""Brake: what it is made of, what it looks like inside, what it weighs, holds and bears."""
+"""Brake: materials, drawing, mass, force and strength."""
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -44,7 +44,7 @@ PART = Choice(
 
 
 class Brake(Page):
-    """Change a number and see what it does, or whether and how it is built."""
+    """Change a number and see its effect, or whether and how the brake can be built."""
 
     name, title = "brake", "Brake"
     summary = "Materials, mass, forces and strength"
@@ -59,12 +59,12 @@ class Brake(Page):
         """Slip and vacuum of the picture, within the brake's bounds."""
         brake = self.desk.brake.brake
         lap, full = brake.sheets.overlap, self.more.atmosphere(brake.site.atmosphere)
-        slip = entry("force", "slip", 0.0, (0.0, lap), label="Slip drawn")
-        vacuum = vacuum_entry("force", "vacuum", full, label="Vacuum drawn")
+        slip = entry("force", "slip", 0.0, (0.0, lap), label="Slip shown")
+        vacuum = vacuum_entry("force", "vacuum", full, label="Vacuum shown")
         return by_key(slip.narrow(high=lap), vacuum)
 
     def build(self) -> None:
-        """Numbers of the brake left, what follows from them right."""
+        """Numbers of the brake on the left, results on the right."""
         tabs(self.desk, self.name, PART)
         side, main = columns("brake-page")
         with side:
@@ -120,7 +120,7 @@ class Brake(Page):
 
         with ui.row().classes("w-full items-center gap-2"):
             self.other = select({}, "Compare with", "brake-beside", put, classes="w-64")
-            text, look = "Keep as it is now, to compare", "flat dense no-caps"
+            text, look = "Keep a copy to compare with", "flat dense no-caps"
             keep = lambda: self._put_beside(self.desk.state.brake)  # noqa: E731
             button(text, keep, "brake-keep", "push_pin", look=look)
         self.desk.watch(lambda what: self._fill_beside() if what in ("brake", "undo") else None)
@@ -138,7 +138,7 @@ class Brake(Page):
             self.desk.put_file("beside", text)
 
     def calls(self) -> Sequence[Call]:
-        """The brake's numbers, its force at the drawn slip, and the second brake; or its build."""
+        """The brake's numbers, its force at the slip shown, and the second brake; or its build."""
         if self._builds():
             return self.making.calls()
         brake = self.desk.brake_subject()
@@ -250,7 +250,8 @@ def _percent(part: float) -> str:
 def comparison(first: Any, second: Any | None, even: bool = True) -> str:
     """Return the brake's numbers as HTML, and the difference to a second brake in words.
 
-    Where only one of the two is calibrated they are not `even`, and none has the better force.
+    If only one of the two is calibrated, they are not `even`, and neither is marked as better in
+    force.
     """
     heads = ["", first.values["name"]]
     if second is not None:
@@ -277,7 +278,7 @@ def _weight(words: str) -> str:
 
 
 def sources(file: BrakeFile) -> str:
-    """Every number of a brake with its kind and what its file says of it, as HTML."""
+    """Every number of a brake with its kind and its source in the file, as HTML."""
     heads = ["Number", "Value", "Kind", "Source", "Spread", "Conflict"]
     rows = []
     for path, (spec, _) in BRAKE_FIELDS.items():

@@ -1,4 +1,4 @@
-"""Build, a part of the brake's page: can it be made, and the folder for the workshop."""
+"""Build, a part of the brake's page: whether it can be built, and the folder for the workshop."""
 
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -40,9 +40,9 @@ NUMBERS = (
 FILE = "file"
 CUTTER = Choice(
     "cutter",
-    {FILE: "as its file says", **{word: word for word in CUTTERS}},
+    {FILE: "as in its file", **{word: word for word in CUTTERS}},
     FILE,
-    "Film is cut by",
+    "Cutting method",
     "Who cuts the film: a service, your own laser, or a knife",
 )
 COUPONS = Choice(
@@ -53,7 +53,7 @@ COUPONS = Choice(
     "A comb for the kerf and strips for the friction",
 )
 CONTROLS = ("cutter", "coupons", "out", "overwrite")
-"""Inputs of the command that have a control of their own or none; the rest is in the fold."""
+"""Inputs of the command with a control elsewhere or none; the rest is in the panel."""
 DRAWN = Choice(
     "drawn",
     {"brake": "parts of the brake", "mould": "mould of the enclosure"},
@@ -82,7 +82,7 @@ class BuildResult:
 
 @dataclass(frozen=True)
 class Folder:
-    """A folder as one file, under the name it is downloaded by; empty if nothing was made."""
+    """A folder as one file, with its download name; empty if nothing was written."""
 
     name: str
     result: Built
@@ -115,7 +115,7 @@ class BuildPart(View):
                 with ui.row().classes("w-full items-center gap-3"):
                     act, text = self.download, "Folder for the workshop (ZIP)"
                     self.button = button(text, act, "brake-build-download", "folder_zip")
-                    hint("Patterns, parts to print, mould, instructions, parts list")
+                    hint("Patterns, parts to print, mould, instructions and parts list")
                 waiting_line("brake-build", self.maker)
                 self.trouble = Alert("brake-build-problem", "text-sm")
                 self.after = status("brake-build-after", "text-sm")
@@ -149,7 +149,7 @@ class BuildPart(View):
         return [self.call()]
 
     def compute(self) -> BuildResult:
-        """The verdict and the drawn parts; no file is made."""
+        """Return the verdict and the drawn parts; no file is written."""
         call, mould = self.call(), self.word(DRAWN) == "mould"
         try:
             result = call.run(function=verdict)
@@ -200,7 +200,10 @@ class BuildPart(View):
             self.trouble.say(folder.result.reason or "")
 
     def make(self) -> Folder:
-        """The folder as the command writes it; what it is made with is not kept in memory."""
+        """Return the folder as written by the command.
+
+        Libraries used for it do not stay in memory.
+        """
         call = self.call()
         result = call.run(function=verdict)
         if not result.feasible:
@@ -233,7 +236,7 @@ def checks_table(result: Built) -> str:
 
 
 def _number(value: float | None, unit: str) -> str:
-    """A number of a check; what has no unit there is a share."""
+    """Return a number of a check; numbers without a unit are shares."""
     if value is None:
         return "–"
     return f"{round(value, 3) + 0.0:.1%}" if unit == "1" else show(value, unit, 4)

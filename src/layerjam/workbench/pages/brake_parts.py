@@ -1,4 +1,4 @@
-"""The drawn parts of a build in space: the bodies of its pictures, to turn around."""
+"""The drawn parts of a build in space: the bodies of its pictures, which can be rotated."""
 
 import base64
 from collections.abc import Iterable, Mapping
@@ -31,7 +31,7 @@ VIEWS: Mapping[str, Point] = {
 
 @dataclass(frozen=True)
 class Surface:
-    """All bodies of one colour as one surface: corners and triangles as the browser takes them."""
+    """All bodies of one colour as one surface: vertices and triangles for the browser."""
 
     colour: str
     corners: str
@@ -47,8 +47,8 @@ class Parts:
 
 
 def parts_of(drawing: "Drawing", mould: bool) -> Parts:
-    """The parts of one brake apart, or its mould opened."""
-    # the page of the brake is opened without what draws
+    """The separated parts of one brake, or its opened mould."""
+    # the page Brake opens before the drawing code is loaded
     from layerjam.report import build_pictures, build_scene
 
     world = build_scene.scene(drawing.build, drawing.lengths)
@@ -95,7 +95,7 @@ class PartsView:
         camera = ui.scene.perspective_camera(fov=28)
         look: dict[str, Any] = {"grid": False, "background_color": GROUND, "fps": 20}
         self.scene = ui.scene(width=640, height=360, camera=camera, click_events=[], **look)
-        label = "The parts to make, apart"
+        label = "The parts to make, separated"
         dress(self.scene, ident, "w-full h-96", role="img", aria_label=label)
         self.scene.on("init", js_handler=f"() => layerjamStill(getElement({self.scene.id}))")
         self.scene.on("init", lambda: self._fit(0.0))
@@ -104,8 +104,8 @@ class PartsView:
             for name, place in VIEWS.items():
                 key = f"{ident}-{name.replace(' ', '-')}"
                 view = button(name, partial(self._look, place), key, look="flat dense no-caps")
-                dress(view, aria_label=f"Parts seen: {name}")
-            hint("drag to turn, wheel to come nearer")
+                dress(view, aria_label=f"View of the parts: {name}")
+            hint("drag to rotate, scroll to zoom")
 
     def show(self, parts: Parts, dark: bool) -> None:
         """Bring the scene up to date."""

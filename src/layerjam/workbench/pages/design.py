@@ -1,4 +1,4 @@
-"""Design: from a requirement to a brake, several as one, what others make, four machines."""
+"""Design: from a requirement to a brake, arrays of brakes, published devices, four machines."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -66,7 +66,7 @@ class Arrays(Part):
         return by_key(rows.narrow(high=WIDE), row.narrow(high=LONG), vacuum)
 
     def build(self) -> None:
-        """Controls and totals left, force over elongation right."""
+        """Controls and totals on the left, force over elongation on the right."""
         side, main = columns()
         with side:
             for key in CONTROLS:
@@ -79,13 +79,14 @@ class Arrays(Part):
             self.panel.build(f"{PAGE}-array-chart", label)
             self.panel.build_row()
             hint(
-                "In series the weakest slips first; once it slides the others relax, and the "
-                "next slips only when the first is on its stop: the teeth of the curve."
+                "In series, the weakest brake slips first, and the others relax. The "
+                "next one slips only when the first reaches its end stop. This gives the "
+                "teeth of the curve."
             )
             self.notes = Notes()
 
     def calls(self) -> Sequence[Call]:
-        """The array, and one brake beside it."""
+        """Compute the array, and a single brake for comparison."""
         subjects, vacuum = (self.desk.brake_subject(),), self.text("vacuum")
         counts = {key: int(self.value(key)) for key in ("parallel", "series")}
         options = {"vacuum": vacuum, **self.more.options()}
@@ -146,8 +147,8 @@ class Machines(Part):
         with fold("Every number", f"{PAGE}-machine-numbers"):
             self.results = ui.html("", sanitize=False).classes("w-full")
         hint(
-            "Computed from a model of the scenario's own brakes; nothing here was measured. A "
-            "scenario of your own: layerjam scenario FILE.toml."
+            "Computed from a model of the scenario's own brakes; nothing here was "
+            "measured. For a scenario of your own, run layerjam scenario FILE.toml."
         )
         self.notes = Notes()
 
@@ -156,7 +157,7 @@ class Machines(Part):
         return [Call("scenario", (Subject(self.word(self.choice)),))]
 
     def compute(self) -> MachineResult:
-        """The result and its drawings; each machine once a tab."""
+        """Compute the result and its drawings, once per machine and tab."""
         name = self.word(self.choice)
         if name not in self._known:
             (call,) = self.calls()
@@ -176,8 +177,8 @@ class Machines(Part):
             (words(k), cell_text(v, result.units.get(k, ""))) for k, v in result.results.items()
         ]
         rows.append(("mass of the brakes", cell_text(result.mass, "kg")))
-        count = "none does" if result.brakes_needed is None else str(result.brakes_needed)
-        rows.append(("brakes it would take", count))
+        count = "none is sufficient" if result.brakes_needed is None else str(result.brakes_needed)
+        rows.append(("brakes required", count))
         self.results.set_content(html(("What", "Value"), rows, (1,), "Results"))
         self.notes.fill(result.warnings)
 
@@ -189,14 +190,14 @@ def limits_table(result: Any) -> str:
         bound = f"{'at least' if limit.least else 'at most'} {show(limit.limit, limit.unit)}"
         verdict = "missed"
         if 0 < limit.factor < float("inf"):
-            verdict = f"missed, by {limit.factor:.3g} times"
+            verdict = f"missed by a factor of {limit.factor:.3g}"
         value = cell_text(limit.value, limit.unit)
         rows.append((limit.name, value, bound, "met" if limit.met else verdict))
     return html(("Limit", "Value", "Allowed", ""), rows, (1, 2), "Limits")
 
 
 def _figure(name: str, svg: str, caption: str) -> str:
-    """A drawing in the colours of the page, light or dark; its ids carry `name`."""
+    """A drawing in the colours of the page, light or dark; its ids contain `name`."""
     from layerjam.report.page import apply_theme, svg_of
 
     text = escape(caption)
@@ -208,7 +209,7 @@ def _figure(name: str, svg: str, caption: str) -> str:
 
 KINDS: dict[str, tuple[str, type[Part]]] = {
     "need": ("From a requirement", NeedPart),
-    "arrays": ("Several as one", Arrays),
+    "arrays": ("Arrays of brakes", Arrays),
     "density": ("Force over mass", Density),
     "machines": ("Four machines", Machines),
 }
@@ -239,7 +240,7 @@ class Design(Page):
         self._open_part()
 
     def part(self) -> Part:
-        """The one that is open."""
+        """The open part."""
         return self.parts[self.word(PART)]
 
     def _open_part(self) -> None:
@@ -256,7 +257,7 @@ class Design(Page):
         return self.part().calls()
 
     def compute(self) -> Any:
-        """The open part's results, and whose they are."""
+        """Compute the open part's results, with the part."""
         part = self.part()
         return part, part.compute()
 
@@ -265,7 +266,7 @@ class Design(Page):
         return self.part().answers()
 
     def draw(self, result: Any) -> None:
-        """Show them where the part is still open."""
+        """Show them if the part is still open."""
         part, answers = result
         if part is self.part():
             part.result = answers

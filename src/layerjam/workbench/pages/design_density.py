@@ -1,4 +1,4 @@
-"""Force over mass: the desk's brake, the catalogue's, and what others make."""
+"""Force over mass: the current brake, those of the catalogue, and published devices."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -42,19 +42,19 @@ class Density(Part):
         self.panel = Panel(self.desk, PAGE, f"{PAGE}-density")
 
     def controls(self) -> Mapping[str, Control]:
-        """The vacuum of ours."""
+        """The vacuum of our brakes."""
         sites = [self.desk.brake, *map(load, devices())]
         full = self.more.atmosphere(min(file.brake.site.atmosphere for file in sites))
-        name = "Vacuum of ours"
+        name = "Vacuum of our brakes"
         ours = vacuum_entry("compare", "vacuum", full, 0.05 * full, key="ours", label=name)
         return by_key(ours)
 
     def build(self) -> None:
-        """The picture over the table."""
+        """Build the picture above the table."""
         with ui.column().classes("side"):
             self.slider("ours")
             self.more.build()
-        label = "Force over mass, both logarithmic; the table below has the numbers"
+        label = "Force over mass on logarithmic axes; the table below lists the numbers"
         look = "width: 100%; height: max(540px, 60vh)"
         self.panel.build(f"{PAGE}-density-chart", label, look)
         self.panel.build_row()
@@ -74,7 +74,7 @@ class Density(Part):
         ]
 
     def draw(self, answers: Sequence[Answer]) -> None:
-        """Picture, what a sheet adds, table."""
+        """Draw the picture, the effect of one more sheet, and the table."""
         (answer,) = answers
         result = answer.result
         self.panel.draw(answer, density_chart(result, self.page.dark))
@@ -87,7 +87,7 @@ class Density(Part):
         )
         lacking = ", ".join(result.none_found)
         self.missing.set_text(
-            f"Not drawn, for no device with a source was found: {lacking}." if lacking else ""
+            f"Not drawn, because no device with a source was found: {lacking}." if lacking else ""
         )
         rows = [
             (r["name"], r["kind"], *_numbers(r), " ".join(filter(None, (r["source"], r["note"]))))
@@ -135,14 +135,14 @@ def _points(
 ) -> dict[str, Any]:
     """Return the points of a kind of device; only jamming brakes are all named.
 
-    Of ours only the first says its brake and vacuum in full, the others where they differ.
+    Only the first of our brakes is labelled with name and vacuum; the others state differences.
     """
     strongest = max(rows, key=lambda r: r["max_force"])["name"] if kind else ""
     data = []
     for place, r in enumerate(rows):
         first = not kind and place == 0
         unsure = ", friction not measured" if r["note"] else ""
-        rim = " (torque at its own rim)" if r["lever"] else ""
+        rim = " (torque at the device's own rim)" if r["lever"] else ""
         name_shown = r["name"] if first else _short_name(r["name"], rows[0]["name"])
         text = f"{kind}{rim}" if r["name"] == strongest else "" if kind else name_shown + unsure
         label = dict(show=bool(text), formatter=text, color=ink, fontSize=12 if first else 11)
@@ -178,13 +178,13 @@ def _equal(x: tuple[float, float], y: tuple[float, float], color: str) -> list[d
 
 
 def _decades(low: float, high: float) -> tuple[float, float]:
-    """A span a little wider, on 1, 2 or 5 of a decade."""
+    """Return a slightly wider span with limits at 1, 2 or 5 of a decade."""
     marks = [f * 10.0**p for p in range(-9, 10) for f in (1, 2, 5)]
     return max(m for m in marks if m <= low / 1.2), min(m for m in marks if m >= high * 1.2)
 
 
 def _pair(mass: float, force: float) -> list[float]:
-    """A point of the chart, short on its way to the browser; mass [kg], force [N]."""
+    """Return a point of the chart, rounded for the browser; mass [kg], force [N]."""
     return [float(f"{value:.5g}") for value in (mass * GRAMS, force)]
 
 

@@ -1,4 +1,4 @@
-"""The result of a design as a chart to click through and as tables; nothing here computes."""
+"""The result of a design as a clickable chart and as tables; this module computes nothing."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -20,7 +20,7 @@ PALE = "#9aa5af"
 """Grey on a dark ground."""
 Row = Mapping[str, Any]
 CHOSEN, REFINED = -2, -1
-"""Numbers that stand for the chosen design, and for the refined one between the steps."""
+"""Numbers that denote the chosen design, and the refined one between the steps."""
 
 
 def designs(result: Any) -> dict[int, Row]:
@@ -45,7 +45,7 @@ def pick_design(result: Any, selection: int) -> tuple[int, Row]:
 
 
 def drawable(result: Any) -> dict[str, str]:
-    """Quantities the front can be seen over: numbers that differ among its designs."""
+    """Return the quantities for the axes of the front: numbers that differ among its designs."""
     out = {}
     for name in (*MERITS, *VARIABLES):
         values = {d.get(name) for d in result.front}
@@ -78,7 +78,7 @@ def front_chart(result: Any, names: tuple[str, str], number: int, dark: bool) ->
     ring = dict(color="transparent", borderColor=ink, borderWidth=2.2)
     ring_look = dict(silent=True, symbol="circle", symbolSize=26, z=5, itemStyle=ring)
     looked_at = point(pick_design(result, number)[1])["value"]
-    series.append(scatter("looked at", [looked_at], **ring_look))
+    series.append(scatter("selected", [looked_at], **ring_look))
     chart = points_chart(series, x=x, y=y, dark=dark, right=190)
     for axis in ("xAxis", "yAxis"):
         chart[axis][0] |= {"scale": True}
@@ -88,7 +88,7 @@ def front_chart(result: Any, names: tuple[str, str], number: int, dark: bool) ->
 def points_chart(
     series: Sequence[dict[str, Any]], *, right: int, dark: bool, **axes: Any
 ) -> dict[str, Any]:
-    """A chart of points, each of which bears its name."""
+    """Return a chart of named points."""
     chart = options([Pane([], **axes, x_range=(None, None), y_range=(None, None))], dark)
     chart["grid"][0] |= {"right": right, "left": 70, "top": 44}
     chart["tooltip"] = {"trigger": "item", "confine": True, "formatter": "{b}"}
@@ -101,7 +101,7 @@ def scatter(name: str, data: Sequence[Any], **look: Any) -> dict[str, Any]:
 
 
 def _mark_look(mark: Look, word: str, ink: str, shift: tuple[float, float]) -> dict[str, Any]:
-    """The look of a mark with its word beside it, on a line."""
+    """Return the style of a mark, with its word next to it, on a line."""
     side = "right" if shift[0] > 0 else "left"
     return {
         **dict(symbol=mark.symbol, symbolSize=mark.symbol_size, color=mark.color, z=4),
@@ -145,7 +145,7 @@ def comparison(result: Any, number: int, is_main: bool = True) -> str:
     """
     spec = result.record.spec
     marks = {"chosen": result.chosen, "between the steps": result.refined}
-    marks = {"looked at": pick_design(result, number)[1], **marks, "runner-up": result.runner_up}
+    marks = {"selected": pick_design(result, number)[1], **marks, "runner-up": result.runner_up}
     columns = {word: design for word, design in marks.items() if design is not None}
     limits: dict[str, list[str]] = {}
     for c in spec.constraints:
@@ -168,7 +168,7 @@ def comparison(result: Any, number: int, is_main: bool = True) -> str:
             cells = [f"{c}, too heavy" if min(bounds, default=m) < m else c for c, m in pairs]
         rows.append((words(name), ", ".join(limits.get(name, [])), *cells))
     none = "" if is_main else "All rows are shown above."
-    return _table("Designs side by side", ("", "asked for", *columns), rows, 2, none)
+    return _table("Designs side by side", ("", "required", *columns), rows, 2, none)
 
 
 def forbidden(result: Any) -> str:
@@ -184,9 +184,9 @@ def forbidden(result: Any) -> str:
         )
         for f in result.forbidden
     ]
-    heads = ("Constraint", "keeps out", "which has", "missed by", "better by")
-    none = "No single constraint keeps a better design out."
-    return _table("Designs that one constraint forbids", heads, rows, 2, none)
+    heads = ("Constraint", "excludes", "which has", "missed by", "better by")
+    none = "No single constraint excludes a better design."
+    return _table("Designs excluded by one constraint", heads, rows, 2, none)
 
 
 def chances(result: Any) -> str:
@@ -197,9 +197,9 @@ def chances(result: Any) -> str:
         shares = (f"{c['probability']:.1%}", f"{c['error']:.1%}")
         span = (cell_text(c[end], units.get(name, "1")) for end in ("low", "high"))
         rows.append(("all of them" if name == "all" else name, *shares, *span))
-    heads = ("Constraint", "holds", "give or take", "5 % below", "5 % above")
-    none = "The brake states no scatter of its friction, so none is taken into account."
-    return _table("Robustness of the chosen design", heads, rows, 1, none)
+    heads = ("Constraint", "holds", "±", "5 % below", "5 % above")
+    none = "The brake file states no scatter of the friction, so the scatter is ignored."
+    return _table("Robustness of the selected design", heads, rows, 1, none)
 
 
 def slopes(result: Any) -> str:
@@ -211,7 +211,7 @@ def slopes(result: Any) -> str:
         if any(abs(c) > 0.005 for c in changes):
             rows.append((words(n), *(f"{c:+.2f}" if abs(c) > 0.005 else "–" for c in changes)))
     heads = ("1 % more of", *(f"{words(m)} [%]" for m in table))
-    return _table("Sensitivities of the chosen design", heads, rows, 1)
+    return _table("Sensitivities of the selected design", heads, rows, 1)
 
 
 def _limits(result: Any) -> dict[str, str]:
@@ -222,7 +222,7 @@ def _limits(result: Any) -> dict[str, str]:
 def _table(
     caption: str, heads: Sequence[str], rows: Sequence[Iterable[str]], words: int, none: str = ""
 ) -> str:
-    """The table, whose first columns are words; the sentence `none` where it is empty."""
+    """The table, whose first columns are words; the sentence `none` if it is empty."""
     if none and not rows:
         return f"<p>{none}</p>"
     cells = [tuple(map(in_print, row)) for row in rows]
@@ -241,7 +241,7 @@ def verdict(result: Any) -> str:
     if result.runner_up is not None:
         text += f"\nRunner-up: {describe_design(result.runner_up)}; {result.runner_up_lost}."
     if result.binding:
-        text += f"\nHeld by {', '.join(result.binding)}."
+        text += f"\nLimited by {', '.join(result.binding)}."
     return text
 
 
@@ -253,5 +253,7 @@ def refusal(result: Any) -> str:
             f" At least one of {result.killed_by}, {', '.join(result.excludes)} must be relaxed."
         )
     if not result.examined:
-        return f"{text} Shown by bounds, before any of the {result.designs:,} designs was computed."
+        return (
+            f"{text} Bounds show this; none of the {result.designs:,} designs had to be computed."
+        )
     return f"{text} All {result.examined:,} designs were computed."

@@ -41,22 +41,22 @@ from layerjam.workbench.widgets import (
 )
 
 LONGEST = 20_000
-"""Characters of a specification on the page; the link has to hold it."""
-STOPPED = "Stopped. Press Search to start again."
+"""Largest number of characters of a specification on the page, which must fit into a link."""
+STOPPED = "Stopped. Press Search to restart."
 EMPTY = "Set what the brake must do, then press Search."
 CHANGED = "The requirement is another than the one searched."
 TABLES = (
     ("Designs side by side", "comparison", True),
     ("All rows", "all_rows", False),
-    ("Better, but forbidden", "forbidden", False),
-    ("Robustness of the chosen design", "chances", False),
-    ("Sensitivity at the chosen design", "slopes", False),
+    ("Better, but excluded", "forbidden", False),
+    ("Robustness of the selected design", "chances", False),
+    ("Sensitivity of the selected design", "slopes", False),
 )
 """Title, its function in `design_front`, and whether it is open at first."""
 
 
 class SearchResult(NamedTuple):
-    """An answer, or why there is none and at which line."""
+    """An answer, or the reason why there is none, with its line."""
 
     answer: Answer | None = None
     problem: str = ""
@@ -71,7 +71,7 @@ class SearchResult(NamedTuple):
 
     @property
     def design(self) -> Any:
-        """The result where a design meets what is asked, else None."""
+        """Return the result if a design meets the requirements, otherwise None."""
         return self.result if self.result is not None and self.result.feasible else None
 
 
@@ -79,7 +79,7 @@ class SearchResult(NamedTuple):
 def read(text: str, begin: str = "") -> DesignSpecification:
     """A specification from the page; raises FileError with the line.
 
-    No file is opened: `begin` is the text of the desk's brake, where it begins from that.
+    No file is opened: `begin` is the text of the current brake, if it starts from that.
     """
     if len(text) > LONGEST:
         raise FileError("the specification", f"{len(text)} characters; at most {LONGEST} are read")
@@ -92,7 +92,7 @@ def read(text: str, begin: str = "") -> DesignSpecification:
 
 
 class NeedPart(Part):
-    """The specification left, the front and the designs right."""
+    """The specification on the left, the front and the designs on the right."""
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
@@ -110,12 +110,12 @@ class NeedPart(Part):
         return self.desk.state.find_setting(PAGE, "spec") is not None
 
     def spec_text(self) -> tuple[str, str]:
-        """(text, its name where it is an example's) that was last searched."""
+        """(text, name if it is an example) of the last search."""
         spec = str(self.desk.get(PAGE, "spec", ""))
         return (examples()[spec], spec) if spec in examples() else (spec, "")
 
     def start_brake(self) -> str:
-        """The text of the brake that the specification begins from, as it was on the desk then."""
+        """Text of the brake on which the specification is based, at the time of its creation."""
         return str(self.desk.get(PAGE, "begin", ""))
 
     def spec(self) -> DesignSpecification:
@@ -123,7 +123,7 @@ class NeedPart(Part):
         return read(self.spec_text()[0], self.start_brake())
 
     def calls(self) -> Sequence[Call]:
-        """The search; an own specification is the file that can be saved."""
+        """Return the search; the user's own specification is a file that can be saved."""
         _, name = self.spec_text()
         if not self.is_asked:
             return []
@@ -140,11 +140,14 @@ class NeedPart(Part):
         return self.spec_text(), self.start_brake()
 
     def _result(self) -> Any:
-        """The result whose front is on the page; None while another one is being searched for."""
+        """The result whose front is on the page; None during a search."""
         return None if self.panel.shown is None else self.panel.shown.result
 
     def compute(self) -> SearchResult:
-        """The result to the specification; nothing twice, and nothing anew that was stopped."""
+        """Return the result for the specification.
+
+        Nothing is computed twice, and stopped searches are not restarted.
+        """
         key = self._key()
         if self._found[0] != key:
             self._found = (key, self._search())
@@ -224,9 +227,9 @@ class NeedPart(Part):
                 act, icon = partial(self.walk, step), f"chevron_{arrow}"
                 walker = button("", act, f"{PAGE}-{direction}", icon, look=look, tip=caption)
                 dress(walker, aria_label=caption)
-            text, look = "Put this brake on the desk", "no-caps dense"
+            text, look = "Use this brake on all pages", "no-caps dense"
             button(text, self.take, f"{PAGE}-take", "move_down", look=look)
-        caption = "The front; the buttons above walk along it"
+        caption = "The Pareto front; use the buttons above to move along it"
         size = "width: 100%; height: max(400px, 50vh)"
         self.panel.build(f"{PAGE}-front", caption, size, self._on_click)
         self.looked = status(f"{PAGE}-picked", "font-medium")
@@ -253,7 +256,7 @@ class NeedPart(Part):
         self.empty.set_visibility(not self.is_asked or self.editor.value != self.spec_text()[0])
 
     def _wait(self) -> None:
-        """Another front is being searched for: the buttons of the one before go with it."""
+        """Hide the previous front and its buttons during a search."""
         self.panel.draw(None, None)
         self.result = None
         self.empty.set_visibility(False)
@@ -262,7 +265,7 @@ class NeedPart(Part):
         self.verdict.set_text("")
         self.results.set_visibility(False)
 
-    # ---- what the user does
+    # ---- user actions
 
     def use_text(self, text: str) -> None:
         """A text that was not typed, searched."""
@@ -312,7 +315,7 @@ class NeedPart(Part):
         self.pick(numbers[(place + step) % len(numbers)])
 
     def selection(self) -> int:
-        """The number of the design looked at, as it was put."""
+        """The number of the selected design, as stored."""
         value = self.desk.get(PAGE, "picked", float(front.CHOSEN))
         return int(value) if isinstance(value, int | float) else front.CHOSEN
 
@@ -335,13 +338,15 @@ class NeedPart(Part):
             ui.notify(one_line(err), type="warning")
             return
         count = int(design["series"] * design["parallel"])
-        note = f"; the design is {count} of them" if count > 1 else ""
-        ui.notify(f"{file.name} is on the desk, used at {show(design['vacuum'], 'Pa')}{note}")
+        note = f"; the design has {count} of them" if count > 1 else ""
+        ui.notify(
+            f"{file.name} is now the current brake, used at {show(design['vacuum'], 'Pa')}{note}"
+        )
 
     # ---- results
 
     def draw(self, outcome: SearchResult) -> None:
-        """The outcome; what has not changed stays as it is, what was overtaken is not shown."""
+        """Show the outcome; unchanged parts are kept, outdated results are not shown."""
         key, of_now = self._found
         if of_now is not outcome or key != self._key():
             return
@@ -370,7 +375,7 @@ class NeedPart(Part):
         self.heroes.fill(front.heroes(result, design))
         is_chosen = number == result.chosen["number"]
         self.sentence.set_text(front.sentence(result, design, outcome.pull if is_chosen else None))
-        self.looked.set_text(f"Looked at: {describe_design(design)}")
+        self.looked.set_text(f"Selected: {describe_design(design)}")
         for key, is_main in (("comparison", True), ("all_rows", False)):
             self.tables[key].set_content(front.comparison(result, number, is_main))
         for make in (front.forbidden, front.chances, front.slopes):

@@ -28,7 +28,7 @@ class Part(View):
 
 
 def cell_text(value: Any, unit: str) -> str:
-    """A number of a result as it stands in a table."""
+    """Return a number of a result, formatted for a table."""
     if value is None or (isinstance(value, float) and value != value):
         return "–"
     if isinstance(value, list):

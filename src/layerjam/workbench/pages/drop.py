@@ -56,7 +56,7 @@ SHOWN = Choice(
     {key: MODES[key] for key in ("none", "full", "tuned", "value")},
     "tuned",
     label="Vacuum",
-    help="No brake: the mass on the rope alone. Tuned: to the travel below",
+    help="No brake: the mass on the rope alone. Tuned: the vacuum that uses the travel below",
 )
 SLOWLY = Choice(
     "slow",
@@ -64,7 +64,7 @@ SLOWLY = Choice(
     "auto",
     label="Slow motion",
 )
-NO_ROPE = "there is no rope, and without a brake the mass hangs on nothing else"
+NO_ROPE = "there is neither a rope nor a brake, so nothing holds the mass"
 KEYS = ("mass", "speed", "height", "vacuum", "travel", "rope_stiffness", "no_brake", "horizontal")
 """Inputs of `drop` that have a control on the page; all others are in the fold "More"."""
 HISTORY = ("vacuum_history", "reading", "columns", "decimal")
@@ -72,7 +72,7 @@ HISTORY = ("vacuum_history", "reading", "columns", "decimal")
 
 
 class Drop(Page):
-    """Drop a mass, see it stop; none, full and tuned side by side."""
+    """Drop a mass and see it stop: without brake, with full and with tuned vacuum."""
 
     name, title = "drop", "Drop"
     summary = "A mass falls into the brake and is stopped"
@@ -158,7 +158,7 @@ class Drop(Page):
         history = {key: extra.pop(key) for key in HISTORY if key in extra}
         if not self._roped():
             extra.pop("rope_damping", None)
-        # without a brake there is no vacuum, and no time to follow it
+        # without a brake there is no vacuum, and no duration
         bare = {key: value for key, value in extra.items() if key != "duration"}
         modes: dict[str, Options] = {
             **({"none": {"no_brake": True, **bare}} if self._roped() else {}),
@@ -194,14 +194,14 @@ class Drop(Page):
         return Call("tune", (self.desk.brake_subject(),), {**inputs, **site})
 
     def compute(self) -> Any:
-        """Every drop alone: one that is refused leaves the others."""
+        """Compute every drop separately: an error in one does not affect the others."""
         drops, tuning = self.columns(), try_call(self._tuning())
         view = "history" if "history" in drops else self.word(SHOWN)
         pins = self.panel.pinned_answers(drops.get(view, drops["full"]))
         answers: dict[str, Answer] = {}
         for mode, call in drops.items():
             if mode == "tuned" and tuning.result is not None and not tuning.result.feasible:
-                # what would do instead takes long to find: it is not looked for twice
+                # finding alternatives takes long, so do not search twice
                 answers[mode] = Answer(call, not_tuned(tuning.result))
             else:
                 answers[mode] = try_call(call, progress=self.runner.tell)
@@ -209,7 +209,7 @@ class Drop(Page):
         return view, answers, tuning, pins
 
     def answers(self) -> Sequence[Answer]:
-        """The drops of the table that were asked for, and the tuning."""
+        """Return the requested drops of the table, and the tuning."""
         if self.result is None:
             return []
         _, drops, tuning, _ = self.result
@@ -250,11 +250,11 @@ class Drop(Page):
 
 
 def bound(floor: float | None, tuning: Mapping[str, Any]) -> str:
-    """The bound [g] of any brake, for what a tuning was asked, in words."""
+    """Return a sentence with the bound [g] of any brake for a requested tuning."""
     if floor is None:
         return ""
     formula = "v²/2gd" if tuning.get("horizontal") else "v²/2gd + 1"
     return (
-        f"No brake at all stops it within {tuning['travel']} and the stretch of the rope "
-        f"with a peak below {show(floor, '1', 3)} g ({formula}: the force constant throughout)."
+        f"No brake can stop it within {tuning['travel']} plus the stretch of the rope "
+        f"with a peak below {show(floor, '1', 3)} g ({formula}, for a constant force)."
     )

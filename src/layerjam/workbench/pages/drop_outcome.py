@@ -30,11 +30,11 @@ SAMPLES = 240
 """Moments of the record sent to the browser."""
 SLOW = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
 LASTS = 4.0
-"""Least time an animation takes where the factor is chosen by itself [s]."""
+"""Least duration of an animation if the factor is automatic [s]."""
 
 
 def slowness(lasts: float) -> float:
-    """Factor of slow motion at which a record of `lasts` [s] takes `LASTS` or a little more."""
+    """Factor of slow motion at which a record of `lasts` [s] takes at least `LASTS`."""
     return next((factor for factor in SLOW if factor * lasts >= LASTS), SLOW[-1])
 
 
@@ -43,10 +43,10 @@ def series(
 ) -> dict[str, Any] | None:
     """Return the data for the browser, in ms, mm, N and m/s²; None if nothing moved.
 
-    `crash` is how a drop goes on that used the travel up; its beginning is the key `crash`.
+    `crash` is the motion of a drop after the travel is used up; its start is the key `crash`.
     """
     if crash is not None and isinstance(record, DropRecord):
-        # the first page is shown before what computes is loaded
+        # show the first page before the computing code is loaded
         from layerjam.simulate.crash import with_crash
 
         data = series(with_crash(record, crash), slow)
@@ -125,12 +125,12 @@ def verdict(stop: Any | None, refusal: str, inputs: Mapping[str, Any]) -> str:
     if stop.outcome is None:
         return _sentence(str(stop.reason))
     if stop.stopping_time is None:
-        return "The mass still moves when the time to follow it is over."
+        return "The mass is still moving at the end of the simulation."
     after = f"in {three_digits(show(stop.stopping_time, 's'))}"
     if stop.outcome == "NEVER_SLID":
         return f"Stopped {after} by the rope alone: the sheets never slid."
     if stop.outcome == "CLOSED_BY_SLEEVE":
-        return f"The enclosure pulls the brake shut {after}: friction no longer holds it."
+        return f"The enclosure pulls the brake back {after}, because friction no longer holds it."
     who, within = "The rope alone", after
     if stop.slip is not None:
         who = "This history" if stop.vacuum is None else show(stop.vacuum, "Pa", 3)
@@ -146,10 +146,10 @@ def _crash_sentence(stop: Any) -> str:
     used = f"The travel of {show(stop.slip, 'm')} is used up with the mass still at "
     used += f"{show(stop.end_speed, 'm/s')}: it crashes"
     if stop.crash_force is None:
-        return f"{used}. How hard is not known: without a rope nothing says what gives."
+        return f"{used}. The impact force is unknown, because no rope is given."
     hard = show(stop.crash_force, "N")
     in_g = "" if stop.crash_g is None else f", {show(stop.crash_g, '1', 3)} g"
-    return f"{used}, with up to {hard}{in_g} if the end does not give."
+    return f"{used}, with up to {hard}{in_g} if the end is rigid."
 
 
 def _sentence(words: str) -> str:
@@ -179,12 +179,12 @@ def heroes(stop: Any | None, is_tuned: bool = False) -> list[Hero]:
     if crashed:
         numbers.append(("hero-end-speed", "Speed at the crash", show(stop.end_speed, "m/s")))
     elif stop.stopping_time is not None:
-        numbers.append(("hero-time", "Stands still after", show(stop.stopping_time, "s")))
+        numbers.append(("hero-time", "At rest after", show(stop.stopping_time, "s")))
     return numbers
 
 
 class Advice:
-    """Buttons that set what would stop the mass; each of them was tuned before it is named."""
+    """Buttons that apply settings which stop the mass; each was tuned beforehand."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
@@ -195,7 +195,7 @@ class Advice:
     def fill(self, tuning: Answer, failed: bool) -> None:
         """Show the suggestions of a tuning; nothing if the drop did not fail."""
         ways = list(self._ways(tuning)) if failed and tuning.result is not None else []
-        # the same words may set other numbers: a third of another mass
+        # the same text may mean other numbers: a third of another mass
         content: list[object] = [(text, act.args, act.keywords) for text, _, act in ways]
         if content == self._shown:
             return
@@ -214,12 +214,15 @@ class Advice:
             yield label, "The vacuum that is tuned to the travel", partial(put, shown="tuned")
         if result.sheets_needed is not None:
             count = int(result.sheets_needed)
-            tip = "The same brake with as many sheets"
+            tip = "The same brake with this number of sheets"
             yield f"{count} sheets", tip, partial(with_sheets, self._desk, count)
         if result.brakes_needed is not None:
             count, parts = int(result.brakes_needed), {"mass": "kg", "rope_stiffness": "N/m"}
             share = {k: parse(texts[k], unit, k) / count for k, unit in parts.items() if k in texts}
-            tip = f"Side by side: shows one of them, with 1/{count} of the mass and of the rope"
+            tip = (
+                f"Brakes in parallel: shows one of them, with 1/{count} of the mass and of "
+                "the rope stiffness"
+            )
             yield f"{count} brakes", tip, partial(put, shown="tuned", **share)
         if result.travel_needed is not None:
             travel = float(result.travel_needed)
@@ -258,7 +261,7 @@ Drops = Mapping[str, Answer]
 
 
 def notes(drops: Drops) -> list[str]:
-    """Warnings of the drops, each with whose it is unless all drops of the brake say it."""
+    """Warnings of the drops, each with its drop's name unless all drops of the brake give it."""
     by_mode = {
         mode: answer.result.warnings for mode, answer in drops.items() if answer.result is not None
     }
@@ -324,7 +327,7 @@ def drop_chart(
 ) -> dict[str, Any]:
     """The three charts of a drop's `series`; `bound` is the least deceleration [m/s²].
 
-    `pins` are other drops by their labels, drawn quietly and named beside the first chart.
+    `pins` are other drops by their labels, drawn faintly and named next to the first chart.
     """
     time, last, quiet = data["time"], data["last"], dict[str, list[Curve]]()
     for label, result in pins.items():

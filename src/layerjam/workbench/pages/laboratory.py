@@ -1,4 +1,4 @@
-"""Laboratory: drop files in, see what was understood, correct it, and take a calibrated brake."""
+"""Laboratory: drop files, check and correct their interpretation, and get a calibrated brake."""
 
 from collections.abc import Sequence
 from functools import lru_cache, partial
@@ -31,11 +31,11 @@ from layerjam.workbench.said import edits_of, put_edits
 from layerjam.workbench.uploads import MAX_FILES, UploadError, zip_files
 from layerjam.workbench.widgets import Heroes, button, columns, dress, one_line
 
-STANDARDS = {"paper": "as the paper", "d1894": "ASTM D1894", "iso8295": "ISO 8295"}
+STANDARDS = {"paper": "as in the paper", "d1894": "ASTM D1894", "iso8295": "ISO 8295"}
 METHODS = {"exact": "peaks", "curves": "whole curves", "bayesian": "Bayesian"}
 STICK_SLIP = Choice(
     "judder",
-    {"no": "not averaged", "yes": "its middle"},
+    {"no": "not averaged", "yes": "middle of its envelope"},
     "no",
     label="Stick–slip",
     help="Whether the middle of stick–slip counts as kinetic friction",
@@ -45,7 +45,7 @@ FREE = Choice(
     dict(spoken.FREE),
     "",
     label=spoken.OTHERWISE["free"],
-    help="Quantities that each fit of whole curves finds, in addition to friction",
+    help="Quantities to fit to whole curves, in addition to friction",
 )
 BY_FILE = (
     *("negative", "column", "columns", "decimal", "specimen", "sheet", "names", "speed"),
@@ -55,9 +55,9 @@ BY_FILE = (
 OWN_FRICTION = (*BY_FILE, "standard", "accept_stick_slip", "brake", "partial", "overwrite")
 OWN_CALIBRATION = (*BY_FILE, "depth", "free", "partial", "overwrite")
 OWN_REPORT = tuple(parameters("report").keys() - {"report_number", "customer"})
-"""Inputs of the commands that have a control of their own, or none; the rest is in the folds."""
+"""Inputs of the commands with a control elsewhere or none; the rest is in the panels."""
 LOOK = 0.2
-"""Seconds between two looks at what was computed so far."""
+"""Seconds between two updates of the results so far."""
 KINDS = {"report.pdf": "application/pdf", "report.html": "text/html"}
 
 
@@ -73,24 +73,24 @@ class Laboratory(Page):
         self.standard = word_choice("friction", "standard", STANDARDS, label="Friction tests read")
         self.method = word_choice("calibrate", "depth", METHODS, label="Calibrated on")
         self.more = {
-            "More for friction tests": OtherInputs(self, "friction", OWN_FRICTION),
-            "More for the calibration": OtherInputs(self, "calibrate", OWN_CALIBRATION),
-            "More for the report": OtherInputs(self, "report", OWN_REPORT),
+            "More options for friction tests": OtherInputs(self, "friction", OWN_FRICTION),
+            "More options for the calibration": OtherInputs(self, "calibrate", OWN_CALIBRATION),
+            "More options for the report": OtherInputs(self, "report", OWN_REPORT),
         }
         self.rows: list[Row] = []
         self._read = lru_cache(4 * MAX_FILES)(read_row)
         self._wanted: set[str] = set()
         """Actions requested by buttons: "sample", "report", "practice"."""
         self._begun: object = None
-        """The inputs of what is being computed."""
+        """Inputs of the current computation."""
         self._divides = False
-        """Whether practice files were made that are to be divided."""
+        """Whether new practice files still need to be assigned to calibration and validation."""
         self._not_taken: list[str] = []
         self._gives = False
         """Whether the report that is being made is to be downloaded."""
 
     def build(self) -> None:
-        """Drop zone and settings left; files, results and report right."""
+        """Drop zone and settings on the left; files, results and report on the right."""
         ui.context.client.on_delete(self.close)
         side, main = columns(all_shown=True)
         with side:
@@ -112,7 +112,7 @@ class Laboratory(Page):
             self.problem_line()
         with main.classes("gap-4"):
             self.heroes = Heroes(self.name)
-            synthetic = "Synthetic: files among these were written by a program, not measured"
+            synthetic = "Synthetic: a program wrote some of these files; they were not measured"
             self.banner = dress(ui.label(synthetic), "laboratory-synthetic", "synthetic")
             self.table = Table(self._on_choose, self._divide, self._sidecars, self.uploads.refused)
             self.correct = Correct(self.desk, self._on_remove)
@@ -128,7 +128,7 @@ class Laboratory(Page):
     def _take_buttons(self) -> None:
         sample = partial(self._want, "sample")
         self.sample = _button("Sample", "casino", sample, "sample")
-        self.take = _button("Take this brake onto the desk", "move_up", self._take, "take")
+        self.take = _button("Use this brake on all pages", "move_up", self._take, "take")
         self.toml = _button("TOML", "download", self._download_brake, "toml")
 
     def _make_button(self) -> None:
@@ -153,9 +153,9 @@ class Laboratory(Page):
         with ui.row().classes("gap-2"):
             for name in (n for n in KINDS if n in step.pages):
                 _button(name, "download", partial(_give, step, name), name.replace(".", "-"))
-            _button("All of it (ZIP)", "folder_zip", give_all, "report-zip")
+            _button("Everything (ZIP)", "folder_zip", give_all, "report-zip")
 
-    # what is computed
+    # ---- computation
 
     def campaign(self) -> Campaign:
         """Files and controls of now."""
@@ -172,12 +172,12 @@ class Laboratory(Page):
         return Campaign(self.rows, brake, options, folder, self.runner.tell)
 
     def answers(self) -> Sequence[Answer]:
-        """The steps that are shown, in order, and the report where one was made."""
+        """The steps shown, in order, and the report if there is one."""
         runs = [self.chain.done.get(name) for name in (*STEPS, "report")]
         return [Answer(step.call, step.result) for step in runs if step and step.result is not None]
 
     def compute(self) -> list[Row]:
-        """Read what is new, then friction, calibration and validation as far as files go."""
+        """Read new files, then compute friction, calibration and validation as far as possible."""
         actions, self._wanted = self._wanted, set()
         self._begun = self._inputs()
         if "practice" in actions:
@@ -204,19 +204,20 @@ class Laboratory(Page):
         return state.settings.get(self.name), state.brake, files.used, dict(files.sidecars)
 
     def refresh(self) -> None:
-        """Ask anew; what is being computed from older inputs is given up."""
+        """Request a new computation, and cancel the one with outdated inputs."""
         if self.runner.running and self._inputs() != self._begun:
             self.runner.stop()
         super().refresh()
 
     def _show(self, result: Any, problem: str) -> None:
-        if not self.uploads.closed and (problem or result is not None):  # None: the server ends
+        # None means that the server is stopping
+        if not self.uploads.closed and (problem or result is not None):
             super()._show(result, problem)
-            if self.desk.state.page == self.name:  # it is filled when it is opened again
+            if self.desk.state.page == self.name:  # it is filled when it is reopened
                 self._fill()
 
     def draw(self, result: list[Row]) -> None:
-        """Report practice files that were not taken, and divide the others."""
+        """Report rejected practice files, and assign the others."""
         if self._not_taken:
             ui.notify("; ".join(self._not_taken[:5]), type="warning")
         self._not_taken.clear()
@@ -231,7 +232,7 @@ class Laboratory(Page):
         self._gives = False
 
     def _look(self) -> None:
-        """While it is computed and seen, show what is known so far."""
+        """During the computation, show the results so far."""
         if self.runner.running and self.desk.state.page == self.name:
             self._fill()
 
@@ -252,7 +253,7 @@ class Laboratory(Page):
         step = self.chain.done.get("calibrate")
         return None if step is None or step.brake is None else step
 
-    # what the user does
+    # ---- user actions
 
     def _want(self, action: str) -> None:
         self._wanted.add(action)
@@ -282,7 +283,7 @@ class Laboratory(Page):
         calibration = self._calibration()
         if calibration is None or calibration.brake is None:
             return
-        # heavy to load, and loaded by what was fitted
+        # slow to import, and already imported by the fit
         from layerjam.identify.calibration.law_spread import LawSpread
 
         spread = LawSpread.from_calibration(calibration.result.record[1])
@@ -293,7 +294,7 @@ class Laboratory(Page):
         except LayerjamError as err:
             ui.notify(one_line(err), type="warning")
             return
-        ui.notify("The calibrated brake is on the desk; undo takes it back")
+        ui.notify("The calibrated brake is now the current brake; use Undo to go back")
 
     def _download_brake(self) -> None:
         calibration = self._calibration()

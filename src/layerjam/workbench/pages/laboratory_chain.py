@@ -1,6 +1,6 @@
-"""Friction, then calibration, then validation: each on the brake that the one before has made.
+"""Friction, then calibration, then validation: each on the brake from the previous step.
 
-A report of them all is made where it is asked for.
+A report of all steps is written on request.
 """
 
 import re
@@ -23,17 +23,17 @@ from layerjam.workbench.widgets import one_line
 
 STEPS = ("friction", "calibrate", "validate")
 SAMPLE = "Sampling takes minutes: press 'Sample' to begin."
-WAITS = "It waits for the calibration."
-STOPPED = "It was stopped before it was done."
+WAITS = "Waiting for the calibration."
+STOPPED = "Stopped before it was finished."
 KEPT = 12
-"""Results that are kept: what was asked before is not computed again."""
+"""Number of cached results, which are not computed again."""
 _drawing = threading.Lock()
 """Matplotlib's settings are the process's: one figure at a time."""
 
 
 @dataclass(frozen=True)
 class StepResult:
-    """A call that was computed: its result and picture (SVG), the brake it wrote; or why not."""
+    """A computed call: its result, picture (SVG) and written brake, or its error."""
 
     call: Call
     result: Any = None
@@ -55,7 +55,7 @@ class Campaign:
     tell: Progress
 
     def used(self, role: str) -> tuple[DataFile, ...]:
-        """The files that a step takes."""
+        """Return the input files of a step."""
         return tuple(r.upload for r in self.rows if r.good and r.role == role)
 
     def options(self, command: str) -> Options:
@@ -65,14 +65,14 @@ class Campaign:
 
     @property
     def stem(self) -> str:
-        """The name that files written here begin with."""
+        """Prefix of the names of files written here."""
         stem = stem_of(self.brake)
         if self.brake.name in (f"{stem}-tested.toml", f"{stem}-calibrated.toml"):
-            return f"{stem}-again"  # what is written does not replace what it is made from
+            return f"{stem}-again"  # outputs do not replace their own inputs
         return stem
 
     def friction(self) -> list[Call]:
-        """The tests with the brake that takes them over, and alone, for such as stick and slip."""
+        """Calls for the tests with the brake that receives the result, and without it."""
         files, options = self.used("friction"), self.options("friction")
         writing: Options = {**options, "brake": self.brake, "partial": True}
         return [
@@ -87,7 +87,7 @@ class Campaign:
         return Call("calibrate", (brake,), options, self.used("calibrate"), out, is_written)
 
     def validation(self, brake: Subject) -> Call:
-        """A brake beside pulls that were held back."""
+        """Call that compares a brake with reserved pulls."""
         files, is_written = self.used("validate"), brake is not self.brake
         return Call("validate", (brake,), self.options("validate"), files, made=is_written)
 
@@ -100,7 +100,7 @@ class Campaign:
 
 
 class Chain:
-    """The steps as they were computed last: `done`, or a sentence `instead`, by their names.
+    """The steps as last computed: `done`, or a sentence `instead`, by their names.
 
     A step that was computed before is not computed again.
     """
@@ -111,7 +111,7 @@ class Chain:
         self._known: list[StepResult] = []
 
     def run(self, campaign: Campaign, *wanted: str) -> None:
-        """Bring all steps up to date; "sample" and "report" are begun only where `wanted`."""
+        """Update all steps; "sample" and "report" are started only if `wanted`."""
         has_files = {name: bool(campaign.used(name)) for name in STEPS}
         self.done = {name: step for name, step in self.done.items() if has_files.get(name, True)}
         self.instead = {"validate": WAITS} if has_files["validate"] else {}
@@ -149,10 +149,10 @@ class Chain:
         return next((step for step in self._known if step.call == call), None)
 
     def _do(self, campaign: Campaign, call: Call) -> StepResult:
-        """Compute a step unless it was; a refusal is a result too."""
+        """Compute a step unless it is cached; an error is also a result."""
         step = self._before(call)
         if step is None:
-            # a step that rests on this one goes too: copied, it would rest on the new one
+            # also discard a dependent step: a copy would refer to the new one
             steps = (*STEPS, "report")
             for name in steps[steps.index(call.name) :]:
                 self.done.pop(name, None)
@@ -173,7 +173,10 @@ def _written_brake(step: StepResult) -> Subject | None:
 
 
 def carried_out(call: Call, folder: Path, tell: Progress) -> StepResult:
-    """A call's result with what it wrote, or its refusal. Stopped and the like pass through."""
+    """Return a call's result with its written files, or its error.
+
+    Stopped and the like pass through.
+    """
 
     def report(phase: str, share: float) -> None:
         tell(f"{call.name}: {phase}", share)
@@ -208,7 +211,7 @@ def picture_of(name: str, result: Any) -> str:
 
 
 def stem_of(brake: Subject) -> str:
-    """The name that files of a brake begin with: safe in a path, without what steps append."""
+    """Return the prefix of a brake's files: safe in a path, without suffixes added by steps."""
     name = brake.name.removesuffix(".toml")
     plain = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-")[:60] or "brake"
     return re.sub(r"(-tested|-calibrated)+$", "", plain) or "brake"

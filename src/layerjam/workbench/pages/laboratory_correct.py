@@ -48,9 +48,9 @@ from layerjam.workbench.widgets import (
 )
 
 EXAMPLES = MappingProxyType({"vacuum": "94.5 kPa", "normal_force": "2.45 N", "speed": "13 mm/s"})
-DECIMALS = MappingProxyType({"": "as found", ".": "point", ",": "comma"})
+DECIMALS = MappingProxyType({"": "as detected", ".": "point", ",": "comma"})
 SHOWN = 6
-"""Files whose curves are drawn."""
+"""Number of files whose curves are drawn."""
 
 
 class Correct:
@@ -80,7 +80,7 @@ class Correct:
         return [r.upload.key for r in self.rows]
 
     def fill(self, rows: Sequence[Row], dark: bool) -> None:
-        """Show what there is of some files; nothing is rebuilt where nothing has changed."""
+        """Show the details of some files; unchanged content is not rebuilt."""
         if self._shown == (*rows, dark):
             self._fill_pin()
             return
@@ -122,7 +122,7 @@ class Correct:
         self._curve.set_visibility(bool(curves))
         ends = (None, None), (None, None)
         chart = options([Pane(curves, "elongation [mm]", "force [N]", *ends)], dark)
-        # the command that looks at pulls draws these files, when its figure is asked for
+        # the command `pull` draws these files when its figure is requested
         files = tuple(r.upload for r in self.rows[:SHOWN] if r.traces)
         name = Path(files[0].shown).stem if len(files) == 1 else "records"
         answer = Answer(Call("pull", files=files), title=name) if files else None
@@ -136,7 +136,7 @@ class Correct:
         with ui.row().classes("w-full items-end gap-3"):
             self._select("role", "Used as", ROLES, width="w-56")
             for name in FACTS:
-                tip = f"{spec_of(Facts, name).text}, with its unit; empty: as the sidecar says"
+                tip = f"{spec_of(Facts, name).text}, with its unit; leave empty to use the sidecar"
                 self._text(name, name.replace("_", " ").capitalize(), self._hint(name), tip)
         table = self._preview()
         is_refused = any(r.refused for r in self.rows)
@@ -150,7 +150,7 @@ class Correct:
         with ui.row().classes("gap-2"):
             for text, icon, act, key, look in (
                 (f"Apply{suffix}", "check", self._apply, "apply", "unelevated"),
-                ("Forget corrections", "restart_alt", self._forget, "forget", "flat"),
+                ("Discard corrections", "restart_alt", self._forget, "forget", "flat"),
                 ("Remove", "delete", partial(self._remove, self._keys), "remove", "flat"),
             ):
                 button(text, act, f"laboratory-{key}", icon, look=f"{look} dense no-caps")
@@ -165,10 +165,10 @@ class Correct:
     def _fill_pin(self) -> None:
         if self._pins is not None:
             free = bool(self._free_keys())
-            self._pins.set_text("Pin to the pull" if free else "Unpin from the pull")
+            self._pins.set_text("Show on the page Pull" if free else "Remove from the page Pull")
 
     def _pin(self) -> None:
-        """Pin the files to the page Pull; where they all are, take them from there."""
+        """Show the files on the page Pull; if all are already there, remove them."""
         free = self._free_keys()
         try:
             for key in free or self._keys:
@@ -178,14 +178,14 @@ class Correct:
             return
         self._trouble.say("")
         if free:
-            subject = "It stands" if len(free) == 1 else f"{len(free)} files stand"
+            subject = "It is" if len(free) == 1 else f"{len(free)} files are"
             ui.notify(f"{subject} on the page Pull, next to the computed curve")
         else:
             subject = "It was" if len(self._keys) == 1 else f"{len(self._keys)} files were"
-            ui.notify(f"{subject} taken from the page Pull")
+            ui.notify(f"{subject} removed from the page Pull")
 
     def _preview(self) -> Preview | str:
-        """The table of the first file, or why there is none."""
+        """Show the table of the first file, or the reason why there is none."""
         upload = self.rows[0].upload
         try:
             return preview(upload.path)
@@ -193,12 +193,12 @@ class Correct:
             return str(rename_files(one_line(err), {upload.path.name: upload.shown}))
 
     def _columns(self, table: Preview | str) -> None:
-        """The heads to click, and what no column says."""
+        """Show the clickable heads, and facts that no column contains."""
         if isinstance(table, str):
             ui.label(table).classes("text-sm")
             return
         note = "" if len(self.rows) == 1 else f" Your answer applies to all {len(self.rows)} files."
-        ui.label(f"Click the head of a column to say what it is.{note}").classes("text-sm")
+        ui.label(f"Click the head of a column to choose its content.{note}").classes("text-sm")
         negative = negative_of(self._said)
         ColumnTable(table, negative, partial(self._on_click, table), self._on_turn)
         with ui.row().classes("items-end gap-3"):
@@ -206,7 +206,7 @@ class Correct:
             if len(self.rows[0].traces) > 1 or self._said.get("specimen"):
                 self._text("specimen", "Specimen", "such as 1")
             if table.sheets or self._said.get("sheet"):
-                names = {"": "all that hold curves", **{name: name for name in table.sheets}}
+                names = {"": "all that contain curves", **{name: name for name in table.sheets}}
                 self._select("sheet", "Sheet", names)
 
     def _on_click(self, table: Preview, index: int, role: str, unit: str) -> None:

@@ -1,4 +1,4 @@
-"""The laboratory's files as the page shows them: understood or refused; and practice files."""
+"""The laboratory's files as shown on the page, readable or rejected, and practice files."""
 
 import shutil
 from collections.abc import Callable
@@ -20,9 +20,9 @@ from layerjam.workbench.uploads import Upload, Uploads
 from layerjam.workbench.widgets import one_line
 
 CURVE = 400
-"""Samples of a file's curve that are kept to be drawn."""
+"""Number of samples of a file's curve kept for drawing."""
 TONES = MappingProxyType({"understood": "#00684c", "refused": "#a63d00", "left out": "#5b6672"})
-"""Dark colours under white letters; files that need an answer have another one."""
+"""Dark colours below white text; files that need a choice have another colour."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class Row:
 
     @property
     def vacuum(self) -> float | None:
-        """Vacuum that its sidecar or its own head states [Pa]."""
+        """Vacuum stated in its sidecar or its head [Pa]."""
         return self.traces[0].facts.vacuum if self.traces else self.facts.vacuum
 
     @property
@@ -82,7 +82,7 @@ class Row:
 def rows_of(
     uploads: Uploads, edits: Edits, standard: str, read: Callable[..., Row], tell: Progress
 ) -> list[Row]:
-    """A row for each file, from `read`, which may remember; their sidecars are written before."""
+    """Return a row for each file from `read`, which may use a cache, after writing the sidecars."""
     files, rows = uploads.used, []
     for count, upload in enumerate(files):
         edit = edits.get(upload.key, {})
@@ -97,7 +97,7 @@ OF_A_FILE = (FileError, FitError, QuantityError, MissingExtraError)
 
 
 def read_row(upload: Upload, role: str, standard: str) -> Row:
-    """A file whose sidecar lies beside it, read for its use; one that fits where `role` is none."""
+    """Read a file with its sidecar for its use; if `role` is empty, find one that fits."""
     row = Row(upload, role if role in ROLES else "calibrate")
     try:
         facts = read_facts(upload.path)
@@ -109,7 +109,8 @@ def read_row(upload: Upload, role: str, standard: str) -> Row:
     is_friction = role == "friction"
     inputs: Options = {"standard": standard} if is_friction else {}
     if is_friction and standard == "paper" and not facts.normal_force:
-        inputs["normal_force"] = "1 N"  # the page asks for it; the traces do not depend on it
+        # the page asks for the force; the traces do not depend on it
+        inputs["normal_force"] = "1 N"
     call = Call("friction" if is_friction else "pull", options=inputs, files=(upload,))
     try:
         result = call.run()

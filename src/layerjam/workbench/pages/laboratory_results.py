@@ -21,11 +21,11 @@ CARDS = {
     "calibrate": ("Calibration", "No pull to calibrate on yet."),
     "validate": (
         "Validation",
-        "No pull to validate on yet: hold some back, or drop others.",
+        "No pull to validate on yet: reserve some pulls for validation, or drop more files.",
     ),
     "report": (
         "Report",
-        "Friction, calibration and validation on a few pages, with every file's digest.",
+        "Friction, calibration and validation on a few pages, with the digest of every file.",
     ),
 }
 """{step: (title, text while there is no result)}."""
@@ -56,7 +56,7 @@ ROW_CHECKBOX = """
 
 
 class Table:
-    """Files with what they are used for; those ticked are shown and corrected below."""
+    """Files with their uses; ticked ones can be viewed and corrected below."""
 
     def __init__(
         self,
@@ -72,9 +72,12 @@ class Table:
         with ui.row().classes("w-full items-center justify-between"):
             self.count = dress(ui.label(NO_FILES), "laboratory-count", role="status")
             with ui.row().classes("gap-2") as self.more:
-                text, tip = "Calibrate on the highest vacuum", "and validate on the pulls at others"
+                text, tip = (
+                    "Calibrate on the highest vacuum",
+                    ("and validate on the pulls at other vacuums"),
+                )
                 button(text, divide, "laboratory-divide", "call_split", tip=tip)
-                tip = "NAME.toml of every file with what is set here, as a ZIP"
+                tip = "NAME.toml for every file, with the settings from here, as a ZIP"
                 button("Sidecars", sidecars, "laboratory-sidecars", "download", tip=tip)
         columns = [
             {"name": k, "label": label, "field": k, "align": "left", "sortable": True}
@@ -131,7 +134,7 @@ class Table:
 
 
 class Card:
-    """One step on the page; `buttons` puts more into its head, `show` what was computed below."""
+    """One step on the page; `buttons` adds to its header, `show` displays its results below."""
 
     def __init__(
         self,
@@ -148,7 +151,7 @@ class Card:
             self._box = Box(self._show, "w-full gap-2")
 
     def fill(self, chain: Chain) -> None:
-        """Show the step's result, or why there is none."""
+        """Show the step's result, or the reason why there is none."""
         waits = chain.instead.get(self.name) or CARDS[self.name][1]
         self._box.fill(chain.done.get(self.name) or waits)
 
@@ -163,13 +166,13 @@ class Card:
 
 
 def numbers_of(result: Any) -> list[tuple[str, str, str]]:
-    """(key, name, text) of the step's numbers, with the 95 % interval where there is one."""
+    """(key, name, text) of the step's numbers, with the 95 % interval if there is one."""
     intervals = getattr(result, "intervals", None) or {}
     rows = []
     for f in result.keys():  # noqa: SIM118
         value, unit = getattr(result, f.name), result.units.get(f.name)
         if f.name == "kinetic" and value is None:
-            rows.append((f.name, "Kinetic", "it sticks and slips"))
+            rows.append((f.name, "Kinetic", "sticks and slips"))
         if unit is None or not f.metadata["listed"] or value is None:
             continue
 
@@ -209,7 +212,7 @@ def heroes(chain: Chain) -> list[Hero]:
 
 
 def show_step(step: StepResult) -> None:
-    """Numbers, checks, figure and notes; that files are synthetic stands above already."""
+    """Numbers, checks, figure and notes; the label for synthetic files is already above."""
     name, result, meanings = step.call.name, step.result, result_fields(step.call.name)
     with ui.row().classes("w-full items-start gap-8"):
         with ui.grid(columns="auto auto").classes("gap-x-6 gap-y-1 items-baseline"):

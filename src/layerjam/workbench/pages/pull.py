@@ -1,4 +1,4 @@
-"""Pull: force against elongation over vacuum, speed and model, with measured pulls over it."""
+"""Pull: force over elongation for a vacuum, speed and model, with measured pulls."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -49,7 +49,7 @@ from layerjam.workbench.widgets import (
 STEPS = 400
 """Steps of the slider along the pull."""
 MM = 1e3
-LEGEND = (("holds", "holds on both sides"), ("slides", "slides on a neighbour"))
+LEGEND = (("holds", "sticks on both sides"), ("slides", "slides on an adjacent sheet"))
 
 
 class SheetBySheet(ui.column):
@@ -64,7 +64,7 @@ class SheetBySheet(ui.column):
         self._tied = False
         with self:
             heading("Sheet by sheet")
-            hint("Point at the curve, or walk along the pull with this slider and its arrow keys.")
+            hint("Point at the curve, or move along the pull with this slider or the arrow keys.")
             bar = live.Bar(min=0, max=STEPS, step=1, value=0)
             self.bar = dress(bar, "pull-along", look="dense", aria_label="Along the pull")
             self.words = status("pull-sheets-said")
@@ -75,13 +75,13 @@ class SheetBySheet(ui.column):
                         ui.html(key(kind), sanitize=False).props("aria-hidden=true")
                         ui.label(text).classes("text-sm")
                 self.scale = dress(live.Words(""), "pull-sheets-scale", "text-sm")
-        # the event itself: the server's value of the slider does not follow the pointer
+        # use the event itself, because the server's value of the slider lags behind the pointer
         self.bar.on("update:model-value", self._on_walk, throttle=0.05)
         self.bar.on("pointed", self._on_point)
         self.bar.on("blur", js_handler=f"() => layerjamUnmark({chart.id})")
 
     def fill(self, motion: SheetMotion | None, sheets: Sheets) -> None:
-        """Another pull, looked at where the one before was; hidden where it has no sheets."""
+        """Show another pull at the position of the previous one; hidden if it has no sheets."""
         self.set_visibility(motion is not None)
         if motion is None or motion is self._motion:
             return
@@ -97,7 +97,7 @@ class SheetBySheet(ui.column):
             self.client.run_javascript(f"layerjamPointing({self.chart.id}, {self.bar.id})")
 
     def _look(self, index: int) -> None:
-        """Show a sample; the slider follows in the browser alone."""
+        """Show a sample; the slider follows only in the browser."""
         if self.seen is None:
             return
         self.at = index
@@ -108,14 +108,14 @@ class SheetBySheet(ui.column):
         self.client.run_javascript(f"layerjamAlong({self.bar.id}, {place})")
 
     def _on_point(self, event: events.GenericEventArguments) -> None:
-        """The pointer stands at [mm, N] of the chart."""
+        """Handle the pointer at [mm, N] of the chart."""
         if self.seen is not None and (point := _point(event.args)):
             index = self.seen.nearest(point[0] / MM, point[1])
             if index != self.at:
                 self._look(index)
 
     def _on_walk(self, event: events.GenericEventArguments) -> None:
-        """The slider was moved: the chart's own cursor goes there."""
+        """Move the chart's cursor after the slider was moved."""
         if self.seen is None or not isinstance(event.args, int | float):
             return
         motion = self.seen.motion
@@ -126,7 +126,7 @@ class SheetBySheet(ui.column):
 
 
 def _point(args: Any) -> tuple[float, float] | None:
-    """Two numbers that the browser sent; None for anything else."""
+    """Return two numbers from the browser; None for anything else."""
     pair = args if isinstance(args, list) else [args]
     pair = pair[0] if len(pair) == 1 and isinstance(pair[0], list) else pair
     if len(pair) == 2 and all(isinstance(v, int | float) for v in pair):
@@ -140,8 +140,8 @@ MODEL = Choice(
     "model",
     {"lumped": "lumped", "stack": "sheet by sheet", STICK_SLIP: "stick–slip"},
     "lumped",
-    help="One friction for all sheets, a spring for each sheet and a friction for each interface, "
-    "or a mass on a spring that sticks and slips over time",
+    help="One friction force for all sheets; or a spring for each sheet and friction at each "
+    "interface; or a mass on a spring that sticks and slips",
 )
 PULLED = ("force_at_end", "work")
 PIN_BAND = "Pin with its band"
@@ -178,7 +178,7 @@ class Pull(Page):
         inputs = self.more_of_saw if self._saws() else self.more_of_pull
         full, usable = inputs.atmosphere(brake.site.atmosphere), brake.sheets.usable_travel
         vacuum = vacuum_entry("tensile", "vacuum", full)
-        lacking = "Vacuum of files that do not say it"
+        lacking = "Vacuum of files that do not state it"
         return by_key(
             vacuum,
             entry("tensile", "speed", 0.001, (1e-4, 0.05)),
@@ -188,7 +188,7 @@ class Pull(Page):
         )
 
     def build(self) -> None:
-        """Controls left, curve right."""
+        """Controls on the left, curve on the right."""
         side, main = columns()
         with side:
             self.slider("vacuum")
@@ -251,7 +251,7 @@ class Pull(Page):
         return [Call("tensile", subjects, {**inputs, **self.more_of_pull.options()})]
 
     def answers(self) -> Sequence[Answer]:
-        """The pull, and what the measured files were asked."""
+        """Return the pull, and the calls on the measured files."""
         return [] if self.result is None else [self.result[0], *self.result[2].answers]
 
     def compute(self) -> Any:
@@ -271,7 +271,7 @@ class Pull(Page):
         return Answer(call, result, pins=pins, finish=shade), self._whole[1], reading, band
 
     def _band(self, call: Call, result: Any) -> pull_band.Band | None:
-        """The 95 % of the pull that is shown, where they are known."""
+        """Return the 95 % band of the pull shown, if known."""
         error = pull_band.law_error(self.desk, call)
         return None if error is None else pull_band.band(error, result.record, call)
 
@@ -282,7 +282,7 @@ class Pull(Page):
             self.panel.pin(**{BAND: error.text()})
 
     def _files(self) -> Reading:
-        """The files as they were read, or anew where files, brake or their vacuum changed."""
+        """Return the files as read, or read again if files, brake or their vacuum changed."""
         vacuum, files = self.text("files_vacuum"), laid_out(self.desk)
         last_key, reading = self._read
         sidecars = tuple(self.uploads.sidecars)
@@ -322,7 +322,7 @@ class Pull(Page):
 def chart_of(
     answer: Answer, brake_facts: Any, reading: Reading, band: pull_band.Band | None, dark: bool
 ) -> dict[str, Any]:
-    """The chart of a pull with what is pinned, or of one that sticks and slips."""
+    """Return the chart of a pull with pinned curves, or of one that sticks and slips."""
     name, pins = answer.call.name, answer.pins
     pins_shown = {pin.label: pin.answer.result for pin in pins if pin.answer.call.name == name}
     if name == STICK_SLIP:

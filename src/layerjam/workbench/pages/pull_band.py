@@ -1,4 +1,4 @@
-"""The 95 % band of a calibrated brake's pull: where it is known, and how it is pinned."""
+"""The 95 % band of a calibrated brake's pull: where it is known, and its pin."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 ASKED = {"vacuum", "speed", "travel"}
 """Options of a pull that the calibrated law describes; any other may ask for another law."""
 POINTS = 40
-"""Elongations on each of three stretches; always as many, so that the law is compiled once."""
+"""Elongations on each of three stretches; always the same number, so that the law is compiled once.
+"""
 
 WORDS = 0.35
 """Part of a figure's width that a band's name takes."""
@@ -54,10 +55,10 @@ def law_error(desk: Desk, call: Call) -> "LawError | None":
 
 
 def band(error: "LawError", record: TensileRecord, call: Call) -> Band | None:
-    """The band of a recorded pull, that of a call; None if the law has none at its vacuum."""
+    """Return the band of a recorded pull of a call; None if the law has none at its vacuum."""
     u = np.asarray(record.elongation, float)
     top = float(u[int(np.argmax(record.force))])
-    # the peak itself, where the force bends, and more of them around it than beyond
+    # include the peak itself, where the force bends, and more points around it than beyond
     ends = 0.0, top, min(2 * top, (top + u[-1]) / 2), u[-1]
     stretches = [np.linspace(a, b, POINTS, endpoint=False) for a, b in pairwise(ends)]
     elongation = np.concatenate((*stretches, u[-1:]))
@@ -68,23 +69,23 @@ def band(error: "LawError", record: TensileRecord, call: Call) -> Band | None:
 def of_pin(pin: Pin, result: Any) -> Band | None:
     """Return the band that a pin keeps with its result, or None.
 
-    Raises LayerjamError for what a link made up.
+    Raises LayerjamError for invalid values from a link.
     """
     if BAND not in pin.options:
         return None
-    # heavy to load, and needed for a pinned band alone
+    # slow to import, and needed only for a pinned band
     from layerjam.identify.calibration.law_spread import LawError
 
     call = call_of(pin)
     if call.options.keys() != ASKED:
-        raise QuantityError("band: it belongs to a pull at a vacuum, a speed and a travel")
+        raise QuantityError("band: needs a pull at one vacuum, one speed and one travel")
     return band(LawError.read(str(pin.options[BAND])), result.record, call)
 
 
 def shade(figure: "Figure", bands: Sequence[tuple[Band, TensileRecord, str]]) -> None:
     """Draw bands into the figure of a pull, each around its record and in its colour.
 
-    Those with as many pulls behind them are named once, over the end of the highest.
+    Bands based on the same number of pulls are labelled once, above the end of the highest.
     """
     axes, ends = figure.axes[0], dict[str, tuple[float, float]]()
     for b, record, color in bands:

@@ -17,7 +17,7 @@ from layerjam.workbench.pages.pull_files import Reading
 MM = 1e3
 NONE: Mapping[str, Any] = MappingProxyType({})
 LABELLED = 5
-"""Files named at their curve's end; more are told apart by the cursor."""
+"""Number of files named at the ends of their curves; the cursor identifies further ones."""
 SHARED = 241
 """Points of the grid that overlaid curves share."""
 FILE_COLORS = (ORANGE, GREEN, PURPLE, SKY, RED)
@@ -32,10 +32,11 @@ def pull_chart(
     files: Collection[str] = (),
     bands: Mapping[str, Band] = NONE,
 ) -> dict[str, Any]:
-    """Force over elongation; the axis stands still while vacuum, speed and model change.
+    """Force over elongation; the axes stay fixed while vacuum, speed and model change.
 
-    `pins` are other results by their labels, drawn quietly; `files` keys of those that are pinned,
-    drawn as points; `bands` the 95 % of pins by their labels, and of the result itself by "".
+    `pins` are other results by label, drawn faintly. `files` are measured pulls, drawn as points if
+    their keys are pinned. `bands` are the 95 % bands of pins by label, and of the result itself by
+    "".
     """
     pinned_pulls = [item for item in reading.measured if item.file.key in files]
     few = len(reading.curves or pinned_pulls) + len(pins) <= LABELLED
@@ -50,7 +51,7 @@ def pull_chart(
             x, y = item.pull.elongation * MM, item.pull.force
             curves.append(Curve(x, y, color, label_text, width=1.5, labelled=few))
         curves.append(Curve(item.elongation * MM, item.model, INK, dash="dashed", width=1.2))
-        left = f"{label_text}, left over"
+        left = f"{label_text}, residual"
         residuals.append(Curve(item.elongation * MM, item.residual, color, left, labelled=False))
     for place, pull in enumerate(pinned_pulls, len(reading.curves)):
         color = colors.get(pull.trace.path) or FILE_COLORS[place % len(FILE_COLORS)]
@@ -73,7 +74,7 @@ def pull_chart(
     panes = [replace(pull, curves=curves, bands=edges, x_range=ends, y_range=(0, top), share=3.0)]
     if residuals:
         limit = round_up(max(*(float(np.nanmax(abs(c.y))) for c in residuals), 1e-6))
-        panes.append(Pane(residuals, pull.x, "left over [N]", ends, (-limit, limit)))
+        panes.append(Pane(residuals, pull.x, "residual [N]", ends, (-limit, limit)))
     return options(panes, dark)
 
 
@@ -96,7 +97,7 @@ def _edges(result: Any, band: Band, label: str) -> list[Curve]:
 
 
 def _on_grid(curves: Sequence[Curve], grid: np.ndarray) -> list[Curve]:
-    """The curves on one grid: the cursor reads only curves that have a point where it stands."""
+    """The curves on one grid: the cursor reads only curves that have a point at its position."""
     result = []
     for curve in curves:
         order = np.argsort(curve.x, kind="stable")

@@ -1,4 +1,4 @@
-"""Measured pulls on the page Pull: dropped in, understood, held against the brake, and pinned."""
+"""Measured pulls on the page Pull: dropped, interpreted, compared with the brake, and pinned."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -31,7 +31,7 @@ from layerjam.workbench.widgets import Alert, button, dress, hint
 
 @dataclass(frozen=True)
 class MeasuredPull:
-    """A pull of a dropped file as it was measured, without any model."""
+    """A measured pull of a dropped file, without a model."""
 
     file: Upload
     trace: Trace
@@ -93,7 +93,7 @@ class Reading:
 
     @cached_property
     def measured(self) -> Sequence[MeasuredPull]:
-        """Every pull that was understood, from its onset on; a file may hold several."""
+        """Yield every readable pull from its onset on; a file may contain several."""
         files = {str(file.path): file for file in self.files}
         record = () if self.understood is None else self.understood.record
         return [
@@ -107,7 +107,7 @@ class Reading:
 
 
 def laid_out(desk: Desk) -> tuple[Upload, ...]:
-    """The pulls among the tab's files as a call takes them, their sidecars written beside them."""
+    """Return the pulls among the tab's files for a call, with their sidecars."""
     uploads, edits, files = desk.files, edits_of(desk), []
     for upload in uploads.used:
         edit = edits.get(upload.key, {})
@@ -120,7 +120,7 @@ def laid_out(desk: Desk) -> tuple[Upload, ...]:
 def read(
     files: tuple[Upload, ...], brake: Subject, vacuum: str, tell: Callable[[str, float], None]
 ) -> Reading:
-    """Both commands on the files; refusals as words, in the user's names."""
+    """Run both commands on the files; errors are text with the user's file names."""
     if not files:
         return Reading()
     pull = try_call(Call("pull", files=files), progress=tell)
@@ -155,21 +155,21 @@ class MeasuredFiles:
                 ui.label(file.shown).classes("text-sm font-medium").style("overflow-wrap: anywhere")
                 look, remove = "flat round dense size=sm", partial(self._remove, file.key)
                 remove_button = button("", remove, "pull-file-remove", "close", look=look)
-                dress(remove_button, aria_label=f"Take {file.shown} away")
+                dress(remove_button, aria_label=f"Remove {file.shown}")
             for sentence in reading.sentences(file.shown):
                 ui.label(on_page(sentence)).classes("text-xs opacity-80")
         files = self.desk.files
         for name in sorted({*files.sidecars} - {f.shown for f in files.files}):
-            ui.label(f"{name}.toml waits for {name}").classes("text-xs opacity-80")
+            ui.label(f"{name}.toml is here, but not {name}").classes("text-xs opacity-80")
 
 
 def show_errors(reading: Reading) -> None:
-    """MAPE, RMSE and bias of every pull, and what the checks say; nothing without files."""
+    """MAPE, RMSE and bias of every pull, and the checks; empty without files."""
     if reading.compared is None:
         return
     hint(
-        "Each file against the model at the vacuum of that file (dashed); below the curve the "
-        "residual, measured less model, over the part that is compared."
+        "Each file with the model at its vacuum (dashed). Below the curve: the residual, "
+        "measured minus model, over the compared part."
     )
     heads = ["File", "Vacuum", "Speed", "MAPE", "RMSE", "Model − measured"]
     rows = []
@@ -203,7 +203,7 @@ def pinned_files(desk: Desk, reading: Reading) -> tuple[Pinned, ...]:
 
 
 class PinFiles:
-    """A button that pins a dropped pull: at once where there is one, else one of a list."""
+    """A button that pins a dropped pull: the only one, or one chosen from a list."""
 
     def __init__(self, desk: Desk, panel: Panel) -> None:
         self._desk, self._panel = desk, panel
@@ -217,7 +217,7 @@ class PinFiles:
         self._button.set_visibility(False)
 
     def fill(self, reading: Reading) -> None:
-        """Show the pulls of now; nothing moves where they are the same."""
+        """Show the current pulls; unchanged ones are not rebuilt."""
         pins = self._desk.state.files
         self._names = {pull.file.key: pull.about for pull in reversed(reading.measured)}
         content = (tuple(self._names.items()), pins)

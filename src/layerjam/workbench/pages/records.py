@@ -1,4 +1,4 @@
-"""A brake or a line on the desk: chosen, opened, saved, and every number of it with its source."""
+"""A brake or line of the desk: selecting, opening, saving, and every number's source."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from layerjam.workbench.spoken import in_print
 from layerjam.workbench.widgets import Alert, button, dress, field, fold, one_line, select
 
 NEW_KINDS = ("measured", "data sheet", "handbook", "assumed")
-"""Kinds a number typed here may be of; the others are the files' own."""
+"""Kinds of source for a number typed here; other kinds occur only in files."""
 CUSTOM, NONE = "own", "none"
 
 
@@ -54,7 +54,7 @@ class Editor:
         self.desk, self.kind = desk, kind
         self.rows: dict[str, FieldRow] = {}
         self.waiting: dict[str, str] = {}
-        """Numbers typed that make no table yet, such as a tube without its bore."""
+        """Typed numbers of an incomplete table, such as a tube without its bore."""
         self._parts: dict[str, ui.select] = {}
         self._folds: dict[str, ui.expansion] = {}
 
@@ -74,13 +74,13 @@ class Editor:
         return SHELVES[self.kind.what].names()
 
     def value(self, path: str) -> Any:
-        """A number or a table of the record; None if it has none."""
+        """Return a number or a table of the record; None if it has none."""
         return get(getattr(self.file, self.kind.what), path)
 
     # ---- which file
 
     def choosing(self) -> None:
-        """The choice of a file: from the catalogue, from disk; its name; saving."""
+        """Build the selection of a file from the catalogue or disk, its name, and saving."""
         page, kind = self.kind.page, self.kind.what
         self.problem = Alert(f"{page}-{kind}-problem")
         self._chosen = select({}, kind.capitalize(), self.kind.ident, self._chose)
@@ -113,7 +113,7 @@ class Editor:
             self.desk.put_file(self.kind.what, str(event.value))
 
     def _save(self) -> None:
-        """The TOML text as it is, with its comments and sources."""
+        """Return the unchanged TOML text, with its comments and sources."""
         ui.download.content(self.file.text.encode(), f"{self.file.name}.toml", "application/toml")
 
     def _on_rename(self) -> None:
@@ -131,7 +131,10 @@ class Editor:
     def change(
         self, changes: Mapping[str, str | None], takes: Mapping[str, str | None] | None = None
     ) -> str:
-        """Other numbers, or other parts for whole tables; why not, where they are refused."""
+        """Set other numbers, or other parts for whole tables.
+
+        Return the reason if they are rejected.
+        """
         kind, source = self.origin()
         # the catalogue's name stays with the catalogue's numbers
         name = f"{self.file.name}-edited" if self.text in self.catalogue_names else None
@@ -148,17 +151,17 @@ class Editor:
         return ""
 
     def folds(self, open_groups: tuple[str, ...] = ()) -> None:
-        """One fold for each table of the file; its fields are made when it is first opened."""
+        """One panel for each table of the file; its fields are built when it is first opened."""
         for table, title in self.kind.groups.items():
             ident = f"{self.kind.page}-group-{table}"
             self._folds[table] = fold(title, ident, table in open_groups)
             if table in open_groups:
                 self._fill_fold(table)
-            else:  # a fold nobody opens costs the first page its time
+            else:  # build lazily: hidden panels delay the first page
                 self._folds[table].on_value_change(partial(self._fill_fold, table))
 
     def row(self, path: str) -> "FieldRow":
-        """The field of a number, whose fold is filled if need be."""
+        """Return the field of a number, building its panel if needed."""
         self._fill_fold(path.rpartition(".")[0])
         return self.rows[path]
 
@@ -187,7 +190,7 @@ class Editor:
         self._fill_parts()
 
     def part_of(self, table: str) -> str:
-        """The part that a table is of: its name, OWN numbers, or NONE where it is absent."""
+        """Return the part of a table: its name, OWN for own numbers, or NONE if it is absent."""
         absent = table in self.kind.optional and self.value(table) is None
         return str(self.file.parts.get(table, NONE if absent else CUSTOM))
 
@@ -205,7 +208,7 @@ class Editor:
             self.fill()
             self.problem.say(problem)
 
-    # ---- where new numbers come from
+    # ---- source of new numbers
 
     def origin(self) -> tuple[str, str]:
         """Kind and source that go with numbers typed from now on."""
@@ -222,7 +225,7 @@ class Editor:
     def origin_fields(self) -> None:
         """Build the fields for the source of all numbers that are typed next."""
         page, key = self.kind.page, self.kind.origin[1]
-        with fold("Where new numbers come from"):
+        with fold("Source of new numbers"):
             menu(self.desk, page, self._kinds)
             example = "caliper, 3 readings"
             box = field("Source", f"{page}-{key}", self._source(), example=example, longest=200)
@@ -236,7 +239,7 @@ class Editor:
 
 
 def opener(desk: Desk, kind: str, page: str, problem: Alert) -> None:
-    """A button that puts the user's own TOML file on the desk; refusals go to `problem`."""
+    """Button that loads the user's own TOML file; errors are shown in `problem`."""
 
     async def on_upload(event: events.UploadEventArguments) -> None:
         upload.reset()
@@ -247,7 +250,7 @@ def opener(desk: Desk, kind: str, page: str, problem: Alert) -> None:
         except LayerjamError as err:
             problem.say(one_line(err))
 
-    too_large = f"a {kind}'s file has at most {MAX_BYTES // 1000} kB"
+    too_large = f"the file of a {kind} may have at most {MAX_BYTES // 1000} kB"
     upload = ui.upload(
         max_file_size=MAX_BYTES,
         max_files=1,
@@ -261,7 +264,7 @@ def opener(desk: Desk, kind: str, page: str, problem: Alert) -> None:
 
 
 class FieldRow:
-    """One number: name, value with unit, where it comes from."""
+    """One number: name, value with unit, and source."""
 
     def __init__(self, editor: Editor, path: str) -> None:
         self.editor, self.path = editor, path
@@ -291,7 +294,7 @@ class FieldRow:
         return exact_text(float(f"{value:.12g}"), self.spec.unit)
 
     def fill(self) -> None:
-        """Value and source of what is on the desk."""
+        """Show value and source of the current record."""
         text = self.value_text()
         self.field.set_value(text)
         self.field.error = None
@@ -301,7 +304,10 @@ class FieldRow:
         self.source.set_visibility(bool(origin_text))
 
     def on_type(self) -> None:
-        """Take what was typed, or say below why not; a table's first numbers wait for the rest."""
+        """Apply the typed text, or show an error below.
+
+        The first numbers of a new table wait for the rest.
+        """
         current, text = self.value_text(), str(self.field.value or "").strip()
         if text == current:
             self.field.error = None
@@ -316,5 +322,5 @@ class FieldRow:
 
 
 def unit_of(text: str, spec: QuantitySpec) -> str:
-    """The unit that a bare number is in: that of the number shown, else the usual one."""
+    """Return the unit of a bare number: that of the number shown, otherwise the usual one."""
     return text.partition(" ")[2] or usual_unit(spec.unit)

@@ -1,4 +1,4 @@
-"""Start: what a layer-jamming brake is, seen in ten seconds, and the ways further in."""
+"""Start: a layer-jamming brake in ten seconds, with links to the other pages."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -25,8 +25,9 @@ from layerjam.workbench.scene import StackView, in_words, stack_of
 from layerjam.workbench.widgets import Alert, button, chart, dress, heading, hint, status
 
 INTRODUCTION = (
-    "A layer-jamming brake is a stack of thin sheets in a soft, airtight enclosure. Pump the air "
-    "out, and the atmosphere presses the sheets together: what slid freely now holds."
+    "A layer-jamming brake is a stack of thin sheets in a soft, airtight enclosure. Pump "
+    "the air out, and the atmosphere presses the sheets together: sheets that slid "
+    "freely now hold."
 )
 PULL, HELD = MappingProxyType({"speed": "1 mm/s"}), 0.04
 """Speed of the pull on this page, and its travel [m] if the sheets allow it."""
@@ -55,7 +56,7 @@ class Start(Page):
         """Build the introduction, brake and force, the slider, and three links."""
         with ui.column().classes("w-full start-page"):
             with ui.column().classes("gap-1"):
-                heading("Sheets that slide until the air is gone", 1)
+                heading("Sheets that slide until the air is pumped out", 1)
                 dress(ui.label(INTRODUCTION), "start-what", "start-say")
             with ui.element("div").classes("start-row"):
                 with ui.element("div").classes("start-seen"):
@@ -93,7 +94,7 @@ class Start(Page):
                         title = (load(name).title or name).rpartition(", ")[2]
                         put = partial(self.desk.put_brake, name)
                         self.tried[name] = button(title, put, f"start-try-{name}")
-            with self._card("My brake", "Its own numbers, each with where it comes from:"):
+            with self._card("My brake", "Its numbers, each with its source:"):
                 problem = Alert("start-brake-problem")
                 with ui.row().classes("gap-2"):
                     turn = partial(self.desk.turn, "brake")
@@ -122,7 +123,7 @@ class Start(Page):
         self.refresh()
 
     def calls(self) -> Sequence[Call]:
-        """The pull, and the drop once it was asked for."""
+        """Return the pull, and the drop once it was requested."""
         subject, vacuum = (self.desk.brake_subject(),), self.texts("vacuum")
         pull = Call("tensile", subject, {**vacuum, **PULL, "travel": self._travel()})
         return [pull, Call("drop", subject, {**FALL, **vacuum})] if self.dropped else [pull]
@@ -131,7 +132,7 @@ class Start(Page):
         return show(min(HELD, self.desk.brake.brake.sheets.usable_travel), "m", 15)
 
     def compute(self) -> Any:
-        """The pull, the same at full vacuum once for a brake, and the drop."""
+        """Compute the pull, the same at full vacuum (once for each brake), and the drop."""
         pull, *drops = self.calls()
         answer = Answer(pull, pull.run())
         if self._full[0] != pull.subjects[0].text:
@@ -142,7 +143,7 @@ class Start(Page):
         return answer, self._full[1], *map(try_call, drops)
 
     def draw(self, result: Any) -> None:
-        """The brake, how much it holds, its curve, and what happened to the kilogram."""
+        """Show the brake, its load, its curve, and the outcome of the drop."""
         answer, full, *fall = result
         pull, brake = answer.result, self.desk.brake.brake
         vacuum = parse(answer.call.options["vacuum"], "Pa", "vacuum")
@@ -167,14 +168,15 @@ def holds(pull: Any, gravity: float) -> str:
     force = show(pull.peak_force, "N", DIGITS)
     if pull.peak_elongation >= pull.record.elongation[-1]:
         stretch = show(pull.peak_elongation, "m", 2)
-        return f"Nothing holds yet: stretched by {stretch} the enclosure resists with {force}."
+        return f"Nothing holds yet: stretched by {stretch}, the enclosure pulls with {force}."
     return (
-        f"As much as {show(rounded_down(pull.peak_force / gravity), 'kg', DIGITS)} can hang on it."
+        f"A mass of up to {show(rounded_down(pull.peak_force / gravity), 'kg', DIGITS)} "
+        "can hang on it."
     )
 
 
 def rounded_down(value: float, digits: int = DIGITS) -> float:
-    """The greatest number of so many digits that is not above a positive one."""
+    """Return a positive number, rounded down to a number of digits."""
     step = 10.0 ** (math.floor(math.log10(value)) + 1 - digits)
     return math.floor(value / step + 1e-9) * step
 
@@ -188,8 +190,8 @@ def drop_sentence(stop: Any | None, refusal: str) -> str:
         return f"{begins}: {stop.reason}"
     if stop.outcome == "BOTTOMED_OUT":
         return (
-            f"{begins}: too little vacuum. All {show(stop.slip, 'm', 3)} of the brake are used up, "
-            f"and it still moves at {show(stop.end_speed, 'm/s', 2)}."
+            f"{begins}: too little vacuum. The mass uses up all {show(stop.slip, 'm', 3)} "
+            f"of the brake and still moves at {show(stop.end_speed, 'm/s', 2)}."
         )
     if stop.outcome == "NEVER_SLID":
         return f"{begins}: the brake holds it, and its sheets do not slide at all."
@@ -200,11 +202,11 @@ def drop_sentence(stop: Any | None, refusal: str) -> str:
 
 
 def force_chart(pull: Any, full: Any, dark: bool) -> dict[str, Any]:
-    """Force over elongation, and as a thin line what full vacuum gives; the axes stand still."""
+    """Force over elongation, with a thin line for full vacuum; the axes stay fixed."""
     pane, full_curve = pull.panes()[0], full.panes()[0].curves[0]
     quiet = replace(full_curve, color=GREY, name="full", dash="dashed", width=1.2)
     curves = [replace(pane.curves[0], width=3.5), quiet]
     ends, top = (0.0, float(full_curve.x[-1])), (0.0, round_up(full.peak_force))
-    marks = [(x, y, "", color) for x, y, _, color in pane.marks]  # the number is on the page
+    marks = [(x, y, "", color) for x, y, _, color in pane.marks]  # the page shows the number
     pane = replace(pane, curves=curves, marks=marks, x_range=ends, y_range=top)
     return options([pane], dark)

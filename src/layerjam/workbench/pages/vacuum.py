@@ -1,4 +1,4 @@
-"""Vacuum: how fast a line brings it, a regulator that holds it, and faults to try it with."""
+"""Vacuum: how fast a line reaches it, a regulator that holds it, and faults to test it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -71,8 +71,8 @@ CONTROLS = ("target", "fluid", "safe_state", "kind", "fault", "fault_at", "durat
 """Inputs of `regulate` that have a control on the page, besides those of the sensor."""
 SENSOR = ("sensor_range", "noise")
 NOT_CHOSEN = (
-    "Nothing is regulated until you choose a safe state. After a fault, 'release' lets the brake "
-    "go and 'hold' keeps it jammed; choose by the load on the brake."
+    "The regulator does not run until you choose a safe state. After a fault, 'release' "
+    "frees the brake and 'hold' keeps it jammed; choose by the load on the brake."
 )
 KEY = (
     "Yellow ground: broken but not detected yet; red ground: detected, in the safe state. Below "
@@ -99,7 +99,7 @@ def safe_choice() -> Choice:
     """Choice of the safe state after a fault; it has no default."""
     meanings = "; ".join(f"{state}: {meaning}" for state, meaning in SAFE_STATES.items())
     words = {"": "not chosen", **{state: state for state in SAFE_STATES}}
-    return Choice("safe_state", words, "", help=f"Where a fault ends. {meanings}")
+    return Choice("safe_state", words, "", help=f"Safe state after a fault. {meanings}")
 
 
 def fault_choice() -> Choice:
@@ -112,7 +112,7 @@ class Vacuum(Page):
     """A line: its step response, its regulator, its faults."""
 
     name, title = "vacuum", "Vacuum"
-    summary = "How fast a line brings the vacuum, and how a regulator holds it"
+    summary = "How fast a line reaches the vacuum, and how a regulator holds it"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -135,7 +135,7 @@ class Vacuum(Page):
         """Bounds that the line sets."""
         full = self.more.atmosphere(self.desk.line.line.site.atmosphere)
         target = vacuum_entry("rise", "target", full, 0.01 * full)
-        lasts = entry("regulate", "duration", 20.0, (1.0, 120.0), unit="s", label="Time simulated")
+        lasts = entry("regulate", "duration", 20.0, (1.0, 120.0), unit="s", label="Simulated time")
         sample = entry("regulate", "sample_time", 0.01, (SHORTEST, 0.1), unit="ms")
         begins = {"unit": "s", "label": "Fault begins at"}
         return by_key(
@@ -211,13 +211,13 @@ class Vacuum(Page):
                 self.loop.build_row()
             with ui.column().style("width: 240px; flex: none"):
                 self.loop_figures = Figures("vacuum-loop", "regulate", LOOP)
-                label = "Longest until a fault is detected, at this vacuum"
+                label = "Longest detection time of each fault at this vacuum"
                 ui.label(label).classes("text-sm")
                 self.detection = dress(live.Table(), "vacuum-detection")
         self.regulated.set_visibility(False)
 
     def calls(self) -> Sequence[Call]:
-        """The step; the regulator only once a safe state is chosen."""
+        """Return the step, and the regulator once a safe state is chosen."""
         subjects, safe = (self.desk.subject("line"),), self.word(self.safe)
         common = self.texts("target")
         if self.word(self.fluid) != "air":
@@ -236,7 +236,7 @@ class Vacuum(Page):
         return [*calls, Call("regulate", subjects, {**inputs, **extra})]
 
     def compute(self) -> list[Answer]:
-        """Each alone: a step that is refused leaves the regulator, and the other way round."""
+        """Compute each separately: an error in one does not affect the other."""
         panels = zip((self.steps, self.loop), self.calls(), strict=False)
         return [replace(try_call(call), pins=panel.pinned_answers(call)) for panel, call in panels]
 
@@ -273,7 +273,7 @@ class Vacuum(Page):
     def _draw_loop(self, answer: Answer) -> None:
         result = answer.result
         self.loop.show(answer, self.dark)
-        # error and ripple are those of a target that the safe state has given up
+        # error and ripple refer to a target that the safe state has abandoned
         given_up = () if result.outcome == "HEALTHY" else ("steady_error", "ripple")
         self.loop_figures.fill(result, but=given_up)
         self.verdict.set_text(verdict(result))
@@ -290,7 +290,7 @@ def verdict(result: Any) -> str:
         return f"No fault was reported: risen to {target} {rise} (10 to 90 %); {ending}."
     cause = ""
     if result.fault is not None:
-        cause = f"From {show(result.fault_at, 's')} on {result.broken}. "
+        cause = f"From {show(result.fault_at, 's')} on, {result.broken}. "
     if result.outcome == "HEALTHY":
         return f"{cause}The detector reported nothing; {ending}."
     after = "" if result.said_after is None else f", {show(result.said_after, 's', 3)} later"
@@ -309,8 +309,8 @@ def _hero(key: str, name: str, value: float | None, unit: str) -> Hero:
 def heroes(rise: Any) -> list[Hero]:
     """Return the main numbers of a step; unknown ones have a dash."""
     return [
-        _hero("rise_time", "Rises in (10 to 90 %)", rise.rise_time, "s"),
-        _hero("reachable", "Can reach", rise.reachable, "Pa"),
+        _hero("rise_time", "Rise time (10 to 90 %)", rise.rise_time, "s"),
+        _hero("reachable", "Greatest vacuum", rise.reachable, "Pa"),
         _hero("fall_time", f"Falls in, by {rise.fall_by or 'a vent'}", rise.fall_time, "s"),
         _hero("time_constant", "Time constant", rise.time_constant, "s"),
         _hero("gas_work", "Work on the gas", rise.gas_work, "J"),
@@ -322,7 +322,7 @@ def loop_heroes(result: Any) -> list[Hero]:
     if result.fault is not None:
         detected = _hero("detected", "Detected after", result.said_after, "s")
     else:
-        detected = _hero("rise_time", "Rises in (10 to 90 %)", result.rise_time, "s")
+        detected = _hero("rise_time", "Rise time (10 to 90 %)", result.rise_time, "s")
     return [
         detected,
         _hero("overshoot", "Overshoot", result.overshoot, result.units["overshoot"]),

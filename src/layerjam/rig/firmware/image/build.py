@@ -231,7 +231,7 @@ def main() -> int:
     words.add_argument("--out", type=Path, default=Path("out/firmware"), help="folder")
     words.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     words.add_argument(
-        "--if-changed", action="store_true", help="build only where the image is of other sources"
+        "--if-changed", action="store_true", help="build only if the sources have changed"
     )
     args = words.parse_args()
     if args.if_changed and current(args.out):
