@@ -180,7 +180,7 @@ class Recomputed(Result):
         yield from (f"  {file}: {reason}" for file, reason in self.not_compared.items())
         yield ""
         for name in dict.fromkeys((*original, *local)):
-            was, has = original.get(name, "not stated"), local.get(name, "not here")
+            was, has = original.get(name, "not stated"), local.get(name, "not installed here")
             yield f"{name} {was}" + ("" if was == has else f", here {has}")
 
 

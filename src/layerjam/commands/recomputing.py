@@ -76,7 +76,10 @@ class _Comparison:
         return differences(was, local, name)
 
     def _others(self) -> str:
-        """Which other versions wrote the dataset, in words; empty if these did."""
+        """Return a phrase with the other versions that wrote the dataset.
+
+        Empty if there are none.
+        """
         original, local = self.recipe.versions, versions()
         differing = [
             f"{n} {v}, here {local.get(n, 'none')}"
