@@ -91,7 +91,7 @@ class UnknownNameError(LayerjamError, KeyError):
         self.quantity = quantity
         names = sorted(names)
         suggestions = difflib.get_close_matches(name.lower(), names, n=3, cutoff=0.3) or names
-        hint = f"did you mean {' or '.join(suggestions[:4])}?" if names else "there are none"
+        hint = f"did you mean {' or '.join(suggestions[:4])}?" if names else "there is none"
         self.message = f"unknown {kind} '{name[:80]}'; {hint}"
         super().__init__(self.message)
 

@@ -219,7 +219,7 @@ def test_calibrate_write_validate(run: Run, files: Files, tmp_path: Path) -> Non
     assert ran.code == 0 and ran.json["file"] == str(mine)
     assert load(mine).brake.film.kinetic == ran.json["kinetic"]
     assert load(mine).brake.scale_factor == 1.0
-    assert any("0.875 belonged to the old friction" in w for w in ran.json["warnings"])
+    assert any("0.875 was fitted with the old friction" in w for w in ran.json["warnings"])
     ran = run("calibrate", mine, *files.pulls, "--out", fitted, "--json")
     assert ran.code == 0
     made = load(fitted)

@@ -192,7 +192,7 @@ def test_folders_nobody_may_write(
 def test_a_folder_that_refuses(refuses: Refuses) -> None:
     for words in ((*PULL, "--out", "/proc/run.csv"), (*FORCE, "--figure", "/proc/x.svg")):
         assert "cannot be written" in refuses(*words)
-    assert "cannot be made" in refuses("reproduce", "--out", "/proc/report")
+    assert "cannot be created" in refuses("reproduce", "--out", "/proc/report")
 
 
 @pytest.mark.parametrize("words", [PULL, FORCE], ids=lambda w: w[0])

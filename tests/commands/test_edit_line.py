@@ -58,7 +58,7 @@ def test_comments_stay():
         ({"chamber.width": "1 m"}, {}, UnknownNameError, "key"),
         ({"leak.laminar": None}, {}, QuantityError, "give another value"),
         ({}, {"pump": "smc-vt307v"}, UnknownNameError, "part"),
-        ({}, {"tube": "smc-vt307v"}, QuantityError, "no parts"),
+        ({}, {"tube": "smc-vt307v"}, QuantityError, "unknown part family"),
         ({}, {"wheel": None}, UnknownNameError, "table"),
         ({}, {"pump": None}, FileError, "missing"),
         ({}, {"sensor": "honeywell-24pccfb6g"}, LayerjamError, "range"),

@@ -186,8 +186,8 @@ def test_readings_are_stated_or_asked_for(tmp_path):
     with pytest.raises(LayerjamError, match="unknown reading"):
         leak(plain, reading="relative")
     said = leak(hold(tmp_path, "g.csv", "time [s],p [kPa(g)]"), reading="vacuum")
-    assert any("its column says gauge" in w for w in said.warnings)
-    with pytest.raises(FileError, match="cannot be"):
+    assert any("its column states gauge" in w for w in said.warnings)
+    with pytest.raises(FileError, match="is impossible"):
         leak(hold(tmp_path, "w.csv", "time [s],p [bar]"), reading="vacuum")
 
 
@@ -239,7 +239,7 @@ def test_pump_downs_that_contradict_themselves(tmp_path):
         ({"volume": "7 mL", "flow": "3 mL/s"}, "one of them is enough"),
         ({"added_volume": "7 mL"}, "second log"),
         ({"compliance": "1 mL/kPa"}, "needs --volume or --flow"),
-        ({"compliance": "1 mL/kPa", "volume": "7 mL"}, "would close"),
+        ({"compliance": "1 mL/kPa", "volume": "7 mL"}, "would reduce"),
         ({"start": "5 s", "end": "2 s"}, "is not below"),
     ):
         with pytest.raises(LayerjamError, match=words):

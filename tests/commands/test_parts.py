@@ -39,7 +39,7 @@ def test_for_people_and_machines(capsys):
     shown = printed(capsys)
     assert "smc-vt307v: SMC VT307V" in shown
     assert "assumed: critical ratio 0.528, delay 0 s" in shown
-    assert "no conductance printed" in shown
+    assert "conductance not published" in shown
     assert "free flow 116.7 mL/s, ultimate vacuum 75 kPa" in shown
     told = printed(capsys, "dfr0523")
     assert "flow: 0.75 mL/s" in told and "GravityPump" in told

@@ -33,11 +33,11 @@ def test_refused_specimens_are_counted_as_such(tmp_path: Path) -> None:
     bad = [f"{i},{i},5.0" for i in range(50)]
     path, none = tmp_path / "x.csv", tmp_path / "none.csv"
     path.write_text("\n".join([HEAD, *bad, "", HEAD, *bad, "", HEAD, *bad, ""]))
-    with pytest.raises(FileError, match=r"\(2 more specimens were refused too\)"):
+    with pytest.raises(FileError, match=r"\(2 more specimens were also rejected\)"):
         lj.pull(path)
-    with pytest.raises(FileError, match=r"\(1 more file and 2 more specimens were refused too\)"):
+    with pytest.raises(FileError, match=r"\(1 more file and 2 more specimens were also rejected\)"):
         lj.pull([path, none])
-    with pytest.raises(FileError, match=r"\(1 more file was refused too\)"):
+    with pytest.raises(FileError, match=r"\(1 more file was also rejected\)"):
         lj.pull([none, tmp_path / "other.csv"])
     with pytest.raises(FileError, match="is an empty name"):
         lj.pull("")

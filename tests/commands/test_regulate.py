@@ -51,7 +51,7 @@ def test_follow_says_what_it_can():
     assert answer.possible == 1.0 and answer.feasible
     steps = follow("choi2018", "choi2018-kapton", profile="step", **SHAPE, **SEEN)
     assert not steps.feasible
-    assert "the pump does" in steps.reasons[0]
+    assert "the pump achieves" in steps.reasons[0]
 
 
 def test_a_profile_from_a_file(tmp_path):
@@ -62,7 +62,7 @@ def test_a_profile_from_a_file(tmp_path):
     answer = follow("choi2018", "choi2018-kapton", profile=path, **SEEN)
     assert answer.record[0].wanted[-1] == pytest.approx(60.0)
     assert answer.record[0].slip[-1] == pytest.approx(0.01)
-    with pytest.raises(QuantityError, match="go only with step"):
+    with pytest.raises(QuantityError, match="only valid with step"):
         follow("choi2018", "choi2018-kapton", profile=path, low="20 N", **SEEN)
     path.write_text("time [s],force [N]\n0,1\n1,2\n")
     with pytest.raises(FileError, match="no slip column"):
@@ -75,7 +75,7 @@ def test_a_profile_from_a_file(tmp_path):
         ({"safe_state": None}, "safe_state: required"),
         ({"target": "101.325 kPa"}, "the pump reaches"),
         ({"target": "110 kPa"}, "more than the atmosphere"),
-        ({"sensor_range": None}, "sensor: choi2018 has none"),
+        ({"sensor_range": None}, "sensor: choi2018 has no sensor"),
         ({"sensor_range": "40 kPa"}, "sensor.range: 40 kPa"),
         ({"sample_time": "1 s"}, "sample_time: 1 s"),
         ({"duration": "0 s"}, "duration: 0"),
@@ -104,7 +104,7 @@ def test_the_words_are_those_of_the_regulator_and_its_faults():
 def test_missing_parts_of_a_profile():
     with pytest.raises(QuantityError, match="period, duration, speed: missing"):
         follow("choi2018", "choi2018-kapton", profile="sine", low="1 N", high="2 N", **SEEN)
-    with pytest.raises(QuantityError, match="high: 20 N is not above low"):
+    with pytest.raises(QuantityError, match="high: 20 N is not above the value of low"):
         follow("choi2018", "choi2018-kapton", profile="sine", **(SHAPE | {"high": "20 N"}), **SEEN)
 
 

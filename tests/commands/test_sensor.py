@@ -65,8 +65,8 @@ def test_names_of_filters(text, cfc):
     ("how", "says"),
     [
         ({"filter": "cfc100"}, "filter: 'cfc100' is unknown; choose none, cfc60"),
-        ({"filter": "butter"}, "'butter' is not known"),
-        ({"filter": ""}, "is not known"),
+        ({"filter": "butter"}, "'butter' is unknown"),
+        ({"filter": ""}, "is unknown"),
         ({"accelerometer": "adxl999"}, "adxl193"),
         ({"low_pass": "400"}, "has no unit"),
         ({"low_pass": "-4 Hz"}, "low pass: -4 Hz is not allowed"),

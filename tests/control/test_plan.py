@@ -119,7 +119,7 @@ def test_the_least_reservoir_without_pump_is_boyles():
     )
     # no reservoir, however large, goes below its own pressure
     none = what_to_build(Standby(still, stored=stored), A - 4e3, 5.0)
-    assert none.reservoir.value is None and "1 m^3 is 1.001 kPa short" in none.reservoir.reason
+    assert none.reservoir.value is None and "1 m^3 falls 1.001 kPa short" in none.reservoir.reason
     assert none.conductance.value is None
 
 
@@ -166,7 +166,7 @@ def test_sizes_of_the_papers_line_in_closed_form():
     weak = replace(PAPER, pump=replace(PAPER.pump, ultimate=30e3))
     none = what_to_build(Standby(weak), 80e3, 1.0)
     assert none.warning.value is none.standing.value is none.reservoir.value is None
-    assert "comes to 71.33 kPa in the end" in none.standing.reason
+    assert "reaches only 71.33 kPa" in none.standing.reason
     wet = what_to_build(Standby(PAPER, water=True), 80e3, 1.0)
     assert wet.reservoir.value is None and "water" in wet.reservoir.reason
     slope = 3.33e-6 / PAPER.chamber.compliance

@@ -150,7 +150,7 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path, whole):
     assert content(whole[0]) == before
     (tmp_path / "blocks").mkdir()
     (tmp_path / "blocks" / "thesis.txt").write_text("mine")
-    with pytest.raises(FileError, match="something else"):
+    with pytest.raises(FileError, match="other files"):
         sweep(read(), out=tmp_path, block=BLOCK)
     assert (tmp_path / "blocks" / "thesis.txt").read_text() == "mine"
 
@@ -158,7 +158,7 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path, whole):
 @pytest.mark.parametrize("theirs", ["front.parquet", "manifest.json"])
 def test_nothing_is_replaced_or_made_beside_what_others_wrote(tmp_path, theirs):
     (tmp_path / theirs).write_text("mine")
-    with pytest.raises(FileError, match="something else"):
+    with pytest.raises(FileError, match="other files"):
         sweep(read(), out=tmp_path, block=BLOCK)
     assert [p.name for p in tmp_path.iterdir()] == [theirs]
     assert (tmp_path / theirs).read_text() == "mine"

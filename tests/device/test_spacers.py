@@ -55,7 +55,7 @@ def test_a_model_with_a_straight_line_takes_spacers_and_refuses_a_fan():
     flat = straight(KAPTON.brake.with_(spacers=True), "x")
     assert flat.scale_factor == pytest.approx(0.875 / 1.048, rel=1e-12)
     assert flat.mount.spacers is None and flat.amplification_held is None
-    with pytest.raises(QuantityError, match="x does not know the self-amplified friction"):
+    with pytest.raises(QuantityError, match="x does not support the self-amplified friction"):
         straight(KAPTON.brake.with_(spacers=False), "x")
 
 

@@ -70,7 +70,7 @@ def test_a_name_without_its_record_is_never_that_of_an_optional_record():
         ({"width": 13.0}, "sheets.width", "13 m is not allowed"),
         ({"width": -1.0}, "sheets.width", "not allowed"),
         ({"width": "13"}, "sheets.width", "no unit"),
-        ({"width": None}, "sheets.width", "cannot be left out"),
+        ({"width": None}, "sheets.width", "cannot be omitted"),
         ({"count": 11.5}, "sheets.count", "whole number"),
         ({"usable_travel": "69 mm"}, "sheets.usable_travel", "more than the overlap"),
         ({"kinetic": 0.9}, "film.kinetic", "at most the static one"),

@@ -141,7 +141,7 @@ def test_the_moment_of_a_yoke(count: int, moment: float) -> None:
 
 CANNOT = {
     "short clamp": ({"length": "84 mm", "clamped_length": "5 mm"}, {}, "longer sheets"),
-    "high stack": ({"count": 240}, {}, "longest that is drawn is 60 mm"),
+    "high stack": ({"count": 240}, {}, "longest available is 60 mm"),
     "narrow": ({"width": "8 mm"}, {}, "nut of M3"),
     "printer": ({}, {"print_bed": "145x145x160mm"}, "too large for the printer by 6 mm in z"),
     "thin sleeve": ({"wall": "0.2 mm"}, {}, "too thin to fill without it"),
@@ -252,7 +252,7 @@ def test_a_folder_that_exists_is_not_touched(tmp_path: Path) -> None:
     write_folder(place, {LIST: json.dumps({"files": [LIST]})}, overwrite=True)
     assert set(folder(place)) == {LIST}
     (place / "notes.txt").write_text("mine")
-    with pytest.raises(FileError, match=r"holds notes\.txt, which no build wrote"):
+    with pytest.raises(FileError, match=r"holds notes\.txt, which `build` did not write"):
         write_folder(place, {LIST: "{}"}, overwrite=True)
     assert (place / "notes.txt").read_text() == "mine"
     assert [f.name for f in tmp_path.iterdir()] == ["here"]

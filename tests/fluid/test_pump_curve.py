@@ -160,7 +160,7 @@ GOOD = '[["0 kPa", "3 L/min"], ["60 kPa", "0 L/min"]]'
         ("[]", "0 point"),
         ('"3 L/min"', "is not a list such as"),
         ('[["0 kPa", "3 L/min", "1"]]', "is not a list such as"),
-        ('[["5 kPa", "3 L/min"], ["60 kPa", "0 L/min"]]', "begins at 5 kPa; its first point"),
+        ('[["5 kPa", "3 L/min"], ["60 kPa", "0 L/min"]]', "starts at 5 kPa; its first point"),
         ('[["0 kPa", "3 L/min"], ["0 kPa", "0 L/min"]]', "the vacuum does not rise from 0 kPa"),
         (
             '[["0 kPa", "3 L/min"], ["30 kPa", "3 L/min"], ["60 kPa", "0 L/min"]]',
@@ -172,7 +172,7 @@ GOOD = '[["0 kPa", "3 L/min"], ["60 kPa", "0 L/min"]]'
         ('[["0 kPa", "3 kPa"], ["60 kPa", "0 L/min"]]', "'3 kPa' is not in units of"),
         ('[["0", "3 L/min"], ["60 kPa", "0 L/min"]]', "has no unit"),
         (GOOD + '\nflow = "3 L/min"', "pump.flow: a pump has a flow or a flow curve.* both"),
-        (GOOD + '\nultimate = "3 kPa"', "pump.ultimate: a flow curve ends at the lowest"),
+        (GOOD + '\nultimate = "3 kPa"', "pump.ultimate: a flow curve already ends at the lowest"),
     ],
 )
 def test_what_is_refused(curve, words):

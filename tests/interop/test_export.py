@@ -132,7 +132,7 @@ def test_what_is_not_in_the_kernel_is_refused_by_name(tmp_path, change, named):
 
 def test_commands_of_two_words_are_listed_and_found(capsys, tmp_path):
     assert main(["export"]) == 2
-    assert "say what to export: layerjam export c" in capsys.readouterr().err
+    assert "add what to export: layerjam export c" in capsys.readouterr().err
     assert main(["export", "d", "choi2018-kapton"]) == 2
     assert "unknown command 'export d'; did you mean export c" in capsys.readouterr().err
     assert main(["export", "--help"]) == 0

@@ -187,7 +187,7 @@ def test_arm_over_a_drum_holds_and_slips():
 @pytest.mark.parametrize(
     ("cable", "stiffness", "words"),
     [
-        ("", None, "tendon 'cable': without stiffness it carries nothing"),
+        ("", None, "tendon 'cable': without stiffness it carries no load"),
         ("", 1000.0, "its stiffness is 1000 N/m, the brake's with its rope 14890.3924 N/m"),
         ('frictionloss="3"', STIFFNESS, "frictionloss would add a second resistance, and creep"),
         ('springyield="0.01"', STIFFNESS, "springyield would slide in addition"),

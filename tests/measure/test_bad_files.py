@@ -47,7 +47,7 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
         "decimal commas need another separator",
         2,
     ),
-    "two specimens": (table(*rows(), "", HEAD, *rows()), "holds 2 specimens", None),
+    "two specimens": (table(*rows(), "", HEAD, *rows()), "contains 2 specimens", None),
     "words among the numbers": (
         table(*rows(), "no numbers here,or here,", *rows()),
         "is not a row of numbers, and rows of numbers without names follow it",
@@ -148,7 +148,7 @@ CASES: dict[str, tuple[bytes | str, str, int | None]] = {
     "binary": (bytes(range(256)) * 20, "is binary", None),
     "binary later on": (table(*rows()).encode() + b"\0" * 50, "is binary", None),
     "Excel": (b"PK\x03\x04" + b"x" * 99, "is an Excel workbook or zip archive", None),
-    "half of UTF-16": (named().encode("utf-16")[:-1], "its UTF-16 text breaks off", None),
+    "half of UTF-16": (named().encode("utf-16")[:-1], "its UTF-16 text ends early", None),
     "a line of a megabyte": ("x" * 1_000_000, "has a line of 1000000 bytes", 1),
 }
 

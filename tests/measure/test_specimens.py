@@ -58,7 +58,7 @@ def test_one_below_the_other(case: str, tmp_path: Path) -> None:
     assert len(one) == len(two) == 60
     np.testing.assert_allclose(two.force, 2 * one.force, atol=2e-4)
     assert one.specimen != two.specimen
-    with pytest.raises(FileError, match=r"holds 2 specimens .*--specimen 1"):
+    with pytest.raises(FileError, match=r"contains 2 specimens .*--specimen 1"):
         read_trace(path)
     again = read_trace(path, ReadingOptions(specimen=2))
     np.testing.assert_array_equal(again.force, two.force)

@@ -78,7 +78,7 @@ def test_the_papers_brake() -> None:
         "film 0.254 mm thick, Kapton HN polyimide film",
         "Ecoflex 5",
         "hexagon keys of 2.5 mm and 3 mm",
-        "to go around 42 mm",
+        "for a circumference of 42 mm",
         "weighed_mass",
         "dab",
     ):
@@ -125,7 +125,7 @@ def test_caps_lie_level_on_the_jig() -> None:
     text = read(assembly(made(), PICTURES)).text
     neck = 1.25 * 2 * (13 + 2.794) / (2 * math.pi)
     tray, head = 2.794 / 2 + 4.003, 8.2 / 2
-    said = f"pack {neck - tray:.1f} mm under the trays and {neck - head:.1f} mm under the heads"
+    said = f"support {neck - tray:.1f} mm under the trays and {neck - head:.1f} mm under the heads"
     assert said in text, said
 
 

@@ -67,7 +67,7 @@ def test_the_pico_s_pins() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ("vent_gate = 17", "vent_gate = 16", "GP16 is taken by pins.pump_gate"),
+        ("vent_gate = 17", "vent_gate = 16", "GP16 is already used by pins.pump_gate"),
         ("vent_gate = 17", "vent_gate = 30", "at most 29"),
         ("vent_gate = 17", "", "vent_gate"),
         ("sensor_adc = 26", "sensor_adc = 22", "GP22 has no converter"),

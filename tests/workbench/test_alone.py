@@ -72,7 +72,7 @@ def test_its_errors_are_raised_here_with_all_they_know():
     with pytest.raises(KeyError) as wrong:
         run_in_subprocess(is_wrong, tell=nothing)
     assert any("is_wrong" in note for note in wrong.value.__notes__)
-    with pytest.raises(LayerjamError, match="ended by itself, with 3"):
+    with pytest.raises(LayerjamError, match="ended unexpectedly, with exit code 3"):
         run_in_subprocess(ends, tell=nothing)
 
 

@@ -114,7 +114,7 @@ def test_a_pull_is_pinned_and_a_reload_and_a_session_keep_it(tab, two, tmp_path)
     assert tab.evaluate(drawn, [at("pull-chart"), label]) > 20
     user.film("pinned")
     tab.click(at("copy-a-link-to-all-settings"))
-    tab.wait_for_selector(f"text=A link carries no files, so not {two[1][0]}", timeout=LONG)
+    tab.wait_for_selector(f"text=A link cannot contain files, so {two[1][0]}", timeout=LONG)
     with tab.expect_download() as saved:
         tab.click(at("save-the-session"))
     file = tmp_path / "mine.json"

@@ -169,7 +169,7 @@ def test_rubbish_gets_a_word_and_the_server_stays_up(laboratory, tmp_path):
     laboratory.click("[data-testid=dropped-close]")
     pull = "mm,N\n" + "".join(f"{i / 10},{min(7 * i, 175 - i)}\n" for i in range(60))
     laboratory.evaluate(DROP, [[f"pull_{i}_80kPa.csv", f"{pull}9,{i}\n"] for i in range(210)])
-    laboratory.wait_for_selector(f"{told} >> text=200 measurements are the most >> nth=0",
+    laboratory.wait_for_selector(f"{told} >> text=at most 200 measurements >> nth=0",
                                  timeout=2 * LONG)  # fmt: skip
     laboratory.wait_for_selector("[data-testid=dropped-more]", timeout=LONG)
 

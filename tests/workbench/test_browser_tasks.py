@@ -122,7 +122,7 @@ def test_a_procedure_on_the_virtual_bench_a_session_and_back(person):
         person.click("save-the-session")
     assert got.value.suggested_filename.endswith("-session.json") and person.clicks == 5
     person.click("copy-a-link-to-all-settings")
-    person.page.get_by_text("holds all that is set").wait_for()
+    person.page.get_by_text("contains all settings").wait_for()
     # Back is the tab before
     person.page.go_back()
     person.page.wait_for_selector(f"{at('tab-start')}.q-tab--active")

@@ -209,7 +209,7 @@ def test_the_page_stands(monkeypatch):
             need.search()
             assert desk.get("design", "begin", "") == desk.state.brake
             desk.put("design", "hold_length", 0.03)
-            assert "no room" in need.form.refused.text
+            assert "too short" in need.form.refused.text
             desk.undo()
             # what is typed as TOML moves the form, and stays as it was typed
             typed = need.editor.value.replace("holding_force >= 300 N", "max_force >= 220 N")

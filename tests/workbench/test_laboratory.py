@@ -100,7 +100,7 @@ def test_bounds_in_size_and_number_are_said(tab, monkeypatch):
     monkeypatch.setattr(up, "MAX_FILES", 2)
     tab.take("a.csv", b"1")
     tab.take("b.csv", b"2")
-    with pytest.raises(UploadError, match="2 measurements are the most"):
+    with pytest.raises(UploadError, match="at most 2 measurements"):
         tab.take("c.csv", b"3")
     monkeypatch.setattr(up, "MAX_FILES", 5)
     monkeypatch.setattr(up, "ALL_TOGETHER", 2)

@@ -52,9 +52,9 @@ def file_of(**changed) -> bytes:
         (file_of(version=2), "another version"),
         (file_of(page=3), "page"),
         (file_of(settings={"pull": {"vacuum": [1]}}), "settings.pull.vacuum"),
-        (file_of(settings={"pull": {"vacuum": float("nan")}}), "session has"),
+        (file_of(settings={"pull": {"vacuum": float("nan")}}), "unknown fields"),
         (file_of(pins=[{"page": "pull"}]), "pins.0"),
-        (b" " * (LARGEST + 1), "too large"),
+        (b" " * (LARGEST + 1), "the limit for a session"),
     ],
 )
 def test_rubbish_is_refused_with_the_files_name(data, says):

@@ -170,13 +170,13 @@ def _specimens(source: Measured, labels_out: Collection[str], options: ReadingOp
     if not isinstance(source, Trace):
         labels = [s.label for s in open_traces(source, options)]
     if len(labels) < 2:
-        sentence = "is one s; leave it out by the file's name alone"
+        sentence = "has only one specimen; exclude it by the file name alone"
         raise QuantityError.of("exclude", f"{path} {sentence}")
     for label in labels_out:
         if labels.count(label) != 1:
             text = ", ".join(f"'{s[:30]}'" for s in labels[:6]) + ", ..." * (len(labels) > 6)
             count_word = "no" if label not in labels else "more than one"
-            raise QuantityError.of("exclude", f"{path} holds {count_word} s '{label}': {text}")
+            raise QuantityError.of("exclude", f"{path} holds {count_word} specimen '{label}': {text}")
     return set(labels)
 
 

@@ -58,7 +58,7 @@ def why_lost(
     losses = " and ".join(worse) or "nothing"
     if len(objectives) == 1:
         return f"it loses by {losses}"
-    gain = f", but {' and '.join(better)}" if better else ""
+    gain = f", offset by {' and '.join(better)}" if better else ""
     return f"it loses by {losses}{gain}; weighted, {percent(math.expm1(total), sign='')} behind"
 
 

@@ -100,7 +100,7 @@ def changes(line: Line, target: float, water: bool = False) -> list[tuple[str, f
     if water:
         stiff = replace(line, chamber=replace(chamber, compliance=water_compliance(line) / 2))
         times = {
-            "unchanged": water_time(line),
+            "as it is": water_time(line),
             "half the compliance": water_time(stiff),
             pumps: water_time(twice),
             "air in place of water": air_time(line),
@@ -108,7 +108,7 @@ def changes(line: Line, target: float, water: bool = False) -> list[tuple[str, f
     else:
         half = replace(line, chamber=replace(chamber, volume=chamber.volume / 2))
         present = air_time(line)
-        times = {"unchanged": present, "half the volume": air_time(half), pumps: air_time(twice)}
+        times = {"as it is": present, "half the volume": air_time(half), pumps: air_time(twice)}
         if line.tube is not None:
             tube = replace(line.tube, length=line.tube.length / 2)
             times["tube half as long"] = air_time(replace(line, tube=tube))

@@ -24,7 +24,7 @@ def _bars(axes: style.Axes, line: Line, target: float, water: bool = False) -> N
     rows = changes(line, target, water)[::-1]
     longest = max((time for _, time in rows), default=1.0)
     for y, (change, time) in enumerate(rows):
-        color = INK if change == "unchanged" else GREEN
+        color = INK if change == "as it is" else GREEN
         axes.plot([0, time], [y, y], color=color, lw=1.2)
         style.spot(axes, time, y, color=color, ms=5)
         style.label(axes, time + 0.03 * longest, y, show(time, "s", 3), color)
