@@ -5,7 +5,7 @@ const root = rgba(getComputedStyle(document.body).backgroundColor);
 while (walk.nextNode()) {
   const node = walk.currentNode, text = node.nodeValue.trim(), element = node.parentElement;
   if (!text || !element.checkVisibility({opacityProperty: true, visibilityProperty: true})) continue;
-  if (element.closest('[disabled], .disabled, [aria-hidden=true], .sr-only, script, style, svg')) continue;
+  if (element.closest('[disabled], .disabled, [inert], [aria-hidden=true], .sr-only, script, style, svg')) continue;
   if (element.closest('.nicegui-scene')) continue; // on a light ground of its own
   const range = document.createRange(); range.selectNode(node);
   const box = range.getBoundingClientRect();

@@ -31,7 +31,7 @@ TABS = {
     "drop": "[data-testid=drop-chart] canvas",
     "vacuum": "[data-testid=vacuum-chart] canvas",
     "laboratory": "[data-testid=laboratory-drop]",
-    "design": "[data-testid^=design]",
+    "design": "[data-testid^=design]:visible",
     "bench": "[data-testid=bench-connect]",
 }
 UNNAMED = """() => [...document.querySelectorAll(

@@ -218,6 +218,10 @@ class Laboratory(Page):
 
     def draw(self, result: list[Row]) -> None:
         """Report rejected practice files, and assign the others."""
+        with self.banner:  # a result comes from a task, which has no place on the page
+            self._tell_user()
+
+    def _tell_user(self) -> None:
         if self._not_taken:
             ui.notify("; ".join(self._not_taken[:5]), type="warning")
         self._not_taken.clear()
