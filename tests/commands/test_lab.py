@@ -117,7 +117,9 @@ def test_stopped_by_the_keyboard(
     spec = tmp_path / "s.toml"
     spec.write_text(lab_example())
     assert entry.main(["lab", str(spec), "--out", str(tmp_path / "d")]) == 130
-    assert "of 21 files were written; those are complete" in " ".join(capsys.readouterr().out.split())
+    assert "of 21 files were written; those are complete" in " ".join(
+        capsys.readouterr().out.split()
+    )
 
 
 def test_files_that_will_be_refused_are_announced(tmp_path: Path) -> None:

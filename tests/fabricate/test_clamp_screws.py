@@ -98,7 +98,9 @@ def test_build_and_mount_must_agree(tmp_path) -> None:
     # nor may a workshop draw other screws than the stress counts
     shop = tmp_path / "shop.toml"
     shop.write_text("[build]\nscrews = 2\n")
-    with pytest.raises(FileError, match=r"the default for sheets 13 mm wide is 1; write screws = 2 in \[mount\]"):
+    with pytest.raises(
+        FileError, match=r"the default for sheets 13 mm wide is 1; write screws = 2 in \[mount\]"
+    ):
         choices(KAPTON, shop)
     with pytest.raises(QuantityError, match=r"build\.screws: 2 contradicts"):
         choices(KAPTON, overrides={"screws": 2})

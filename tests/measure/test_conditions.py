@@ -102,7 +102,9 @@ def test_what_contradicts_is_refused_and_what_agrees_is_not(tmp_path: Path) -> N
     path = pull(tmp_path, sidecar='vacuum = "94.5 kPa"\n')
     assert read_trace(path, ReadingOptions(names=PATTERN)).facts.speed == pytest.approx(0.013)
     listed(tmp_path, "file,vacuum\npull_94.5kPa_13_2.csv,90 kPa\n")
-    with pytest.raises(FileError, match=r"sidecar states vacuum 94\.5 kPa, but conditions\.csv states 90 kPa"):
+    with pytest.raises(
+        FileError, match=r"sidecar states vacuum 94\.5 kPa, but conditions\.csv states 90 kPa"
+    ):
         read_trace(path)
 
 

@@ -133,7 +133,9 @@ def test_an_exponent_of_sheets_without_spacers_needs_its_range() -> None:
     with pytest.raises(QuantityError, match=r"lowest_pressure: is missing.*without bound"):
         validate(fanned(-0.3, None))
     validate(fanned(0.3, None))
-    with pytest.raises(QuantityError, match="lowest_pressure: is only valid with a pressure_exponent of"):
+    with pytest.raises(
+        QuantityError, match="lowest_pressure: is only valid with a pressure_exponent of"
+    ):
         replace(fanned(-0.3), mount=replace(KAPTON.mount, spacers=True))
     with pytest.raises(QuantityError, match="their friction would fall as the vacuum rises"):
         replace(fanned(-0.6), sheets=replace(KAPTON.sheets, count=45))

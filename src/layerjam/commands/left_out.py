@@ -176,7 +176,9 @@ def _specimens(source: Measured, labels_out: Collection[str], options: ReadingOp
         if labels.count(label) != 1:
             text = ", ".join(f"'{s[:30]}'" for s in labels[:6]) + ", ..." * (len(labels) > 6)
             count_word = "no" if label not in labels else "more than one"
-            raise QuantityError.of("exclude", f"{path} holds {count_word} specimen '{label}': {text}")
+            raise QuantityError.of(
+                "exclude", f"{path} holds {count_word} specimen '{label}': {text}"
+            )
     return set(labels)
 
 

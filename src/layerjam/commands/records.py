@@ -140,7 +140,7 @@ def _line(row: Mapping[str, Any]) -> str:
 
 
 def _database(db: str | None) -> Any:
-    """The database; MissingExtraError without SQLAlchemy."""
+    """Return the database; raises MissingExtraError if SQLAlchemy is missing."""
     extra = "postgres" if str(db).startswith("postgres") else "records"
     with MissingExtraError.raise_if_missing("a database of records (SQLAlchemy)", extra):
         import sqlalchemy  # noqa: F401

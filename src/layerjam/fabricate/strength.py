@@ -97,8 +97,8 @@ def _sheet_words(place: str, stress: float, film: float | None, grip: Any, ok: b
         remedy = ": more or thicker sheets, less overlap, or fewer screws (mount.screws)"
     elif grip:
         return text + (
-            "; does not apply, because friction in the clamp carries the load (C8); "
-            "these are the stresses if it did not"
+            "; does not apply, because friction in the clamp carries the load (C8). "
+            "The stresses are those without that friction"
         )
     else:
         text += "; the screw carries the load, because friction in the clamp does not (C8)"

@@ -90,7 +90,7 @@ def spread(result: Spread | None = None) -> style.Figure:
     force.set(xlabel="force [N]", ylabel="number of stacks", ylim=(0, force.get_ylim()[1] * 1.2))
     style.key(force, loc="upper left")
     words = (
-        f"{result.done:,} stacks drawn; friction scatters by {result.scatter:.0%}; dashed: alike"
+        f"{result.done:,} stacks, whose friction scatters by {result.scatter:.0%}; dashed: alike"
     )
     style.title(force, "With scatter, the first interface slides earlier", words)
     count, bins = np.histogram(result.stiffness * KN, 60)

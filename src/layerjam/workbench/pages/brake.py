@@ -39,7 +39,7 @@ KIND = Kind(
     "brake", "brake", "brake-catalogue", GROUPS, BRAKE_FIELDS, edit, origin=("kind", "source")
 )
 PART = Choice(
-    "part", {"brake": "What it does", "build": "Build"}, "brake", help="Content of this page"
+    "part", {"brake": "Performance", "build": "Build"}, "brake", help="Content of this page"
 )
 
 

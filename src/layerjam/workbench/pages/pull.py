@@ -140,8 +140,8 @@ MODEL = Choice(
     "model",
     {"lumped": "lumped", "stack": "sheet by sheet", STICK_SLIP: "stick–slip"},
     "lumped",
-    help="One friction force for all sheets; or a spring for each sheet and friction at each "
-    "interface; or a mass on a spring that sticks and slips",
+    help="One friction force for all sheets, a spring for each sheet with friction at each "
+    "interface, or a mass on a spring that sticks and slips",
 )
 PULLED = ("force_at_end", "work")
 PIN_BAND = "Pin with its band"
