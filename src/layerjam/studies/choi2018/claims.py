@@ -25,7 +25,7 @@ class Basis(StrEnum):
     """Basis of our result, which limits the meaning of an agreement; see paper.toml."""
 
     OTHER_NUMBERS = "other numbers"
-    OWN_WORDS = "its own text"
+    OWN_WORDS = "own words"
     ITSELF = "itself"
     OUR_ASSUMPTIONS = "our assumptions"
     NOTHING = "nothing"
