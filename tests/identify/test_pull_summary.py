@@ -87,7 +87,7 @@ def test_tare_subtracts_on_request_only_and_says_so(brake) -> None:
     assert tared.features.peak_force == pytest.approx(clean.features.peak_force, rel=1e-9)
     assert tared.tared == pytest.approx(2.0, abs=0.01)
     assert any("was subtracted" in n for n in tared.notes) and abs(tared.preload) < 1e-9
-    with pytest.raises(FileError, match="begins on its rise"):
+    with pytest.raises(FileError, match="starts on its rise"):
         pull_summary(curve(brake), tare=True)
 
 

@@ -204,7 +204,7 @@ def test_the_page_stands(monkeypatch):
             assert need.selection() == numbers[1]
             need.take()
             assert desk.brake.name == f"small-b-{numbers[1]}"
-            await user.should_see("is on the desk")
+            await user.should_see("is now the current brake")
             assert f'brake = "{desk.brake.name}.toml"' in need.editor.value
             need.search()
             assert desk.get("design", "begin", "") == desk.state.brake

@@ -57,7 +57,7 @@ def test_without_a_rope_no_brake_is_refused_in_words_and_the_rest_answered():
     assert drops["none"].result is None and drops["none"].refusal == NO_ROPE
     assert drops["full"].result.feasible
     assert [answer.call for answer in page.answers()] == page.calls() and len(page.calls()) == 3
-    assert verdict(None, drops[shown].refusal, {}).startswith("Cannot: there is no rope")
+    assert verdict(None, drops[shown].refusal, {}).startswith("Cannot: there is neither a rope")
 
 
 @pytest.mark.parametrize(
@@ -141,7 +141,7 @@ def test_the_page_stands_and_follows_its_controls():
             page.desk.put("drop", "shown", "full")
             await user.should_see("101 kPa stops 1 kg from 1.5 m/s", retries=50)
             page.desk.put("drop", "direction", "horizontal")
-            await user.should_see("v²/2gd: the force", retries=50)
+            await user.should_see("v²/2gd, for a constant force", retries=50)
             page.desk.undo()
             page.desk.undo()
             await user.should_see("25.1 kPa stops 1 kg from 1.5 m/s within 40 mm", retries=50)

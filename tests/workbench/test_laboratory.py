@@ -285,7 +285,7 @@ def test_sampling_is_never_begun_unasked_and_can_be_stopped(campaign):
 
     with pytest.raises(ComputationStopped):
         chain.run(campaign_of(rows, tab, **asked, tell=stop), "sample")
-    assert "stopped" in chain.instead["calibrate"]
+    assert "Stopped" in chain.instead["calibrate"]
     chain.run(campaign_of(rows, tab, **asked))
     assert "press 'Sample'" in chain.instead["calibrate"]
 

@@ -75,7 +75,7 @@ def test_a_pinned_file_is_drawn_as_the_file_has_it_and_called_measured(page):
     # once, not as a line besides; the model of that file and what is left over stay
     assert not [s for s in chart["series"] if s["name"] == "60 kPa, mine.csv"]
     assert [s["name"] for s in chart["series"] if s["yAxisIndex"]] == [
-        "60 kPa, mine.csv, left over"
+        "60 kPa, mine.csv, residual"
     ]
     # the cursor reads it where it reads the others
     place = [
@@ -195,8 +195,8 @@ ONE = {"name": "a.csv", "sidecar": "", "content": packed(b"1")}
         ([ONE] * 100, "at most"),
         ([1], "files.0"),
         ([ONE, ONE | {"name": 3}], "files.1"),
-        ([ONE | {"content": "§"}], "unpacked"),
-        ([ONE | {"content": packed(b"1" * 999)[:-8]}], "unpacked|cut off"),
+        ([ONE | {"content": "§"}], "decompressed"),
+        ([ONE | {"content": packed(b"1" * 999)[:-8]}], "decompressed|truncated"),
         ([ONE | {"content": packed(b"0" * 20_000)}, ONE], "larger than"),
     ],
 )

@@ -85,7 +85,7 @@ def test_files_are_held_against_the_model_and_what_is_left_over_is_drawn(page_of
     assert page.answers()[2].call.command() == "layerjam validate choi2018-kapton 'a pull.csv'"
     chart = pull_chart(answer.result, whole, reading, False)
     below = [s for s in chart["series"] if s["yAxisIndex"] == 1]
-    assert [s["name"] for s in below] == ["60 kPa, a pull.csv, left over"]
+    assert [s["name"] for s in below] == ["60 kPa, a pull.csv, residual"]
     drawn = [y for _, y in below[0]["data"] if y is not None]
     assert min(drawn) > 0
     # cursor: every curve has its points at the same places

@@ -61,7 +61,7 @@ def test_the_verdict_in_words(fault):
     loop = answer.result
     assert not answer.refusal
     words = verdict(loop)
-    assert words.startswith("From 0.5 s on ")
+    assert words.startswith("From 0.5 s on, ")
     assert ("reported nothing" in words) == (loop.outcome == "HEALTHY")
     if loop.outcome != "HEALTHY":
         assert "release: pump off, vent open" in words

@@ -122,7 +122,7 @@ def check_parameters(limits: Identifiability) -> Check:
             f"{limits.correlation:+.3f}, condition number {limits.condition_number:.3g})"
         )
     advice = "only a combination is known, pull further or at another vacuum"
-    return check("distinguishable", not poor, sentence, f"; noise alone leaves {errors}: {advice}")
+    return check("told apart", not poor, sentence, f"; noise alone leaves {errors}: {advice}")
 
 
 def off_bounds(values: Mapping[str, float]) -> Check:

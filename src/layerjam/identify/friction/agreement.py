@@ -61,7 +61,7 @@ def friction_checks(
     names = [Path(file).name or f"repeat {place}" for place, file in enumerate(files, 1)]
     quantities = {SPOKEN[name]: value for name, value in values.items()}
     advice = "check its unit, normal force and film"
-    checks = [check_repeats(names, quantities, "scatter of films", advice)]
+    checks = [check_repeats(names, quantities, "films scatter", advice)]
     for name, mean in means.items():
         if mean is not None and mean.low is not None and mean.high is not None:
             # as wide as Student's t about the mean; on a log scale more campaigns would fail

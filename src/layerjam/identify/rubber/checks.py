@@ -46,7 +46,7 @@ def specimen_checks(
             "initial modulus": "initial_modulus",
         }.items()
     }
-    yield check_repeats(names, moduli, "scatter of rubber", "check its unit, area and gauge length")
+    yield check_repeats(names, moduli, "rubber scatters", "check its unit, area and gauge length")
     values = moduli["100 % modulus"]
     if len(values) > 1 and None not in values:
         mean = over_repeats(values)
