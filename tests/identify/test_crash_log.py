@@ -140,4 +140,6 @@ def test_without_a_quiet_part_the_offset_is_not_known():
 def test_a_pulse_cut_off_is_said():
     t, a = half_sine(30 * G, end=0.09)
     checks = {c.name: c for c in crash_checks(reduce_crash(t, a))}
-    assert checks["whole pulse"].level == "failed" and "incomplete" in checks["whole pulse"].sentence
+    assert (
+        checks["whole pulse"].level == "failed" and "incomplete" in checks["whole pulse"].sentence
+    )

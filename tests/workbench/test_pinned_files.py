@@ -74,9 +74,7 @@ def test_a_pinned_file_is_drawn_as_the_file_has_it_and_called_measured(page):
     assert own["symbol"] == "none" and own["showSymbol"] and own["endLabel"]["show"]
     # once, not as a line besides; the model of that file and what is left over stay
     assert not [s for s in chart["series"] if s["name"] == "60 kPa, mine.csv"]
-    assert [s["name"] for s in chart["series"] if s["yAxisIndex"]] == [
-        "60 kPa, mine.csv, residual"
-    ]
+    assert [s["name"] for s in chart["series"] if s["yAxisIndex"]] == ["60 kPa, mine.csv, residual"]
     # the cursor reads it where it reads the others
     place = [
         [p["value"][0] if isinstance(p, dict) else p[0] for p in s["data"]] for s in chart["series"]
