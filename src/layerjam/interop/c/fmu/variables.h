@@ -1,6 +1,6 @@
 /* Printed by layerjam/interop/fmi_variables.py. Apache License 2.0. */
 
-#define LJ_TOKEN "{33cf4898-b252-0445-9bdb-345d23039ccb}"
+#define LJ_TOKEN "{b26455dd-0c59-16d9-550c-7eef64822c0f}"
 
 /* value references */
 #define LJ_TIME 0u
