@@ -48,7 +48,7 @@ def test_what_is_no_image() -> None:
     with pytest.raises(uf2.ImageError, match="flash"):
         uf2.decode_uf2(bytes(good), uf2.RP2040, "x")
     struct.pack_into("<I", good, 4, 7)
-    with pytest.raises(uf2.ImageError, match="marks"):
+    with pytest.raises(uf2.ImageError, match="markers"):
         uf2.decode_uf2(bytes(good), uf2.RP2040, "x")
 
 

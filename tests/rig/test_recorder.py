@@ -280,7 +280,7 @@ def test_the_file_system_of_a_path(path: str, kind: str) -> None:
 
 def test_a_place_where_no_run_can_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     check_place(tmp_path / "a.ljrun")
-    for name, why in (("a.db", "ending"), ("none/a.ljrun", "no folder")):
+    for name, why in (("a.db", "extension"), ("none/a.ljrun", "no folder")):
         with pytest.raises(FileError, match=why):
             check_place(tmp_path / name)
     mounts = tmp_path / "mounts"
