@@ -77,7 +77,7 @@ def test_a_need_is_typed_and_the_front_clicked(design):
         arg=[at("picked"), now],
     )  # fmt: skip
     design.click(at("take"))
-    design.get_by_text("is on the desk").wait_for()
+    design.get_by_text("is now the current brake").wait_for()
     design.click("[data-testid=tab-brake]")
     design.locator('input[data-testid="brake-name"]').wait_for()
     assert design.input_value('input[data-testid="brake-name"]').startswith("small-")
