@@ -49,7 +49,7 @@ def test_enough():
 def test_too_little_is_an_answer_with_what_to_build():
     made = asked(warning="0.3 s")
     assert made.feasible is False
-    assert made.reason.startswith("12.63 kPa is there after 0.3 s; 61.1 kPa is needed")
+    assert made.reason.startswith("12.63 kPa is reached after 0.3 s; 61.1 kPa is needed")
     assert made.outcome == "BOTTOMED_OUT" and made.end_speed > 2
     assert made.warning_needed == pytest.approx(2.081, rel=1e-3)
     assert made.standing_needed == pytest.approx(55361, rel=1e-4)

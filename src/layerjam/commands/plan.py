@@ -346,7 +346,7 @@ def _reason(plan: Plan) -> str:
     enough = show_at_least(plan.needed, "Pa", plan.brake.brake.site.atmosphere)
     vacuum = format_distinct(plan.reached, plan.needed, "Pa")
     return (
-        f"{vacuum} is there after {show(case.warning, 's')}; "
+        f"{vacuum} is reached after {show(case.warning, 's')}; "
         f"{enough} is needed to stop within {show(case.travel, 'm')}"
     )
 
