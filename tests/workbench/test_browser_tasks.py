@@ -39,13 +39,15 @@ class Person:
 
     def reads(self, ident: str, words: str) -> str:
         """The text of a part of the page, once it says `words`, in view without scrolling."""
-        self.page.wait_for_function(
-            "([place, words]) => document.querySelector(place)?.innerText.includes(words)",
+        seen = self.page.wait_for_function(  # in one step: the page may draw the part again
+            "([place, words]) => { const part = document.querySelector(place);"
+            " return part?.innerText.includes(words)"
+            " && [part.getBoundingClientRect().top, part.innerText]; }",
             arg=[at(ident), words], timeout=LONG,
         )  # fmt: skip
-        box = self.page.locator(at(ident)).bounding_box()
-        assert 0 <= box["y"] < 720, f"{ident} is not in view"
-        return self.page.inner_text(at(ident))
+        top, text = seen.json_value()
+        assert 0 <= top < 720, f"{ident} is not in view"
+        return text
 
 
 @pytest.fixture
