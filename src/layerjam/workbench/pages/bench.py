@@ -16,7 +16,6 @@ from typing import Any
 from nicegui import run, ui
 
 from layerjam.control.faults import PROVOKED
-from layerjam.control.settings import KINDS
 from layerjam.errors import LayerjamError
 from layerjam.fluid.file import lines
 from layerjam.report.control_figures import bench_panes
@@ -39,7 +38,7 @@ from layerjam.workbench.charts import options
 from layerjam.workbench.controls import Choice, Control, by_key, choice, entry, menu
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Page
-from layerjam.workbench.pages.vacuum import safe_choice
+from layerjam.workbench.pages.vacuum import law_choice, safe_choice
 from layerjam.workbench.widgets import (
     QUIET,
     button,
@@ -145,15 +144,7 @@ class Bench(Page):
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
-        meanings = "; ".join(f"{k}: {v}" for k, v in KINDS.items())
-        self.law = Choice(
-            "kind",
-            {k: k.upper() if k == "pi" else k for k in KINDS},
-            "pi",
-            label="Law",
-            help=meanings,
-        )
-        self.safe, self.rest = safe_choice(), rest_choice()
+        self.law, self.safe, self.rest = law_choice(), safe_choice(), rest_choice()
         words = {name: f"{name.replace('-', ' ')}: {text}" for name, text in PROVOKED.items()}
         self.broken = Choice("broken", {"none": "nothing", **words}, "none", label="Break")
         self.present = Presence()

@@ -95,6 +95,13 @@ LOOP = (
 )
 
 
+def law_choice() -> Choice:
+    """Choice of the regulator's law."""
+    meanings = "; ".join(f"{kind}: {meaning}" for kind, meaning in KINDS.items())
+    words = {kind: "PI" if kind == "pi" else kind for kind in KINDS}
+    return Choice("kind", words, "pi", label="Law", help=meanings)
+
+
 def safe_choice() -> Choice:
     """Choice of the safe state after a fault; it has no default."""
     meanings = "; ".join(f"{state}: {meaning}" for state, meaning in SAFE_STATES.items())
@@ -119,15 +126,7 @@ class Vacuum(Page):
         self.line = Editor(desk, LINE)
         self.more = OtherInputs(self, "regulate", (*CONTROLS, *SENSOR))
         self.fluid = word_choice("rise", "fluid", {})
-        meanings = "; ".join(f"{k}: {v}" for k, v in KINDS.items())
-        self.law = Choice(
-            "kind",
-            {k: k.upper() if k == "pi" else k for k in KINDS},
-            "pi",
-            label="Law",
-            help=meanings,
-        )
-        self.safe, self.fault = safe_choice(), fault_choice()
+        self.law, self.safe, self.fault = law_choice(), safe_choice(), fault_choice()
         self.steps = Panel(desk, self.name, command="rise")
         self.loop = Panel(desk, self.name, "vacuum-loop", command="regulate")
 
