@@ -74,7 +74,7 @@ versions: $(PACKAGERS)/.installed
 # The demo and quick tests with CPython for Windows under Wine, in a folder of 3 GB that is filled
 # once: root only; what is missing is said, and nothing is tried.
 windows: $(PACKAGERS)/.installed
-	XLA_FLAGS="$(COMPILES) $(XLA_FLAGS)" $(PACKAGERS)/bin/python tests/windows/wine.py $(VENV)/windows $(TESTS)
+	$(PACKAGERS)/bin/python tests/windows/wine.py $(VENV)/windows $(TESTS)
 
 # Wheel and source archive into out/dist, built twice with the same bytes.
 dist: $(PACKAGERS)/.installed

@@ -52,7 +52,6 @@ ENVIRONMENT = {
     "WINEDLLOVERRIDES": "ucrtbase=n,b",
     "PYTHONPATH": r"Z:\srv\layerjam\src",
     "PYTHONDONTWRITEBYTECODE": "1",
-    "XLA_FLAGS": os.environ.get("XLA_FLAGS", ""),
 }
 NUMBERS = ("results.json", "my-brake*.toml", "measurements/*", "build/bom.csv", "build/cut/*.dxf",
            "dataset/report/results.json", "dataset/report/numbers.csv")  # fmt: skip
