@@ -299,6 +299,7 @@ def started(port: int | None = None) -> Iterator[tuple[str, int, float]]:
     try:
         assert process.stdout is not None
         process.stdout.readline()
+        wait_for(port)  # a browser that is refused is busy for a while with its own page about that
         yield f"http://127.0.0.1:{port}/", process.pid, began
     finally:
         process.terminate()
@@ -309,7 +310,6 @@ def first_page(context: Any, port: int) -> float:
     """Seconds from the command to the numbers and the picture of the first page."""
     page = context.new_page()
     with started(port) as (place, _, began):
-        wait_for(port)  # a browser that is refused is a while busy with its own page of that
         page.goto(place, wait_until="commit")
         page.wait_for_selector(at("start-chart") + " canvas", timeout=LONG)
         page.wait_for_function(
