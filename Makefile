@@ -19,8 +19,11 @@ demo: $(STAMP)
 
 # A test's time is mostly compiling. With XLA's older loops, and one module per program, that takes a
 # quarter to a half as long, and `make slow` finds what `make test` has compiled. The paper's numbers
-# are computed once more as a user's process compiles them.
-COMPILES = --xla_cpu_use_fusion_emitters=false --xla_cpu_parallel_codegen_split_count=1
+# are computed once more as a user's process compiles them. JAX aborts on a flag that it does not know,
+# as JAX 0.12 does on the first, so each is tried before it is used.
+COMPILES = $(shell for flag in \
+  --xla_cpu_use_fusion_emitters=false --xla_cpu_parallel_codegen_split_count=1; do \
+  XLA_FLAGS=$$flag $(BIN)/python -c 'import jax; jax.devices()' >/dev/null 2>&1 && echo $$flag; done)
 TEST = $(BIN)/python -m pytest -q -n 2 --dist worksteal
 
 test: $(STAMP)

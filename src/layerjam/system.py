@@ -30,12 +30,13 @@ def is_windows() -> bool:
 
 
 def check_name(path: PurePath) -> None:
-    """Raise FileError for the name of a file or folder that Windows rejects.
+    """Raise FileError for a path with the name of a file or folder that Windows rejects.
 
     Check it first: to Windows, a device's name exists already.
     """
-    if WINDOWS and (problem := _refusal(path.name)):
-        raise FileError(path, f"cannot be written: {problem}")
+    for name in path.parts[bool(path.anchor) :] if WINDOWS else ():
+        if name != ".." and (problem := _refusal(name)):
+            raise FileError(path, f"cannot be written: {problem}")
 
 
 def _refusal(name: str) -> str | None:

@@ -203,7 +203,7 @@ def test_killed_hard_at_any_point_nothing_is_lost_or_doubled(tmp_path, whole):
         made = subprocess.Popen(command, stdout=subprocess.PIPE)
         while made.poll() is None:
             if len(list((out / "blocks").glob("block-*"))) >= wanted:
-                made.send_signal(signal.SIGKILL)
+                made.kill()
                 break
             time.sleep(0.002)
         made.wait()
@@ -234,7 +234,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(tmp_path):
         def progress(_what: str, share: float) -> None:
             if share > 0.2 and not killed:
                 killed.append(pids[0])
-                os.kill(pids[0], signal.SIGKILL)
+                os.kill(pids[0], getattr(signal, "SIGKILL", signal.SIGTERM))
 
         answer = sweep(
             read(text), out=tmp_path / "s", block=1000, scheduler=cluster.scheduler_address,

@@ -267,6 +267,16 @@ def test_a_devices_name_is_refused_although_it_exists(name: str, here: Path) -> 
     ("lab", "practice", "--out", "aux"),
     ("report", BRAKE, "--out", "con"),
     ("demo", "--out", "nul"),
+    ("publish", ".", "--brake", BRAKE, "--out", "com1"),
+    ("export", "c", BRAKE, "--out", "aux/fw"),
+    ("export", "fmu", BRAKE, "--out", "aux.fmu"),
+    ("export", "mujoco", BRAKE, "--no-build", "--out", "lpt1"),
+    ("show", BRAKE, "--figure", "nul.svg"),
+    ("bench", "wiring", "pico", "--out", "con.svg"),
+    ("bench", "serve", "sim:choi2018", "--token-file", "aux.txt"),
+    ("records", "list", "--db", "NUL"),
+    ("records", "add", "none.toml", "--db", "new/aux.csv"),
+    ("records", "verify", "--db", "sqlite:///con.db"),
 ])  # fmt: skip
 def test_a_folders_name_is_refused_too(
     words: tuple[str, ...], here: Path, capsys: pytest.CaptureFixture[str]

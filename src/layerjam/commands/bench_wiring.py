@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from layerjam.commands.declare import Help, command
 from layerjam.commands.results import Result, fact, result
 from layerjam.errors import FileError
+from layerjam.system import check_name
 
 
 @result
@@ -57,6 +58,7 @@ def bench_wiring(
         from layerjam.report.wiring import drawing
 
         path, svg = Path(out), drawing(circuit)
+        check_name(path)
         try:
             with path.open("x", encoding="utf-8") as file:
                 file.write(svg)

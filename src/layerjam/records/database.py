@@ -23,7 +23,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError
 from sqlalchemy.pool import NullPool
 
 from layerjam._version import __version__
-from layerjam.errors import LayerjamError, MissingExtraError
+from layerjam.errors import FileError, LayerjamError, MissingExtraError
 from layerjam.records.pieces import Cited
 from layerjam.records.schema import (
     CITED,
@@ -39,6 +39,7 @@ from layerjam.records.schema import (
     enter,
     utc_timestamp,
 )
+from layerjam.system import check_name
 
 TYPED = {spec.view: kind for kind, spec in KINDS.items() if spec.view}
 KEPT = {table.name: table for table in (FILES, CITED, WITHDRAWN, VERSIONS)}
@@ -134,6 +135,11 @@ class Database:
     def __init__(self, db: str | Path | None = None) -> None:
         self.url = url_of(db)
         self.file = Path(str(self.url.database)) if self.url.drivername == "sqlite" else None
+        if self.file is not None:
+            try:
+                check_name(self.file)
+            except FileError as error:
+                raise RecordsError(str(error)) from None
         self.where = str(self.file or self.url.render_as_string(hide_password=True))
         self._engine = _engine(self.url)
 
