@@ -1,1 +1,1 @@
-"""The browser app: pages on the declared commands. It computes nothing itself."""
+"""Browser app whose pages call the declared commands; it computes nothing itself."""

@@ -57,7 +57,7 @@ def run_in_subprocess(work: Callable[..., T], *args: Any, tell: Tell) -> T:
 
 
 def _settings() -> dict[str, Any]:
-    config = getattr(sys.modules.get("jax"), "config", None)  # none while a thread imports JAX
+    config = getattr(sys.modules.get("jax"), "config", None)  # missing while a thread imports JAX
     return {} if config is None else {name: getattr(config, name) for name in ENGINE}
 
 
@@ -102,7 +102,7 @@ def _work(
         message = ("made", work(*args, lambda what, share: pipe.send(("doing", (what, share)))))
     except Exception as error:
         if not isinstance(error, LayerjamError):
-            error.add_note(traceback.format_exc())  # where it happened
+            error.add_note(traceback.format_exc())  # keep the traceback of this process
         message = ("failed", (type(error), error.args, vars(error)))
     with pipe:
         pipe.send(message)

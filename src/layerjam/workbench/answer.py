@@ -34,7 +34,7 @@ class Answer:
     title: str = ""
     """Name of the files, without an ending, if the call does not give it."""
     finish: Callable[[Figure], None] | None = None
-    """Function that completes the figure on the page; it is not part of the Python code."""
+    """Function that adds the page's own marks to the figure; it is not part of the Python code."""
 
     @property
     def name(self) -> str:
@@ -43,12 +43,12 @@ class Answer:
 
     @property
     def pinned_answers(self) -> "Mapping[str, Answer]":
-        """The pinned answers that have a curve, by their labels."""
+        """Return {label: answer} of the pinned answers that have a curve."""
         return {pin.label: pin.answer for pin in self.pins if pin.answer.result.has_curve}
 
     @property
     def pinned_calls(self) -> Mapping[str, Call]:
-        """The calls behind them."""
+        """Return {label: call} of the pinned curves."""
         return {label: answer.call for label, answer in self.pinned_answers.items()}
 
     def figure(self, ending: str) -> bytes:
@@ -57,13 +57,13 @@ class Answer:
         return file_bytes(self.result or self.call.run(), ending, pinned_results, self.finish)
 
     def python(self) -> str:
-        """Lines that compute and draw it in a fresh process."""
+        """Return Python code that computes and draws the figure in a new process."""
         export = self._export_calls
         return as_python(export.calls, export.pinned_calls)
 
     @property
     def files(self) -> Mapping[str, str]:
-        """{name: content} of the brakes that are in no catalogue."""
+        """Return {name: content} of the brakes that are not in the catalogue."""
         return self._export_calls.texts
 
     @property
@@ -71,7 +71,7 @@ class Answer:
         return disambiguate([self.call], self.pinned_calls)
 
     def notebook(self) -> str:
-        """A Jupyter notebook that computes and draws it."""
+        """Return a Jupyter notebook that computes and draws the figure."""
         return notebook(self.name, [self.call], self.pinned_calls)
 
 
@@ -110,9 +110,9 @@ def file_bytes(
     pinned_results: Mapping[str, Result] | None = None,
     finish: Callable[[Figure], None] | None = None,
 ) -> bytes:
-    """Return the bytes of a result's figure or record, as written by the command.
+    """Return a result's figure or record as bytes, as the command writes it.
 
-    With other results `pinned_results` it, and what `finish` draws, it is a figure in any case.
+    With `pinned_results` or `finish`, which adds to the figure, it is always a figure.
     """
     with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
         path = Path(folder) / f"file.{ending}"
@@ -126,7 +126,7 @@ def file_bytes(
 
 
 SHOWING = "from IPython.display import SVG, display\n"
-"""Import that the lines that show a figure need."""
+"""Import for the lines that show a figure."""
 
 
 def notebook(
@@ -149,7 +149,7 @@ def notebook(
 
 
 def notebook_of(title: str, lines: str) -> str:
-    """The notebook's JSON of Python lines that draw a `figure`."""
+    """Return a notebook as JSON; its Python `lines` draw a `figure`."""
     heading = f"# {title}\n\nMade by layerjam's workbench. Run it where layerjam is installed.\n"
     return _notebook_json([_words(heading), _code(f"{lines}figure\n")])
 
@@ -175,7 +175,7 @@ def _literal(text: str) -> str:
 
 
 def _introduction(title: str, calls: Sequence[Call], files: Sequence[str]) -> str:
-    """Return the text above the cells: required files, and the commands."""
+    """Return the text above the cells: the required files and the commands."""
     lines = [f"# {title}\n\nMade by layerjam's workbench. Run it where layerjam is installed.\n"]
     names = dict.fromkeys(files)
     if names:
@@ -195,5 +195,5 @@ def _code(text: str) -> dict[str, Any]:
 
 
 def _lines(text: str) -> list[str]:
-    """A cell's text as the format has it, without an empty line at its end."""
+    """Return the lines of a cell in the notebook's format, without an empty last line."""
     return text.rstrip("\n").splitlines(keepends=True)

@@ -1,8 +1,8 @@
 """The bench behind one page: a thread that communicates with it as long as the page is open.
 
 A board keeps its outputs on while a client communicates with it. The browser reports several times
-a second that its page is open. If that stops, the communication stops, and the board's lease
-expires.
+a second that its page is open. If the reports stop, the thread stops communicating, and the board's
+lease expires.
 """
 
 import queue
@@ -31,9 +31,7 @@ from layerjam.units import exact_text
 LEASE = 3.0
 """Seconds after which a closed page no longer keeps a brake jammed."""
 PRESENT = 1.0
-"""Part of these seconds during which a silent page is treated as open; the board waits for the
-rest.
-"""
+"""Part of LEASE [s] for which a silent page counts as open; the board waits for the rest."""
 PACE, SEEN = 0.1, 600
 """Seconds between two readings of the bench, and number of readings stored."""
 RECORDED_EVERY = 10
@@ -43,7 +41,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Look:
-    """State of the bench at one moment; vacuum is None if the sensor gives no reading."""
+    """State of the bench at one moment; `vacuum` is None if the sensor gives no reading."""
 
     time: float
     """Time on the board's clock [s]."""
@@ -57,7 +55,7 @@ class Look:
 
 @dataclass
 class Session:
-    """One bench, used by one page. `alive` says whether the page is there."""
+    """One bench, used by one page; `alive` returns whether the page is open."""
 
     bench: ProcedureBench
     alive: Callable[[], bool]
@@ -65,7 +63,7 @@ class Session:
     lost: str = ""
     """Reason for the loss of the connection; "" while connected."""
     running: Stop | None = None
-    """The way to stop the procedure that runs now."""
+    """Stop request of the running procedure."""
 
     def __post_init__(self) -> None:
         self._asked: queue.SimpleQueue[tuple[Callable[[ProcedureBench], Any], Future[Any]]]
@@ -94,7 +92,7 @@ class Session:
             raise
 
     def ask(self, act: Callable[[ProcedureBench], T]) -> Future[T]:
-        """Run it in the thread, after all earlier requests."""
+        """Run `act` in the thread, after all earlier requests."""
         answer: Future[T] = Future()
         if self._over.is_set() or self.lost:
             answer.set_exception(LayerjamError(self.lost or "the bench is disconnected"))
@@ -109,7 +107,7 @@ class Session:
         self._over.set()
 
     def joined(self, seconds: float) -> bool:
-        """Whether the thread has ended within so many seconds."""
+        """Return whether the thread ends within so many seconds."""
         self._thread.join(seconds)
         return not self._thread.is_alive()
 
@@ -187,25 +185,25 @@ class Session:
 
 
 class Presence:
-    """Whether a page is there: its browser says so again and again."""
+    """Whether a page is open, as its browser reports repeatedly."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         self._heard = clock()
 
     def beat(self) -> None:
-        """The browser was heard."""
+        """Record a report of the browser."""
         self._heard = self._clock()
 
     def __call__(self) -> bool:
-        """Whether it was heard lately."""
+        """Return whether the browser reported recently."""
         return self._clock() - self._heard < PRESENT
 
 
 def regulator_for(
     address: str, line: LineFile, target: float, safe_state: str, kind: str, sensor_range: float
 ) -> Regulator:
-    """Return the regulator of a virtual board's own line, or else of the line on the desk.
+    """Return the regulator of a virtual board's own line, or of the line on the desk.
 
     Raises QuantityError if a target [Pa] cannot be held.
     """

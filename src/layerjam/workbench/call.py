@@ -1,4 +1,4 @@
-"""One question as a page asks it, and as Python and the command line would."""
+"""A question of a page, as a call in Python and on the command line."""
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -24,17 +24,17 @@ NOTE = (
     "save the sidecars NAME.toml in the folder of the files; "
     "the page's button 'Sidecars' downloads them"
 )
-"""Comment above copied code if the page wrote its own facts or answers."""
+"""Comment above the copied code if the page wrote its own facts or answers."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """A brake, line or specification: its name, and the object unless it is in the catalogue."""
+    """A brake, line or specification: its name, and its content unless it is in the catalogue."""
 
     name: str
     file: "BrakeFile | LineFile | DesignSpecification | None" = None
     needs: tuple[tuple[str, str], ...] = ()
-    """(name, content) of the files that it names and that are in no catalogue."""
+    """(name, content) of each file that it names and that is not in the catalogue."""
 
     @property
     def text(self) -> str:
@@ -67,7 +67,7 @@ class Call:
 
     Options are texts with units, numbers, flags, words, or files and subjects that are not
     positional arguments. `out` is the file or folder to write, as the user would name it; copied
-    code overwrites it on each run. `made` means that the previous call writes the subject's file.
+    code overwrites it on each run. If `made` is true, the previous call writes the subject's file.
     """
 
     name: str
@@ -79,7 +79,7 @@ class Call:
 
     @property
     def data(self) -> tuple[DataFile, ...]:
-        """Every measured file."""
+        """Return all measured files."""
         tuples = [v for v in (*self.options.values(), self.files) if isinstance(v, tuple)]
         single = [v for v in self.options.values() if isinstance(v, DataFile)]
         return (*single, *(f for group in tuples for f in group if isinstance(f, DataFile)))
@@ -120,7 +120,7 @@ class Call:
         return as_python([self])
 
     def python_expression(self) -> str:
-        """Return the call in Python, without its subject."""
+        """Return the call as a Python expression, without its subject."""
         parts = [_literal(_plain_value(v)) for v in self._positional()]
         parts += [f"{key}={_literal(_plain_value(v))}" for key, v in self.options.items()]
         parts += [f"out={_literal(self.out)}", "overwrite=True"] if self.out else []
@@ -146,7 +146,7 @@ class Call:
         return text + "".join(f"{line}\n" for line in draws)
 
     def command(self) -> str:
-        """The same on the command line."""
+        """Return the call as a command line."""
         words = ["layerjam", load(self.name).name]
         for value in self._positional():
             words += _words(_plain_value(value))
@@ -167,7 +167,7 @@ def as_python(
 ) -> str:
     """Return code for the numbers and figures of several calls in a new process.
 
-    `pinned_calls` calls are drawn, with their labels, beside the first that takes them.
+    `pinned_calls` are drawn, with their labels, next to the first call that can include them.
     """
     head, *blocks = python_parts(calls, pinned_calls)
     return f"{head}\n{''.join(blocks)}" if blocks else ""
@@ -180,7 +180,7 @@ def python_parts(
 ) -> list[str]:
     """Return the parts of `as_python`: the imports, then the code of each call.
 
-    With `display` they show their figures by `display` and `SVG` of IPython.
+    With `display` the code shows its figures by IPython's `display` and `SVG`.
     """
     names = [load(call.name).name for call in calls]
     every = [*calls, *pinned_calls.values()]
@@ -202,7 +202,7 @@ def _head(calls: Sequence[Call]) -> str:
 
 @cache
 def parameters(name: str) -> "Mapping[str, Parameter]":
-    """{name: parameter} of a declared command."""
+    """Return {name: parameter} of a declared command."""
     return MappingProxyType({p.name: p for p in load(name).parameters})
 
 
@@ -239,14 +239,14 @@ def _plain_value(value: Value) -> str | float | bool | Sequence[str]:
 
 
 def _words(value: str | float | bool | Sequence[str]) -> list[str]:
-    """Words of the command line; a file name that starts with a dash is not an option."""
+    """Return a value as words of the command line; a file name may start with a dash."""
     if isinstance(value, str | float | int):
         return [str(value)]
     return [f"./{word}" if word.startswith("-") else word for word in value]
 
 
 def _literal(value: object) -> str:
-    """A Python literal with double quotes."""
+    """Return a Python literal with double quotes."""
     return repr(value) if isinstance(value, bool) else json.dumps(value, ensure_ascii=False)
 
 
@@ -284,7 +284,7 @@ def disambiguate(
     """Return the calls with unique file names.
 
     Two brakes may have the same name: the edited one, and an earlier one that was pinned. A file
-    that the call before writes keeps its name.
+    that the previous call writes keeps its name.
     """
     texts: dict[str, str] = {}
     renamed_calls = [_rename_files(call, texts) for call in calls]
@@ -296,7 +296,7 @@ def disambiguate(
 
 
 def _rename_files(call: Call, texts: dict[str, str]) -> Call:
-    """The call, its files named as `texts` keeps them."""
+    """Return the call with its files named as in `texts`."""
 
     def unique(subject: Subject) -> Subject:
         if subject.file is None or call.made:

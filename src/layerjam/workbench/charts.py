@@ -13,23 +13,23 @@ from layerjam.report.style import GREY, INK
 LOW = 35.0
 """Height of a pane with few numbers on its axis [%]."""
 TALL, LINE = 290.0, 15.0
-"""Approximate height of a single pane in pixels, and distance between names at curve ends."""
+"""Approximate height of a single pane, and distance between names at curve ends [pixels]."""
 FONT = "Roboto, -apple-system, Helvetica, Arial, sans-serif"
 """Font of the page, served from this machine by NiceGUI."""
 MARKS = 40
-"""Number of points on a measured curve, visually equidistant."""
+"""Number of marked points on a measured curve, at equal visual distances."""
 BAND = 0.22
 """Opacity of a band."""
 POINTS = 500
 """Largest number of points of a curve sent to the browser."""
 MOST_ROOM = 200
-"""Largest width of the names right of a chart in pixels."""
+"""Largest width of the names at the right of a chart [pixels]."""
 LETTERS = 31
-"""Largest number of letters of a name next to a chart."""
+"""Largest number of characters of a name next to a chart."""
 
 
 def thin(x: Any, y: Any, points: int = POINTS) -> list[list[float | None]]:
-    """Pairs for the browser: all, or a lowest and a highest value of every stretch."""
+    """Return pairs for the browser: all, or the lowest and the highest value of each interval."""
     x, y = np.asarray(x, float), np.asarray(y, float)
     if len(x) > points:
         last = len(x) - 1
@@ -53,7 +53,7 @@ def _short(values: Any) -> list[float | None]:
 
 
 def options(panes: Sequence[Pane], dark: bool = False) -> dict[str, Any]:
-    """The chart of panes that share their x axis, below each other."""
+    """Return the chart of panes that share their x axis, one below the other."""
     chart: dict[str, Any] = dict(animation=False, grid=[], xAxis=[], yAxis=[], series=[])
     lone, ink = len(panes) == 1, ink_of(dark)
     right = max(_room(pane.lines) for pane in panes)
@@ -87,7 +87,7 @@ def options(panes: Sequence[Pane], dark: bool = False) -> dict[str, Any]:
 
 
 def _pane_series(pane: Pane, ink: str, pixels: float) -> list[dict[str, Any]]:
-    """Return the series of a pane's curves, with its marks and spans, and of its bands.
+    """Return the series of a pane: its curves with marks and spans, and its bands.
 
     Names at the ends of curves are separated in a pane with a height of `pixels`.
     """
@@ -107,7 +107,7 @@ def _pane_series(pane: Pane, ink: str, pixels: float) -> list[dict[str, Any]]:
 
 
 def _set_apart(pane: Pane, series: Sequence[dict[str, Any]], pixels: float) -> None:
-    """Move names at the ends of curves down where they would be on each other."""
+    """Move the names at the ends of curves down where they would overlap."""
     lines = zip((curve.end[1] for curve in pane.lines), series, strict=True)
     ends = [(y, item["endLabel"]) for y, item in lines if item["endLabel"]["show"] and y == y]
     low, high = pane.y_range[0] or 0.0, pane.y_range[1] or max((y for y, _ in ends), default=1.0)
@@ -118,18 +118,18 @@ def _set_apart(pane: Pane, series: Sequence[dict[str, Any]], pixels: float) -> N
 
 
 def round_up(value: float) -> float:
-    """A round number above a positive one, for an axis."""
+    """Return a round number above a positive one, for the end of an axis."""
     step = 10.0 ** math.floor(math.log10(value)) / 2
     return math.ceil(1.05 * value / step) * step
 
 
 def ink_of(dark: bool) -> str:
-    """The colour of words and lines on the page's ground."""
+    """Return the colour of text and lines on the page's background."""
     return "#dfe5ea" if dark else INK
 
 
 def _room(curves: Sequence[Curve]) -> int:
-    """Pixels right of a chart for the names at the curves' ends."""
+    """Return the width [pixels] of the names at the right of a chart."""
     longest = max((len(f"{c.name}  {c.note}".strip()) for c in curves if c.labelled), default=0)
     return min(max(28, 14 + 7 * longest), MOST_ROOM)
 
@@ -145,7 +145,7 @@ def _mark(x: float, y: float, text: str, color: str, ink: str, left: bool) -> di
 
 
 def _span(start: float, end: float, color: str) -> list[dict[str, Any]]:
-    """A stretch of the x axis on coloured ground."""
+    """Return a coloured interval of the x axis."""
     ground = dict(color=color, opacity=0.12)
     return [dict(xAxis=start, itemStyle=ground), {"xAxis": end}]
 
@@ -165,15 +165,15 @@ def _axis(name: str, limits: Ends, gap: int, dark: bool) -> dict[str, Any]:
 
 
 def _round(value: float | None) -> bool | None:
-    """Return whether a number is short enough for the end of an axis; None without a number."""
+    """Return whether a number has few enough digits to label the end of an axis; None for None."""
     return None if value is None else float(f"{value:.2g}") == value
 
 
 def _readout(panes: Sequence[Pane], firsts: Sequence[int]) -> str:
-    """Return the text of the cursor for all named curves, and for unnamed ones in `firsts`."""
+    """Return the cursor's text for all named curves, and for the unnamed ones in `firsts`."""
     axes = [_name_and_unit(pane.y) for pane in panes]
     name, unit = _name_and_unit(panes[-1].x)
-    # only the name of a curve, which may come from a file, can contain HTML
+    # only the name of a curve can contain HTML, because it may come from a file
     return (
         f"p => {{ const axes = {json.dumps(axes)}, firsts = {json.dumps(firsts)}, seen = new Set();"
         " const rows = p.flatMap(s => { const [y, unit] = axes[s.axisIndex], name = s.seriesName ||"
@@ -186,13 +186,13 @@ def _readout(panes: Sequence[Pane], firsts: Sequence[int]) -> str:
 
 
 def _name_and_unit(axis: str) -> tuple[str, str]:
-    """Name and unit of an axis that is named "name [unit]"."""
+    """Return the name and the unit of an axis that is called "name [unit]"."""
     name, _, unit = axis.partition(" [")
     return name, unit.rstrip("]").replace("-", "")
 
 
 def band(low: Curve, high: Curve) -> dict[str, Any]:
-    """Coloured ground between two curves on the same x, as one closed line without a width.
+    """Return the coloured area between two curves on the same x, as one closed line of zero width.
 
     ECharts stacks areas only on a category axis. For a line that returns to its start, the area
     reduces to the enclosed part.
@@ -247,8 +247,8 @@ def _series(curve: Curve, ink: str) -> dict[str, Any]:
 
 
 def _end_of(curve: Curve) -> str:
-    """Return the label at a curve's end: name and note; long names are shortened."""
+    """Return the label at a curve's end: its name, shortened if it is long, and its note."""
     if len(curve.name) <= LETTERS:
         return f"{{a}}, {curve.note}" if curve.note else "{a}"
-    plain = curve.name.replace("{", "(").replace("}", ")")  # braces have a meaning in ECharts
+    plain = curve.name.replace("{", "(").replace("}", ")")  # braces are markup in ECharts
     return f"{plain[: LETTERS - 11]}…{plain[-10:]}"

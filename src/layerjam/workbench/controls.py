@@ -1,4 +1,4 @@
-"""Sliders, numbers and choices with name, unit, bounds and help of the edited quantity."""
+"""Sliders, numbers and choices, with the name, unit, bounds and help of the quantity."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ from layerjam.workbench.widgets import dress, select
 
 @dataclass(frozen=True)
 class Control:
-    """A quantity that a page asks for. `low` to `high` [SI] is the slider's span, within bounds."""
+    """A quantity that a page asks for; the slider spans `low` to `high` [SI], within the bounds."""
 
     key: str
     spec: QuantitySpec
@@ -33,12 +33,12 @@ class Control:
 
     @property
     def shown_unit(self) -> str:
-        """The unit on the page."""
+        """Unit of the quantity on the page."""
         return self.unit or usual_unit(self.spec.unit)
 
     @property
     def factor(self) -> float:
-        """SI value of one shown unit."""
+        """SI value of one unit of the page."""
         return float(unit_factor(self.shown_unit, self.spec.unit) or 1) if self.shown_unit else 1
 
     @property
@@ -48,7 +48,7 @@ class Control:
 
     @property
     def help(self) -> str:
-        """Meaning and bounds, as a sentence."""
+        """Return the meaning and the bounds as a sentence."""
         return f"{(self.text_of or self.spec.text).rstrip('.,')}: {self.spec.limits()}"
 
     def text(self, value: float) -> str:
@@ -57,12 +57,12 @@ class Control:
 
     @property
     def digits(self) -> int:
-        """Return the number of decimals in the shown unit that distinguish the slider's steps."""
+        """Number of decimals, in the page's unit, that distinguish the slider's steps."""
         step = (self.high - self.low) / self.steps / self.factor
         return max(0, -int(f"{step:e}".split("e")[1]))
 
     def round_to_step(self, value: float) -> float:
-        """The SI value of the nearest step of the slider, short in the shown unit."""
+        """Return the SI value of the slider's nearest step, with few digits in the page's unit."""
         return float(f"{value / self.factor:.{self.digits}f}") * self.factor
 
     def narrow(self, low: float | None = None, high: float | None = None) -> "Control":
@@ -76,7 +76,7 @@ class Control:
 def entry(
     command: str, name: str, default: float, span: tuple[float, float], **more: Any
 ) -> Control:
-    """The control of one parameter of a command, with its declared meaning and bounds."""
+    """Return the control of one parameter of a command, with its declared meaning and bounds."""
     parameter = parameters(command)[name]
     if parameter.spec is None:
         raise TypeError(f"{command} declares no quantity called {name}")
@@ -85,7 +85,7 @@ def entry(
 
 
 USUAL_VACUUM = 94.5e3
-"""Initial vacuum of all pages [Pa]: that of the paper's pulls."""
+"""Initial vacuum of all pages [Pa], as in the paper's pulls."""
 
 
 def vacuum_entry(command: str, name: str, full: float, low: float = 0.0, **more: Any) -> Control:
@@ -101,7 +101,7 @@ def by_key(*controls: Control) -> dict[str, Control]:
 
 @dataclass(frozen=True)
 class Choice:
-    """A choice among words; `words` maps the stored value to the displayed text."""
+    """A choice among words; `words` maps each stored value to its displayed text."""
 
     key: str
     words: Mapping[str, str]
@@ -116,7 +116,7 @@ class Choice:
 
 
 def word_choice(command: str, name: str, words: Mapping[str, str], **more: str) -> Choice:
-    """The choice of one parameter of a command; `words` describes the choices."""
+    """Return the choice of one parameter of a command; `words` describes the options."""
     parameter = parameters(command)[name]
     labels = {word: words.get(word, word.replace("-", " ")) for word in parameter.words}
     default = more.pop("default", "") or parameter.default_text or parameter.words[0]
@@ -141,7 +141,7 @@ def word(desk: Desk, page: str, choice: Choice) -> str:
 
 
 class Slider:
-    """Label, slider and number; for a wrong number an error appears below, and nothing changes.
+    """Label, slider and number; an invalid number shows an error below and changes nothing.
 
     `renew` returns the control with new bounds after a change of brake or line.
     """
@@ -213,7 +213,7 @@ class Slider:
 
 
 def number_field(label: str, width: str) -> ui.input:
-    """A right-aligned field for a number."""
+    """Return a right-aligned field for a number."""
     look = "dense outlined hide-bottom-space"
     return dress(ui.input(), "", width, look, aria_label=label, input_class="text-right")
 
@@ -235,7 +235,7 @@ def with_unit(text: str, unit: str) -> str:
 
 
 def choice(desk: Desk, page: str, item: Choice) -> None:
-    """A row of words to choose from."""
+    """Show a row of words to choose from."""
     with ui.row().classes("w-full items-center justify-between"):
         ui.label(item.name).classes("text-sm").tooltip(on_page(item.help or item.name))
         toggle = ui.toggle(dict(item.words), value=word(desk, page, item))
@@ -245,7 +245,7 @@ def choice(desk: Desk, page: str, item: Choice) -> None:
 
 
 def tabs(desk: Desk, page: str, item: Choice) -> None:
-    """The parts of a page as its tabs, below the heading."""
+    """Show the parts of a page as tabs below its heading."""
     toggle = ui.toggle(dict(item.words), value=word(desk, page, item))
     look = "dense no-caps flat"
     dress(toggle, f"{page}-{item.key}", "page-tabs", look, role="group", aria_label=item.help)
@@ -253,7 +253,7 @@ def tabs(desk: Desk, page: str, item: Choice) -> None:
 
 
 def menu(desk: Desk, page: str, item: Choice) -> None:
-    """A drop-down list, for more words than fit in a row."""
+    """Show a drop-down list, for more words than fit in a row."""
     ident, selected_word = f"{page}-{item.key}", word(desk, page, item)
     _bind(
         desk, page, item, select(item.words, item.name, ident, value=selected_word, tip=item.help)
@@ -261,7 +261,7 @@ def menu(desk: Desk, page: str, item: Choice) -> None:
 
 
 def _bind(desk: Desk, page: str, item: Choice, box: ui.toggle | ui.select) -> None:
-    """The box sets the choice, and undo moves it back."""
+    """Make a box set the choice, and undo move it back."""
 
     def fill(change: str) -> None:
         if change == "undo" and box.value != word(desk, page, item):

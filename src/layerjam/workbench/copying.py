@@ -1,4 +1,4 @@
-"""Text to copy: shown, and put into the clipboard if the browser allows it."""
+"""Text to copy: displayed, and copied to the clipboard if the browser allows it."""
 
 import json
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ WORDS = {"python": "Python", "bash": "a command"}
 
 
 async def copied(text: str) -> bool:
-    """Return whether the browser put it into the clipboard.
+    """Return whether the browser copied the text to the clipboard.
 
     `text` is JavaScript that returns it.
     """
@@ -20,7 +20,7 @@ async def copied(text: str) -> bool:
 
 
 async def offer(text: str, language: str, files: Mapping[str, str]) -> None:
-    """Show what was copied as "python" or "bash", with buttons to save `files` next to it first.
+    """Show the copied "python" or "bash" text, with buttons that first save the `files` it needs.
 
     `files` is {name: content}.
     """

@@ -22,9 +22,9 @@ from typing import Protocol
 from layerjam.commands.edit import edit
 
 STEPS = 200
-"""Number of undo steps kept."""
+"""Number of undo steps that are kept."""
 PAUSE = 1.5
-"""Moves of one control within this time [s] of each other are one step."""
+"""Moves of one control within this time [s] count as one step."""
 
 
 class Desk:
@@ -36,7 +36,7 @@ class Desk:
         self.files = Uploads()
         """Files dropped in this tab of the browser, for every page; not in the state."""
         self.laws: dict[str, LawSpread] = {}
-        """{TOML text of a brake: uncertainty of its law}, for brakes calibrated in this tab."""
+        """{TOML text of a brake: uncertainty of its law} of the brakes calibrated in this tab."""
         self._past: list[State] = []
         self._future: list[State] = []
         self._moved = ("", "")
@@ -55,14 +55,14 @@ class Desk:
         self.beside: BrakeFile | None = second
 
     def watch(self, callback: Callable[[str], None]) -> None:
-        """Call `told(what)` after changes.
+        """Call `callback(what)` after each change.
 
-        What is "brake", "line", "settings", "moved", "undo", "page" or "files".
+        `what` is "brake", "line", "settings", "moved", "undo", "page" or "files".
         """
         self._watching.append(callback)
 
     def files_changed(self) -> None:
-        """Say that other files are used now, or a sidecar of one is another.
+        """Notify the observers of other files or changed sidecars.
 
         Removing a file also removes its pin. This is not an undo step, because undo cannot restore
         files.
@@ -73,7 +73,7 @@ class Desk:
         self._tell("files")
 
     def take_over(self, before: "Desk") -> None:
-        """Take over the files of a discarded desk, their pins, and its calibrations."""
+        """Take over the files of a discarded desk, with their pins and the calibrations."""
         if not self.files.take_over(before.files):
             return
         self.laws |= before.laws
@@ -87,19 +87,19 @@ class Desk:
         self._tell("waiting")
 
     def choose_files(self) -> None:
-        """Show the dialog of files, even if there are none yet."""
+        """Show the dialog of files, even if there are no files yet."""
         self._tell("choosing")
 
     def get(self, page: str, key: str, default: Value) -> Value:
-        """A control's value."""
+        """Return a control's value."""
         return self.state.get(page, key, default)
 
     def put(
         self, page: str, key: str, value: Value, *, single: bool = False, follow: bool = False
     ) -> None:
-        """Set a control; successive moves of one control are one step of undo, unless `single`.
+        """Set a control; successive moves of one control are one undo step, unless `single`.
 
-        With `follow` the control follows: it was not that which moved.
+        With `follow` the control on the page is also moved, because the user did not move it.
         """
         if self.state.find_setting(page, key) == value:
             return
@@ -111,7 +111,7 @@ class Desk:
         )
 
     def put_all(self, page: str, settings: Mapping[str, Value]) -> None:
-        """Set several controls as one step of undo; the page's controls follow."""
+        """Set several controls as one undo step; the page's controls follow."""
         state = self.state
         for key, value in settings.items():
             state = state.put(page, key, value)
@@ -119,7 +119,7 @@ class Desk:
             self._become(state, "undo")
 
     def put_state(self, state: State) -> None:
-        """All of another state but its page, as one step of undo.
+        """Take over another state except its page, as one undo step.
 
         Raises LayerjamError, without any change, if its brake or line cannot be read.
         """
@@ -134,13 +134,13 @@ class Desk:
         self._become(new_state, "undo")
 
     def put_pins(self, pins: tuple[Pin, ...]) -> None:
-        """Other pinned curves; one step of undo."""
+        """Replace the pinned curves, as one undo step."""
         self._become(replace(self.state, pins=pins), "pins")
 
     def put_file(self, kind: str, text: str) -> None:
-        """Set the "brake", the "line" or the brake to compare ("beside"): catalogue name or TOML.
+        """Set the "brake", the "line" or the second brake ("beside"): a catalogue name or TOML.
 
-        An empty text removes the brake to compare. Raises LayerjamError.
+        An empty text removes the second brake. Raises LayerjamError.
         """
         file = read_any("line" if kind == "line" else "brake", text) if text else None
         setattr(self, kind, file)
@@ -148,7 +148,7 @@ class Desk:
         self._become(replace(self.state, **update), "line" if kind == "line" else "brake")
 
     def put_brake(self, text: str) -> None:
-        """Another brake: a catalogue name or TOML text. Raises LayerjamError."""
+        """Set another brake by a catalogue name or TOML text; raises LayerjamError."""
         self.put_file("brake", text)
 
     def open(self, page: str) -> None:
@@ -157,11 +157,11 @@ class Desk:
         self._tell("page")
 
     def undo(self) -> bool:
-        """Go back one step; False if there is none."""
+        """Undo one step; return False if there is none."""
         return self._step(self._past, self._future)
 
     def redo(self) -> bool:
-        """Forth one step."""
+        """Redo one step."""
         return self._step(self._future, self._past)
 
     def _step(self, source: list[State], target: list[State]) -> bool:
@@ -188,7 +188,7 @@ class Desk:
             callback(change)
 
     def subject(self, kind: str) -> Subject:
-        """Return a file for a call: its catalogue name, or the file that the user can save."""
+        """Return a file for a call: its catalogue name, or a file that the user can save."""
         text, file = getattr(self.state, kind), getattr(self, kind)
         names = SHELVES["line" if kind == "line" else "brake"].names()
         return Subject(text) if text in names else Subject(f"{file.name}.toml", file)
@@ -200,7 +200,7 @@ class Desk:
 
 @dataclass(frozen=True)
 class Shelf:
-    """Source of brakes or lines: names and files of the catalogue, and the reader of a text."""
+    """Catalogue of brakes or lines: its names, and readers of a name and of a TOML text."""
 
     names: Callable[[], list[str]]
     load: Callable[[str], Any]
@@ -233,14 +233,14 @@ class Connection(Protocol):
 
     @property
     def is_deleted(self) -> bool:
-        """Whether its page is gone for good."""
+        """Whether its page is closed permanently."""
 
 
 _desks: dict[str, tuple[Connection, Desk]] = {}
 
 
 def take_over(client: Connection, desk: Desk) -> None:
-    """Give a tab's new desk the files of the one before, with their pins and calibrations.
+    """Give a tab's new desk the files of its previous one, with their pins and calibrations.
 
     A tab whose page is still open keeps its files: a duplicated tab starts without files.
     """
@@ -260,12 +260,12 @@ def forget(desk: Desk) -> None:
 
 
 def resize_stack(file: BrakeFile, count: int) -> BrakeFile:
-    """The same brake with another number of sheets. Raises LayerjamError."""
+    """Return the same brake with another number of sheets; raises LayerjamError."""
     name = f"{re.sub('-[0-9]+-sheets$', '', file.name)}-{count}-sheets"
     edited_file = edit(file, {"sheets.count": float(count)}, name=name, source="set on the page")
     return BrakeFile.read(edited_file.text, name)
 
 
 def with_sheets(desk: Desk, count: int) -> None:
-    """The brake on the desk with another number of sheets. Raises LayerjamError."""
+    """Return the desk's brake with another number of sheets; raises LayerjamError."""
     desk.put_brake(resize_stack(desk.brake, count).text)

@@ -1,4 +1,4 @@
-"""Files dropped anywhere in the window, on any tab: each is assigned by its content."""
+"""Files dropped anywhere in the window, on any tab; the content decides where each belongs."""
 
 import asyncio
 from collections.abc import Callable
@@ -25,7 +25,7 @@ from layerjam.workbench.widgets import button, dress, hint, one_line
 AT_ONCE = 1000
 """Largest number of files accepted from the browser at once; uploads limit the total."""
 SOON = 0.3
-"""Files that arrive within this time [s] of each other belong together."""
+"""Files that arrive within this time [s] of each other count as one drop."""
 VEIL = "Drop here: measurements, a brake or a vacuum line as TOML, a saved session"
 
 
@@ -40,7 +40,7 @@ class Dropping:
         self._brakes = 0
         self._came_list = False
         self._facts: dict[str, str] = {}
-        """{name without .toml: sidecar that does not say of which file by its full name}."""
+        """{name without .toml: text of a sidecar whose name gives no file's extension}."""
         ui.context.client.on_delete(self.uploads.close)
         ui.add_body_html(f'<div class="files-veil" aria-hidden="true"><span>{VEIL}</span></div>')
         self.zone = ui.upload(
@@ -112,7 +112,7 @@ class Dropping:
         return ""
 
     async def _toml(self, name: str, file: FileUpload) -> str:
-        """Load a brake or a line, or keep a sidecar; return the reason for other files."""
+        """Load a brake or a line, or keep a sidecar; return the reason for any other file."""
         if file.size() > MAX_BYTES:
             return f"{name}: {file.size() / 1e6:.1f} MB is too large for a TOML file; 1 MB is read"
         data = await file.read()
@@ -177,7 +177,7 @@ class Dropping:
             await self.sorting.show(empty=empty)
 
     def _attach(self) -> None:
-        """Sidecars named after a file without its extension, and the one of the whole folder."""
+        """Attach sidecars named after files without their extension, and the folder's sidecar."""
         files = self.uploads.files
         for stem, text in self._facts.items():
             targets = [f for f in files if Path(f.shown).stem == stem]
@@ -273,7 +273,7 @@ def is_list(name: str) -> bool:
 
 
 def read_list(data: bytes, name: str) -> dict[str, str]:
-    """{file's name: its conditions as a sidecar's text} of a list.
+    """Return {file name: its conditions as a sidecar's text} of a list.
 
     Raises FileError, with the line, if it is not a list.
     """
@@ -284,10 +284,10 @@ def read_list(data: bytes, name: str) -> dict[str, str]:
 
 
 def attach(uploads: Uploads) -> tuple[list[str], list[str]]:
-    """Complete sidecars from the list; return (names of the listed files, contradictions).
+    """Complete sidecars from the list; return (names of listed files, contradictions).
 
-    If both state a fact, the file's own sidecar takes precedence and a notice reports it; the
-    commands reject this case. The content of the list is kept for files that arrive later.
+    If sidecar and list state the same fact, the sidecar takes precedence and a notice reports it;
+    the commands reject this case. The content of the list is kept for files that arrive later.
     """
     names, notes = [], []
     for file in uploads.files:

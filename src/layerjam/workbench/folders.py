@@ -1,7 +1,8 @@
-"""Temporary folders that do not outlive their program by more than a start of the next one.
+"""Temporary folders that are deleted at the latest by the next start of the program.
 
-A folder contains a file that its program keeps locked. A killed program holds no lock, and the next
-workbench deletes its folder. Nothing is deleted on Windows, where an open file keeps its name.
+A folder contains a file that its program keeps locked. If the program is killed, the lock is
+released, and the next workbench deletes the folder. On Windows nothing is deleted, because an open
+file keeps its name.
 """
 
 import contextlib
@@ -28,11 +29,11 @@ class Folder:
         lock = os.open(making, os.O_CREAT | os.O_RDWR, 0o600)
         if lock_file(lock):
             with contextlib.suppress(PermissionError):  # Windows cannot rename an open file
-                making.replace(root / LOCK)  # it must never appear unlocked under this name
+                making.replace(root / LOCK)  # never visible unlocked under this name
         self._end = weakref.finalize(self, _remove, root, lock)
 
     def remove(self) -> None:
-        """Delete it and all in it."""
+        """Delete the folder and its content."""
         self._end()
 
 
@@ -43,7 +44,7 @@ def _remove(path: Path, lock: int) -> None:
 
 
 def sweep() -> list[Path]:
-    """Delete the folders of this user whose program was killed, and return them."""
+    """Delete this user's folders of programs that were killed, and return them."""
     removed_paths = []
     for path in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
         # another workbench is also cleaning up, or the folder belongs to another user
@@ -55,7 +56,7 @@ def sweep() -> list[Path]:
 
 
 def _is_left(path: Path) -> bool:
-    """Return whether this user owns a folder and nobody holds its lock; OSError without a lock."""
+    """Return whether this user owns a folder that nobody locks; OSError if it has no lock."""
     if path.is_symlink() or (hasattr(os, "getuid") and path.lstat().st_uid != os.getuid()):
         return False
     lock = os.open(path / LOCK, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))

@@ -1,4 +1,4 @@
-"""Kinds of dropped files by their content, and the command for files that no page reads."""
+"""Kinds of dropped files by their content, and commands for the files that no page reads."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -49,7 +49,7 @@ OTHER_READERS = MappingProxyType(
 
 
 def toml_kind(text: str) -> str:
-    """Return the kind of a TOML text: "brake", "line", "specification", "sidecar" or "" (none)."""
+    """Return the kind of a TOML text: "brake", "line", "specification", "sidecar", or ""."""
     try:
         keys = set(parse_toml(text, "the file"))
     except LayerjamError:
@@ -66,7 +66,7 @@ def toml_kind(text: str) -> str:
 
 
 def _tops(paths: Mapping[str, object]) -> set[str]:
-    """Return the tables and keys at the top of a file, without those that every file has."""
+    """Return the top-level tables and keys of a file, except those that every file has."""
     return {path.partition(".")[0] for path in paths} - {"name", "title", "site", "gas"}
 
 

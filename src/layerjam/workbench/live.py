@@ -1,4 +1,4 @@
-"""Words, tables and charts that change without a new layout of the page.
+"""Text, tables and charts that change without a new layout of the page.
 
 On an update of NiceGUI the browser processes every element of the page and every number of a
 chart's options. While a slider moves, this takes most of the time. Content that changes with every
@@ -47,12 +47,12 @@ _waiting: WeakKeyDictionary[Client, dict[str, dict[int, Any]]] = WeakKeyDictiona
 
 
 def _tell(element: ui.element, kind: str, value: Any) -> None:
-    """Send after the current task on the event loop, together with its other changes."""
+    """Send a change after the current task of the event loop, together with other changes."""
     client = element.client
     if client not in _waiting:
         try:
             asyncio.get_running_loop().call_soon(_send, client)
-        except RuntimeError:  # no browser without an event loop
+        except RuntimeError:  # without an event loop there is no browser
             return
         _waiting[client] = defaultdict(dict)
     _waiting[client][kind][element.id] = value
@@ -66,10 +66,10 @@ def _send(client: Client) -> None:
 
 
 class Words(ui.label):
-    """A label whose text changes with every move."""
+    """A label whose text changes with every move of a slider."""
 
     def set_text(self, text: str) -> Self:
-        """Show a sentence, in the page's words."""
+        """Show a sentence, in the page's terms."""
         return super().set_text(in_print(text))
 
     def _handle_text_change(self, text: str) -> None:
@@ -78,7 +78,7 @@ class Words(ui.label):
 
 
 class Table(ui.html):
-    """HTML that changes with every move; it never contains unescaped text of the user."""
+    """HTML that changes with every move of a slider; it never contains unescaped user text."""
 
     def __init__(self) -> None:
         super().__init__("", sanitize=False)
@@ -90,14 +90,14 @@ class Table(ui.html):
 
 
 class Space(ui.scene):
-    """A 3-D view whose changes go with a drawing's one message, drawn after its charts.
+    """A 3-D view whose changes are sent in one message with the charts, and drawn after them.
 
-    NiceGUI sends a message for each thing moved or stretched: dozens under a slider.
+    NiceGUI itself would send a message for each object: dozens per move of a slider.
     """
 
     @contextmanager
     def changes(self) -> "Iterator[Space]":
-        """All creations, moves and deletions inside are sent together."""
+        """Send all creations, moves and deletions inside the `with` block together."""
         with self:
             self._batched_calls = []
             try:
@@ -118,9 +118,9 @@ class Space(ui.scene):
 
 
 class Bar(ui.slider):
-    """A slider that the server does not reply to: it has moved already.
+    """A slider whose moves the server does not confirm, because the browser has already shown them.
 
-    NiceGUI replies to every move with the slider itself, and the page is laid out again.
+    NiceGUI would reply with the slider itself, and the browser would lay out the page again.
     """
 
     LOOPBACK = None
@@ -141,7 +141,7 @@ class Bar(ui.slider):
 def draw(chart: ui.echart, options: dict[str, Any]) -> None:
     """Give a chart new options; replace all only if its series or its cursor have changed."""
     old = chart.options
-    # set the way NiceGUI does, every number would be wrapped for change tracking, and sent at once
+    # NiceGUI's own way would wrap every number for change tracking and send it at once
     dict.__setitem__(chart.props, "options", options)
     changes = {key: value for key, value in options.items() if old.get(key) != value}
     alike = old.keys() == options.keys() and "tooltip" not in changes

@@ -1,4 +1,4 @@
-"""Memory of a server that runs for weeks: closed tabs are released, open ones never paused."""
+"""Memory of a server that runs for weeks: releases closed tabs without pausing open ones."""
 
 import asyncio
 import gc
@@ -9,21 +9,21 @@ from nicegui import Client, run
 USUAL = (700, 10, 10)
 """Python's own settings of its collector, see `cli.start.SELDOM`."""
 SOON = 2.0
-"""Seconds after a page's first result in which it is sent and drawn."""
+"""Time [s] after a page's first result in which it is sent and drawn."""
 _frozen_pages: set[str] = set()
 
 
 def forget_tab() -> None:
     """Release a closed tab and, after the last one, compiled code.
 
-    FastAPI caches the function of each route. That of an upload refers to its element, and
+    FastAPI caches the function of each route. An upload's function refers to its element, and
     therefore to the whole page: about a megabyte for every reload.
     """
     module = sys.modules.get("fastapi.dependencies.models")
     for item in list(vars(module).values()) if module is not None else ():
         if hasattr(item, "cache_clear"):
             item.cache_clear()
-    if len(Client.instances) <= 1:  # the closed one itself
+    if len(Client.instances) <= 1:  # only the closed tab itself is left
         # none while a thread imports JAX
         clear = getattr(sys.modules.get("jax"), "clear_caches", lambda: None)
         clear()
@@ -32,7 +32,7 @@ def forget_tab() -> None:
 
 
 async def settle_later(page: str) -> None:
-    """`settle` once the page's first result has reached the browser."""
+    """Call `settle` after the page's first result has reached the browser."""
     if page not in _frozen_pages:
         _frozen_pages.add(page)
         await asyncio.sleep(SOON)
@@ -40,10 +40,10 @@ async def settle_later(page: str) -> None:
 
 
 def settle() -> None:
-    """Keep the collector from searching loaded modules: one move in a hundred waited 0.3 s for it.
+    """Exclude loaded modules from garbage collection, which paused one move in a hundred for 0.3 s.
 
-    It runs as often as usual from then on. The command line runs it seldom, and closed pages would
-    pile up.
+    From then on the collector runs at Python's usual rate. At the lower rate that the command line
+    sets, closed pages would accumulate.
     """
     gc.set_threshold(*USUAL)
     gc.collect()

@@ -41,7 +41,7 @@ def others(command: str, names: Collection[str]) -> list[Parameter]:
 
 
 def is_file(p: Parameter) -> bool:
-    """Whether it is read from a file: on a page, from a dropped file, never from a path."""
+    """Whether the input is a file: on a page always a dropped file, never a path."""
     return type(p.help) is Help and p.spec is None and "Path" in str(p.type)
 
 
@@ -55,7 +55,7 @@ class OtherInputs:
         """Dropped files of each file input; the last one is used."""
 
     def options(self) -> Options:
-        """Return the set inputs: texts that the command can read, words, flags, and files."""
+        """Return the inputs that are set: texts for the command, words, flags, and files."""
         values: Options = {}
         for p in self.inputs:
             value = self.desk.get(self.page.name, p.name, "")
@@ -67,12 +67,12 @@ class OtherInputs:
         return values
 
     def atmosphere(self, usual: float) -> float:
-        """The site's atmosphere [Pa]: as set here, or the usual one."""
+        """Return the site's atmosphere [Pa] as set here, or the usual one."""
         text, spec = self.options().get("atmosphere"), ATMOSPHERE
         return float(spec.read(text, "atmosphere")) if isinstance(text, str) else usual
 
     def build(self, title: str = "More") -> None:
-        """The fold; the files go with the tab."""
+        """Build the panel; the files are deleted with the tab."""
         for uploads in self.files.values():
             ui.context.client.on_delete(uploads.close)
         with fold(title, f"{self.page.name}-more"):
@@ -126,7 +126,7 @@ class OtherInputs:
         return box
 
     def _upload(self, p: Parameter, ident: str, label: str) -> None:
-        """Field for a file, which stays on this machine and is not part of the link."""
+        """Build the field for a file, which stays on this machine and is not part of the link."""
         uploads = self.files[p.name]
 
         async def came(event: events.UploadEventArguments) -> None:

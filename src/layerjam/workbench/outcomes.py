@@ -31,11 +31,11 @@ PULLS: Mapping[str, Callable[[str], str]] = MappingProxyType(
         "BOTTOMED_OUT": lambda end: f"Pulled to the end of the travel, {end}.",
     }
 )
-"""{outcome: the sentence, given how far it was pulled}."""
+"""{outcome: function that returns its sentence, given the travel}."""
 
 
 def of_slide(slid: Any) -> str:
-    """Return the outcome of a pull over time, which may stick and slip."""
+    """Return the outcome of a pull over time, which may show stick–slip."""
     pace = show(slid.record.speed, "m/s")
     if slid.outcome == "JUDDERS":
         times = "once" if slid.events == 1 else f"{slid.events} times"

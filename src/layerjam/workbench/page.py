@@ -22,7 +22,7 @@ from layerjam.workbench.widgets import QUIET, Alert, dress, heading, hint, title
 
 
 class Asking:
-    """Asks for numbers and words, which the desk keeps under the page's `name`."""
+    """Object with controls whose numbers and words the desk stores under `name`."""
 
     name = ""
 
@@ -30,11 +30,11 @@ class Asking:
         self.desk = desk
 
     def controls(self) -> Mapping[str, Control]:
-        """The numbers it asks for, with the bounds that brake and line set now."""
+        """Return the controls, with the bounds that the current brake and line set."""
         return {}
 
     def value(self, key: str) -> float:
-        """A control's value [SI]."""
+        """Return a control's value [SI]."""
         return number(self.desk, self.name, self.controls()[key])
 
     def text(self, key: str) -> str:
@@ -84,7 +84,7 @@ class Asking:
 
 
 class View(Asking):
-    """A page, or a part of one: it fills its slot in `build`, once, when it is first opened.
+    """A page, or a part of one; `build` fills its slot once, when it is first opened.
 
     `compute` runs in a thread and calls commands only, through `calls`; `draw` runs on the event
     loop. The `result` passed between them contains its calls, so what is shown, copied and pinned
@@ -95,23 +95,23 @@ class View(Asking):
     result: Any = None
 
     def build(self) -> None:
-        """Fill the slot."""
+        """Build the elements of the page."""
         raise NotImplementedError
 
     def calls(self) -> Sequence[Call]:
-        """The calls that the inputs of now ask for."""
+        """Return the calls for the current inputs."""
         return ()
 
     def compute(self) -> Any:
-        """The answers to the calls."""
+        """Return the answers to the calls."""
         return [Answer(call, call.run()) for call in self.calls()]
 
     def answers(self) -> Sequence[Answer]:
-        """Answers shown, in order; may be empty."""
+        """Return the displayed answers, in order; may be empty."""
         return answers_in(self.result)
 
     def copies(self) -> tuple[Sequence[Call], Mapping[str, Call]]:
-        """Return the calls of the answers shown, or of those requested, and those of pins."""
+        """Return the calls of the displayed or requested answers, and those of the pins."""
         answers, pins = self.answers(), dict[str, Call]()
         for answer in answers:
             for label, call in answer.pinned_calls.items():
@@ -142,7 +142,7 @@ class Page(View):
         return self.compute()
 
     def open(self) -> None:
-        """Build if need be and bring up to date."""
+        """Build the page if necessary, and update it."""
         if not self.built:
             self.built = True
             self.client = ui.context.client
@@ -152,7 +152,7 @@ class Page(View):
         self.refresh()
 
     def _head(self) -> None:
-        """The heading, if the page has no own one, and the line of a long computation."""
+        """Show the title and the progress of a long computation."""
         if self.title:
             with ui.row().classes("page-head"):
                 heading(self.title, 1)
@@ -160,7 +160,7 @@ class Page(View):
         waiting_line(self.name, self.runner)
 
     def refresh(self) -> None:
-        """Compute again, with the latest inputs."""
+        """Compute again with the latest inputs."""
         if self.built and self.desk.state.page == self.name:
             background_tasks.create(self.runner.ask(), name=f"layerjam {self.name}")
 
@@ -179,11 +179,11 @@ class Page(View):
         background_tasks.create(settle_later(self.name), name="layerjam settles")
 
     def problem_line(self) -> None:
-        """Create the line for the reason of a refusal."""
+        """Create the line that shows why inputs are rejected."""
         self.problem = Alert(f"{self.name}-problem")
 
     async def wait_until_idle(self) -> None:
-        """Wait until nothing is being computed (for tests)."""
+        """Wait until no computation is running (for tests)."""
         while self.runner.running:
             await asyncio.sleep(0.01)
 
@@ -192,7 +192,7 @@ class Figures:
     """A small table of numbers: names left, values right, identified by key."""
 
     def __init__(self, page: str, command: str, keys: Sequence[str], **names: str) -> None:
-        """`keys` of the command's result; `names` are given if the key alone is unclear."""
+        """Show the `keys` of the command's result; `names` replaces keys that are unclear alone."""
         self._cells: dict[str, Words] = {}
         meanings = result_fields(command)
         with ui.grid(columns="auto auto").classes("figures gap-x-6 gap-y-1 items-baseline"):
@@ -205,7 +205,7 @@ class Figures:
                 self._cells[key] = cell
 
     def fill(self, result: Any, but: Sequence[str] = ()) -> None:
-        """The numbers of a result with their units; those of `but` do not apply."""
+        """Show the numbers of a result with their units, except `but`, which do not apply."""
         for key, cell in self._cells.items():
             value = None if key in but else result.values.get(key)
             unit = result.units.get(key, "1")
@@ -222,7 +222,7 @@ class Box(ui.column):
         self._shown: Any = None
 
     def fill(self, item: Any) -> bool:
-        """Show it; whether it was another one than before."""
+        """Show an item; return whether it differs from the previous one."""
         if item is self._shown:
             return False
         self._shown = item
@@ -240,7 +240,7 @@ class Notes:
         self._shown: tuple[str, ...] = ()
 
     def fill(self, warnings: Sequence[str]) -> None:
-        """Show them; unchanged ones are not rebuilt."""
+        """Show the warnings; unchanged ones are not rebuilt."""
         if tuple(warnings) == self._shown:
             return
         self._shown = tuple(warnings)
@@ -260,7 +260,7 @@ TONES = {
 
 
 def checks(result: Any) -> None:
-    """The table pull by pull, and the checks; parts missing in the result are omitted."""
+    """Show the table of pulls and the checks; parts missing in the result are omitted."""
     pulls = result.values.get("pulls", ())
     if len(pulls) > 1:
         heads = [name.capitalize() for name in HEADS]

@@ -1,4 +1,4 @@
-"""A chart of a page with its pins and its take-away row: all belong to one computation."""
+"""A chart of a page with its pins and its download buttons, all for one computation."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -21,17 +21,17 @@ from layerjam.workbench.widgets import Alert, button, chart, dress, one_line
 
 
 class Panel:
-    """A chart that shows an answer; pins and downloads use the same answer."""
+    """Panel of a chart that shows an answer; pins and downloads use the same answer."""
 
     chart: ui.echart
 
     def __init__(self, desk: Desk, page: str, ident: str = "", command: str = "") -> None:
-        """Create the panel; `ident` names it on a page with several, `command` limits its pins."""
+        """Create the panel; `ident` names one of several, `command` limits the pins."""
         self._desk, self._page = desk, page
         self._ident, self._only = ident or page, command
         self._known: dict[str, tuple[Answer, Any]] = {}
         self.besides: Callable[[Pin, Any], Any] = lambda pin, result: None
-        """Function for a page's additional result for a pin; may raise LayerjamError."""
+        """Function that returns the page's additional result for a pin; may raise LayerjamError."""
         self._acts: list[ui.element] = []
         self._chips: ui.row | None = None
         self._drawn: tuple[tuple[Pin, str], ...] = ()
@@ -74,7 +74,7 @@ class Panel:
             self._fill(self._chips, () if answer is None else answer.pins)
 
     def _enable(self) -> None:
-        """Let nothing be pinned or taken away while no result is shown."""
+        """Disable pins and downloads while no result is displayed."""
         for act in self._acts:
             if self.shown is None:
                 act.props("inert")
@@ -142,7 +142,7 @@ class Panel:
         put_pin(self._desk, replace(pin, options={**pin.options, **extra}))
 
     def pin_file(self, key: str) -> None:
-        """Keep a dropped file's curve, or let it go."""
+        """Pin a dropped file's curve, or unpin it."""
         self._try(partial(turn_file, self._desk, key))
 
     def _try(self, act: Callable[[], None]) -> None:
@@ -154,5 +154,5 @@ class Panel:
             self._alert.say("")
 
     def unpin(self, pin: Pin) -> None:
-        """Let one go."""
+        """Remove a pin."""
         self._desk.put_pins(tuple(p for p in self._desk.state.pins if p != pin))

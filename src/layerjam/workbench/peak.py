@@ -1,4 +1,4 @@
-"""Set the peak of a pull by hand; the vacuum or the number of sheets follows."""
+"""Sets the peak of a pull by hand; the vacuum or the number of sheets follows."""
 
 import math
 from collections.abc import Callable
@@ -24,7 +24,7 @@ FOLLOWS = Choice(
     help="Quantity that changes when you drag or type the peak",
 )
 MAX_SHEETS = 500
-"""Sheets that are tried at most."""
+"""Largest number of sheets that the search tries."""
 FORCE = QuantitySpec("N", "peak force of the pull", lo=0.0, example="150 N")
 
 
@@ -34,14 +34,14 @@ class PeakSetting:
     def __init__(
         self, desk: Desk, page: str, call: Callable[[], Call], limit: Callable[[], float]
     ) -> None:
-        """`call` is the pull that is shown, `limit` the greatest vacuum of the page [Pa]."""
+        """`call` is the displayed pull, `limit` the greatest vacuum of the page [Pa]."""
         self._desk, self._page, self._now, self._most = desk, page, call, limit
         self._asked: float | None = None
         self._seeking = False
         self._peak = 0.0
 
     def build(self) -> None:
-        """The field and the switch, in one row, and the sentence."""
+        """Build the field and the switch in one row, and the sentence."""
         with ui.row().classes("items-center gap-2"):
             ui.label("Peak").classes("text-sm").tooltip("Drag the peak in the chart, or type it")
             self.field = dress(number_field("Peak force to reach [N]", "w-28"), "pull-peak")
@@ -53,12 +53,12 @@ class PeakSetting:
         self._desk.watch(self._on_change)
 
     def attach(self, chart: ui.echart) -> None:
-        """The chart whose first mark is dragged."""
+        """Make the first mark of a chart draggable."""
         chart.on("vnodeMounted", js_handler="(node) => layerjamPeaks(node)")
         chart.on("peak", self._on_drag)
 
     def fill(self, peak: float) -> None:
-        """The peak that is shown [N]."""
+        """Show a peak [N]."""
         self._peak = peak
         text = f"{peak:.4g}"
         if self.field.value != text and not self._seeking:
@@ -80,7 +80,7 @@ class PeakSetting:
     def _on_drag(self, event: Any) -> None:
         force, is_done = event.args.get("force"), bool(event.args.get("done"))
         if isinstance(force, int | float) and math.isfinite(force) and force >= 0:
-            # rounded to the digits shown on the page
+            # round to the digits shown on the page
             self.ask(float(f"{force:.4g}"), is_done)
 
     def ask(self, force: float, done: bool) -> None:
@@ -111,11 +111,11 @@ class PeakSetting:
             self._seeking = False
 
     def limit(self) -> float:
-        """The greatest vacuum that site and line allow [Pa]."""
+        """Return the greatest vacuum that site and line allow [Pa]."""
         return min(self._most(), float(reachable(self._desk.line.line)))
 
     def search(self, force: float, by_sheets: bool) -> ToPeak:
-        """Search the value for a force, in a thread. Raises LayerjamError as the command does."""
+        """Return the setting for a peak force; runs in a thread and raises the command's errors."""
         call, file = self._now(), self._desk.brake
         if by_sheets:
 
@@ -137,7 +137,7 @@ class PeakSetting:
         elif by_sheets:
             with_sheets(self._desk, int(result.value))
         else:
-            # whole pascals, so that the value is readable
+            # use whole pascals, so that the value is readable
             self._desk.put(self._page, "vacuum", float(round(result.value)), follow=True)
         self.said.set_text(sentence(result, force, by_sheets))
 

@@ -1,4 +1,4 @@
-"""Pinned curves: stored as calls and computed again."""
+"""Pinned curves, stored as calls and computed again."""
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -10,11 +10,11 @@ from layerjam.workbench.more import is_file, others
 from layerjam.workbench.state import MEASURED, Pin
 
 MAX_PINS = 8
-"""Curves pinned to one page at most."""
+"""Largest number of curves pinned to one page."""
 COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {"pull": ("tensile", "judder"), "drop": ("drop",), "vacuum": ("rise", "regulate")}
 )
-"""{page: commands whose curves can be pinned there}; links with others are rejected."""
+"""{page: commands whose curves can be pinned there}; links with other commands are rejected."""
 BAND = "band"
 """Option of a pinned pull that stores the error of its law, written by `LawError.text`."""
 LINES = ("rise", "regulate")
@@ -24,7 +24,7 @@ LINES = ("rise", "regulate")
 def pin_of(page: str, call: Call) -> Pin:
     """Return the pin of a call on a brake or line.
 
-    Raises QuantityError for a call with a dropped file: it stays on this machine.
+    Raises QuantityError for a call with a dropped file, because that file stays on this machine.
     """
     plain = {k: v for k, v in call.options.items() if isinstance(v, str | bool | int | float)}
     files = call.options.keys() - plain.keys()
@@ -39,7 +39,7 @@ def pin_of(page: str, call: Call) -> Pin:
 def call_of(pin: Pin) -> Call:
     """Return the call of a pin.
 
-    QuantityError for one that no page can create, such as a path in a link.
+    Raises QuantityError for a pin that no page can create, such as a path in a link.
     """
     if pin.command not in COMMANDS.get(pin.page, ()):
         raise QuantityError(f"pin: curves of '{pin.command[:40]}' cannot be pinned on this page")
@@ -56,7 +56,7 @@ def call_of(pin: Pin) -> Call:
 
 
 def labels(calls: Sequence[Call], current: Call) -> list[str]:
-    """Return labels that distinguish calls from the shown one and, if needed, from each other."""
+    """Return labels that distinguish calls from the current one and, if needed, from each other."""
     names = [
         _difference(call, [current]) or _difference(call, calls) or "as shown" for call in calls
     ]
@@ -70,7 +70,7 @@ def labels(calls: Sequence[Call], current: Call) -> list[str]:
 
 
 def _difference(call: Call, from_these: Sequence[Call]) -> str:
-    """The brake or line and the options that differ from any of some calls, as words."""
+    """Return in words how a call differs from others: its brake or line, and its options."""
     name, words = call.subjects[0].name.removesuffix(".toml"), []
     if any(theirs.subjects != call.subjects for theirs in from_these):
         words.append(name)
@@ -83,7 +83,7 @@ def _difference(call: Call, from_these: Sequence[Call]) -> str:
 
 
 def put_pin(desk: Desk, pin: Pin) -> None:
-    """Add a pin unless it exists; QuantityError if the page has no room for another."""
+    """Add a pin unless it exists; QuantityError if the page has the maximum number."""
     pins = desk.state.pins
     if pin in pins:
         return
@@ -93,7 +93,7 @@ def put_pin(desk: Desk, pin: Pin) -> None:
 
 
 def turn_file(desk: Desk, key: str) -> None:
-    """Pin a dropped file to the pull, or unpin it; QuantityError if there are enough."""
+    """Pin a dropped file to the page Pull, or unpin it; QuantityError if there are enough pins."""
     file_pin = Pin("pull", MEASURED, key)
     if file_pin in desk.state.pins:
         desk.put_pins(tuple(pin for pin in desk.state.pins if pin != file_pin))

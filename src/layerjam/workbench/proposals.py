@@ -1,6 +1,6 @@
 """Proposals for a dropped measurement: its use and conditions, each with its source.
 
-Nothing here is applied: a page shows it, and the user accepts.
+Nothing is applied here: a page shows the proposal, and the user accepts it.
 """
 
 import re
@@ -25,7 +25,7 @@ from layerjam.workbench.kinds import OTHER_READERS, elsewhere_of
 
 FRICTION, CALIBRATE, VALIDATE, ASIDE = "friction", "calibrate", "validate", "aside"
 FACTS = ("vacuum", "normal_force", "speed")
-"""Conditions that are proposed."""
+"""Conditions that are proposed for a file."""
 NEEDED = MappingProxyType({FRICTION: "normal_force", CALIBRATE: "vacuum", VALIDATE: "vacuum"})
 """{use of a file: fact required for it}."""
 CLICKS = MappingProxyType(
@@ -43,9 +43,9 @@ CLICKS = MappingProxyType(
 )
 """{request of a reader: instruction on the page}."""
 NEAR_HIGHEST = 0.97
-"""A pull is at the highest vacuum from this share of it on."""
+"""Share of the highest vacuum above which a pull counts as one at the highest vacuum."""
 HEAD = 4000
-"""Number of bytes at the start of a file that are searched for words about the test."""
+"""Number of bytes at the start of a file that are searched for a description of the test."""
 _FRICTION = re.compile(
     r"(?i)friction|reib|frott|attrito|fricci|(?<![a-z])cof(?![a-z])|sled|d1894|iso[ _-]?8295"
 )
@@ -71,8 +71,7 @@ class Proposal:
     """Proposal for one dropped file.
 
     `kind`: "measurement", one of ELSEWHERE, or "unknown". `about` states the interpretation or the
-    reason for rejection; `asks` is the missing information of an unread measurement, a key of
-    CLICKS.
+    reason for rejection. `asks` is the key of CLICKS for the information that a measurement lacks.
     """
 
     key: str
@@ -90,13 +89,13 @@ class Proposal:
         return self.kind == "measurement" and not self.asks
 
     def lacks(self, role: str, facts: Mapping[str, str]) -> str:
-        """Return the missing fact for a use; empty if none is missing."""
+        """Return the fact that a use lacks; empty if none is missing."""
         due = NEEDED.get(role, "")
         return due if due and not facts.get(due) else ""
 
 
 def from_name(name: str) -> dict[str, SourcedValue]:
-    """Return {"role", "vacuum", "normal_force", "speed": value from a file's name}.
+    """Return {"role", "vacuum", "normal_force", "speed": value} as stated by a file's name.
 
     A name with several pressures gives none, because it is ambiguous.
     """
@@ -117,7 +116,7 @@ def from_name(name: str) -> dict[str, SourcedValue]:
 
 
 def _quantities(stem: str, friction: bool) -> Iterator[tuple[str, str, str]]:
-    """(fact, its text, how it is written) of the quantities in a name."""
+    """Return (fact, its text, its spelling in the name) of each quantity in a name."""
     pressures = {(_plain(m[1]), _UNITS[m[2].lower()]): m for m in _PRESSURE.finditer(stem)}
     if len(pressures) == 1 and not friction:
         (((number, unit), match),) = pressures.items()
@@ -145,7 +144,7 @@ def _source_name(match: str) -> str:
 
 
 def refusal_of(path: Path) -> str:
-    """Return the reason why a file cannot be read, and the remedy; empty if it can."""
+    """Return the reason why a file cannot be read, and the remedy; empty if it can be read."""
     try:
         for trace in open_traces(path):
             trace.read(ReadingOptions())
@@ -157,7 +156,7 @@ def refusal_of(path: Path) -> str:
 
 
 def proposal(key: str, name: str, path: Path) -> Proposal:
-    """Return the proposal for one file, whose sidecar with the user's statements is next to it.
+    """Return the proposal for one file, whose sidecar holds the user's statements.
 
     Raises nothing: reading errors are in `about`, which names the file by its path.
     """
@@ -182,7 +181,7 @@ def proposal(key: str, name: str, path: Path) -> Proposal:
 
 
 def _unread(draft: Proposal, path: Path, error: LayerjamError) -> Proposal:
-    """A file that is not a readable test: read by another command, to be corrected, or unknown."""
+    """Return the proposal for an unreadable file: its reader, its missing fact, or "unknown"."""
     asks = str(getattr(error, "asks", ""))
     reason = str(getattr(error, "plain", "") or error)
     if isinstance(error, MissingExtraError):
@@ -274,7 +273,7 @@ def _of_content(path: Path, traces: Sequence[Trace]) -> Iterator[tuple[str, Sour
 
 
 def vacuum_of_column(path: Path, index: int, unit: str, names: Sequence[str]) -> SourcedValue:
-    """The vacuum that a column shows: the middle of its values, rounded to their scatter.
+    """Return the vacuum in a column: the median of its values, rounded to their scatter.
 
     Raises LayerjamError if it has no values, or values that are not a vacuum.
     """
@@ -287,9 +286,9 @@ def vacuum_of_column(path: Path, index: int, unit: str, names: Sequence[str]) ->
 
 
 def together(proposals: Iterable[Proposal]) -> list[Proposal]:
-    """Proposals of files dropped together: the highest vacuum calibrates, others validate.
+    """Return proposals of files dropped together: the highest vacuum calibrates, others validate.
 
-    Only if pulls differ in nothing but the vacuum; a given role is kept.
+    This applies only if the pulls differ in the vacuum alone; a given role is kept.
     """
     files = list(proposals)
     level = {p.key: _vacuum(p) for p in files if p.role.text == CALIBRATE}

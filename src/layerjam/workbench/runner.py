@@ -1,4 +1,4 @@
-"""Computations off the event loop: the latest request wins, and outdated ones are never started."""
+"""Computations off the event loop; the latest request wins, and outdated ones never start."""
 
 import threading
 import time
@@ -11,7 +11,7 @@ from layerjam.errors import LayerjamError
 from layerjam.workbench.widgets import button, dress, one_line
 
 PATIENCE, LONG = 0.5, 2.0
-"""Seconds a computation runs before the page says so, and before it can be stopped."""
+"""Seconds after which the page reports a computation, and after which it can be stopped."""
 LOOK = 0.3
 """Seconds between two updates of the progress."""
 
@@ -40,7 +40,7 @@ class Runner:
         """Current phase, and its progress as a share."""
 
     async def ask(self) -> None:
-        """Compute with the current inputs; returns when the result is shown or outdated."""
+        """Compute with the current inputs; return when the result is displayed or outdated."""
         if self.running:
             self._again = True
             return
@@ -66,7 +66,7 @@ class Runner:
             self.running = False
 
     def stop(self) -> None:
-        """End a computation that reports its progress."""
+        """Stop a computation that reports its progress."""
         self.stopping.set()
 
     def tell(self, phase: str, share: float) -> None:

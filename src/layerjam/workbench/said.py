@@ -1,7 +1,7 @@
 """The user's statements about dropped files: use, conditions, columns.
 
-It is stored in the desk by the file's digest, so that it can be undone, is part of the link, and
-returns when the same file is dropped again. A command is given it as the file's sidecar.
+The desk stores them by the file's digest. They can therefore be undone, are part of the link, and
+return when the same file is dropped again. A command receives them as the file's sidecar.
 """
 
 import json
@@ -77,7 +77,7 @@ def check_edit(changes: Mapping[str, str]) -> None:
 
 
 def _facts_and_answers(edit: Mapping[str, str]) -> tuple[dict[str, str], dict[str, Any]]:
-    """Return the statements about a file for its sidecar: top level, and table [read]."""
+    """Return the statements about a file for its sidecar: (top level, table [read])."""
     answers: dict[str, Any] = {key: edit[key] for key in KEYS if edit.get(key)}
     for key in LISTS:
         if key in answers:
@@ -126,10 +126,10 @@ def column_said(path: Path, table: Preview, index: int, role: str, unit: str) ->
 
 
 def negative_of(edit: Mapping[str, str]) -> frozenset[str]:
-    """Return the quantities that are counted with the opposite sign."""
+    """Return the quantities whose sign is reversed."""
     return frozenset(line for line in edit.get("negative", "").split("\n") if line)
 
 
 def sign_turned(edit: Mapping[str, str], role: str) -> dict[str, str]:
-    """Return the changes that turn the sign of a quantity."""
+    """Return the changes that reverse the sign of a quantity."""
     return {"negative": "\n".join(sorted(negative_of(edit) ^ {role}))}

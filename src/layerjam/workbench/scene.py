@@ -1,4 +1,4 @@
-"""The stack of sheets as boxes in space, and the 3-D view that draws them."""
+"""The stack of sheets as boxes in a 3-D view."""
 
 import json
 from collections.abc import Iterator
@@ -19,14 +19,14 @@ from layerjam.workbench import live
 from layerjam.workbench.widgets import button, dress, hint
 
 UNIT = 0.01
-"""Metres in one unit of the scene."""
+"""Metres per unit of the scene."""
 MAX_SHEETS = 24
-"""Sheets drawn at most."""
+"""Largest number of drawn sheets."""
 TIGHT, LOOSE = 0.04, 0.7
-"""Drawn gap between sheets over a sheet's thickness, at full vacuum and without vacuum."""
+"""Drawn gap between sheets, relative to their thickness, at full vacuum and without vacuum."""
 GROUND, NIGHT = "#eef2f5", "#262d34"
 INK = "#6b7a88"
-"""Colour that is visible on both backgrounds."""
+"""Colour that is visible on light and dark backgrounds."""
 _LABEL = "font: 600 13px sans-serif; color: var(--stack-ink); white-space: nowrap"
 
 
@@ -41,12 +41,12 @@ VIEWS = MappingProxyType(
         "side": (0.0, -1.22, 0.0),
     }
 )
-"""The directions from which the brake is seen."""
+"""Directions from which the brake is seen."""
 
 
 @dataclass(frozen=True)
 class Box:
-    """A box of the scene: centre and size in scene units, x along the pull and z up."""
+    """A box of the scene; `centre` and `size` in scene units, x along the pull and z up."""
 
     name: str
     centre: Point
@@ -57,20 +57,20 @@ class Box:
 
 @dataclass(frozen=True)
 class Stack:
-    """Drawing of a brake, and the facts that its caption states."""
+    """Drawing of a brake, and the facts for its caption."""
 
     boxes: tuple[Box, ...]
     labels: tuple[tuple[str, str, Point], ...]
-    """(name, text, position)."""
+    """(name, text, position) of each label."""
     scale: int
     drawn: int
     low: Point
-    """Lowest corner of a box around the drawing at any vacuum and full travel."""
+    """Lowest corner of a box that contains the drawing at any vacuum and at full travel."""
     high: Point
 
 
 def exaggeration(thickness: float, count: int, width: float) -> int:
-    """Factor on the thickness of drawn sheets: 1, 2, 5, 10, ..., so that the stack is visible."""
+    """Return the factor on drawn thicknesses, 1, 2, 5, 10, ..., that makes the stack visible."""
     for power in range(6):
         for step in (1, 2, 5):
             times = step * 10**power
@@ -80,10 +80,10 @@ def exaggeration(thickness: float, count: int, width: float) -> int:
 
 
 def stack_of(brake: Brake, slip: float, share: float) -> Stack:
-    """The drawing at a slip [m] and a share of the full vacuum, 0 to 1.
+    """Return the drawing at a slip [m] and a share of the full vacuum, 0 to 1.
 
-    Lengths and width are true to each other, thicknesses exaggerated. Sheets of the two ends
-    alternate; the left end has one more of an odd number, as in eq. 1.
+    Lengths and width are to scale, thicknesses are exaggerated. Sheets of the two ends alternate;
+    if their number is odd, the left end has one more, as in eq. 1.
     """
     sheets, clamp_length = brake.sheets, brake.mount.clamped_length
     count = min(sheets.count, MAX_SHEETS)
@@ -92,7 +92,7 @@ def stack_of(brake: Brake, slip: float, share: float) -> Stack:
     gap = thick * (LOOSE + (TIGHT - LOOSE) * share)
     height, loosest = (count * thick + (count - 1) * g for g in (gap, thick * LOOSE))
     free, lap, free_right = sheets.free_left, sheets.overlap, sheets.free_right
-    # the left cap is fixed; zero is the middle of the brake at rest
+    # the left cap is fixed, and the origin is the middle of the brake at rest
     start, end = -(free + lap + free_right) / 2, (free + lap + free_right) / 2 + slip
     boxes = [
         _sheet(i, thick, (i + 0.5) * thick + i * gap - height / 2, brake, (start, end))
@@ -129,7 +129,7 @@ def stack_of(brake: Brake, slip: float, share: float) -> Stack:
 
 
 def _ghost(start: float, end: float, cap: float, size: Point) -> Iterator[Box]:
-    """Yield the pulled half with all its travel used: its cap at `end`, its sheets."""
+    """Yield the boxes of the pulled half at full travel: its cap at `end` and its sheets."""
     wide, tall, height = size
     yield _box("ghost cap", (end + cap / 2, 0, 0), (cap, wide, tall), GREY, 0.22)
     if end > start:
@@ -139,7 +139,7 @@ def _ghost(start: float, end: float, cap: float, size: Point) -> Iterator[Box]:
 
 
 def _sheet(number: int, thick: float, z: float, brake: Brake, span: tuple[float, float]) -> Box:
-    """The sheet at a height, held on the left if its number is even."""
+    """Return a sheet at its height; the left cap holds it if its number is even."""
     sheets, clamp_length = brake.sheets, brake.mount.clamped_length
     if number % 2 == 0:
         ends = (span[0] - clamp_length, span[0] + sheets.free_left + sheets.overlap)
@@ -151,7 +151,7 @@ def _sheet(number: int, thick: float, z: float, brake: Brake, span: tuple[float,
 
 
 def _screws(name: str, x: float, z: float, brake: Brake) -> Iterator[Box]:
-    """The screws of a cap, in the row in which the sheets have their holes."""
+    """Return the screws of a cap, in a row at the holes of the sheets."""
     width, hole = brake.sheets.width, max(brake.mount.screw_hole, 0.001)
     row = clamp_holes(0.0, width, int(brake.mount.screws_across(width)), hole)
     for number, place in enumerate(row):
@@ -164,12 +164,12 @@ def _to_units(x: float, y: float, z: float) -> Point:
 
 
 def _box(name: str, centre: Point, size: Point, color: str, opacity: float = 1.0) -> Box:
-    """A box given in metres."""
+    """Return a box given in metres."""
     return Box(name, _to_units(*centre), _to_units(*size), color, opacity)
 
 
 def in_words(brake: Brake, stack: Stack, slip: float) -> str:
-    """Description of the picture for screen readers, with the parts not to scale."""
+    """Return a description of the picture for screen readers, with the parts not to scale."""
     sheets = brake.sheets
     left = (sheets.count + 1) // 2
     note = f", {stack.drawn} of them drawn" if stack.drawn < sheets.count else ""
@@ -183,14 +183,14 @@ def in_words(brake: Brake, stack: Stack, slip: float) -> str:
 
 
 class Slab(Object3D, component=Path(__file__).with_name("slab.js")):
-    """A box of one unit each way with drawn edges, to be stretched and moved."""
+    """A unit cube with drawn edges, which is stretched and moved to become a box."""
 
     def __init__(self, color: str, opacity: float) -> None:
         super().__init__(color, opacity)
 
 
 def fit_view(scene: ui.scene, low: Point, high: Point, view: Point, duration: float) -> None:
-    """Place the camera so that a box fills the view from a direction; also after a resize."""
+    """Place the camera so that a box fills the view from a direction, also after a resize."""
     args = json.dumps([low, high, view, duration])
     scene.client.run_javascript(
         f"const view = getElement({scene.id}); if (view?.renderer) layerjamFit(view, ...{args})"
@@ -233,7 +233,7 @@ class StackView:
             row.set_visibility(views)
 
     def show(self, stack: Stack, words: str, dark: bool = False) -> None:
-        """Bring the scene up to date."""
+        """Update the scene."""
         if dark != self._dark:
             self._dark = dark
             ground = NIGHT if dark else GROUND
@@ -274,6 +274,6 @@ class StackView:
         self._fit(0.3)
 
     def _fit(self, duration: float) -> None:
-        """The camera as near as all of it is seen, within `duration` [s]."""
+        """Move the camera as near as possible with everything in view, within `duration` [s]."""
         if self._corners is not None:
             fit_view(self.scene, *self._corners, self._view, duration)

@@ -31,20 +31,20 @@ HEADERS = {
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
 }
-"""Nothing is loaded from other sites, and other sites cannot embed this page."""
+"""Headers that prevent loading from other sites, and embedding by other sites."""
 
 
 class _TooLarge(Exception):
-    """A body of undeclared length exceeded the limit."""
+    """A body of undeclared length that exceeded the limit."""
 
 
 class RequestGuard:
-    """ASGI middleware: refuses strangers, other sites' pages, and bodies beyond `largest` bytes.
+    """ASGI middleware that rejects strangers, other sites' pages, and bodies over `largest` bytes.
 
-    `names` are the hosts that requests may ask for, None for all. On loopback this must be this
-    machine: a page of another site that resolves here sends its own name. On other addresses the
-    token of the printed address is required. It is moved from the address to a cookie, so that
-    copied links do not contain it.
+    `names` are the host names that requests may contain, None for all. On loopback they must be
+    names of this machine, because a page of another site whose name resolves here sends that name.
+    On other addresses the token of the printed address is required. It is moved from the address to
+    a cookie, so that copied links do not contain it.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class RequestGuard:
         self.app, self.token, self.largest, self.names = app, token, largest, names
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
-        """Pass on or refuse."""
+        """Pass a request on, or reject it."""
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
@@ -74,7 +74,7 @@ class RequestGuard:
                 await _plain(*self._too_large())(scope, receive, send)
 
     def _why_not(self, request: HTTPConnection) -> tuple[int, str] | None:
-        """Status and reason of a refusal."""
+        """Return the status and the reason of a rejection, or None."""
         host = request.headers.get("host", "")
         name = host.rsplit(":", 1)[0] if not host.endswith("]") else host
         if self.names is not None and name not in self.names:
@@ -94,12 +94,12 @@ class RequestGuard:
         return 413, f"at most {self.largest // 2**20} MB are accepted at once"
 
     def _holds(self, token: str | None) -> bool:
-        """Return whether it is the token, if there is one."""
+        """Return whether a text equals the token; False if the server has none."""
         mine = (self.token or "").encode()
         return bool(self.token) and hmac.compare_digest((token or "").encode(), mine)
 
     def _limit_body(self, receive: Any) -> Any:
-        """A receive that raises _TooLarge in a body of undeclared length that grows too large."""
+        """Return a receiver that raises _TooLarge if a body of undeclared length is too large."""
         size = 0
 
         async def receive_limited() -> Any:
@@ -115,7 +115,7 @@ class RequestGuard:
     def _without_token(self, request: HTTPConnection) -> RedirectResponse:
         """Redirect to the same page without the token, which the browser then stores."""
         query = [(k, v) for k, v in request.query_params.multi_items() if k != "token"]
-        # one slash: two would name another host
+        # use one slash, because two would name another host
         place = "/" + request.url.path.lstrip("/") + (f"?{urlencode(query)}" if query else "")
         answer = RedirectResponse(place, 303)
         answer.set_cookie("layerjam", self.token or "", httponly=True, samesite="strict")
@@ -142,7 +142,7 @@ BODY = 64 * 2**20
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this machine can reach it."""
+    """Return whether only this machine can reach the address."""
     if host == "localhost":
         return True
     try:
@@ -152,14 +152,14 @@ def is_loopback(host: str) -> bool:
 
 
 def check_free(host: str, port: int) -> None:
-    """Raises QuantityError if the server cannot listen on this address."""
+    """Raise QuantityError if the server cannot listen on this address."""
     try:
         addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
     except OSError:
         raise QuantityError(f"host: '{host[:60]}' is not an address of this machine") from None
     for family, kind, protocol, _, place in addresses:
         with socket.socket(family, kind, protocol) as trial:
-            if not is_windows():  # there, both would share the port
+            if not is_windows():  # on Windows both servers would share the port
                 trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
                 trial.bind(place)
@@ -206,7 +206,7 @@ def serve(
     place = f"http://{'localhost' if host_name in LOCAL else host_name}:{port}/"
     greeting = f"workbench: {place}{f'?token={token}' if token else ''}  (press Ctrl-C to stop)"
     app.on_startup(lambda: print(greeting, flush=True))
-    # while the browser opens and loads the page, the server is idle
+    # the server is idle while the browser opens and loads the page
     app.on_startup(threading.Thread(target=prepare, args=(engine,)).start)
     app.on_startup(lambda: run.io_bound(sweep))
     app.on_shutdown(close_all)

@@ -1,6 +1,6 @@
-"""The state of a desk as a file: brake, line, settings, pinned curves.
+"""The state of a desk as a file: brake, line, settings and pinned curves.
 
-It contains pinned dropped files completely, and no other dropped files.
+The file includes the content of pinned dropped files, but of no other dropped files.
 """
 
 import base64
@@ -33,14 +33,14 @@ class KeptFile:
 
 
 class Session(NamedTuple):
-    """Content of a session's file."""
+    """Content of a session file."""
 
     state: State
     files: tuple[KeptFile, ...] = ()
 
 
 def kept_files(state: State, uploads: Uploads) -> tuple[KeptFile, ...]:
-    """The pinned files among those of a tab."""
+    """Return the pinned files among those of a tab."""
     return tuple(
         KeptFile(file.shown, file.path.read_bytes(), uploads.sidecars.get(file.shown, ""))
         for file in list(uploads.files)
@@ -91,7 +91,7 @@ def from_session(data: bytes, name: str) -> Session:
 
 
 def _unpack_files(entries: Any) -> list[KeptFile]:
-    """The files of a session, together no larger than a file that may be dropped.
+    """Return the files of a session, whose total size is limited to that of one dropped file.
 
     Raises Strange.
     """

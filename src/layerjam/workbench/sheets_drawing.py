@@ -1,4 +1,4 @@
-"""The stack from the side at one sample of a pull: sliding sheets, as SVG and in words."""
+"""Side view of the stack at one sample of a pull: sliding sheets, as SVG and in words."""
 
 import math
 from collections.abc import Sequence
@@ -12,18 +12,18 @@ from layerjam.simulate.sheet_motion import SheetMotion
 from layerjam.units import show
 
 WIDE, CAP, EDGE = 860.0, 16.0, 8.0
-"""Pixels of the drawing: its width, that of a cap, and the margin."""
+"""Width of the drawing, width of a cap, and the margin [pixels]."""
 TALL, GAP = (9.0, 24.0), 7.0
 """Least and greatest height of a sheet, and the gap between two sheets [pixels]."""
 MAX_SHEETS = 40
-"""Sheets drawn at most."""
+"""Largest number of drawn sheets."""
 ROOM = 0.3
 """Greatest drawn displacement before all sheets slide, as a share of the overlap."""
 
 
 @dataclass(frozen=True)
 class PullView:
-    """A pull to view: its motion, its sheets, and the scale of drawn movements."""
+    """A pull to display: its motion, its sheets, and the scale of the drawn movements."""
 
     motion: SheetMotion
     sheets: Sheets
@@ -34,7 +34,7 @@ class PullView:
 
     @classmethod
     def from_motion(cls, motion: SheetMotion, sheets: Sheets) -> "PullView":
-        """The pull, movements so large that the sheets' own show."""
+        """Return a view whose movements are magnified until those of the sheets are visible."""
         slid = np.asarray(np.maximum.accumulate(motion.sliding, axis=0).all(axis=1))
         first = int(np.argmax(slid)) if slid.any() else len(slid) - 1
         small_range = float(motion.cap[: first + 1].max())
@@ -42,10 +42,7 @@ class PullView:
         return cls(motion, sheets, factor if factor > 1 else 1.0, small_range)
 
     def telling(self) -> int:
-        """Return the most informative sample: some sheets slide and others stick.
-
-        Otherwise the peak.
-        """
+        """Return the most informative sample: some sheets slide and others stick, else the peak."""
         sliding = self.motion.sliding
         frames = np.flatnonzero(sliding.any(axis=1) & ~sliding.all(axis=1))
         return int(frames[len(frames) // 2]) if len(frames) else int(np.argmax(self.motion.force))
@@ -55,7 +52,7 @@ class PullView:
         return self.factor if self.motion.cap[index] <= self.small_range else 1.0
 
     def nearest(self, elongation: float, force: float) -> int:
-        """The sample nearest to a point of the chart [m, N].
+        """Return the sample nearest to a point of the chart [m, N].
 
         The horizontal distance has more weight, but on steep parts the vertical one distinguishes
         samples.
@@ -75,7 +72,7 @@ def round_down(value: float) -> float:
 
 
 def runs(numbers: Sequence[int]) -> str:
-    """Rising whole numbers in words: 1–3, 8 and 10."""
+    """Return ascending whole numbers in words: 1–3, 8 and 10."""
     ends = [k for k, (a, b) in enumerate(pairwise(numbers), 1) if b != a + 1]
     parts = [numbers[a:b] for a, b in pairwise([0, *ends, len(numbers)])]
     words = [str(p[0]) if len(p) == 1 else f"{p[0]}–{p[-1]}" for p in parts if p]
@@ -108,7 +105,7 @@ def scale_said(view: PullView, index: int) -> str:
 
 
 def drawing(view: PullView, index: int) -> str:
-    """The SVG: caps, sheets and interfaces.
+    """Return the drawing as SVG: caps, sheets and interfaces.
 
     Sliding parts are orange and hatched, sticking parts blue.
     """
@@ -151,7 +148,7 @@ HATCH = (
 
 
 def key(kind: str) -> str:
-    """A sheet that "holds" or "slides", for the drawing's key."""
+    """Return a sheet that "holds" or "slides", for the drawing's legend."""
     return f'<svg class="sheets-key">{_sheet(0.0, 26.0, 0.0, 12.0, kind)}</svg>'
 
 
@@ -173,7 +170,7 @@ def _cap(x: float, high: float, kind: str) -> str:
 
 
 def _interface(begin: float, end: float, y: float, slides: bool) -> str:
-    """A line where two sheets touch: dashed with an arrow where they slide."""
+    """Return the line where two sheets touch: dashed with an arrow if they slide."""
     if not slides:
         return f'<path class="touch-holds" d="M{begin:.2f} {y:.2f}H{end:.2f}"/>'
     x = (begin + end) / 2

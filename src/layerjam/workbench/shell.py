@@ -19,7 +19,7 @@ from layerjam.workbench.session import ENDING, kept_files, to_session
 from layerjam.workbench.state import LONGEST_LINK, from_link, to_link
 from layerjam.workbench.widgets import button, dress, read_asset
 
-# sliding elements move away from under a click
+# animated panels move away while the user clicks them
 ui.expansion.default_props("duration=0")
 
 SCRIPTS = (
@@ -33,9 +33,9 @@ SCRIPTS = (
     "files.js",
     "sheets.js",
 )
-"""Loaded once, at the end of the page's body."""
+"""Scripts loaded once, at the end of the page's body."""
 LONG_LINK = 2000
-"""Characters of a link from which mail programs may cut it."""
+"""Number of characters of a link above which mail programs may truncate it."""
 ICON = "flat round dense size=13px color=none"
 DARK = "matchMedia('(prefers-color-scheme: dark)').matches"
 
@@ -51,7 +51,7 @@ def desk_of(link: str) -> tuple[Desk, str]:
 
 
 def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
-    """Build one tab of the browser; `prepare` is called in a thread before anything is computed.
+    """Build one tab of the browser; `prepare` is called in a thread before any computation.
 
     Pages are loaded and built when they are first opened.
     """
@@ -93,7 +93,7 @@ def frame(link: str, tabs: Sequence[Tab], prepare: Callable[[], None]) -> None:
         desk.open(name)
         if name not in pages:
             kind = await run.io_bound(load_page, kinds[name])
-            if kind is None or client.is_deleted:  # the program or the tab was closed
+            if kind is None or client.is_deleted:  # the program or the tab is closed
                 return
             if name not in pages:
                 pages[name] = kind(desk)
@@ -148,11 +148,11 @@ def _header(desk: Desk, tabs: Sequence[Tab], pages: dict[str, Page], dark: ui.da
 
 
 CHECKED = {"passed": "passed", "accepted": "failed check"}
-"""Verdict of the numbers in a brake's file, as the header shows it."""
+"""{verdict on a brake file's numbers: its text in the header}."""
 
 
 def _brake(desk: Desk) -> None:
-    """The brake that all pages compute, the origin and the verdict of its numbers."""
+    """Show the brake that all pages compute, and the origin and the verdict of its numbers."""
     look = "flat no-caps dense color=none"
     with dress(ui.button(on_click=lambda: desk.turn("brake")), "brake-here", "brake-here", look):
         source = dress(ui.label(), "", "brake-here-source")
@@ -188,7 +188,7 @@ def _button(icon: str, label: str, act: Callable[[], object]) -> None:
 
 
 def _session(desk: Desk) -> None:
-    """Buttons to save all that is set as one file, and to open it again."""
+    """Show buttons to save all settings as one file, and to open it again."""
 
     async def save() -> None:
         try:
@@ -227,7 +227,7 @@ def session_of(desk: Desk) -> str:
 
 
 async def _copy_link(desk: Desk) -> None:
-    """Copy the address, and report what it does not contain."""
+    """Copy the address, and report which data it does not contain."""
     names = [file.shown for file in desk.files.files if file.key in desk.state.files]
     lacks = (
         f". A link cannot contain files, so {', '.join(names)} is not included: save a "
@@ -247,7 +247,7 @@ async def _copy_link(desk: Desk) -> None:
 
 
 def _address(desk: Desk) -> None:
-    """The address bar follows the state, once it rests a moment; Back turns to the tab before."""
+    """Update the address bar when the state stops changing; Back opens the previous tab."""
     ui.on("layerjam_page", lambda e: desk.turn(str(e.args)))
     last_link = last = desk.state
 

@@ -52,10 +52,10 @@ from layerjam.workbench.widgets import (
 )
 
 MAX_ROWS = 12
-"""Number of files with individual fields; the others are in a table."""
+"""Number of files with individual fields; a table lists the others."""
 SIDECAR = "its sidecar"
 STATED = ("its sidecar", LIST, "the file's head")
-"""Sources that the readers use by themselves."""
+"""Sources that the readers use without being asked."""
 SOURCE = "dropped-source"
 WORDS = {"vacuum": "Vacuum", "normal_force": "Normal force", "speed": "Crosshead speed"}
 ASKED = {
@@ -90,20 +90,20 @@ class Sorting:
         self.dialog.on_value_change(lambda e: None if e.value else self._on_close())
 
     def tell(self, sentence: str) -> None:
-        """One more sentence about a file that is not used here."""
+        """Add a sentence about a file that is not used here."""
         self.told.append(on_page(sentence))
 
     async def show(self, *, empty: bool = False) -> None:
-        """Make proposals for all waiting files, and open; if there are none, open only if `empty`.
+        """Make proposals for all waiting files, and open if there are any, or if `empty`.
 
-        If empty, it explains how to add files.
+        When empty, the dialog explains how to add files.
         """
-        # for files that arrive one after another: each is read once, and the last refresh shows all
+        # files may arrive one after another: each is read once, and the last refresh shows all
         async with self._turn:
             proposals = await run.io_bound(self._propose)
         if proposals is None or self.uploads.closed:
             return
-        # not those that were just accepted
+        # leave out files that were accepted in the meantime
         proposals = [p for p in proposals if p.key in self.uploads.waiting]
         others = [p for p in proposals if p.kind != "measurement"]
         for about in dict.fromkeys(p.about for p in others):
@@ -116,7 +116,7 @@ class Sorting:
         if self.proposals or self.told or empty:
             self.dialog.open()
         else:
-            self.dialog.close()  # no file needs an answer, and none was refused
+            self.dialog.close()  # no file needs an answer, and none was rejected
 
     def _propose(self) -> list[Proposal]:
         """Return a proposal for each waiting file; runs in a thread."""
@@ -234,7 +234,7 @@ class Sorting:
                 )
 
     def _table(self, files: Sequence[Proposal]) -> None:
-        """The files beyond those with fields of their own."""
+        """Build the table of the files without individual fields."""
         names: dict[tuple[str, ...], list[str]] = {}
         for item in files:
             role = self._role(item)
@@ -336,7 +336,7 @@ class Sorting:
         return self.said.get(item.key, {}).get("role", item.role.text)
 
     def _lacking(self, item: Proposal) -> str:
-        """Return the missing fact that prevents the use of a file, in words; empty if none."""
+        """Return in words the fact whose absence prevents the use of a file; empty if complete."""
         role, typed_values = self._role(item), self.said.get(item.key, {})
         texts = {
             fact: typed_values.get(fact, item.facts.get(fact, SourcedValue()).text)
@@ -366,7 +366,7 @@ def _in_users_words(item: Proposal, upload: Upload) -> Proposal:
 
 
 def _of_list(item: Proposal, from_list: Mapping[str, frozenset[str]]) -> Proposal:
-    """Return a proposal that states which facts come from the list of all files."""
+    """Return a proposal that marks the facts from the list of all files."""
     mine = from_list.get(item.name, frozenset())
     facts = {
         fact: SourcedValue(value.text, LIST) if fact in mine and value.source == SIDECAR else value

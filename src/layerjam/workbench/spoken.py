@@ -1,4 +1,4 @@
-"""Messages of commands reworded for the page: controls in place of flags.
+"""Messages of commands reworded for the page, with controls in place of flags.
 
 Fields of a page are named after the option without its dashes (`Parameter.label`), so most flags
 name their control. This module lists flags with another name, or without a control.
@@ -55,7 +55,7 @@ _FLAG = re.compile(r"(?<![\w-])--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)")
 
 
 def typeset(text: str) -> str:
-    """Text as it is printed: m² for m^2, 1.2 × 10⁶ for 1.2e+06, ≤ for <=, words for keys."""
+    """Return text as it is printed: m² for m^2, 1.2 × 10⁶ for 1.2e+06, ≤ for <=, words for keys."""
     text = _PATH.sub(lambda m: f"{m[1]} {m[2].replace('_', ' ')}", text)
     text = _KEY.sub(lambda m: m[0].replace("_", " "), text)
     text = text.replace(" >= ", " ≥ ").replace(" <= ", " ≤ ")
@@ -83,9 +83,9 @@ def control_of(option: str) -> str:
 
 
 def sentence_of(error: object) -> str:
-    """An error as one line in the page's words.
+    """Return an error as one line in the page's terms.
 
-    The message of a file states its request; the instruction for the command line is removed.
+    The instruction for the command line is removed.
     """
     text, reason = str(error), getattr(error, "reason", "")
     if getattr(error, "asks", "") and reason:

@@ -19,7 +19,7 @@ Value = float | str | bool
 MEASURED = "measured"
 """Command of a pin for a dropped file: its subject is the file's key."""
 SHARED = "desk"
-"""Key of the settings that pages share."""
+"""Name under which the settings that pages share are stored."""
 SAME = MappingProxyType(
     {
         "vacuum": (
@@ -37,14 +37,14 @@ SAME = MappingProxyType(
 
 
 def shared_setting(page: str, key: str) -> str:
-    """The shared setting that a control shows; none if empty."""
+    """Return the shared setting that a control shows; empty if there is none."""
     return next((name for name, places in SAME.items() if (page, key) in places), "")
 
 
 def _places(page: str, key: str) -> Iterator[tuple[str, str]]:
-    """Yield the places of a control's value; the first one counts.
+    """Yield the places of a control's value; the first one that exists counts.
 
-    Links from before all pages shared one vacuum contain one for each page.
+    Older links contain one vacuum for each page.
     """
     name = shared_setting(page, key)
     if name:
@@ -58,7 +58,7 @@ def _places(page: str, key: str) -> Iterator[tuple[str, str]]:
 class Pin:
     """A pinned curve: a page, a command, a brake (catalogue name or TOML text), its options.
 
-    Of a dropped file the command is `MEASURED`, the subject its key.
+    For a dropped file the command is `MEASURED`, and the subject is the file's key.
     """
 
     __pydantic_config__ = ConfigDict(strict=True, allow_inf_nan=False)
@@ -70,22 +70,22 @@ class Pin:
 
 @dataclass(frozen=True)
 class State:
-    """The open page, the brake and line (a catalogue name, or a TOML text), and the settings."""
+    """The open page, the settings, and the brake and line as catalogue names or TOML texts."""
 
     __pydantic_config__ = ConfigDict(strict=True, allow_inf_nan=False)
     page: str = "start"
     brake: str = "choi2018-kapton"
     line: str = "choi2018"
     beside: str = ""
-    """A second brake to compare with; none if empty."""
+    """A second brake for comparison; empty if there is none."""
     settings: dict[str, dict[str, Value]] = field(default_factory=dict)
     """{page: {control: SI value, choice or flag}}."""
     pins: tuple[Pin, ...] = ()
-    """Pinned curves, as their calls."""
+    """Pinned curves, stored as their calls."""
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Keys of the dropped files that are pinned."""
+        """Return the keys of the pinned dropped files."""
         return tuple(pin.subject for pin in self.pins if pin.command == MEASURED)
 
     def without_files(self, keys: Collection[str] = ()) -> "State":
@@ -94,12 +94,12 @@ class State:
         return replace(self, pins=tuple(pins))
 
     def get(self, page: str, key: str, default: Value) -> Value:
-        """Return the setting, or the default."""
+        """Return a setting, or the default."""
         value = self.find_setting(page, key)
         return default if value is None else value
 
     def find_setting(self, page: str, key: str) -> Value | None:
-        """Return the setting, or None."""
+        """Return a setting, or None."""
         for place, name in _places(page, key):
             if name in self.settings.get(place, {}):
                 return self.settings[place][name]
@@ -122,11 +122,11 @@ READER = TypeAdapter(State)
 
 
 class Strange(ValueError):
-    """JSON that is not a state: place and reason."""
+    """JSON that is not a valid state, with the place and the reason."""
 
 
 def read_state(text: str | bytes) -> State:
-    """The state of a JSON; raises Strange."""
+    """Return the state in a JSON text; raises Strange."""
     try:
         return READER.validate_json(text)
     except ValidationError as err:

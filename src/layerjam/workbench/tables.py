@@ -6,7 +6,7 @@ from html import escape
 from layerjam.workbench.spoken import on_page, typeset
 
 Cell = str | tuple[str, str]
-"""A text, or a text and the classes it has besides."""
+"""A text, or a text and its additional CSS classes."""
 
 
 def html(
@@ -16,9 +16,9 @@ def html(
     caption: str = "",
     ident: str = "",
 ) -> str:
-    """The table; `numbers` are the right-aligned columns. Its content is never interpreted as HTML.
+    """Return a table as HTML; `numbers` are the right-aligned columns, and no text is read as HTML.
 
-    Where it is too wide it scrolls, by the keyboard too.
+    If it is too wide it scrolls, also by the keyboard.
     """
 
     def cells(row: Sequence[Cell], tag: str) -> str:
@@ -27,7 +27,7 @@ def html(
             text, classes = (cell, "") if isinstance(cell, str) else cell
             kind = f"{'num' if place in numbers else ''} {classes}".strip()
             text = typeset(text) if place in numbers else text
-            # a head without text is not a head
+            # an empty head is not a heading for screen readers
             name = "th" if tag == "th" and text else "td"
             scope = ' scope="col"' if name == "th" else ""
             markup += f"<{name}{scope}{_attribute('class', kind)}>{escape(on_page(text))}</{name}>"

@@ -1,4 +1,4 @@
-"""The buttons under a chart: its figure, its curves, Python and a notebook that draw it."""
+"""Buttons under a chart that save its figure, its curves, and Python code or a notebook for it."""
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
@@ -23,24 +23,24 @@ class Takeable(Protocol):
 
     @property
     def name(self) -> str:
-        """Name of the files, without an ending."""
+        """Return the name of the files, without an extension."""
 
     @property
     def files(self) -> Mapping[str, str]:
-        """Return {name: content} of the files that the lines need."""
+        """Return {name: content} of the files that the code needs."""
 
     def figure(self, ending: str) -> bytes:
-        """The bytes of the figure."""
+        """Return the figure as bytes."""
 
     def python(self) -> str:
-        """Lines that draw it in a fresh process."""
+        """Return Python code that draws it in a new process."""
 
     def notebook(self) -> str:
-        """A Jupyter notebook that draws it."""
+        """Return a Jupyter notebook that draws it."""
 
 
 async def give(make: Callable[[], str | bytes], name: str, kind: str = "") -> None:
-    """Download what `make` returns in another thread.
+    """Download the result of `make`, which runs in another thread.
 
     An error or an empty result is reported instead.
     """
@@ -56,7 +56,7 @@ async def give(make: Callable[[], str | bytes], name: str, kind: str = "") -> No
 
 
 def row(ident: str, chart: ui.echart, source: Callable[[], Takeable | None]) -> ui.row:
-    """Add the buttons under a chart; `source` returns what it shows, or None."""
+    """Add the buttons under a chart; `source` returns the displayed answer, or None."""
 
     async def take(ending: str, make: Callable[[Takeable], str | bytes], kind: str = "") -> None:
         item = source()
@@ -106,7 +106,7 @@ def _points(options: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Any, An
     for number, series in enumerate(options.get("series", ()), 1):
         y_name = options["yAxis"][series.get("yAxisIndex", 0)]["name"]
         name = series.get("name") or f"curve {number}"
-        if "areaStyle" in series:  # its edges are separate curves
+        if "areaStyle" in series:  # the edges of a band are separate curves
             continue
         for point in series.get("data", ()):
             pair = point.get("value", ()) if isinstance(point, Mapping) else point

@@ -1,7 +1,7 @@
 """Files dropped on the page: in a temporary folder of the tab, under generated names.
 
-The user's name of a file is only displayed. Nothing outside the folder is written or read, and the
-folder goes when the tab is closed, when the program ends, or when the next one starts.
+The user's name of a file is only displayed. Nothing outside the folder is written or read. The
+folder is deleted when the tab is closed, when the program ends, or when the next one starts.
 """
 
 import hashlib
@@ -31,15 +31,15 @@ LARGEST = 60 * 2**20
 and below the 64 MB of a request body.
 """
 MAX_FILES = 200
-"""Measurements in one tab: a campaign of four vacuums, five speeds and ten repeats."""
+"""Largest number of measurements in one tab: four vacuums, five speeds and ten repeats."""
 ALL_TOGETHER = 500 * 2**20
-"""Bytes of all files of one tab."""
+"""Largest total size of all files of one tab [bytes]."""
 SIDECAR = 64 * 2**10
 """Largest size of a sidecar in bytes."""
 LONGEST_NAME = 120
 TEXTS = (".csv", ".tsv", ".txt", ".tra", ".dat", ".asc", ".log", ".xml")
 ENDINGS = (*TEXTS, ".xlsx", ".xlsm", ".xlsb", ".xls", ".ods", ENDING)
-"""Extensions kept in the generated name; readers use the content, and any other becomes .dat."""
+"""Extensions kept in the generated name; others become .dat. Readers use the content."""
 OURS = "layerjam-file-"
 
 
@@ -49,14 +49,14 @@ class UploadError(QuantityError):
 
 @dataclass(frozen=True)
 class Upload(DataFile):
-    """A measurement in the folder, with the digest and the number of its bytes."""
+    """A measurement in the folder, with its digest and its size in bytes."""
 
     digest: str = ""
     size: int = 0
 
     @property
     def key(self) -> str:
-        """Short name of its content, for settings that return with the same file."""
+        """Short name of its content, for settings that apply again to the same file."""
         return self.digest[:12]
 
 
@@ -74,7 +74,7 @@ class Uploads:
         self.listed: dict[str, str] = {}
         """{user's name of a file: facts from a list for all files, as a sidecar's text}."""
         self.from_list: dict[str, frozenset[str]] = {}
-        """{name: the facts of its sidecar that come from that list}."""
+        """{name: facts in its sidecar that come from that list}."""
         self.waiting: set[str] = set()
         self.refused: dict[str, str] = {}
         """{user's name of a file that could not be read: the reason}."""
@@ -96,11 +96,11 @@ class Uploads:
 
     @property
     def used(self) -> list[Upload]:
-        """The files that pages use."""
+        """Return the files that pages use."""
         return [f for f in list(self.files) if f.key not in self.waiting]
 
     def room(self, name: str, size: int) -> None:
-        """Raise Refused if a file of this size is too large, or if there are too many."""
+        """Raise UploadError if a file of this size is too large, or if there are too many."""
         label = clean(name)
         if is_sidecar(name):
             if size > SIDECAR:
@@ -125,7 +125,7 @@ class Uploads:
             raise UploadError(f"{label}: not used, because all files together would exceed 500 MB")
 
     def take(self, name: str, data: bytes, waits: bool = False) -> Upload | None:
-        """Store a file, unused as long as it `waits`; None for a sidecar. Raises Refused.
+        """Store a file, unused while it `waits`; return None for a sidecar; raises UploadError.
 
         A waiting file may be dropped again.
         """
@@ -155,9 +155,9 @@ class Uploads:
             return upload
 
     def bring(self, name: str, data: bytes, sidecar: str) -> None:
-        """Store a file of a session with its sidecar, for immediate use; raises Refused.
+        """Store a file of a session with its sidecar, for immediate use; raises UploadError.
 
-        If the same content is already stored, that is used.
+        If the same content is already stored, the stored file is used.
         """
         if len(sidecar.encode()) > SIDECAR:
             raise UploadError(f"{clean(name)}: its sidecar is larger than {SIDECAR // 1024} kB")
@@ -197,7 +197,7 @@ class Uploads:
         return replace(upload, sidecar=text, edited=edited)
 
     def remove(self, keys: Iterable[str]) -> None:
-        """Forget files and delete them."""
+        """Remove files and delete them."""
         key_set = set(keys)
         for file in [f for f in self.files if f.key in key_set]:
             file.path.unlink(missing_ok=True)
@@ -208,7 +208,7 @@ class Uploads:
             self.from_list.pop(file.shown, None)
 
     def take_over(self, source: "Uploads") -> bool:
-        """All files of another store, which becomes empty and closed; False if it has none.
+        """Move all files of another store here and close it; return False if it has none.
 
         Does nothing if there are already files here.
         """
@@ -226,7 +226,7 @@ class Uploads:
         return True
 
     def close(self) -> None:
-        """Delete the folder and all in it; computations that use it end with an error."""
+        """Delete the folder and its content; computations that use it end with an error."""
         self.closed = True
         self.files.clear()
         self.sidecars.clear()
@@ -243,7 +243,7 @@ _DOOR = threading.Lock()
 
 
 def close_all() -> None:
-    """Delete every tab's folder: a server that is terminated may not reach Python's normal exit."""
+    """Delete every tab's folder, because a terminated server may skip Python's normal exit."""
     with _DOOR:
         tabs = list(_OPEN)
     for tab in tabs:
@@ -262,7 +262,7 @@ def clean(name: str) -> str:
 
 
 def is_sidecar(name: str) -> bool:
-    """Whether it is called NAME.csv.toml: the facts of another file."""
+    """Return whether a file is named NAME.csv.toml, the facts of another file."""
     text = clean(name).lower()
     return text.endswith(".toml") and "." in text[: -len(".toml")]
 
@@ -275,7 +275,7 @@ def in_users_toml(text: str, names: Mapping[str, str]) -> str:
 
 
 def zip_files(files: Mapping[str, bytes]) -> bytes:
-    """An archive of files {name: bytes}."""
+    """Return an archive of files {name: bytes}."""
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, data in files.items():

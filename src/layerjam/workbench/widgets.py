@@ -41,12 +41,12 @@ def title_of(key: str) -> str:
 
 
 def hint(text: str) -> ui.label:
-    """A quiet sentence."""
+    """Show a sentence in small, grey type."""
     return ui.label(in_print(text)).classes(QUIET)
 
 
 def status(ident: str, classes: str = "", text: str = "") -> live.Words:
-    """A sentence that changes with every move and is read aloud."""
+    """Show a sentence that changes with every move and that screen readers announce."""
     return dress(live.Words(text), ident, classes, role="status")
 
 
@@ -58,7 +58,7 @@ def heading(text: str, level: int = 2, ident: str = "") -> ui.label:
 
 
 class Alert(ui.label):
-    """Line with the reason of a refusal; hidden if there is none."""
+    """Line that shows why an input was rejected; hidden if there is no error."""
 
     def __init__(self, ident: str, classes: str = "") -> None:
         super().__init__("")
@@ -66,7 +66,7 @@ class Alert(ui.label):
         self.set_visibility(False)
 
     def say(self, problem: str) -> None:
-        """Show a refusal; none if empty."""
+        """Show an error, or hide the line if it is empty."""
         self.set_text(in_print(problem))
         self.set_visibility(bool(problem))
 
@@ -74,19 +74,19 @@ class Alert(ui.label):
 def button(
     text: str, act: Act | None, ident: str, icon: str = "", *, look: str = PLAIN, tip: str = ""
 ) -> ui.button:
-    """A button; `tip` says more than its text."""
+    """Return a button; `tip` explains more than its text."""
     element = dress(ui.button(text, icon=icon or None, on_click=act), ident, look=look)
     return element.tooltip(in_print(tip)) if tip else element
 
 
 def fold(title: str, ident: str = "", is_open: bool = False) -> ui.expansion:
-    """A part that opens on a click."""
+    """Return a panel that opens on a click."""
     element = ui.expansion(title, value=is_open)
     return dress(element, ident, "w-full", "dense", header_class="font-medium")
 
 
 def chart(ident: str, label: str, style: str = "", act: Any = None) -> ui.echart:
-    """An empty chart that can be zoomed; `label` describes it for screen readers."""
+    """Return an empty chart that can be zoomed; `label` describes it for screen readers."""
     element = dress(ui.echart({}, on_point_click=act), ident, role="figure", aria_label=label)
     element.on("vnodeMounted", js_handler="(node) => layerjamPrepareChart(node)")
     return element.style(style) if style else element.classes("chart")
@@ -102,7 +102,7 @@ def select(
     classes: str = "w-full",
     tip: str = "",
 ) -> ui.select:
-    """A drop-down list; `words` maps the stored value to the displayed text."""
+    """Return a drop-down list; `words` maps each stored value to its displayed text."""
     element = ui.select(dict(words), value=value, label=label, on_change=act)
     dress(element, ident, classes, "dense outlined options-dense", aria_label=label)
     return element.tooltip(in_print(tip)) if tip else element
@@ -118,7 +118,7 @@ def field(
     classes: str = "w-full",
     longest: int = 300,
 ) -> ui.input:
-    """A field for a text; `example` is shown in it while it is empty."""
+    """Return a text field; `example` is displayed while it is empty."""
     element = ui.input(label, value=value, placeholder=example)
     look = "dense outlined hide-bottom-space stack-label"
     dress(element, ident, classes, look, aria_label=label, maxlength=longest)
@@ -128,17 +128,17 @@ def field(
 ZONE = """<div class="zone-head"><span>{label}</span><q-btn flat dense round icon="add_box"
  aria-label="{label}, or choose files" @click="props.pickFiles"></q-btn>
 <span style="display: none"><q-uploader-add-trigger></q-uploader-add-trigger></span></div>"""
-"""Header in place of Quasar's own, whose file field and button have no names."""
+"""Header that replaces Quasar's own, whose file field and button have no names."""
 
 
 def zone(area: ui.upload, label: str, ident: str, classes: str = "w-full") -> ui.upload:
-    """An area to drop files into, with a button to choose them; `label` is its text."""
+    """Return an area to drop files into, with a button to choose them; `label` is its text."""
     area.add_slot("header", ZONE.format(label=label))
     return dress(area, ident, classes, "flat bordered", role="group", aria_label=label)
 
 
 def columns(classes: str = "", all_shown: bool = False) -> tuple[ui.column, ui.column]:
-    """Controls on the left, results on the right.
+    """Lay out controls on the left and results on the right.
 
     On a narrow screen they are stacked: the first two controls, a button that shows the others, and
     the results; with `all_shown` all controls are visible from the start.
@@ -160,7 +160,7 @@ def read_asset(name: str) -> str:
 
 
 def one_line(error: object) -> str:
-    """An error as one line, in the page's words."""
+    """Return an error as one line, in the page's terms."""
     return sentence_of(error)
 
 
@@ -180,19 +180,19 @@ def three_digits(text: str) -> str:
 
 
 class Heroes:
-    """Large numbers that change with every move; each is found by its page and key."""
+    """Large numbers that change with every move; tests find each by its page and key."""
 
     def __init__(self, page: str) -> None:
         self._page = page
         self._table = dress(live.Table(), f"{page}-heroes", "w-full")
 
     def fill(self, numbers: Sequence[Hero]) -> None:
-        """Show them in their order."""
+        """Show the numbers in their order."""
         self._table.set_content(headline_html(self._page, numbers))
 
 
 def headline_html(page: str, numbers: Sequence[Hero]) -> str:
-    """HTML of large numbers in three digits, all digits on hover; the unit is smaller."""
+    """Return large numbers in three digits as HTML, with all digits on hover and a smaller unit."""
     cells = []
     for key, name, text in numbers:
         value, _, unit = three_digits(text).rpartition(" ") if " " in text else (text, "", "")

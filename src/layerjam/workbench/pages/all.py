@@ -8,16 +8,15 @@ from layerjam.workbench.page import Page
 
 @dataclass(frozen=True)
 class Tab:
-    """A tab: the class `title` in the module `name` next to this one."""
+    """A tab; its page is the class `title` in the module `name` of this folder."""
 
     name: str
     title: str
     light: bool = False
-    """Whether it can be imported without the computing code, which another thread may be importing.
-    """
+    """Whether it can be imported without computing code, which a thread may be importing."""
 
     def load(self) -> type[Page]:
-        """The page; some take a second to import."""
+        """Return the page; importing some pages takes a second."""
         module = importlib.import_module(f"layerjam.workbench.pages.{self.name}")
         kind: type[Page] = getattr(module, self.title)
         return kind

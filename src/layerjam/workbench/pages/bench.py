@@ -55,7 +55,7 @@ from layerjam.workbench.widgets import (
 
 @dataclass(frozen=True)
 class BenchRecord:
-    """Looks at a bench, and whether its board is a virtual one."""
+    """Readings of a bench, and whether its board is virtual."""
 
     looks: Sequence[Look]
     simulated: bool
@@ -64,7 +64,7 @@ class BenchRecord:
 
     @property
     def columns(self) -> dict[str, list[float]]:
-        """{time [s] from the first reading, vacuum [Pa] or NaN, target [Pa]}."""
+        """Return {name: values}: time [s] since the first reading, vacuum [Pa], target [Pa]."""
         start = self.looks[0].time
         return {
             "time": [round(look.time - start, 6) for look in self.looks],
@@ -99,9 +99,9 @@ class BenchRecord:
 
 
 DRAWN, WINDOW = 0.2, 60.0
-"""Seconds between two drawings, and seconds that are shown."""
+"""Seconds between two drawings, and seconds that are displayed."""
 BEAT = 250
-"""Milliseconds between two signs of life of the browser."""
+"""Milliseconds between two reports of the browser that the page is open."""
 KPA = 1e3
 PROCEDURE = "evacuate to 40 kPa and hold 5 s; vent"
 STATES = MappingProxyType(
@@ -122,7 +122,7 @@ STEPS = (
     "Choose the safe state after a fault, and the vent's position without power, to start.",
     "Hold a target and watch the vacuum follow, or run a procedure and keep its recording.",
 )
-"""Instructions that are shown before the first reading."""
+"""Instructions that are displayed before the first reading."""
 GONE = (
     f"Keep this page open and in view: {LEASE:g} s after you close it, the bench goes to "
     "its safe state."
@@ -155,7 +155,7 @@ class Bench(Page):
         self.taken: BenchRecord | None = None
 
     def controls(self) -> Mapping[str, Control]:
-        """Target and sensor."""
+        """Return the controls of target and sensor."""
         full = self.desk.line.line.site.atmosphere
         target = entry("rise", "target", min(40e3, 0.6 * full), (0.01 * full, 0.99 * full))
         return by_key(

@@ -44,7 +44,7 @@ PART = Choice(
 
 
 class Brake(Page):
-    """Change a number and see its effect, or whether and how the brake can be built."""
+    """Page to change a number and see its effect, or to check whether the brake can be built."""
 
     name, title = "brake", "Brake"
     summary = "Materials, mass, forces and strength"
@@ -56,7 +56,7 @@ class Brake(Page):
         self.more = OtherInputs(self, "force", ("slip", "vacuum"))
 
     def controls(self) -> Mapping[str, Control]:
-        """Slip and vacuum of the picture, within the brake's bounds."""
+        """Return the controls for the picture's slip and vacuum, within the brake's bounds."""
         brake = self.desk.brake.brake
         lap, full = brake.sheets.overlap, self.more.atmosphere(brake.site.atmosphere)
         slip = entry("force", "slip", 0.0, (0.0, lap), label="Slip shown")
@@ -64,7 +64,7 @@ class Brake(Page):
         return by_key(slip.narrow(high=lap), vacuum)
 
     def build(self) -> None:
-        """Numbers of the brake on the left, results on the right."""
+        """Build the numbers of the brake on the left and the results on the right."""
         tabs(self.desk, self.name, PART)
         side, main = columns("brake-page")
         with side:
@@ -138,7 +138,7 @@ class Brake(Page):
             self.desk.put_file("beside", text)
 
     def calls(self) -> Sequence[Call]:
-        """The brake's numbers, its force at the slip shown, and the second brake; or its build."""
+        """Return the calls for the brake, its force and the second brake, or for its build."""
         if self._builds():
             return self.making.calls()
         brake = self.desk.brake_subject()
@@ -151,18 +151,18 @@ class Brake(Page):
         return calls
 
     def compute(self) -> Any:
-        """Return (whether it is the build, result)."""
+        """Return (whether the result is a build, the result)."""
         return (True, self.making.compute()) if self._builds() else (False, super().compute())
 
     def answers(self) -> Sequence[Answer]:
-        """Answers that are shown: the brake and its force, or the build."""
+        """Return the displayed answers: the brake and its force, or the build."""
         if self.result is None or self.result[0] != self._builds():
             return []
         builds, result = self.result
         return [result.answer] if builds else result
 
     def draw(self, result: Any) -> None:
-        """Picture, numbers, notes and sources; or the build."""
+        """Draw picture, numbers, notes and sources, or the build."""
         builds, parts = result
         if builds:
             self.making.draw(parts)
@@ -186,7 +186,7 @@ class Brake(Page):
 
 
 def heroes(facts: Any) -> list[Hero]:
-    """Return forces at rest and of a pull, and the mass."""
+    """Return the forces at rest and during a pull, and the mass."""
     return [
         ("hero-holding", "Holds at rest", show(facts.holding_force, "N")),
         ("hero-pull", "Resists a pull with up to", show(facts.max_force, "N")),
@@ -195,7 +195,7 @@ def heroes(facts: Any) -> list[Hero]:
 
 
 def sentence(facts: Any, force: Any, full: float, slip: float, vacuum: float) -> str:
-    """Return the three forces of the page, each with its vacuum."""
+    """Return a sentence with the page's three forces, each with its vacuum."""
     holds, pulled = show(facts.holding_force, "N", 3), show(facts.max_force, "N", 3)
     return (
         f"Holds {holds} at rest and resists {pulled} when pulled, both at full vacuum, "
@@ -223,15 +223,15 @@ ROWS: Mapping[str, int] = MappingProxyType(
         "scale_factor": 0,
     }
 )
-"""Key of `show`, and which is better: more, less, or neither of the two."""
+"""{key of `show`: which brake is better: 1 if more is better, -1 if less, 0 if neither}."""
 
 
 ALIKE = 5e-5
-"""Part by which numbers may differ that are called the same: less than is shown of it."""
+"""Relative difference below which numbers are called equal, because the display hides it."""
 
 
 def verdict(mine: float | None, theirs: float | None, better: int) -> str:
-    """Return the first compared with the second: sign, percent and, if it is clear, the better."""
+    """Return the first number compared with the second: sign, percent, and which is better."""
     if mine is None or theirs is None:
         return ""
     if mine == theirs or (theirs and abs(mine / theirs - 1) < ALIKE):
@@ -248,10 +248,9 @@ def _percent(part: float) -> str:
 
 
 def comparison(first: Any, second: Any | None, even: bool = True) -> str:
-    """Return the brake's numbers as HTML, and the difference to a second brake in words.
+    """Return the brake's numbers as HTML, and the difference from a second brake in words.
 
-    If only one of the two is calibrated, they are not `even`, and neither is marked as better in
-    force.
+    `even` is false if only one of the two is calibrated; neither is then marked as better in force.
     """
     heads = ["", first.values["name"]]
     if second is not None:
@@ -278,7 +277,7 @@ def _weight(words: str) -> str:
 
 
 def sources(file: BrakeFile) -> str:
-    """Every number of a brake with its kind and its source in the file, as HTML."""
+    """Return every number of a brake with its kind and its source in the file, as HTML."""
     heads = ["Number", "Value", "Kind", "Source", "Spread", "Conflict"]
     rows = []
     for path, (spec, _) in BRAKE_FIELDS.items():

@@ -1,4 +1,4 @@
-"""Build, a part of the brake's page: whether it can be built, and the folder for the workshop."""
+"""Build, a part of the brake's page: whether it can be built, and the workshop's folder."""
 
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -53,7 +53,7 @@ COUPONS = Choice(
     "A comb for the kerf and strips for the friction",
 )
 CONTROLS = ("cutter", "coupons", "out", "overwrite")
-"""Inputs of the command with a control elsewhere or none; the rest is in the panel."""
+"""Inputs of the command that have their control elsewhere, or none; the others are in the panel."""
 DRAWN = Choice(
     "drawn",
     {"brake": "parts of the brake", "mould": "mould of the enclosure"},
@@ -73,7 +73,7 @@ WORDS: Mapping[bool | None, tuple[str, str]] = {
 class BuildResult:
     """Verdict of a build, and its drawn parts.
 
-    The refusal is the sentence that an optional part is not installed.
+    `refusal` is the message if an optional package is not installed.
     """
 
     answer: Answer
@@ -82,7 +82,7 @@ class BuildResult:
 
 @dataclass(frozen=True)
 class Folder:
-    """A folder as one file, with its download name; empty if nothing was written."""
+    """A folder as one archive, with its download name; empty if nothing was written."""
 
     name: str
     result: Built
@@ -90,7 +90,7 @@ class Folder:
 
 
 class BuildPart(View):
-    """Checks and numbers at once; the folder's files only when they are asked for."""
+    """Part that shows checks and numbers at once, and writes the folder only on request."""
 
     name = "brake"
 
@@ -103,7 +103,7 @@ class BuildPart(View):
         self._trouble = ""
 
     def build(self) -> None:
-        """Choices, verdict, checks, and the folder as one download."""
+        """Build the choices, the verdict, the checks and the download."""
         ui.context.client.on_delete(self.maker.stop)
         with ui.row().classes("w-full items-start gap-6"):
             with ui.column().classes("gap-2 grow").style("min-width: 320px"):
@@ -130,7 +130,7 @@ class BuildPart(View):
             self.list = Box(_list_assumptions)
 
     def call(self) -> Call:
-        """The command that writes the folder."""
+        """Return the command that writes the folder."""
         options: Options = {}
         if self.word(CUTTER) != FILE:
             options["cutter"] = self.word(CUTTER)
@@ -141,11 +141,11 @@ class BuildPart(View):
 
     @property
     def stem(self) -> str:
-        """The folder's name."""
+        """Return the folder's name."""
         return f"{self.desk.brake.name}-build"
 
     def calls(self) -> Sequence[Call]:
-        """The command that writes the folder."""
+        """Return the command that writes the folder."""
         return [self.call()]
 
     def compute(self) -> BuildResult:
@@ -181,7 +181,7 @@ class BuildPart(View):
         self.list.fill(result.assumptions)
 
     async def download(self) -> None:
-        """Make the folder and hand it to the browser."""
+        """Write the folder and send it to the browser."""
         if self.maker.running:
             return
         self.folder, self._trouble = None, ""
@@ -215,7 +215,7 @@ class BuildPart(View):
 
 
 def make_folder(call: Call, tell: Tell) -> Folder:
-    """The folder that a call writes, in one archive."""
+    """Return the folder that a call writes, as one archive."""
     with tempfile.TemporaryDirectory(prefix="layerjam-") as room:
         place = Path(room) / "build"
         result = call.run(out=place, progress=tell)
@@ -224,7 +224,7 @@ def make_folder(call: Call, tell: Tell) -> Folder:
 
 
 def checks_table(result: Built) -> str:
-    """Verdict, number and limit of every check, as HTML."""
+    """Return verdict, value and limit of every check, as HTML."""
     rows: list[list[Cell]] = []
     for check in result.checks:
         numbers = [_number(check[key], check["unit"]) for key in ("value", "limit")]
@@ -236,7 +236,7 @@ def checks_table(result: Built) -> str:
 
 
 def _number(value: float | None, unit: str) -> str:
-    """Return a number of a check; numbers without a unit are shares."""
+    """Return the value of a check as text; a number without a unit is a share."""
     if value is None:
         return "–"
     return f"{round(value, 3) + 0.0:.1%}" if unit == "1" else show(value, unit, 4)

@@ -1,4 +1,4 @@
-"""The drawn parts of a build in space: the bodies of its pictures, which can be rotated."""
+"""The drawn parts of a build in a 3-D view that can be rotated."""
 
 import base64
 from collections.abc import Iterable, Mapping
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
     from layerjam.report.shading import Body
 
 UNIT = 10.0
-"""Millimetres in one unit of the scene."""
+"""Millimetres per unit of the scene."""
 VIEWS: Mapping[str, Point] = {
     "whole": (0.46, -1.13, 0.52),
     "from the left": (-1.05, -0.4, 0.3),
     "above": (0.0, -0.02, 1.15),
     "below": (0.25, -0.75, -0.8),
 }
-"""The directions from which it is seen."""
+"""Directions from which the parts are seen."""
 
 
 @dataclass(frozen=True)
 class Surface:
-    """All bodies of one colour as one surface: vertices and triangles for the browser."""
+    """All bodies of one colour as one surface, with vertices and triangles for the browser."""
 
     colour: str
     corners: str
@@ -40,15 +40,15 @@ class Surface:
 
 @dataclass(frozen=True)
 class Parts:
-    """Surfaces around the middle of the scene; `size` are the sides in the scene's units."""
+    """Surfaces around the centre of the scene; `size` holds the sides in the scene's units."""
 
     surfaces: tuple[Surface, ...]
     size: Point
 
 
 def parts_of(drawing: "Drawing", mould: bool) -> Parts:
-    """The separated parts of one brake, or its opened mould."""
-    # the page Brake opens before the drawing code is loaded
+    """Return the separated parts of one brake, or its opened mould."""
+    # import late, because the page Brake opens before the drawing code is loaded
     from layerjam.report import build_pictures, build_scene
 
     world = build_scene.scene(drawing.build, drawing.lengths)
@@ -58,7 +58,7 @@ def parts_of(drawing: "Drawing", mould: bool) -> Parts:
 
 
 def surfaces(bodies: "Iterable[Body]") -> Parts:
-    """Bodies by their colour, around the middle of all."""
+    """Return the bodies as one surface per colour, around their common centre."""
     by_colour: dict[str, list[Body]] = {}
     for body in bodies:
         by_colour.setdefault(body.colour, []).append(body)
@@ -85,7 +85,7 @@ class Solid(Object3D, component=Path(__file__).parents[1] / "solid.js"):
 
 
 class PartsView:
-    """The 3-D view; surfaces are sent only where they have changed."""
+    """The 3-D view; only surfaces that changed are sent."""
 
     def __init__(self, ident: str) -> None:
         self._shown: dict[str, tuple[Surface, Solid]] = {}
@@ -108,7 +108,7 @@ class PartsView:
             hint("drag to rotate, scroll to zoom")
 
     def show(self, parts: Parts, dark: bool) -> None:
-        """Bring the scene up to date."""
+        """Update the scene."""
         if dark != self._dark:
             self._dark = dark
             ground = NIGHT if dark else GROUND
@@ -134,6 +134,6 @@ class PartsView:
         self._fit(0.3)
 
     def _fit(self, duration: float) -> None:
-        """The camera as near as all of it is seen, within `duration` [s]."""
+        """Move the camera as near as possible with everything in view, within `duration` [s]."""
         x, y, z = (side / 2 for side in self._size)
         fit_view(self.scene, (-x, -y, -z), (x, y, z), self._view, duration)

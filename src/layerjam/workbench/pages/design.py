@@ -34,7 +34,7 @@ from layerjam.workbench.tables import html
 from layerjam.workbench.widgets import columns, dress, fold, hint, status
 
 WIDE, LONG = 20, 10
-"""Brakes side by side and in series at most, on this page."""
+"""Largest numbers of brakes in parallel and in series on this page."""
 CONTROLS = ("parallel", "series", "vacuum")
 TOTALS = (
     "brakes",
@@ -50,7 +50,7 @@ TOTALS = (
 
 
 class Arrays(Part):
-    """The desk's brake, N side by side, M in series."""
+    """Part for arrays of the desk's brake: N in parallel, M in series."""
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
@@ -58,7 +58,7 @@ class Arrays(Part):
         self.panel = Panel(self.desk, PAGE, f"{PAGE}-array")
 
     def controls(self) -> Mapping[str, Control]:
-        """Numbers of brakes, and their vacuum."""
+        """Return the controls for the numbers of brakes and their vacuum."""
         full = self.more.atmosphere(self.desk.brake.brake.site.atmosphere)
         vacuum = vacuum_entry("array", "vacuum", full, 0.01 * full)
         rows = entry("array", "parallel", 2, (1, WIDE), label="Side by side", steps=WIDE - 1)
@@ -66,7 +66,7 @@ class Arrays(Part):
         return by_key(rows.narrow(high=WIDE), row.narrow(high=LONG), vacuum)
 
     def build(self) -> None:
-        """Controls and totals on the left, force over elongation on the right."""
+        """Build controls and totals on the left, force over elongation on the right."""
         side, main = columns()
         with side:
             for key in CONTROLS:
@@ -93,7 +93,7 @@ class Arrays(Part):
         return [Call("array", subjects, {**counts, **options}), Call("array", subjects, options)]
 
     def draw(self, answers: Sequence[Answer]) -> None:
-        """Curves, totals and notes."""
+        """Draw curves, totals and notes."""
         answer, single = answers
         array = answer.result
         pins = (Pinned("one brake", single),) if array.brakes > 1 else ()
@@ -105,7 +105,7 @@ class Arrays(Part):
 
 
 def array_chart(array: Any, single: Any, dark: bool) -> dict[str, Any]:
-    """Force over elongation of the array and of a single brake."""
+    """Return the chart of force over elongation of the array and of a single brake."""
     label = f"{array.parallel} × {array.series}"
     pane = array.panes()[0]
     curves = [replace(pane.curves[0], name=label, width=2.5)]
@@ -123,7 +123,7 @@ class MachineResult(NamedTuple):
 
 
 class Machines(Part):
-    """One of the scenarios that come with the program."""
+    """Part for the scenarios that come with the program."""
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
@@ -131,13 +131,13 @@ class Machines(Part):
 
     @cached_property
     def choice(self) -> Choice:
-        """The scenarios by name."""
+        """Return the choice of scenario."""
         titles = Call("scenario", options={"names": True}).run().titles
         names = {name: f"{name}: {title}" for name, title in titles.items()}
         return Choice("scenario", names, "seat-belt", help="Device that contains the brakes")
 
     def build(self) -> None:
-        """Scenario, verdict, limits, pictures, every number."""
+        """Build scenario, verdict, limits, pictures and the table of all numbers."""
         with ui.column().classes("w-full").style("max-width: 640px"):
             menu(self.desk, PAGE, self.choice)
         self.verdict = status(f"{PAGE}-verdict", "text-base")
@@ -153,7 +153,7 @@ class Machines(Part):
         self.notes = Notes()
 
     def calls(self) -> Sequence[Call]:
-        """The chosen machine."""
+        """Return the call of the selected machine."""
         return [Call("scenario", (Subject(self.word(self.choice)),))]
 
     def compute(self) -> MachineResult:
@@ -167,7 +167,7 @@ class Machines(Part):
         return self._known[name]
 
     def draw(self, machine: MachineResult) -> None:
-        """Everything."""
+        """Draw all parts of the result."""
         result = machine.answer.result
         self.verdict.set_text(result.conclusion)
         self.limits.set_content(limits_table(result))
@@ -184,7 +184,7 @@ class Machines(Part):
 
 
 def limits_table(result: Any) -> str:
-    """Every limit, its value, and whether it is met."""
+    """Return every limit, its value, and whether it is met, as HTML."""
     rows = []
     for limit in result.record.limits:
         bound = f"{'at least' if limit.least else 'at most'} {show(limit.limit, limit.unit)}"
@@ -197,7 +197,7 @@ def limits_table(result: Any) -> str:
 
 
 def _figure(name: str, svg: str, caption: str) -> str:
-    """A drawing in the colours of the page, light or dark; its ids contain `name`."""
+    """Return a drawing in the page's colours, light or dark; its ids contain `name`."""
     from layerjam.report.page import apply_theme, svg_of
 
     text = escape(caption)
@@ -218,7 +218,7 @@ PART = Choice("part", WORDS, "need", help="Content of this page")
 
 
 class Design(Page):
-    """Four parts, one of them open; only the open one is computed."""
+    """Page with four parts; only the open part is computed."""
 
     name, title = "design", "Design"
     summary = "From a requirement to a brake"
@@ -229,7 +229,7 @@ class Design(Page):
         self.boxes: dict[str, ui.column] = {}
 
     def build(self) -> None:
-        """The choice of a part, and the parts below it; each is built when first opened."""
+        """Build the choice of a part, and below it the parts, each when first opened."""
         with ui.column().classes("w-full page gap-3"):
             tabs(self.desk, self.name, PART)
             self.problem_line()
@@ -240,7 +240,7 @@ class Design(Page):
         self._open_part()
 
     def part(self) -> Part:
-        """The open part."""
+        """Return the open part."""
         return self.parts[self.word(PART)]
 
     def _open_part(self) -> None:
@@ -253,20 +253,20 @@ class Design(Page):
                 self.parts[current].build()
 
     def calls(self) -> Sequence[Call]:
-        """The open part's calls."""
+        """Return the open part's calls."""
         return self.part().calls()
 
     def compute(self) -> Any:
-        """Compute the open part's results, with the part."""
+        """Return the open part and its results."""
         part = self.part()
         return part, part.compute()
 
     def answers(self) -> Sequence[Answer]:
-        """Answers of the open part."""
+        """Return the answers of the open part."""
         return self.part().answers()
 
     def draw(self, result: Any) -> None:
-        """Show them if the part is still open."""
+        """Draw the results if their part is still open."""
         part, answers = result
         if part is self.part():
             part.result = answers

@@ -34,7 +34,7 @@ HEADS = ("Device", "Kind", "Mass", "Force", "Force over mass", "Source")
 
 
 class Density(Part):
-    """A log-log picture and a table with the sources."""
+    """Part with a log-log chart and a table with the sources."""
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
@@ -42,7 +42,7 @@ class Density(Part):
         self.panel = Panel(self.desk, PAGE, f"{PAGE}-density")
 
     def controls(self) -> Mapping[str, Control]:
-        """The vacuum of our brakes."""
+        """Return the control for the vacuum of our brakes."""
         sites = [self.desk.brake, *map(load, devices())]
         full = self.more.atmosphere(min(file.brake.site.atmosphere for file in sites))
         name = "Vacuum of our brakes"
@@ -64,7 +64,7 @@ class Density(Part):
         self.notes = Notes()
 
     def calls(self) -> Sequence[Call]:
-        """The desk's brake first, then the catalogue's."""
+        """Return the calls: first the desk's brake, then the catalogue's."""
         subject = self.desk.brake_subject()
         others = [Subject(name) for name in devices() if name != subject.name]
         return [
@@ -98,7 +98,7 @@ class Density(Part):
 
 
 def density_chart(result: Any, dark: bool) -> dict[str, Any]:
-    """Devices by kind, the first brake's line of more sheets, lines of one force density."""
+    """Return the chart: devices by kind, the line of more sheets, lines of equal force per mass."""
     rows, lines, _ = result.record
     first, ink = lines[0], ink_of(dark)
     masses = [r["mass"] * GRAMS for r in rows] + [m * GRAMS for m in first.masses]
@@ -120,7 +120,7 @@ def density_chart(result: Any, dark: bool) -> dict[str, Any]:
 
 
 def _more_sheets(line: Any, ink: str) -> dict[str, Any]:
-    """Line of a brake with more sheets."""
+    """Return the line of a brake with more sheets."""
     data = []
     for place, (count, m, f) in enumerate(zip(line.sheets, line.masses, line.forces, strict=True)):
         label = dict(show=place > 0, formatter=f"{count} sheets", position="left")
@@ -163,7 +163,7 @@ def _short_name(name: str, first: str) -> str:
 
 
 def _equal(x: tuple[float, float], y: tuple[float, float], color: str) -> list[dict[str, Any]]:
-    """Straight lines of one force over mass, named inside the picture."""
+    """Return straight lines of equal force per mass, labelled inside the chart."""
     out = []
     for density in (10.0**power for power in range(-1, 8)):
         left, right = max(x[0], y[0] * GRAMS / density), min(x[1], y[1] * GRAMS / density)
@@ -178,7 +178,7 @@ def _equal(x: tuple[float, float], y: tuple[float, float], color: str) -> list[d
 
 
 def _decades(low: float, high: float) -> tuple[float, float]:
-    """Return a slightly wider span with limits at 1, 2 or 5 of a decade."""
+    """Return a slightly wider span whose limits are 1, 2 or 5 times a power of ten."""
     marks = [f * 10.0**p for p in range(-9, 10) for f in (1, 2, 5)]
     return max(m for m in marks if m <= low / 1.2), min(m for m in marks if m >= high * 1.2)
 
@@ -189,6 +189,6 @@ def _pair(mass: float, force: float) -> list[float]:
 
 
 def _numbers(row: dict[str, Any]) -> list[str]:
-    """Mass, force and force over mass of a device, with their units."""
+    """Return mass, force and force per mass of a device, with units."""
     units = {"mass": "kg", "max_force": "N", "force_density": "N/kg"}
     return [show(row[key], unit) for key, unit in units.items()]

@@ -1,4 +1,4 @@
-"""Form of a requirement, in step with its TOML text."""
+"""Form of a requirement, which stays equal to its TOML text."""
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -52,7 +52,7 @@ ASKED = {
         _control("stop", "force", 4000.0, (50.0, 10_000.0), "Force at most", unit="N"),
     ),
 }
-"""Controls of the duty of each kind."""
+"""{kind of requirement: controls of its duty}."""
 LIMITS = {
     "hold": (
         _control("hold", "vacuum", 94e3, (20e3, 101e3), "Vacuum available"),
@@ -69,11 +69,11 @@ LIMITS = {
         _control("stop", "stress_margin", 1.5, (0.0, 5.0), "Safety on stress"),
     ),
 }
-"""Controls of the limits of each kind."""
+"""{kind of requirement: controls of its limits}."""
 
 
 class Form(Asking):
-    """Sliders that write a requirement from the desk's brake; `take` gets its TOML text."""
+    """Sliders that write a requirement based on the desk's brake; `take` receives its TOML text."""
 
     name = PAGE
 
@@ -81,15 +81,15 @@ class Form(Asking):
         super().__init__(desk)
         self.take, self.text_written = take, ""
         self._follows = False
-        """Whether the text is typed and the form follows."""
+        """Whether the text was typed, so that the form follows the text."""
 
     def controls(self) -> Mapping[str, Control]:
-        """Controls of both kinds of requirement."""
+        """Return the controls of both kinds of requirement."""
         groups = (*ASKED.values(), *LIMITS.values())
         return by_key(*(control for group in groups for control in group))
 
     def build(self) -> None:
-        """Duty, limits, preference."""
+        """Build the controls for duty, limits and preference."""
         choice(self.desk, PAGE, KIND)
         for kind in MAKERS:
             with self.show_while(lambda kind=kind: self.word(KIND) == kind):  # type: ignore[misc]
@@ -111,7 +111,7 @@ class Form(Asking):
             self.slider(control.key)
 
     def text_of_now(self) -> str:
-        """The TOML text of the numbers of now; raises LayerjamError."""
+        """Return the TOML text of the current numbers; raises LayerjamError."""
         file, kind = self.desk.brake, self.word(KIND)
         is_own = self.desk.state.brake not in catalogue()
         file_name = f"{file.name}.toml" if is_own else self.desk.state.brake
@@ -128,7 +128,7 @@ class Form(Asking):
         return str(request.text())
 
     def write(self) -> None:
-        """Hand on the text of other numbers than before."""
+        """Pass on the text if the numbers have changed."""
         try:
             text = self.text_of_now()
         except LayerjamError as err:
@@ -141,7 +141,7 @@ class Form(Asking):
                 self.take(text)
 
     def follow(self, text: str) -> None:
-        """Set the numbers that a typed text states; what else it says stays in the text."""
+        """Set the numbers that a typed text states; its other content stays in the text only."""
         try:
             request = read_request(reader_of(text, "requirement"))
         except LayerjamError:

@@ -20,11 +20,11 @@ PALE = "#9aa5af"
 """Grey on a dark ground."""
 Row = Mapping[str, Any]
 CHOSEN, REFINED = -2, -1
-"""Numbers that denote the chosen design, and the refined one between the steps."""
+"""Keys of the chosen design, and of the refined one between the steps."""
 
 
 def designs(result: Any) -> dict[int, Row]:
-    """Every design of the result, by number; the front in the order of the first objective."""
+    """Return every design of the result, by number; the front is sorted by the first objective."""
     first = result.record.spec.objectives[0]
     rows: list[Row] = sorted(result.front, key=lambda d: first.sign * d[first.name])
     named_designs = [result.chosen, result.runner_up, *(f["design"] for f in result.forbidden)]
@@ -33,7 +33,7 @@ def designs(result: Any) -> dict[int, Row]:
 
 
 def front_numbers(result: Any) -> list[int]:
-    """Numbers of the front in the order of the first objective."""
+    """Return the numbers of the front's designs, sorted by the first objective."""
     return list(designs(result))[: len(result.front)]
 
 
@@ -55,7 +55,7 @@ def drawable(result: Any) -> dict[str, str]:
 
 
 def front_chart(result: Any, names: tuple[str, str], number: int, dark: bool) -> dict[str, Any]:
-    """Every design on the front as a point; value[2] of a point is the design's number."""
+    """Return the chart of every design on the front; value[2] of a point is the design's number."""
     scales = [scale(result, n) for n in names]
     ink = ink_of(dark)
     x, y = (f"{words(n)} [{unit}]" for n, (_, unit) in zip(names, scales, strict=True))
@@ -69,7 +69,7 @@ def front_chart(result: Any, names: tuple[str, str], number: int, dark: bool) ->
     look = dict(color=PALE if dark else GREY, symbolSize=8, z=2)
     series = [scatter("on the front", points, **look)]
     aside, down = (losing(result, n) for n in names)
-    # the label of the uppermost mark is the uppermost, so that no two of their lines cross
+    # the uppermost mark gets the uppermost label, so that the lines do not cross
     marks = sorted(marked_designs(result, names), key=lambda m: down * m[0][names[1]])
     for rank, (design, word, mark) in enumerate(marks):
         shift = (34 * aside, -down * (16 + 19 * rank))
@@ -96,7 +96,7 @@ def points_chart(
 
 
 def scatter(name: str, data: Sequence[Any], **look: Any) -> dict[str, Any]:
-    """Points of one kind."""
+    """Return the points of one kind."""
     return dict(type="scatter", name=name, data=list(data), **look)
 
 
@@ -113,7 +113,7 @@ def _mark_look(mark: Look, word: str, ink: str, shift: tuple[float, float]) -> d
 
 
 def heroes(result: Any, design: Row) -> list[Hero]:
-    """Return mass, force and energy of a design; the force is the one that was asked for."""
+    """Return mass, force and energy of a design; the force is the requested one."""
     rules = [c.name for c in result.record.spec.constraints]
     force = "max_force" if "max_force" in rules else "holding_force"
     if result.record.spec.evaluation.stop is not None:
@@ -126,7 +126,7 @@ def heroes(result: Any, design: Row) -> list[Hero]:
 
 
 def sentence(result: Any, design: Row, pull: tuple[float, float] | None) -> str:
-    """Return the forces of a design, each with its meaning, and a mass above its limit."""
+    """Return a sentence with each force of a design and its meaning, and a mass above its limit."""
     vacuum = f"at {show(design['vacuum'], 'Pa', 3)}"
     holds, peak = (show(design[name], "N", 3) for name in ("holding_force", "max_force"))
     end = "" if pull is None else f" and {show(pull[1], 'N', 3)} at the end of its travel"
@@ -139,9 +139,9 @@ def sentence(result: Any, design: Row, pull: tuple[float, float] | None) -> str:
 
 
 def comparison(result: Any, number: int, is_main: bool = True) -> str:
-    """The design looked at, the chosen one, the refined one and the runner-up, row by row.
+    """Return the selected, the chosen and the refined design and the runner-up, row by row.
 
-    The main rows are those that were asked for, and the dimensions that differ.
+    The main rows contain the requested quantities and the dimensions that differ.
     """
     spec = result.record.spec
     marks = {"chosen": result.chosen, "between the steps": result.refined}
@@ -172,7 +172,7 @@ def comparison(result: Any, number: int, is_main: bool = True) -> str:
 
 
 def forbidden(result: Any) -> str:
-    """Table of better designs that a single constraint excludes."""
+    """Return the table of better designs that a single constraint excludes."""
     units = _limits(result)
     rows = [
         (
@@ -190,7 +190,7 @@ def forbidden(result: Any) -> str:
 
 
 def chances(result: Any) -> str:
-    """Table of the probability that each constraint holds with the scatter in friction."""
+    """Return the table of the probability that each constraint holds, given scatter in friction."""
     units = _limits(result)
     rows = []
     for name, c in result.robustness.items():
@@ -203,7 +203,7 @@ def chances(result: Any) -> str:
 
 
 def slopes(result: Any) -> str:
-    """Table of the change for one percent more of each number, in percent."""
+    """Return the table of relative changes [%] per percent more of each number."""
     table = result.sensitivities
     rows = []
     for n in dict.fromkeys(n for row in table.values() for n in row):
@@ -215,14 +215,14 @@ def slopes(result: Any) -> str:
 
 
 def _limits(result: Any) -> dict[str, str]:
-    """{constraint: unit of its limit}."""
+    """Return {constraint: unit of its limit}."""
     return {str(c): c.unit for c in result.record.spec.constraints}
 
 
 def _table(
     caption: str, heads: Sequence[str], rows: Sequence[Iterable[str]], words: int, none: str = ""
 ) -> str:
-    """The table, whose first columns are words; the sentence `none` if it is empty."""
+    """Return a table whose first columns are words, or the sentence `none` if it is empty."""
     if none and not rows:
         return f"<p>{none}</p>"
     cells = [tuple(map(in_print, row)) for row in rows]
@@ -230,7 +230,7 @@ def _table(
 
 
 def verdict(result: Any) -> str:
-    """The outcome in a few sentences."""
+    """Return the outcome in a few sentences."""
     if not result.feasible:
         return refusal(result)
     are = "is" if result.front_size == 1 else "are"

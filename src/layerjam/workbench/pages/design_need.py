@@ -52,21 +52,21 @@ TABLES = (
     ("Robustness of the selected design", "chances", False),
     ("Sensitivity of the selected design", "slopes", False),
 )
-"""Title, its function in `design_front`, and whether it is open at first."""
+"""(title, function in `design_front`, whether it is open at first) of each table."""
 
 
 class SearchResult(NamedTuple):
-    """An answer, or the reason why there is none, with its line."""
+    """An answer, or the reason why it is missing, with the line of the specification."""
 
     answer: Answer | None = None
     problem: str = ""
     line: int | None = None
     pull: tuple[float, float] | None = None
-    """Peak and force at the end of the travel, of a pull of the chosen design [N]."""
+    """Peak, and force at the end of the travel, of a pull of the chosen design [N]."""
 
     @property
     def result(self) -> Any:
-        """The answer's result."""
+        """Return the answer's result."""
         return None if self.answer is None else self.answer.result
 
     @property
@@ -77,9 +77,9 @@ class SearchResult(NamedTuple):
 
 @lru_cache(maxsize=8)
 def read(text: str, begin: str = "") -> DesignSpecification:
-    """A specification from the page; raises FileError with the line.
+    """Return a specification from the page; raises FileError with the line.
 
-    No file is opened: `begin` is the text of the current brake, if it starts from that.
+    No file is opened: a specification that starts from the current brake uses its text `begin`.
     """
     if len(text) > LONGEST:
         raise FileError("the specification", f"{len(text)} characters; at most {LONGEST} are read")
@@ -92,7 +92,7 @@ def read(text: str, begin: str = "") -> DesignSpecification:
 
 
 class NeedPart(Part):
-    """The specification on the left, the front and the designs on the right."""
+    """Part with the specification on the left, and the front and the designs on the right."""
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
@@ -106,7 +106,7 @@ class NeedPart(Part):
 
     @property
     def is_asked(self) -> bool:
-        """Whether a requirement was searched, here or where the link comes from."""
+        """Return whether a search was requested, here or by the link."""
         return self.desk.state.find_setting(PAGE, "spec") is not None
 
     def spec_text(self) -> tuple[str, str]:
@@ -115,11 +115,11 @@ class NeedPart(Part):
         return (examples()[spec], spec) if spec in examples() else (spec, "")
 
     def start_brake(self) -> str:
-        """Text of the brake on which the specification is based, at the time of its creation."""
+        """Return the text of the brake from which the specification starts, as it was then."""
         return str(self.desk.get(PAGE, "begin", ""))
 
     def spec(self) -> DesignSpecification:
-        """The specification; raises FileError with the line."""
+        """Return the specification; raises FileError with the line."""
         return read(self.spec_text()[0], self.start_brake())
 
     def calls(self) -> Sequence[Call]:
@@ -140,7 +140,7 @@ class NeedPart(Part):
         return self.spec_text(), self.start_brake()
 
     def _result(self) -> Any:
-        """The result whose front is on the page; None during a search."""
+        """Return the result whose front is displayed; None during a search."""
         return None if self.panel.shown is None else self.panel.shown.result
 
     def compute(self) -> SearchResult:
@@ -247,11 +247,11 @@ class NeedPart(Part):
             self._wait()
 
     def _write(self, text: str) -> None:
-        """Take the text of the form."""
+        """Use the text of the form."""
         self.editor.set_value(text)
 
     def _mark(self) -> None:
-        """Offer the search where nothing was searched, or where the requirement is another now."""
+        """Offer the search if nothing was searched, or if the requirement has changed."""
         self.advice.set_text(CHANGED if self.is_asked else EMPTY)
         self.empty.set_visibility(not self.is_asked or self.editor.value != self.spec_text()[0])
 
@@ -268,7 +268,7 @@ class NeedPart(Part):
     # ---- user actions
 
     def use_text(self, text: str) -> None:
-        """A text that was not typed, searched."""
+        """Search for a text that was not typed."""
         self.editor.set_value(text)
         self.form.follow(text)
         self.search()
@@ -289,14 +289,14 @@ class NeedPart(Part):
         self.page.refresh()
 
     def save(self) -> None:
-        """The text in the editor as a file."""
+        """Save the text in the editor as a file."""
         text, name = str(self.editor.value or ""), "specification"
         with suppress(LayerjamError):
             name = plain_name(read(text, self.start_brake()).name)
         ui.download.content(text.encode(), f"{name}.toml", "application/toml")
 
     def pick(self, number: int) -> None:
-        """Look at another design."""
+        """Select another design."""
         self.desk.put(PAGE, "picked", float(number))
 
     def _on_click(self, event: events.EChartPointClickEventArguments) -> None:
@@ -305,7 +305,7 @@ class NeedPart(Part):
             self.pick(int(value[2]))
 
     def walk(self, step: int) -> None:
-        """The next design along the front."""
+        """Select the next design along the front."""
         result = self._result()
         if result is None:
             return
@@ -315,7 +315,7 @@ class NeedPart(Part):
         self.pick(numbers[(place + step) % len(numbers)])
 
     def selection(self) -> int:
-        """The number of the selected design, as stored."""
+        """Return the number of the selected design, as stored."""
         value = self.desk.get(PAGE, "picked", float(front.CHOSEN))
         return int(value) if isinstance(value, int | float) else front.CHOSEN
 
@@ -326,7 +326,7 @@ class NeedPart(Part):
             self.desk.put(PAGE, key, "" if event.value == usual else str(event.value))
 
     def take(self) -> None:
-        """The design looked at becomes the desk's brake."""
+        """Put the selected design on the desk."""
         result = self._result()
         if result is None:
             return
@@ -408,7 +408,7 @@ def problem(outcome: SearchResult, text: str) -> str:
 
 
 def pull_of(result: Any) -> tuple[float, float] | None:
-    """Return peak and last force of a pull of the chosen design [N]; None if it is refused."""
+    """Return the peak and the last force of a pull of the chosen design [N]; None if rejected."""
     design = result.chosen
     try:
         file = brake_of(result, design["number"])

@@ -14,7 +14,7 @@ NAMES = {
     "usable_travel": "travel",
     "energy_capacity": "energy",
 }
-"""Names of merits whose keys alone say too little."""
+"""Names of merits whose keys are unclear alone."""
 
 
 class Part(View):
@@ -37,5 +37,5 @@ def cell_text(value: Any, unit: str) -> str:
 
 
 def words(key: str) -> str:
-    """A key as words."""
+    """Return a key as words."""
     return NAMES.get(key) or in_print(key.replace("_", " "))

@@ -1,4 +1,4 @@
-"""Drop: a mass stopped by the rope alone, by a full brake, and by one tuned to a travel."""
+"""Drop: a mass stopped by the rope alone, at full vacuum, or at a vacuum tuned to a travel."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -66,13 +66,13 @@ SLOWLY = Choice(
 )
 NO_ROPE = "there is neither a rope nor a brake, so nothing holds the mass"
 KEYS = ("mass", "speed", "height", "vacuum", "travel", "rope_stiffness", "no_brake", "horizontal")
-"""Inputs of `drop` that have a control on the page; all others are in the fold "More"."""
+"""Inputs of `drop` that have a control on the page; the panel "More" has the others."""
 HISTORY = ("vacuum_history", "reading", "columns", "decimal")
-"""Inputs that together replace a vacuum."""
+"""Inputs that together replace the vacuum."""
 
 
 class Drop(Page):
-    """Drop a mass and see it stop: without brake, with full and with tuned vacuum."""
+    """Page to drop a mass and see it stop: without brake, at full vacuum and at a tuned vacuum."""
 
     name, title = "drop", "Drop"
     summary = "A mass falls into the brake and is stopped"
@@ -83,7 +83,7 @@ class Drop(Page):
         self.panel = Panel(desk, self.name)
 
     def controls(self) -> Mapping[str, Control]:
-        """Bounds that the brake sets."""
+        """Return the controls, with the bounds that the brake sets."""
         brake = self.desk.brake.brake
         usable = brake.sheets.usable_travel
         full = self.more.atmosphere(brake.site.atmosphere)
@@ -101,7 +101,7 @@ class Drop(Page):
         )
 
     def build(self) -> None:
-        """Controls, the stage, charts, and the table below."""
+        """Build controls, stage, charts, and the table below."""
         desk, name = self.desk, self.name
         side, main = columns()
         with side:
@@ -148,17 +148,17 @@ class Drop(Page):
         return self.word(ON_ROPE) == "rope"
 
     def _arrives(self) -> str:
-        """Nothing falls into a horizontal stop."""
+        """Return how the mass arrives: by its speed if the stop is horizontal, as nothing falls."""
         return "speed" if self._flat() else self.word(ARRIVES)
 
     def columns(self) -> dict[str, Call]:
-        """Drops of the table, by the heads of their columns."""
+        """Return {head of a column: drop} of the table."""
         full = self.controls()["vacuum"]
         extra = self.more.options()
         history = {key: extra.pop(key) for key in HISTORY if key in extra}
         if not self._roped():
             extra.pop("rope_damping", None)
-        # without a brake there is no vacuum, and no duration
+        # the rope alone has no vacuum and no duration
         bare = {key: value for key, value in extra.items() if key != "duration"}
         modes: dict[str, Options] = {
             **({"none": {"no_brake": True, **bare}} if self._roped() else {}),
@@ -185,7 +185,7 @@ class Drop(Page):
         return inputs
 
     def calls(self) -> Sequence[Call]:
-        """The drops of the table, and the tuning that knows the bound."""
+        """Return the drops of the table, and the tuning, which includes the bound."""
         return [*self.columns().values(), self._tuning()]
 
     def _tuning(self) -> Call:
@@ -201,7 +201,7 @@ class Drop(Page):
         answers: dict[str, Answer] = {}
         for mode, call in drops.items():
             if mode == "tuned" and tuning.result is not None and not tuning.result.feasible:
-                # finding alternatives takes long, so do not search twice
+                # alternatives take long to find, so they are not searched twice
                 answers[mode] = Answer(call, not_tuned(tuning.result))
             else:
                 answers[mode] = try_call(call, progress=self.runner.tell)
@@ -216,7 +216,7 @@ class Drop(Page):
         return [*(answer for answer in drops.values() if answer.refusal != NO_ROPE), tuning]
 
     def draw(self, result: Any) -> None:
-        """Verdict, stage, charts, table."""
+        """Draw verdict, stage, charts and table."""
         view, drops, tuning, pins = result
         mode, stop = view, drops[view].result
         inputs = drops[view].call.options
@@ -250,7 +250,7 @@ class Drop(Page):
 
 
 def bound(floor: float | None, tuning: Mapping[str, Any]) -> str:
-    """Return a sentence with the bound [g] of any brake for a requested tuning."""
+    """Return a sentence with the lowest deceleration [g] that any brake can reach in the travel."""
     if floor is None:
         return ""
     formula = "v²/2gd" if tuning.get("horizontal") else "v²/2gd + 1"

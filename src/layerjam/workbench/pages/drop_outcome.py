@@ -27,14 +27,14 @@ if TYPE_CHECKING:
 
 
 SAMPLES = 240
-"""Moments of the record sent to the browser."""
+"""Number of samples of the record that are sent to the browser."""
 SLOW = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
 LASTS = 4.0
-"""Least duration of an animation if the factor is automatic [s]."""
+"""Shortest duration of an animation with an automatic factor [s]."""
 
 
 def slowness(lasts: float) -> float:
-    """Factor of slow motion at which a record of `lasts` [s] takes at least `LASTS`."""
+    """Return the factor of slow motion at which a record of `lasts` [s] takes at least `LASTS`."""
     return next((factor for factor in SLOW if factor * lasts >= LASTS), SLOW[-1])
 
 
@@ -43,10 +43,10 @@ def series(
 ) -> dict[str, Any] | None:
     """Return the data for the browser, in ms, mm, N and m/s²; None if nothing moved.
 
-    `crash` is the motion of a drop after the travel is used up; its start is the key `crash`.
+    `crash` is the motion after the travel is used up; the key `crash` holds its start.
     """
     if crash is not None and isinstance(record, DropRecord):
-        # show the first page before the computing code is loaded
+        # import late, so that the first page is shown before the computing code is loaded
         from layerjam.simulate.crash import with_crash
 
         data = series(with_crash(record, crash), slow)
@@ -83,17 +83,17 @@ def series(
 
 
 class Animation:
-    """The stage with its controls, and the cursor over a chart."""
+    """The stage with its controls, and a cursor over a chart."""
 
     def __init__(self, chart: ui.echart | None = None, cursor: ui.element | None = None) -> None:
-        """Fills the current slot; `cursor` is an empty element laid over `chart`."""
+        """Build them in the current slot; `cursor` is an empty element laid over `chart`."""
         self._chart, self._cursor = chart, cursor
         if cursor is not None:
             cursor.classes("drop-cursor")
         stage = ui.html(sanitize=False).classes("w-full")
         self._client, self._root = stage.client, f"drop-animation-{stage.id}"
         page = read_asset("pages/drop_animation.html").replace("ROOT", self._root)
-        if chart is None:  # a second stage in addition to that of the page Drop
+        if chart is None:  # this is a second stage, in addition to that of the page Drop
             page = page.replace('testid="drop-', 'testid="start-drop-')
         stage.set_content(page)
         self._loaded = False
@@ -162,7 +162,7 @@ GOOD = ("STOPPED", "NEVER_SLID")
 
 
 def heroes(stop: Any | None, is_tuned: bool = False) -> list[Hero]:
-    """Return the main numbers of a drop; a tuned vacuum is the first, a crash is in the peak."""
+    """Return the main numbers of a drop: first a tuned vacuum; the peak includes a crash."""
     if stop is None or not stop.feasible or stop.peak_force is None:
         return []
     crashed = stop.outcome == "BOTTOMED_OUT"
@@ -184,7 +184,7 @@ def heroes(stop: Any | None, is_tuned: bool = False) -> list[Hero]:
 
 
 class Advice:
-    """Buttons that apply settings which stop the mass; each was tuned beforehand."""
+    """Buttons that apply settings with which the mass stops; each was tuned beforehand."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
@@ -193,9 +193,9 @@ class Advice:
         self._row.props["data-testid"] = "drop-advice"
 
     def fill(self, tuning: Answer, failed: bool) -> None:
-        """Show the suggestions of a tuning; nothing if the drop did not fail."""
+        """Show the suggestions of a tuning; show nothing if the drop did not fail."""
         ways = list(self._ways(tuning)) if failed and tuning.result is not None else []
-        # the same text may mean other numbers: a third of another mass
+        # the same text may mean other numbers, such as a third of another mass
         content: list[object] = [(text, act.args, act.keywords) for text, _, act in ways]
         if content == self._shown:
             return
@@ -243,7 +243,7 @@ MODES = MappingProxyType(
     }
 )
 ROWS = ("outcome", "vacuum", "slip", "peak_force", "peak_g", "crash_g", "stopping_time")
-"""Rows of the comparison above the charts; the fold "All numbers" holds the others."""
+"""Rows of the comparison above the charts; the panel "All numbers" has the others."""
 LEFT_OUT = ("feasible", "reason", "speed", "accelerometer", "filter")
 OUTCOMES = MappingProxyType(
     {
@@ -261,7 +261,7 @@ Drops = Mapping[str, Answer]
 
 
 def notes(drops: Drops) -> list[str]:
-    """Warnings of the drops, each with its drop's name unless all drops of the brake give it."""
+    """Return the warnings of the drops, each with its drop's name unless all drops have it."""
     by_mode = {
         mode: answer.result.warnings for mode, answer in drops.items() if answer.result is not None
     }
@@ -275,7 +275,7 @@ def notes(drops: Drops) -> list[str]:
 
 
 def table(drops: Drops, mode_shown: str, is_main: bool = True) -> str:
-    """HTML of the main rows, or of the others; a drop that cannot be says so across its column."""
+    """Return the main or the other rows as HTML; a rejected drop shows its reason in its column."""
     stops = {mode: answer.result for mode, answer in drops.items()}
     fine = {mode: dict(stop.rows()) for mode, stop in stops.items() if stop and stop.feasible}
     main = [key.replace("_", " ") for key in ROWS]
@@ -319,20 +319,20 @@ def _cell(key: str, text: str) -> str:
 
 
 COURSES = ("force", "travel", "deceleration")
-"""Keys of a drop's `series` that are drawn over its time."""
+"""Keys of a drop's `series` that are drawn over time."""
 
 
 def drop_chart(
     data: Mapping[str, Any], bound: float | None, pins: Mapping[str, Any], dark: bool
 ) -> dict[str, Any]:
-    """The three charts of a drop's `series`; `bound` is the least deceleration [m/s²].
+    """Return the three charts of a drop's `series`; `bound` is the least deceleration [m/s²].
 
     `pins` are other drops by their labels, drawn faintly and named next to the first chart.
     """
     time, last, quiet = data["time"], data["last"], dict[str, list[Curve]]()
     for label, result in pins.items():
         curves = series(result.record, crash=result.crash)
-        if curves is not None:  # something moved
+        if curves is not None:  # draw only if something moved
             quiet[label] = [Curve(curves["time"], curves[key]) for key in COURSES]
     force, travel, deceleration = ([Curve(time, data[key])] for key in COURSES)
     if data["slip"]:

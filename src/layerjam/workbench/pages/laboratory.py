@@ -51,18 +51,18 @@ BY_FILE = (
     *("negative", "column", "columns", "decimal", "specimen", "sheet", "names", "speed"),
     *("normal_force", "vacuum", "exclude", "because"),
 )
-"""Inputs that the page has for each file alone, as its facts, corrections or role."""
+"""Inputs that the page has for each file separately, as its facts, corrections or role."""
 OWN_FRICTION = (*BY_FILE, "standard", "accept_stick_slip", "brake", "partial", "overwrite")
 OWN_CALIBRATION = (*BY_FILE, "depth", "free", "partial", "overwrite")
 OWN_REPORT = tuple(parameters("report").keys() - {"report_number", "customer"})
-"""Inputs of the commands with a control elsewhere or none; the rest is in the panels."""
+"""Inputs of the commands that have their control elsewhere, or none; the panels have the others."""
 LOOK = 0.2
-"""Seconds between two updates of the results so far."""
+"""Seconds between two updates of intermediate results."""
 KINDS = {"report.pdf": "application/pdf", "report.html": "text/html"}
 
 
 class Laboratory(Page):
-    """Two files dropped here, and the brake is calibrated."""
+    """Page that calibrates a brake from dropped files; two files are enough."""
 
     name, title = "laboratory", "Laboratory"
     summary = "From measured files to a calibrated brake"
@@ -82,12 +82,12 @@ class Laboratory(Page):
         self._wanted: set[str] = set()
         """Actions requested by buttons: "sample", "report", "practice"."""
         self._begun: object = None
-        """Inputs of the current computation."""
+        """Inputs of the running computation."""
         self._divides = False
         """Whether new practice files still need to be assigned to calibration and validation."""
         self._not_taken: list[str] = []
         self._gives = False
-        """Whether the report that is being made is to be downloaded."""
+        """Whether the report in preparation is to be downloaded."""
 
     def build(self) -> None:
         """Drop zone and settings on the left; files, results and report on the right."""
@@ -158,7 +158,7 @@ class Laboratory(Page):
     # ---- computation
 
     def campaign(self) -> Campaign:
-        """Files and controls of now."""
+        """Return the campaign of the current files and controls."""
         depth, free = self.word(self.method), self.word(FREE)
         options: Options = {
             "standard": self.word(self.standard),
@@ -172,7 +172,7 @@ class Laboratory(Page):
         return Campaign(self.rows, brake, options, folder, self.runner.tell)
 
     def answers(self) -> Sequence[Answer]:
-        """The steps shown, in order, and the report if there is one."""
+        """Return the displayed steps, in order, and the report if there is one."""
         runs = [self.chain.done.get(name) for name in (*STEPS, "report")]
         return [Answer(step.call, step.result) for step in runs if step and step.result is not None]
 
@@ -213,12 +213,12 @@ class Laboratory(Page):
         # None means that the server is stopping
         if not self.uploads.closed and (problem or result is not None):
             super()._show(result, problem)
-            if self.desk.state.page == self.name:  # it is filled when it is reopened
+            if self.desk.state.page == self.name:  # a hidden page is filled when opened
                 self._fill()
 
     def draw(self, result: list[Row]) -> None:
         """Report rejected practice files, and assign the others."""
-        with self.banner:  # a result comes from a task, which has no place on the page
+        with self.banner:  # results arrive in a task, which has no slot of its own on the page
             self._tell_user()
 
     def _tell_user(self) -> None:
@@ -236,7 +236,7 @@ class Laboratory(Page):
         self._gives = False
 
     def _look(self) -> None:
-        """During the computation, show the results so far."""
+        """Show intermediate results during the computation."""
         if self.runner.running and self.desk.state.page == self.name:
             self._fill()
 
@@ -253,7 +253,7 @@ class Laboratory(Page):
         self.make.set_enabled(any(r.good for r in self.rows))
 
     def _calibration(self) -> StepResult | None:
-        """The calibration that wrote a brake."""
+        """Return the calibration that wrote a brake."""
         step = self.chain.done.get("calibrate")
         return None if step is None or step.brake is None else step
 
@@ -287,7 +287,7 @@ class Laboratory(Page):
         calibration = self._calibration()
         if calibration is None or calibration.brake is None:
             return
-        # slow to import, and already imported by the fit
+        # import late: it is slow, and the fit has already imported it
         from layerjam.identify.calibration.law_spread import LawSpread
 
         spread = LawSpread.from_calibration(calibration.result.record[1])
@@ -307,7 +307,7 @@ class Laboratory(Page):
             ui.download.content(text, calibration.call.out, "application/toml")
 
     def close(self) -> None:
-        """The tab is gone: stop."""
+        """Stop the computation, because the tab is closed."""
         self.runner.stop()
 
 

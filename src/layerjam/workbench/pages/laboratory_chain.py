@@ -1,4 +1,4 @@
-"""Friction, then calibration, then validation: each on the brake from the previous step.
+"""Friction, calibration and validation; each step uses the brake of the previous one.
 
 A report of all steps is written on request.
 """
@@ -28,7 +28,7 @@ STOPPED = "Stopped before it was finished."
 KEPT = 12
 """Number of cached results, which are not computed again."""
 _drawing = threading.Lock()
-"""Matplotlib's settings are the process's: one figure at a time."""
+"""Lock for drawing: Matplotlib's settings belong to the process, so figures wait in turn."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class StepResult:
     picture: str = ""
     problem: str = ""
     pages: Mapping[str, bytes] = field(default_factory=dict)
-    """Files of a report."""
+    """Files of a report, if the step is a report."""
 
 
 @dataclass(frozen=True)
@@ -65,14 +65,14 @@ class Campaign:
 
     @property
     def stem(self) -> str:
-        """Prefix of the names of files written here."""
+        """Return the prefix of the names of files written here."""
         stem = stem_of(self.brake)
         if self.brake.name in (f"{stem}-tested.toml", f"{stem}-calibrated.toml"):
-            return f"{stem}-again"  # outputs do not replace their own inputs
+            return f"{stem}-again"  # outputs must not replace their own inputs
         return stem
 
     def friction(self) -> list[Call]:
-        """Calls for the tests with the brake that receives the result, and without it."""
+        """Return the calls with the brake that receives the result, and without it."""
         files, options = self.used("friction"), self.options("friction")
         writing: Options = {**options, "brake": self.brake, "partial": True}
         return [
@@ -81,18 +81,18 @@ class Campaign:
         ]
 
     def calibration(self, brake: Subject) -> Call:
-        """A brake fitted to its pulls."""
+        """Return the call that fits a brake to its pulls."""
         options = {**self.options("calibrate"), "partial": True}
         out, is_written = f"{self.stem}-calibrated.toml", brake is not self.brake
         return Call("calibrate", (brake,), options, self.used("calibrate"), out, is_written)
 
     def validation(self, brake: Subject) -> Call:
-        """Call that compares a brake with reserved pulls."""
+        """Return the call that compares a brake with reserved pulls."""
         files, is_written = self.used("validate"), brake is not self.brake
         return Call("validate", (brake,), self.options("validate"), files, made=is_written)
 
     def report(self) -> Call:
-        """All files as pages."""
+        """Return the call that writes a report of all files."""
         uses = (("friction", "friction"), ("pulls", "calibrate"), ("validate", "validate"))
         files: Options = {key: self.used(role) for key, role in uses if self.used(role)}
         options = {**files, **self.options("report")}
@@ -100,9 +100,9 @@ class Campaign:
 
 
 class Chain:
-    """The steps as last computed: `done`, or a sentence `instead`, by their names.
+    """The steps by name: `done` holds their results, `instead` a sentence if there is no result.
 
-    A step that was computed before is not computed again.
+    Results are cached, so a step is not computed twice.
     """
 
     def __init__(self) -> None:
@@ -152,7 +152,7 @@ class Chain:
         """Compute a step unless it is cached; an error is also a result."""
         step = self._before(call)
         if step is None:
-            # also discard a dependent step: a copy would refer to the new one
+            # discard the dependent steps as well, because their results would refer to the new one
             steps = (*STEPS, "report")
             for name in steps[steps.index(call.name) :]:
                 self.done.pop(name, None)
@@ -175,7 +175,7 @@ def _written_brake(step: StepResult) -> Subject | None:
 def carried_out(call: Call, folder: Path, tell: Progress) -> StepResult:
     """Return a call's result with its written files, or its error.
 
-    Stopped and the like pass through.
+    Other exceptions, such as a stop request, pass through.
     """
 
     def report(phase: str, share: float) -> None:
@@ -199,13 +199,13 @@ def carried_out(call: Call, folder: Path, tell: Progress) -> StepResult:
 
 
 def pages_of(folder: Path) -> dict[str, bytes]:
-    """The files of a report by name."""
+    """Return the files of a report by name."""
     paths = (path for path in sorted(folder.rglob("*")) if path.is_file())
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
 def picture_of(name: str, result: Any) -> str:
-    """The figure of a result as SVG whose colours follow the page."""
+    """Return the figure of a result as SVG whose colours follow the page."""
     with _drawing:
         return apply_theme(svg_of(svg_text(result.draw(), words=True), name))
 

@@ -54,7 +54,7 @@ SHOWN = 6
 
 
 class Correct:
-    """The panel below the table of files."""
+    """Panel below the table of files."""
 
     def __init__(self, desk: Desk, remove: Callable[[Sequence[str]], None]) -> None:
         self.desk, self._remove = desk, remove
@@ -168,7 +168,7 @@ class Correct:
             self._pins.set_text("Show on the page Pull" if free else "Remove from the page Pull")
 
     def _pin(self) -> None:
-        """Show the files on the page Pull; if all are already there, remove them."""
+        """Show the files on the page Pull, or remove them if all are already there."""
         free = self._free_keys()
         try:
             for key in free or self._keys:
@@ -193,7 +193,7 @@ class Correct:
             return str(rename_files(one_line(err), {upload.path.name: upload.shown}))
 
     def _columns(self, table: Preview | str) -> None:
-        """Show the clickable heads, and facts that no column contains."""
+        """Show the clickable heads, and the facts that no column contains."""
         if isinstance(table, str):
             ui.label(table).classes("text-sm")
             return

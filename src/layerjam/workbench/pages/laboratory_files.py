@@ -20,14 +20,14 @@ from layerjam.workbench.uploads import Upload, Uploads
 from layerjam.workbench.widgets import one_line
 
 CURVE = 400
-"""Number of samples of a file's curve kept for drawing."""
+"""Number of samples of a file's curve that are kept for drawing."""
 TONES = MappingProxyType({"understood": "#00684c", "refused": "#a63d00", "left out": "#5b6672"})
 """Dark colours below white text; files that need a choice have another colour."""
 
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """A file as the page shows it: understood, or refused with a reason."""
+    """A file as the page shows it: readable, or rejected with a reason."""
 
     upload: Upload
     role: str
@@ -39,7 +39,7 @@ class Row:
 
     @property
     def asks(self) -> str:
-        """Missing fact for its use; empty if none is missing."""
+        """Return the fact that its use lacks; empty if none is missing."""
         if self.role in ("calibrate", "validate") and not self.refused:
             vacuums = [t.facts.vacuum for t in self.traces]
             return "vacuum?" if not vacuums or None in vacuums else ""
@@ -59,7 +59,7 @@ class Row:
 
     @property
     def synthetic(self) -> bool:
-        """Whether a program wrote it."""
+        """Whether a program generated it."""
         return any(t.facts.synthetic for t in self.traces) or self.facts.synthetic
 
     def cells(self) -> dict[str, str]:
@@ -109,7 +109,8 @@ def read_row(upload: Upload, role: str, standard: str) -> Row:
     is_friction = role == "friction"
     inputs: Options = {"standard": standard} if is_friction else {}
     if is_friction and standard == "paper" and not facts.normal_force:
-        # the page asks for the force; the traces do not depend on it
+        # the force only scales the friction, so any value gives the same traces; the page asks for
+        # it
         inputs["normal_force"] = "1 N"
     call = Call("friction" if is_friction else "pull", options=inputs, files=(upload,))
     try:
@@ -135,12 +136,12 @@ def read_row(upload: Upload, role: str, standard: str) -> Row:
 
 
 def _in_users_words(text: object, upload: Upload) -> str:
-    """A sentence that calls the file as the user does."""
+    """Return a sentence with the user's name of the file."""
     return str(rename_files(str(text), {upload.path.name: upload.shown}))
 
 
 def practice_files(folder: Path, tell: Callable[[str, float], None]) -> dict[str, bytes]:
-    """Files of the built-in campaign of the virtual laboratory with their sidecars, by name."""
+    """Return {name: content} of the virtual laboratory's campaign, with sidecars."""
     place = folder / "practice"
     shutil.rmtree(place, ignore_errors=True)
     try:

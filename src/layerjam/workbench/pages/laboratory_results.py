@@ -56,7 +56,7 @@ ROW_CHECKBOX = """
 
 
 class Table:
-    """Files with their uses; ticked ones can be viewed and corrected below."""
+    """Table of files with their uses; selected files can be viewed and corrected below."""
 
     def __init__(
         self,
@@ -100,7 +100,7 @@ class Table:
         self.table.on("rowClick", self._on_click, js_handler="(e, row) => emit(row.id)")
 
     def fill(self, rows: Sequence[Row]) -> None:
-        """Show the files of now; ticks stay."""
+        """Show the current files; the selection stays."""
         if rows is self._shown:
             return
         self._shown = rows
@@ -166,7 +166,7 @@ class Card:
 
 
 def numbers_of(result: Any) -> list[tuple[str, str, str]]:
-    """(key, name, text) of the step's numbers, with the 95 % interval if there is one."""
+    """Return (key, name, text) of the step's numbers, with the 95 % interval if there is one."""
     intervals = getattr(result, "intervals", None) or {}
     rows = []
     for f in result.keys():  # noqa: SIM118
@@ -197,7 +197,7 @@ HEROES = (
     ("calibrate", "scale_factor", "Scale of the friction"),
     ("friction", "kinetic", "Kinetic friction"),
 )
-"""Step, key and name of the large numbers."""
+"""(step, key, name) of the large numbers."""
 
 
 def heroes(chain: Chain) -> list[Hero]:

@@ -75,13 +75,14 @@ class SheetBySheet(ui.column):
                         ui.html(key(kind), sanitize=False).props("aria-hidden=true")
                         ui.label(text).classes("text-sm")
                 self.scale = dress(live.Words(""), "pull-sheets-scale", "text-sm")
-        # use the event itself, because the server's value of the slider lags behind the pointer
+        # use the event's own value, because the server's value of the slider lags behind the
+        # pointer
         self.bar.on("update:model-value", self._on_walk, throttle=0.05)
         self.bar.on("pointed", self._on_point)
         self.bar.on("blur", js_handler=f"() => layerjamUnmark({chart.id})")
 
     def fill(self, motion: SheetMotion | None, sheets: Sheets) -> None:
-        """Show another pull at the position of the previous one; hidden if it has no sheets."""
+        """Show another pull at the previous position; hide the view if the motion has no sheets."""
         self.set_visibility(motion is not None)
         if motion is None or motion is self._motion:
             return
@@ -115,7 +116,7 @@ class SheetBySheet(ui.column):
                 self._look(index)
 
     def _on_walk(self, event: events.GenericEventArguments) -> None:
-        """Move the chart's cursor after the slider was moved."""
+        """Move the chart's cursor after a move of the slider."""
         if self.seen is None or not isinstance(event.args, int | float):
             return
         motion = self.seen.motion
@@ -135,7 +136,7 @@ def _point(args: Any) -> tuple[float, float] | None:
 
 
 STICK_SLIP = "judder"
-"""The word in links; they outlive names."""
+"""Value in links for a pull with stick–slip; old links contain it."""
 MODEL = Choice(
     "model",
     {"lumped": "lumped", "stack": "sheet by sheet", STICK_SLIP: "stick–slip"},
@@ -156,7 +157,7 @@ SAW = (
 
 
 class Pull(Page):
-    """Drag the vacuum and watch the force curve rise."""
+    """Page to drag the vacuum and watch the force curve rise."""
 
     name, title = "pull", "Pull"
     summary = "The force it takes to pull the brake apart"
@@ -173,7 +174,7 @@ class Pull(Page):
         self.peak = PeakSetting(desk, self.name, lambda: self.calls()[0], self._full)
 
     def controls(self) -> Mapping[str, Control]:
-        """Bounds that the brake sets."""
+        """Return the controls, with the bounds that the brake sets."""
         brake = self.desk.brake.brake
         inputs = self.more_of_saw if self._saws() else self.more_of_pull
         full, usable = inputs.atmosphere(brake.site.atmosphere), brake.sheets.usable_travel
@@ -188,7 +189,7 @@ class Pull(Page):
         )
 
     def build(self) -> None:
-        """Controls on the left, curve on the right."""
+        """Build controls on the left and the curve on the right."""
         side, main = columns()
         with side:
             self.slider("vacuum")
@@ -231,14 +232,14 @@ class Pull(Page):
             self.notes = Notes()
 
     def _full(self) -> float:
-        """The greatest vacuum of the site [Pa]."""
+        """Return the greatest vacuum of the site [Pa]."""
         return self.controls()["vacuum"].high
 
     def _saws(self) -> bool:
         return self.word(MODEL) == STICK_SLIP
 
     def calls(self) -> Sequence[Call]:
-        """The pull."""
+        """Return the call of the pull."""
         subjects = (self.desk.brake_subject(),)
         inputs = self.texts("vacuum", "speed")
         if self._saws():
@@ -255,7 +256,7 @@ class Pull(Page):
         return [] if self.result is None else [self.result[0], *self.result[2].answers]
 
     def compute(self) -> Any:
-        """The pull, the brake's greatest force for the axis, the measured files, and its band."""
+        """Return the pull, the brake's greatest force for the axis, the files, and the band."""
         (call,) = self.calls()
         saws = call.name == STICK_SLIP
         result = call.run(**({} if saws else {"progress": self.runner.tell}))
@@ -271,7 +272,7 @@ class Pull(Page):
         return Answer(call, result, pins=pins, finish=shade), self._whole[1], reading, band
 
     def _band(self, call: Call, result: Any) -> pull_band.Band | None:
-        """Return the 95 % band of the pull shown, if known."""
+        """Return the 95 % band of the displayed pull, if known."""
         error = pull_band.law_error(self.desk, call)
         return None if error is None else pull_band.band(error, result.record, call)
 
@@ -282,7 +283,7 @@ class Pull(Page):
             self.panel.pin(**{BAND: error.text()})
 
     def _files(self) -> Reading:
-        """Return the files as read, or read again if files, brake or their vacuum changed."""
+        """Return the interpreted files; read them again if files, brake or vacuum have changed."""
         vacuum, files = self.text("files_vacuum"), laid_out(self.desk)
         last_key, reading = self._read
         sidecars = tuple(self.uploads.sidecars)
@@ -293,7 +294,7 @@ class Pull(Page):
         return reading
 
     def draw(self, result: Any) -> None:
-        """Curve and numbers."""
+        """Draw curve and numbers."""
         answer, brake_facts, reading, band = result
         pull, saws = answer.result, answer.call.name == STICK_SLIP
         self.pin_files.fill(Reading() if saws else reading)
@@ -322,7 +323,7 @@ class Pull(Page):
 def chart_of(
     answer: Answer, brake_facts: Any, reading: Reading, band: pull_band.Band | None, dark: bool
 ) -> dict[str, Any]:
-    """Return the chart of a pull with pinned curves, or of one that sticks and slips."""
+    """Return the chart of a pull with pinned curves, or of one with stick–slip."""
     name, pins = answer.call.name, answer.pins
     pins_shown = {pin.label: pin.answer.result for pin in pins if pin.answer.call.name == name}
     if name == STICK_SLIP:

@@ -1,4 +1,4 @@
-"""The 95 % band of a calibrated brake's pull: where it is known, and its pin."""
+"""The 95 % band of a calibrated brake's pull: its range of validity, and its pin."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -20,13 +20,12 @@ if TYPE_CHECKING:
     from layerjam.report.style import Figure
 
 ASKED = {"vacuum", "speed", "travel"}
-"""Options of a pull that the calibrated law describes; any other may ask for another law."""
+"""Options of a pull that the calibrated law covers; any other may require another law."""
 POINTS = 40
-"""Elongations on each of three stretches; always the same number, so that the law is compiled once.
-"""
+"""Elongations on each of three intervals; the number is fixed, so that the law compiles once."""
 
 WORDS = 0.35
-"""Part of a figure's width that a band's name takes."""
+"""Share of a figure's width that the name of a band takes."""
 
 
 class Band(NamedTuple):
@@ -58,7 +57,7 @@ def band(error: "LawError", record: TensileRecord, call: Call) -> Band | None:
     """Return the band of a recorded pull of a call; None if the law has none at its vacuum."""
     u = np.asarray(record.elongation, float)
     top = float(u[int(np.argmax(record.force))])
-    # include the peak itself, where the force bends, and more points around it than beyond
+    # include the peak itself, where the force has a kink, with more points near it than beyond
     ends = 0.0, top, min(2 * top, (top + u[-1]) / 2), u[-1]
     stretches = [np.linspace(a, b, POINTS, endpoint=False) for a, b in pairwise(ends)]
     elongation = np.concatenate((*stretches, u[-1:]))
@@ -73,7 +72,7 @@ def of_pin(pin: Pin, result: Any) -> Band | None:
     """
     if BAND not in pin.options:
         return None
-    # slow to import, and needed only for a pinned band
+    # import late: it is slow, and only a pinned band needs it
     from layerjam.identify.calibration.law_spread import LawError
 
     call = call_of(pin)
@@ -99,6 +98,6 @@ def shade(figure: "Figure", bands: Sequence[tuple[Band, TensileRecord, str]]) ->
 
 
 def _condition(call: Call) -> tuple[float, float]:
-    """Vacuum [Pa] and speed [m/s] of a pull."""
+    """Return the vacuum [Pa] and the speed [m/s] of a pull."""
     vacuum, speed = call.options["vacuum"], call.options["speed"]
     return parse(vacuum, "Pa", "vacuum"), parse(speed, "m/s", "speed")

@@ -19,7 +19,7 @@ NONE: Mapping[str, Any] = MappingProxyType({})
 LABELLED = 5
 """Number of files named at the ends of their curves; the cursor identifies further ones."""
 SHARED = 241
-"""Points of the grid that overlaid curves share."""
+"""Number of points of the common grid of overlaid curves."""
 FILE_COLORS = (ORANGE, GREEN, PURPLE, SKY, RED)
 
 
@@ -32,7 +32,7 @@ def pull_chart(
     files: Collection[str] = (),
     bands: Mapping[str, Band] = NONE,
 ) -> dict[str, Any]:
-    """Force over elongation; the axes stay fixed while vacuum, speed and model change.
+    """Return force over elongation; the axes stay fixed while vacuum, speed and model change.
 
     `pins` are other results by label, drawn faintly. `files` are measured pulls, drawn as points if
     their keys are pinned. `bands` are the 95 % bands of pins by label, and of the result itself by
@@ -79,13 +79,13 @@ def pull_chart(
 
 
 def _computed_curve(result: Any, label: str, notes: Mapping[str, str]) -> Curve:
-    """The force of a computed pull; the shown one has its note under ""."""
+    """Return the curve of a computed pull; the displayed one has its note under ""."""
     note = notes.get("" if label == "computed" else label, "")
     return replace(result.panes()[0].curves[0], color=GREY, name=label, width=1.2, note=note)
 
 
 def _edges(result: Any, band: Band, label: str) -> list[Curve]:
-    """The lower and the upper edge of a computed pull's band."""
+    """Return the lower and the upper edge of a computed pull's band."""
     x, color = band.elongation, GREY if label else BLUE
     force = np.interp(x, result.record.elongation, result.record.force)
     name = f"{label or 'computed'}, {band.name}"
@@ -97,7 +97,7 @@ def _edges(result: Any, band: Band, label: str) -> list[Curve]:
 
 
 def _on_grid(curves: Sequence[Curve], grid: np.ndarray) -> list[Curve]:
-    """The curves on one grid: the cursor reads only curves that have a point at its position."""
+    """Return the curves on one grid; the cursor reads only curves with a point at its position."""
     result = []
     for curve in curves:
         order = np.argsort(curve.x, kind="stable")
@@ -110,7 +110,7 @@ def _on_grid(curves: Sequence[Curve], grid: np.ndarray) -> list[Curve]:
 def saw(
     result: Any, brake_facts: Any, dark: bool, pins: Mapping[str, Any] = NONE
 ) -> dict[str, Any]:
-    """Return force over elongation of a pull that sticks and slips, with the curves of `pins`."""
+    """Return the chart of a pull with stick–slip, with the curves of `pins`."""
     quiet = {label: pin_result.quiet_curves() for label, pin_result in pins.items()}
     (pane,) = add_comparisons(result.panes(), quiet)
     top = round_up(max(brake_facts.holding_force, pane.y_range[1]))

@@ -31,7 +31,7 @@ from layerjam.workbench.widgets import Alert, button, dress, hint
 
 @dataclass(frozen=True)
 class MeasuredPull:
-    """A measured pull of a dropped file, without a model."""
+    """A measured pull from a dropped file, without a model."""
 
     file: Upload
     trace: Trace
@@ -45,7 +45,7 @@ class MeasuredPull:
 
     @property
     def about(self) -> str:
-        """The vacuum that file or sidecar state, and the user's name of the file."""
+        """Return the vacuum that file or sidecar state, and the user's name of the file."""
         vacuum = self.trace.facts.vacuum
         vacuum_text = "vacuum not stated" if vacuum is None else show(vacuum, "Pa", 3)
         specimen = f", specimen {self.trace.specimen}" if self.trace.specimen else ""
@@ -54,30 +54,30 @@ class MeasuredPull:
 
 @dataclass(frozen=True)
 class Reading:
-    """Results of `pull` and `validate` for the files, or the reasons for refusing them."""
+    """Results of `pull` and `validate` for the files, or the reasons why they were rejected."""
 
     files: tuple[Upload, ...] = ()
     answers: tuple[Answer, ...] = ()
     lacking: bool = False
-    """Whether a file does not say at which vacuum it was pulled."""
+    """Whether the vacuum of a file is missing."""
 
     @property
     def understood(self) -> Any:
-        """The result of `pull`."""
+        """Return the result of `pull`."""
         return self.answers[0].result if self.answers else None
 
     @property
     def compared(self) -> Any:
-        """The result of `validate`."""
+        """Return the result of `validate`."""
         return self.answers[1].result if len(self.answers) > 1 else None
 
     def name_of(self, path: str) -> str:
-        """The user's name of a file."""
+        """Return the user's name of a file."""
         name: str = rename_files(path, {file.path.name: file.shown for file in self.files})
         return name
 
     def sentences(self, name: str) -> list[str]:
-        """Return the interpretation of one file, or the reasons for its refusal."""
+        """Return the interpretation of one file, or the reasons why it was rejected."""
         if self.understood is None:
             return []
         lines = [
@@ -93,7 +93,7 @@ class Reading:
 
     @cached_property
     def measured(self) -> Sequence[MeasuredPull]:
-        """Yield every readable pull from its onset on; a file may contain several."""
+        """Yield every readable pull from its onset; a file may contain several."""
         files = {str(file.path): file for file in self.files}
         record = () if self.understood is None else self.understood.record
         return [
@@ -102,7 +102,7 @@ class Reading:
 
     @property
     def curves(self) -> Sequence[CurveError]:
-        """The pulls compared; empty if there are none."""
+        """Return the compared pulls; empty if there are none."""
         return () if self.compared is None else self.compared.record[1].curves
 
 
@@ -164,7 +164,7 @@ class MeasuredFiles:
 
 
 def show_errors(reading: Reading) -> None:
-    """MAPE, RMSE and bias of every pull, and the checks; empty without files."""
+    """Show MAPE, RMSE and bias of every pull, and the checks; show nothing without files."""
     if reading.compared is None:
         return
     hint(
@@ -188,7 +188,7 @@ TITLE = "Pin a measured curve"
 
 
 def pinned_files(desk: Desk, reading: Reading) -> tuple[Pinned, ...]:
-    """The measured curves that are pinned and there, each with its file's own answer."""
+    """Return the pinned measured curves that are present, each with its file's own answer."""
     by_key, pins = {pull.file.key: pull for pull in reversed(reading.measured)}, []
     for pin in desk.state.pins:
         pull = by_key.get(pin.subject) if pin.command == MEASURED else None

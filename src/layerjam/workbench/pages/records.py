@@ -1,4 +1,4 @@
-"""A brake or line of the desk: selecting, opening, saving, and every number's source."""
+"""The desk's brake or line: select, open, save, and show the source of every number."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from layerjam.workbench.spoken import in_print
 from layerjam.workbench.widgets import Alert, button, dress, field, fold, one_line, select
 
 NEW_KINDS = ("measured", "data sheet", "handbook", "assumed")
-"""Kinds of source for a number typed here; other kinds occur only in files."""
+"""Kinds of source for a number typed here; files may contain other kinds."""
 CUSTOM, NONE = "own", "none"
 
 
@@ -26,9 +26,9 @@ CUSTOM, NONE = "own", "none"
 class Kind:
     """Kind of record that is edited: a brake or a line.
 
-    `groups` maps a table of its file to the heading of its fields, `fields` a dotted path to
-    (specification, required). `origin` are the desk's keys of kind and source of new numbers;
-    `optional` tables may be absent.
+    `groups` maps a table of its file to the heading of its fields, and `fields` a dotted path to
+    (specification, required). `origin` holds the desk's keys for the kind and the source of new
+    numbers. The `optional` tables may be absent.
     """
 
     what: str
@@ -40,15 +40,15 @@ class Kind:
     origin: tuple[str, str]
     optional: tuple[str, ...] = ()
     parts: Callable[[str], Mapping[str, str]] = lambda table: {}
-    """{part of the catalogue: its title} of a table."""
+    """{table: {part of the catalogue: its title}}."""
 
     def paths(self, table: str) -> list[str]:
-        """The dotted paths of one table, in the file's order."""
+        """Return the dotted paths of one table, in the file's order."""
         return [path for path in self.fields if path.rpartition(".")[0] == table]
 
 
 class Editor:
-    """Editor of the desk's record; it shows refusals next to the field."""
+    """Editor of the desk's record; errors appear next to the field."""
 
     def __init__(self, desk: Desk, kind: Kind) -> None:
         self.desk, self.kind = desk, kind
@@ -60,21 +60,21 @@ class Editor:
 
     @property
     def file(self) -> Any:
-        """The file on the desk."""
+        """Return the record on the desk."""
         return getattr(self.desk, self.kind.what)
 
     @property
     def text(self) -> str:
-        """Catalogue name or TOML text."""
+        """Return the record's catalogue name or TOML text."""
         return str(getattr(self.desk.state, self.kind.what))
 
     @property
     def catalogue_names(self) -> list[str]:
-        """Names of the catalogue."""
+        """Return the names of the catalogue."""
         return SHELVES[self.kind.what].names()
 
     def value(self, path: str) -> Any:
-        """Return a number or a table of the record; None if it has none."""
+        """Return a number or a table of the record; None if it is absent."""
         return get(getattr(self.file, self.kind.what), path)
 
     # ---- which file
@@ -93,7 +93,7 @@ class Editor:
         self.fill()
 
     def fill(self) -> None:
-        """Show the record on the desk."""
+        """Show the desk's record."""
         titles = {
             name: SHELVES[self.kind.what].load(name).title or name for name in self.catalogue_names
         }
@@ -131,12 +131,12 @@ class Editor:
     def change(
         self, changes: Mapping[str, str | None], takes: Mapping[str, str | None] | None = None
     ) -> str:
-        """Set other numbers, or other parts for whole tables.
+        """Change numbers, or the parts of whole tables.
 
-        Return the reason if they are rejected.
+        Return the reason if the changes are rejected.
         """
         kind, source = self.origin()
-        # the catalogue's name stays with the catalogue's numbers
+        # only unchanged numbers keep the catalogue's name
         name = f"{self.file.name}-edited" if self.text in self.catalogue_names else None
         part_changes = {"takes": takes} if takes else {}
         try:
@@ -151,7 +151,7 @@ class Editor:
         return ""
 
     def folds(self, open_groups: tuple[str, ...] = ()) -> None:
-        """One panel for each table of the file; its fields are built when it is first opened."""
+        """Build one panel for each table; its fields are built when it is first opened."""
         for table, title in self.kind.groups.items():
             ident = f"{self.kind.page}-group-{table}"
             self._folds[table] = fold(title, ident, table in open_groups)
@@ -190,7 +190,7 @@ class Editor:
         self._fill_parts()
 
     def part_of(self, table: str) -> str:
-        """Return the part of a table: its name, OWN for own numbers, or NONE if it is absent."""
+        """Return the part of a table: its name, OWN for custom numbers, or NONE if it is absent."""
         absent = table in self.kind.optional and self.value(table) is None
         return str(self.file.parts.get(table, NONE if absent else CUSTOM))
 
@@ -200,7 +200,7 @@ class Editor:
             box.set_value(part if part in (box.options or ()) else CUSTOM)
 
     def take(self, table: str, part: str) -> None:
-        """Another part of the catalogue for a table, or none."""
+        """Choose another part of the catalogue for a table, or none."""
         if part in (CUSTOM, self.part_of(table)):
             return
         problem = self.change({}, {table: None if part == NONE else part})
@@ -211,7 +211,7 @@ class Editor:
     # ---- source of new numbers
 
     def origin(self) -> tuple[str, str]:
-        """Kind and source that go with numbers typed from now on."""
+        """Return the kind and the source of numbers typed from now on."""
         return word(self.desk, self.kind.page, self._kinds), self._source()
 
     @property
@@ -223,7 +223,7 @@ class Editor:
         return str(self.desk.get(self.kind.page, self.kind.origin[1], ""))[:200]
 
     def origin_fields(self) -> None:
-        """Build the fields for the source of all numbers that are typed next."""
+        """Build the fields for the source of all numbers that are typed from now on."""
         page, key = self.kind.page, self.kind.origin[1]
         with fold("Source of new numbers"):
             menu(self.desk, page, self._kinds)
@@ -239,7 +239,7 @@ class Editor:
 
 
 def opener(desk: Desk, kind: str, page: str, problem: Alert) -> None:
-    """Button that loads the user's own TOML file; errors are shown in `problem`."""
+    """Build a button that loads the user's own TOML file; `problem` shows errors."""
 
     async def on_upload(event: events.UploadEventArguments) -> None:
         upload.reset()
@@ -283,7 +283,7 @@ class FieldRow:
         self.fill()
 
     def value_text(self) -> str:
-        """Return the value as the field shows it; empty if it is unknown."""
+        """Return the displayed value; empty if it is unknown."""
         value = self.editor.value(self.path)
         if value is None:
             return ""
@@ -322,5 +322,5 @@ class FieldRow:
 
 
 def unit_of(text: str, spec: QuantitySpec) -> str:
-    """Return the unit of a bare number: that of the number shown, otherwise the usual one."""
+    """Return the unit of a bare number: the displayed unit, otherwise the usual one."""
     return text.partition(" ")[2] or usual_unit(spec.unit)

@@ -30,26 +30,26 @@ INTRODUCTION = (
     "freely now hold."
 )
 PULL, HELD = MappingProxyType({"speed": "1 mm/s"}), 0.04
-"""Speed of the pull on this page, and its travel [m] if the sheets allow it."""
+"""Speed of the pull on this page, and its travel [m] if the sheets are long enough."""
 FALL = MappingProxyType({"mass": "1 kg", "height": "30 cm"})
-"""Mass and height of the button's drop, on the brake itself."""
+"""Mass and height of the drop that the button requests, without a rope."""
 MM, DIGITS = 1e3, 3
 
 
 class Start(Page):
-    """The brake, its vacuum, its force."""
+    """Page with the brake, its vacuum and its force."""
 
     name = "start"
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         self.dropped = False
-        """Whether the button was pressed: from then on every vacuum is tried with the drop too."""
+        """Whether the button was pressed; from then on every vacuum also includes the drop."""
         self._play = False
         self._full: tuple[object, Any] = (None, None)
 
     def controls(self) -> Mapping[str, Control]:
-        """The one vacuum."""
+        """Return the control of the vacuum."""
         return by_key(vacuum_entry("tensile", "vacuum", self.desk.brake.brake.site.atmosphere))
 
     def build(self) -> None:
@@ -132,7 +132,7 @@ class Start(Page):
         return show(min(HELD, self.desk.brake.brake.sheets.usable_travel), "m", 15)
 
     def compute(self) -> Any:
-        """Compute the pull, the same at full vacuum (once for each brake), and the drop."""
+        """Return the pull, the pull at full vacuum (once for each brake), and the drop."""
         pull, *drops = self.calls()
         answer = Answer(pull, pull.run())
         if self._full[0] != pull.subjects[0].text:
@@ -164,7 +164,7 @@ class Start(Page):
 
 
 def holds(pull: Any, gravity: float) -> str:
-    """Return the mass that the force of a pull can hold, rounded down, in words."""
+    """Return the mass that the force of a pull can hold, rounded down, as text."""
     force = show(pull.peak_force, "N", DIGITS)
     if pull.peak_elongation >= pull.record.elongation[-1]:
         stretch = show(pull.peak_elongation, "m", 2)
@@ -202,7 +202,7 @@ def drop_sentence(stop: Any | None, refusal: str) -> str:
 
 
 def force_chart(pull: Any, full: Any, dark: bool) -> dict[str, Any]:
-    """Force over elongation, with a thin line for full vacuum; the axes stay fixed."""
+    """Return force over elongation, with a thin line for full vacuum; its axes stay fixed."""
     pane, full_curve = pull.panes()[0], full.panes()[0].curves[0]
     quiet = replace(full_curve, color=GREY, name="full", dash="dashed", width=1.2)
     curves = [replace(pane.curves[0], width=3.5), quiet]

@@ -1,4 +1,4 @@
-"""Vacuum: how fast a line reaches it, a regulator that holds it, and faults to test it."""
+"""Vacuum: response of a line, a regulator that holds the vacuum, and faults to test it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -68,7 +68,7 @@ LINE = Kind(
     },
 )
 CONTROLS = ("target", "fluid", "safe_state", "kind", "fault", "fault_at", "duration", "sample_time")
-"""Inputs of `regulate` that have a control on the page, besides those of the sensor."""
+"""Inputs of `regulate` that have a control on the page, in addition to those of the sensor."""
 SENSOR = ("sensor_range", "noise")
 NOT_CHOSEN = (
     "The regulator does not run until you choose a safe state. After a fault, 'release' "
@@ -79,7 +79,7 @@ KEY = (
     "zero the pump runs backwards."
 )
 LONGEST, SHORTEST = 1200.0, 1e-3
-"""Time simulated at most and time between samples at least, on this page [s]."""
+"""Longest simulated time, and shortest time between samples, on this page [s]."""
 LOOP = (
     "fault_at",
     "fault_time",
@@ -96,27 +96,27 @@ LOOP = (
 
 
 def law_choice() -> Choice:
-    """Choice of the regulator's law."""
+    """Return the choice of the regulator's law."""
     meanings = "; ".join(f"{kind}: {meaning}" for kind, meaning in KINDS.items())
     words = {kind: "PI" if kind == "pi" else kind for kind in KINDS}
     return Choice("kind", words, "pi", label="Law", help=meanings)
 
 
 def safe_choice() -> Choice:
-    """Choice of the safe state after a fault; it has no default."""
+    """Return the choice of the safe state after a fault; it has no default."""
     meanings = "; ".join(f"{state}: {meaning}" for state, meaning in SAFE_STATES.items())
     words = {"": "not chosen", **{state: state for state in SAFE_STATES}}
     return Choice("safe_state", words, "", help=f"Safe state after a fault. {meanings}")
 
 
 def fault_choice() -> Choice:
-    """Choice of the fault to inject."""
+    """Return the choice of the fault to inject."""
     words = {name: f"{name.replace('-', ' ')}: {meaning}" for name, meaning in PROVOKED.items()}
     return Choice("fault", {"none": "none", **words}, "none", help="Fault during the run")
 
 
 class Vacuum(Page):
-    """A line: its step response, its regulator, its faults."""
+    """Page for a line: its step response, its regulator, its faults."""
 
     name, title = "vacuum", "Vacuum"
     summary = "How fast a line reaches the vacuum, and how a regulator holds it"
@@ -131,7 +131,7 @@ class Vacuum(Page):
         self.loop = Panel(desk, self.name, "vacuum-loop", command="regulate")
 
     def controls(self) -> Mapping[str, Control]:
-        """Bounds that the line sets."""
+        """Return the controls, with the bounds that the line sets."""
         full = self.more.atmosphere(self.desk.line.line.site.atmosphere)
         target = vacuum_entry("rise", "target", full, 0.01 * full)
         lasts = entry("regulate", "duration", 20.0, (1.0, 120.0), unit="s", label="Simulated time")
@@ -147,7 +147,7 @@ class Vacuum(Page):
         )
 
     def build(self) -> None:
-        """Step response and regulator, each with its controls beside its result."""
+        """Build step response and regulator, each with its controls next to its result."""
         with ui.column().classes("w-full page gap-3"):
             self.problem_line()
             heading("Step response")
@@ -272,7 +272,7 @@ class Vacuum(Page):
     def _draw_loop(self, answer: Answer) -> None:
         result = answer.result
         self.loop.show(answer, self.dark)
-        # error and ripple refer to a target that the safe state has abandoned
+        # error and ripple refer to the target, which the safe state gives up
         given_up = () if result.outcome == "HEALTHY" else ("steady_error", "ripple")
         self.loop_figures.fill(result, but=given_up)
         self.verdict.set_text(verdict(result))
@@ -306,7 +306,7 @@ def _hero(key: str, name: str, value: float | None, unit: str) -> Hero:
 
 
 def heroes(rise: Any) -> list[Hero]:
-    """Return the main numbers of a step; unknown ones have a dash."""
+    """Return the main numbers of a step; a dash marks unknown ones."""
     return [
         _hero("rise_time", "Rise time (10 to 90 %)", rise.rise_time, "s"),
         _hero("reachable", "Greatest vacuum", rise.reachable, "Pa"),
@@ -317,7 +317,7 @@ def heroes(rise: Any) -> list[Hero]:
 
 
 def loop_heroes(result: Any) -> list[Hero]:
-    """Return the main numbers of a regulated run; of a fault, the time until it was detected."""
+    """Return the main numbers of a regulated run; after a fault, the detection time."""
     if result.fault is not None:
         detected = _hero("detected", "Detected after", result.said_after, "s")
     else:
@@ -330,7 +330,7 @@ def loop_heroes(result: Any) -> list[Hero]:
 
 
 def detection(result: Any) -> str:
-    """HTML: each fault and the longest time until it is detected."""
+    """Return each fault and its longest detection time, as HTML."""
     rows = "".join(
         f"<dt>{title_of(name.lower())}</dt>"
         f"<dd>{'not seen' if time is None else show(time, 's', 3)}</dd>"
