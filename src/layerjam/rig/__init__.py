@@ -1,4 +1,4 @@
-"""Real hardware and its virtual twin: firmware, line, gateway, driver.
+"""Benches: firmware and line of real hardware, their virtual twin, gateway, driver.
 
 `layerjam.rig.open("sim:choi2018")` returns a bench.
 """

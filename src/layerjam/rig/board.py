@@ -50,12 +50,12 @@ def parts(board: str = "") -> dict[str, str]:
 
 
 def law_hash() -> str:
-    """Return the SHA-256 of the law's text; a board states the first eight digits of its own."""
+    """Return the SHA-256 of the law's text; a board reports its first eight digits."""
     return hashlib.sha256(Path(law.__file__).read_bytes()).hexdigest()
 
 
 def stage(folder: Path) -> None:
-    """Write the firmware into a folder, flat, as a board has it."""
+    """Write the firmware's files into one folder, as they are on a board."""
     for name, text in parts().items():
         (folder / name).write_text(text, encoding="utf-8")
 
@@ -79,9 +79,9 @@ def interpreter(python: str = "") -> list[str]:
 
 
 class VirtualBoard:
-    """Run the firmware in a child process, with its plant in a thread and a line to it.
+    """Runs the firmware in a subprocess, with its plant in a thread and a line to it.
 
-    `name` is its interpreter. Raises MissingExtraError if MicroPython is requested and missing.
+    `name` is its interpreter. Raises MissingExtraError if MicroPython is requested but missing.
     """
 
     def __init__(self, address: Address) -> None:
@@ -117,7 +117,7 @@ class VirtualBoard:
         return self._child.process.pid
 
     def close(self) -> None:
-        """End the board: its line closes, it makes its outputs safe and exits."""
+        """Close the line; the board then makes its outputs safe and exits."""
         if self._folder is None:
             return
         self._child.hang_up()
@@ -132,7 +132,7 @@ class VirtualBoard:
 
 
 def connect(address: str | Address) -> tuple[Line, VirtualBoard | None]:
-    """Return the line of a board's address; a virtual board is started.
+    """Return the line at a board's address; a virtual board is started.
 
     Raises LineError if nobody responds, FileError if the port is not available.
     """

@@ -1,7 +1,7 @@
 """Fault injection on a virtual board: time to safe outputs, and correct fault names.
 
 The plant's log of commands decides whether the outputs are safe, never the firmware's own report.
-The board's clock follows the plant, as fast as samples are computed.
+The board's clock advances with the plant, as fast as samples are computed.
 """
 
 import math
@@ -26,32 +26,32 @@ EMPTY = 50.0
 """Vacuum [Pa] below which a run may start."""
 LONG_LEASE = 600.0
 FLOOD = 2000
-"""Number of queries of a host that reads no response: they fill the pipe and the board's 4 kB."""
+"""Number of queries of a host that reads no responses, to fill the pipe and the board's 4 kB."""
 VENTS, VENT_WINDOW = 3, 60.0
 """Openings of the vent within a time [s] after which the board suspects its sensor."""
 HEALTHY_RUNS = 10
 """Number of healthy runs for one run of each fault."""
 CLOCK = 2e-6
-"""Allowed difference of two times [s]: the board's clock counts microseconds."""
+"""Allowed difference between two times [s], because the board's clock counts microseconds."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Trial:
-    """One injected fault and its result; times [s] from the event."""
+    """One injected fault and its result; times [s] count from the event."""
 
     plan: Plan
     onset: float | None
-    """Time from the pump's first run to the fault, or None if it did not occur."""
+    """Time from the pump's first run to the fault, or None if the fault did not occur."""
     named: str | None
     safe_after: float | None
     named_after: float | None
-    """Set only if the outputs are safe before the fault is named."""
+    """Time until the fault is named; set only if the outputs were safe earlier."""
     deadline: float | None
     vacuum_after: float
     doubted_after: float | None
     """Time to the third opening of the vent within a minute."""
     lost_after: float | None
-    """Time until a tenth of the target was missing; 0 if it had not been reached."""
+    """Time until a tenth of the target was lost; 0 if the target had not been reached."""
     trouble: str = ""
     """Reason why the run did not finish, or ""."""
 
@@ -67,7 +67,7 @@ class Trial:
 
     @property
     def share(self) -> float:
-        """Time over its deadline; the greatest is the worst."""
+        """Return the time over its deadline; the greatest share is the worst."""
         took = max(self.safe_after or 0.0, self.named_after or 0.0)
         if self.deadline is None:
             return took
@@ -85,7 +85,7 @@ class Campaign:
 
 
 def select_faults(names_wanted: Sequence[str]) -> list[str]:
-    """Return the names of the faults to inject, by default all; UnknownNameError for others."""
+    """Return the names of the faults to inject, by default all; raises UnknownNameError."""
     for name in names_wanted:
         if name not in KINDS and name not in NOT_HERE:
             raise UnknownNameError("fault", name, [*KINDS, *NOT_HERE], quantity="only")
@@ -93,7 +93,7 @@ def select_faults(names_wanted: Sequence[str]) -> list[str]:
 
 
 def accelerate(text: str | Address) -> Address:
-    """Return the address of a virtual board, as fast as possible unless it states a speed."""
+    """Return the address of a virtual board, at full speed unless it states a speed."""
     target = address_of(text)
     if not target.simulated:
         raise QuantityError.of(
@@ -104,7 +104,7 @@ def accelerate(text: str | Address) -> Address:
 
 
 class Bed:
-    """A virtual board for successive runs, replaced if it no longer responds."""
+    """A virtual board for successive runs, replaced if it stops responding."""
 
     def __init__(self, address: Address) -> None:
         self.address = address
@@ -199,7 +199,7 @@ def _after(time: float | None, event: float | None) -> float | None:
 
 
 def _through(bench: Bench, board: VirtualBoard, observer: Observer) -> int | None:
-    """Run to the start of the fault, play the host's part, and wait for the end.
+    """Run to the start of the fault, act as the host of that fault, and wait for the end.
 
     Returns the number of the sample at which the board took the host's last command.
     """

@@ -1,8 +1,8 @@
-"""Bench check of the wiring: direction and speed of pump and vent, tightness, and sensor lag.
+"""Bench check of the wiring: direction and speed of pump and vent, leak, and sensor lag.
 
 Pump and vent are driven directly (`DIAG:DRIV`) for at most 5 s, without the control law. The fits
-are those of `control/plant.py`: with the pump on, v = reach (1 - d), and with the vent open v is in
-proportion to d, where d decays with the rate of pump or vent and a first-order lag follows.
+follow `control/plant.py`: with the pump on, v = reach (1 - d), and with the vent open v is
+proportional to d. Here d decays with the rate of the pump or the vent, behind a first-order lag.
 """
 
 import contextlib
@@ -29,28 +29,28 @@ VENTED, PUMPED, HELD = 1.5, 2.5, 1.5
 EVEN = 0.3
 """Time [s] with both closed, after which sensor and chamber agree before the vent opens."""
 BEGUN = 0.15
-"""Time [s] after a change of the outputs that the fit of the leak leaves out."""
+"""Time [s] after a change of the outputs that the fit of the leak ignores."""
 ONSET = 0.6
-"""Duration [s] of the start of the pump that shows the lag."""
+"""Duration [s] of the pump's start in which the lag is visible."""
 SURE = 5e-3
 """Largest standard error [s] of a lag."""
 MOVED = 300.0
-"""Least change [Pa] treated as motion; ten times the noise if larger."""
+"""Smallest change [Pa] treated as motion; ten times the noise if that is larger."""
 RELEASED = 0.5
-"""Largest share of the vacuum that an open vent leaves."""
+"""Largest share of the vacuum that may remain when the vent is open."""
 LEFT = 0.1
-"""Share of the vacuum to which the fit of the vent follows it."""
+"""Share of the vacuum at which the fit of the vent ends."""
 ALLOWED = Tolerances()
 LEAKY = 2.0
-"""Multiple of the line's leak at which a bench differs from the line."""
+"""Multiple of the line's leak above which a bench is reported to differ from the line."""
 TIGHT = 1e-3
 """Leak [1/s] that is always acceptable."""
 ZEROED = 4.5
-"""Time [s] for which the vent is open before and during the measurement of zero."""
+"""Time [s] for which the vent is open before and during the measurement of the zero."""
 STEADY = 20.0
-"""Largest change [Pa] of the mean in half a second; the scatter if larger."""
+"""Largest change [Pa] of the mean in half a second; the scatter if that is larger."""
 FARTHEST = 0.05
-"""Largest zero over the sensor's range."""
+"""Largest zero, relative to the sensor's range."""
 ATMOSPHERE = 101325.0
 """Range [Pa] assumed if the board has no regulator."""
 PAUSE = 0.005
@@ -59,7 +59,7 @@ FASTEST = 20.0
 LONGEST = 1000
 """Number of samples within which driving begins and ends."""
 DRIVE = 3
-"""State of a sample while outputs are driven."""
+"""State of a sample during which the outputs are driven."""
 FAULTS = {
     "sensor-silent": "the sensor gives no reading",
     "pump-does-nothing": "with the pump on and the vent shut the reading does not change",
@@ -80,13 +80,13 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class LockedError(LayerjamError):
-    """A bench that another client commands."""
+    """Raised if another client commands the bench."""
 
     key = "locked"
 
 
 def limit_speed(text: str | Address) -> Address:
-    """Return an address whose virtual board, if it is one, is slow enough for a check."""
+    """Return an address; a virtual board's speed is limited to one that the check can follow."""
     address = address_of(text)
     if not address.simulated or 0 < parse(address.options.get("speed", "1"), "1", "") <= FASTEST:
         return address
@@ -104,10 +104,10 @@ def check_bench(
     """Drive pump and vent for some seconds and return the findings; the bench is SAFE afterwards.
 
     `vent_rest` is the position of the vent valve without power, if the board does not know it.
-    `plant` is the expected line and `lag` [s] its sensor's. With `tune` the measured values will
-    replace them, so differences are ignored. Raises QuantityError if the position is not known or
-    the outputs cannot be driven, LockedError if another client has the lock, InstrumentError if the
-    board is not in SAFE.
+    `plant` is the expected line, and `lag` [s] that of its sensor. With `tune` the measured values
+    will replace them, so differences are ignored. Raises QuantityError if the position is not known
+    or the outputs cannot be driven, LockedError if another client has the lock, InstrumentError if
+    the board is not in SAFE.
     """
     with _lock_bench(bench, vent_rest):
         result = _inspect(bench)
@@ -116,7 +116,7 @@ def check_bench(
 
 @contextlib.contextmanager
 def _lock_bench(bench: Bench, vent_rest: str | None) -> Iterator[None]:
-    """Lock the bench, declare the valve's rest if given, and finally switch the outputs off."""
+    """Lock the bench, declare the valve's rest if given, and switch the outputs off at the end."""
     if limit_speed(bench.address) != bench.address:
         raise QuantityError.of(
             "address",
@@ -256,7 +256,7 @@ def _drive(
 
 
 def _pump(bench: Bench, vent: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Return the readings while the pump runs, and those with all closed after it."""
+    """Return the readings while the pump runs, and those with both closed afterwards."""
     bench.off()
     rise = _drive(bench, 1.0, vent, PUMPED, limit=5.0)
     return rise, _drive(bench, 0.0, 0, HELD)
@@ -273,16 +273,16 @@ def decay(time: Array, rate: float, lag: float) -> Array:
     x = rate * lag
     if x < 1e-9:
         return np.exp(-rate * time)
-    x += 1e-6 * (abs(x - 1.0) < 1e-6)  # a removable singularity
+    x += 1e-6 * (abs(x - 1.0) < 1e-6)  # at this point the singularity is removable
     response: Array = np.exp(-rate * time) - x * np.exp(-time * rate / x)
     return response / (1.0 - x)
 
 
 def _fit_pump(rise: tuple[Array, Array], after: tuple[Array, Array]) -> dict[str, float | None]:
-    """Return the leak from the loss after the pump, and rate, end and lag from the rise.
+    """Return the leak after the pump stops, and rate, end and lag of the rise.
 
-    The lag is fitted to the start of the rise alone, where the pump's curve matters least. None for
-    values that the readings do not show.
+    The lag is fitted to the start of the rise alone, where the pump's curve matters least. Values
+    that cannot be fitted are None.
     """
     late = after[0] > BEGUN
     slope = float(np.polyfit(after[0][late], after[1][late], 1)[0])
@@ -309,9 +309,10 @@ def _fit_pump(rise: tuple[Array, Array], after: tuple[Array, Array]) -> dict[str
 
 
 def _release(bench: Bench, zero: float, vent: int) -> tuple[float, Array, Array]:
-    """Return the vacuum [Pa] of the pump, then times [s] and vacuums with the vent commanded.
+    """Return the pump's vacuum [Pa], then times [s] and vacuums after the vent's command.
 
-    1 commands the vent to open, 0 to close; the pump ran with the opposite.
+    If `vent` is 1 it is commanded to open, if 0 to close; during pumping it had the opposite
+    command.
     """
     bench.off()
     _drive(bench, 1.0, 1 - vent, 0.5 * PUMPED, limit=5.0)
@@ -323,7 +324,7 @@ def _release(bench: Bench, zero: float, vent: int) -> tuple[float, Array, Array]
 def _fit_vent(
     times: Array, fall: Array, level: float, leak: float | None, lag: float | None
 ) -> float | None:
-    """Return the decay [1/s] that the open vent adds, None if it is too fast for the samples."""
+    """Return the decay [1/s] that the open vent adds; None if it is too fast for the samples."""
     shows = int(np.argmax(fall < LEFT * level)) or len(fall)
     fit = _fit(
         lambda t, size, pole: size * decay(t, pole, lag or 0.0),
@@ -335,7 +336,7 @@ def _fit_vent(
 def _fit(
     curve: Callable[..., Array], times: Array, values: Array, guess: tuple[float, ...]
 ) -> tuple[list[float], list[float]] | None:
-    """Return positive parameters of a curve and their standard errors, None if it does not fit."""
+    """Return positive parameters of a curve and their standard errors; None if it does not fit."""
     from scipy.optimize import curve_fit
 
     if len(times) <= len(guess):
@@ -348,7 +349,7 @@ def _fit(
 
 
 def _judge(data: Checked, plant: Plant | None, lag: float, tune: bool) -> Checked:
-    """Return the data with the expected values, and the reason against regulation, if any."""
+    """Return the data with the expected values, and the reason that prevents regulation, if any."""
     faulty = (name for bit, name in TESTS.items() if data.self_test & bit)
     reasons = [f"{name} fails the self-test" for name in faulty]
     reasons += [FAULTS[key] for key in data.wiring]
@@ -372,7 +373,7 @@ def _judge(data: Checked, plant: Plant | None, lag: float, tune: bool) -> Checke
 
 
 def _differences(data: Checked, line_values: dict[str, float]) -> Iterator[str]:
-    """Yield each value of the line that differs by more than the detectors allow for."""
+    """Yield each value that differs from the line's by more than the detectors tolerate."""
     for name, value, share in (
         ("pump's rate", "rate", ALLOWED.pump),
         ("vent's rate", "vent", ALLOWED.vent),

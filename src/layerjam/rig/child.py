@@ -14,14 +14,14 @@ from dataclasses import dataclass
 from layerjam.rig.line import Ends, LineError, Pipes, Sockets
 
 PIPES = sys.platform != "win32"
-"""Whether pipes support the virtual board."""
+"""Whether pipes can connect the virtual board on this system."""
 PATIENCE = 15.0
 """Time within which the child must connect [s]."""
 
 
 @dataclass(frozen=True)
 class Child:
-    """The process; its line with its two descriptors; the plant's end; how to disconnect."""
+    """The subprocess, its line's two descriptors, the plant's end, and how to disconnect."""
 
     process: subprocess.Popen[bytes]
     line: Ends
@@ -40,7 +40,7 @@ def has_pipes() -> bool:
 
 
 def start(command: Sequence[str], words: Sequence[str], closing: Callable[[], None]) -> Child:
-    """Run `command` with two words about the plant's end and then `words`.
+    """Run `command` with two arguments about the plant's end, followed by `words`.
 
     `closing` is called when the line is closed. Raises LineError if the child does not connect.
     """
@@ -50,7 +50,7 @@ def start(command: Sequence[str], words: Sequence[str], closing: Callable[[], No
 
 def _by_pipes(command: Sequence[str], words: Sequence[str], closing: Callable[[], None]) -> Child:
     from_board, to_board, line_in, line_out = os.pipe(), os.pipe(), os.pipe(), os.pipe()
-    # the firmware reads waiting data and continues with its samples
+    # the firmware processes waiting data and goes on with its samples
     os.set_blocking(line_in[0], False)
     process = subprocess.Popen(
         [*command, str(to_board[0]), str(from_board[1]), *words],
@@ -87,7 +87,7 @@ def _by_sockets(command: Sequence[str], words: Sequence[str], closing: Callable[
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            # an interrupt typed here must not reach the board
+            # an interrupt typed in this terminal must not reach the board
             creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
         )
         try:
@@ -103,7 +103,7 @@ def _by_sockets(command: Sequence[str], words: Sequence[str], closing: Callable[
 
 
 def _accept(door: socket.socket, token: str) -> socket.socket:
-    """Return the connection of a child that sends the words `token`; others are closed."""
+    """Return the connection of a child that sends the words `token`; close all others."""
     while True:
         connection, _ = door.accept()
         connection.settimeout(PATIENCE)

@@ -10,20 +10,20 @@ from layerjam.rig.wiring import WiringFile, load_wiring
 
 PICO = Path(__file__).parent / "circuits" / "pico.toml"
 PULL_DOWN = 8.2e3
-"""Greatest pull-down [ohm] that holds a gate at GND while a pin floats (RP2350's erratum E9)."""
+"""Greatest pull-down [ohm] that keeps a gate at GND while its pin floats (RP2350's erratum E9)."""
 GATES = ("pump_gate", "vent_gate")
 """Outputs that must be off while the board is in reset."""
 INSIDE = ("led_out",)
-"""Pins of the chip that need no wire."""
+"""Pins inside the board, which need no wire."""
 SPI = {"spi_miso": 0, "spi_cs": 1, "spi_sck": 2, "spi_mosi": 3}
-"""Place of a use among four pins in a row; GP n is on SPI (n // 8) mod 2 (RP2040's datasheet)."""
+"""Index of a use among four pins in a row; GP n is on SPI (n // 8) mod 2 (RP2040's datasheet)."""
 UNITS = {"resistor": "Ω", "capacitor": "F"}
 PREFIXES = {6: "M", 3: "k", 0: "", -6: "µ", -9: "n", -12: "p"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Wire:
-    """One wire of the board: from a pin of its socket, past parts, to an end."""
+    """One wire of the board, from a pin of its socket through parts to an end."""
 
     pin: int | None
     """Pin of the socket, the first of several with the same name, or None."""
@@ -35,7 +35,7 @@ class Wire:
     to: str
     series: str | None
     shunt: str | None
-    """Parts from the line to GND: after `series` at a gate, else at the pin."""
+    """Parts from the line to GND: after `series` at a gate, otherwise at the pin."""
     volts: float | None
     """Greatest voltage at its end [V]."""
     source: str
@@ -62,7 +62,7 @@ class Component:
 
     @property
     def text(self) -> str:
-        """The value with its unit: 8.2 kΩ; the reference if it has none."""
+        """Return the value with its unit, such as 8.2 kΩ; the reference if it has no value."""
         unit = UNITS.get(self.kind)
         if unit is None:
             return f"{self.kind} {self.ref}"
@@ -72,7 +72,7 @@ class Component:
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """One part to order: number, alternatives, data sheet limits and computed values."""
+    """One part to order: its number, alternatives, data sheet limits and computed values."""
 
     refs: str
     name: str
@@ -91,23 +91,23 @@ class Circuit:
     file: WiringFile
     pins: int
     socket: Mapping[str, int]
-    """{label: pin of the socket}, the first of several."""
+    """{label: pin of the socket}, the first if several have the same label."""
     grounds: tuple[int, ...]
     rails: Mapping[str, tuple[float, float]]
     """{node: least and greatest voltage [V]}."""
     declared: tuple[Mapping[str, str], ...]
-    """Wires as the file has them."""
+    """Wires as declared in the file."""
     components: Mapping[str, Component]
     parts: tuple[Part, ...]
 
     @property
     def board(self) -> str:
-        """The board's name."""
+        """Return the board's name."""
         return self.file.title or self.file.name
 
     @cached_property
     def wires(self) -> tuple[Wire, ...]:
-        """Wires, with the parts that are on them."""
+        """Return the wires with the parts on them."""
         return tuple(_wire(self, entry) for entry in self.declared)
 
     def parts_between(self, first: str, *others: str) -> list[Component]:
@@ -116,7 +116,7 @@ class Circuit:
         return [c for c in self.components.values() if len(c.nodes) == 2 and set(c.nodes) in pairs]
 
     def series_part(self, node: str) -> tuple[Component | None, str]:
-        """Return the part in series with a pin, or None, and the node behind it."""
+        """Return the part in series with a pin, or None, and the node after it."""
         for part in self.components.values():
             if len(part.nodes) == 2 and node in part.nodes and "GND" not in part.nodes:
                 return part, part.nodes[part.nodes[0] == node]
@@ -131,13 +131,13 @@ class Circuit:
         return upper, lower, capacitor
 
     def conflicts(self) -> tuple[str, ...]:
-        """Return the contradictions of pins and parts, a sentence each."""
+        """Return each contradiction of pins and parts as a sentence."""
         rules = (_sockets, _channels, _bus, _gates, _ratio)
         return tuple(text for rule in rules for text in rule(self))
 
 
 def load_circuit(board: str | Path, circuit: Path = PICO) -> Circuit:
-    """Return the circuit of a board, by its name or TOML file; `circuit` has socket and parts.
+    """Return the circuit of a board; `circuit` is the TOML file of its socket and parts.
 
     Raises UnknownNameError or FileError.
     """
@@ -175,7 +175,7 @@ def _wire(circuit: Circuit, entry: Mapping[str, str]) -> Wire:
     node = use or entry["pin"]
     series, end = (None, node) if node in ("GND", *circuit.rails) else circuit.series_part(node)
     rail = circuit.rails.get(end) if use else None
-    # a divider leads to a rail; at a gate the pull-down is behind the series resistor
+    # a divider leads to a rail, and at a gate the pull-down is after the series resistor
     shunts = circuit.parts_between(node if end in circuit.rails else end, "GND")
     label = entry["pin"] if use is None else f"GP{getattr(circuit.file.wiring.pins, use)}"
     return Wire(
@@ -199,7 +199,7 @@ def _sockets(circuit: Circuit) -> Iterator[str]:
 
 
 def _channels(circuit: Circuit) -> Iterator[str]:
-    """Yield a conflict if both sides of the pump share a PWM channel."""
+    """Yield a conflict if both sides of the pump share a PWM slice."""
     pins = circuit.file.wiring.pins
     pump, reverse = pins.pump_gate, pins.pump_back_gate
     if pump % 16 == reverse % 16:
@@ -207,7 +207,7 @@ def _channels(circuit: Circuit) -> Iterator[str]:
 
 
 def _bus(circuit: Circuit) -> Iterator[str]:
-    """Yield SPI pins that are not on one port, or not in their places."""
+    """Yield SPI pins that are not on the same port, or not in their positions."""
     if circuit.file.wiring.sensor_kind != "hsc":
         return
     numbers, ports = asdict(circuit.file.wiring.pins), set()
@@ -223,7 +223,7 @@ def _bus(circuit: Circuit) -> Iterator[str]:
 
 
 def _gates(circuit: Circuit) -> Iterator[str]:
-    """Yield gates that float in reset, without a small pull-down."""
+    """Yield gates that float in reset because they have no small pull-down."""
     for wire in circuit.wires:
         if wire.use not in GATES:
             continue

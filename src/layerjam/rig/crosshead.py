@@ -1,6 +1,7 @@
 """Crosshead of a bench: a person, a machine's contact, or the virtual machine.
 
-Three methods: `begin` starts a move, `done` checks its end, `end` cleans up in any case.
+It has three methods: `begin` starts a move, `done` checks whether it is over, and `end` always
+cleans up.
 """
 
 import importlib
@@ -26,7 +27,7 @@ WAITS = 600.0
 
 
 class CrossheadLostError(LayerjamError):
-    """A crosshead that does not report its arrival."""
+    """A crosshead that did not report its arrival."""
 
     key = "crosshead"
 
@@ -38,23 +39,24 @@ class Crosshead(Protocol):
         """Start a move."""
 
     def done(self, elapsed_time: float) -> bool:
-        """Whether the move is over, `elapsed_time` [s] of the board's clock after it began.
+        """Return whether the move is over, `elapsed_time` [s] of the board's clock after its start.
 
         Raises CrossheadLostError if it is long overdue.
         """
 
     def end(self, bench: Bench) -> None:
-        """Finish the move, or stop waiting for it."""
+        """Finish the move, or stop waiting for its end."""
 
     def positions(self, block: Block) -> list[tuple[int, float, float]]:
-        """Return (board's clock [us], elongation [m], force [N]) of samples, if known."""
+        """Return (board's clock [us], elongation [m], force [N]) of the samples, if known."""
 
 
 class Manual:
-    """A person at a machine, who gets instructions and presses Enter twice.
+    """A person at a machine, who receives instructions and presses Enter twice per move.
 
     The board's marker (`OUTP:SYNC`) is on from the first Enter to the second, for the machine's
-    analogue input. `pressed` returns whether Enter came since the last call; `say` shows a text.
+    analogue input. `pressed` returns whether Enter was pressed since the last call; `say` shows a
+    text.
     """
 
     def __init__(
@@ -68,12 +70,12 @@ class Manual:
         self._note: Note = lambda kind, text: None
 
     def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
-        """Ask for the start."""
+        """Ask the person to start."""
         self._step, self._bench, self._note, self._moves = step, bench, note, False
         self._ask(f"Ready to {step.text()}: press Enter and start the machine.")
 
     def done(self, elapsed_time: float) -> bool:
-        """Whether the second Enter came."""
+        """Return whether Enter was pressed a second time."""
         if elapsed_time > WAITS:
             raise CrossheadLostError(f"nobody pressed Enter for {WAITS:g} s")
         if not self._pressed():
@@ -102,10 +104,10 @@ class Manual:
 
 
 class Trigger:
-    """A machine with two contacts: `OUTP:SYNC` starts it, its own contact reports the end.
+    """A machine with two contacts: `OUTP:SYNC` starts it, and its own contact reports the end.
 
-    The board reports the machine's contact in every sample. It closes when the method is over; it
-    must be open at the start.
+    The board reports the machine's contact in every sample. The contact closes when the machine's
+    method is over; it must be open at the start.
     """
 
     def __init__(self) -> None:
@@ -113,7 +115,7 @@ class Trigger:
         self._due = self._at = 0.0
 
     def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
-        """Close the contact that starts the method."""
+        """Close the contact that starts the machine's method."""
         if self._closed:
             raise CrossheadLostError("the machine's contact is closed before it was started")
         self._due = patience(step, self._at)
@@ -142,7 +144,7 @@ class Trigger:
 
 
 class Virtual:
-    """Machine in the plant of a virtual board; QuantityError for a bench without one."""
+    """Machine in the plant of a virtual board; raises QuantityError for any other bench."""
 
     def __init__(self, bench: Bench, brake: Brake, line: Line) -> None:
         plant = bench.plant
@@ -156,7 +158,7 @@ class Virtual:
         self._due = self._end = self._seen = 0.0
 
     def begin(self, step: Pull | Return, bench: Bench, note: Note) -> None:
-        """Start the move; the marker is on while it lasts."""
+        """Start the move; the marker is on during the move."""
         self._due, self._end = patience(step, self._machine.elongation), step.end
         bench.tell("OUTP:SYNC ON")
         self._machine.go(step.end, step.speed)
@@ -194,7 +196,7 @@ def tell_person(text: str) -> None:
 
 
 def _enter() -> bool:
-    """Whether a line came on standard input, without waiting."""
+    """Return whether a line has arrived on standard input, without waiting."""
     if sys.platform == "win32" and sys.stdin.isatty():
         return _key()
     try:
@@ -209,7 +211,7 @@ def _enter() -> bool:
 
 
 def _key() -> bool:
-    """Whether Enter was pressed in Windows' console, which `select` cannot watch."""
+    """Return whether Enter was pressed in Windows' console, which `select` cannot watch."""
     keys: Any = importlib.import_module("msvcrt")
     is_enter = False
     while keys.kbhit():

@@ -22,7 +22,7 @@ from layerjam.units import QuantitySpec, check, parse
 SAFE_STATES = {"release": "REL", "hold": "HOLD"}
 VENT_RESTS = {"open": "OPEN", "closed": "CLOS"}
 NO_NUMBER = 9.9e37
-"""Number that SCPI writes for not a number."""
+"""Number that SCPI uses for NaN."""
 LEASE = QuantitySpec("s", "time for which a silent host keeps the outputs on", lo=0.2, hi=600)
 TARGET = QuantitySpec("Pa", "vacuum to hold", lo=0.0, hi=1.2e5)
 
@@ -39,7 +39,7 @@ class InstrumentError(LayerjamError):
 
 
 class TrippedError(LayerjamError):
-    """A fault of the device during a wait; `fault` is its name."""
+    """Raised if the device reports a fault during a wait; `fault` is its name."""
 
     key = "tripped"
     fault: str
@@ -52,10 +52,10 @@ class TrippedError(LayerjamError):
 
 
 class Bench:
-    """One instrument; opened by `layerjam.rig.open` and closed like a file.
+    """One instrument, opened by `layerjam.rig.open` and closed like a file.
 
-    Outputs stay on only while a client communicates (`lease`), as `wait` does. `events` keeps
-    device errors that were in the queue.
+    Outputs stay on only while a client communicates within the `lease`, as `wait` does. `events`
+    stores device errors from the queue.
     """
 
     def __init__(self, link: Link, address: Address) -> None:
@@ -65,7 +65,7 @@ class Bench:
         self._commanded = False
         answer, code, text = link.exchange("*IDN?")
         self.identity = answer.decode("ascii", "replace")
-        while code:  # errors from the board's start, not from a command
+        while code:  # these errors come from the board's start, not from a command
             self.events.append(text)
             _, code, text = link.exchange("*OPT?")
 
@@ -101,7 +101,7 @@ class Bench:
 
     @property
     def plant(self) -> VirtualPlant | None:
-        """Plant of a virtual board that this program started, for fault injection; else None."""
+        """Plant of a virtual board started by this program, for fault injection; else None."""
         link = self._link
         return link.board.plant if isinstance(link, BoardLink) and link.board else None
 
@@ -112,7 +112,7 @@ class Bench:
 
     @property
     def vacuum(self) -> float:
-        """Last reading [Pa], NaN if the sensor gives none."""
+        """Last reading [Pa]; NaN if the sensor gives none."""
         return self._number("MEAS:VAC?")
 
     @property
@@ -122,7 +122,7 @@ class Bench:
 
     @property
     def target(self) -> float:
-        """Target vacuum [Pa], a number or text with a unit; 0 releases."""
+        """Target vacuum [Pa], a number or a text with a unit; 0 releases the brake."""
         return self._number("SOUR:VAC?")
 
     @target.setter
@@ -131,7 +131,7 @@ class Bench:
 
     @property
     def output(self) -> bool:
-        """Whether the control law runs."""
+        """Whether the control law is running."""
         return self.ask("OUTP?") == "1"
 
     @output.setter
@@ -140,7 +140,7 @@ class Bench:
 
     @property
     def safe_state(self) -> str | None:
-        """`release` or `hold`, None until it is declared."""
+        """`release` or `hold`; None until it is declared."""
         return _word(SAFE_STATES, self.ask("OUTP:SAFE?"))
 
     @safe_state.setter
@@ -167,7 +167,7 @@ class Bench:
 
     @property
     def regulator(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Settings of the control law in the board; set from a Regulator, to the last bit.
+        """Settings of the control law in the board; a Regulator sets them exactly.
 
         Raises InstrumentError (-221) if the board has none.
         """
@@ -199,7 +199,7 @@ class Bench:
 
     @property
     def sensor_range(self) -> float | None:
-        """Greatest vacuum [Pa] of the regulator's sensor, None without a regulator."""
+        """Greatest vacuum [Pa] of the regulator's sensor; None without a regulator."""
         return self.regulator[1][6] if self.reach else None
 
     @property
@@ -226,7 +226,7 @@ class Bench:
         self.tell("OUTP OFF")
 
     def lock(self) -> bool:
-        """Prevent other clients from commanding; False if another client has the lock."""
+        """Prevent other clients from commanding; return False if another client has the lock."""
         return self.ask("SYST:LOCK:REQ?") == "1"
 
     def unlock(self) -> None:
@@ -234,10 +234,10 @@ class Bench:
         self.tell("SYST:LOCK:REL")
 
     def wait(self, seconds: float, *, until: float | None = None) -> float:
-        """Keep the lease alive for some seconds of the host; return the last vacuum [Pa].
+        """Keep the lease alive for some seconds of the host's clock; return the last vacuum [Pa].
 
-        `until` ends it as soon as that vacuum [Pa] is reached from below. Raises TrippedError if a
-        fault puts the bench into its safe state.
+        The wait ends as soon as the vacuum rises to `until` [Pa]. Raises TrippedError if a fault
+        puts the bench into its safe state.
         """
         end = time.monotonic() + seconds
         pause = min(self.lease / 4, 0.1)
@@ -256,14 +256,14 @@ class Bench:
         return records(self._exchange(f"FETC:STR? {count}"))
 
     def stream(self, count: int = 200) -> tuple[np.ndarray[Any, Any], int]:
-        """Return the records as in `samples`, and the number that the board drew at its start."""
+        """Return the records as `samples` does, and the random number of the board's start."""
         block, mark, boot = self._exchange(f"FETC:STR? {count};:SYST:BOOT?").rpartition(b';"')
         if not mark:
             raise LineError("no block of samples was received")
         return records(block), int(boot[:8], 16)
 
     def acknowledge(self, seq: int) -> None:
-        """Acknowledge the records up to `seq`; this does not command the outputs."""
+        """Acknowledge the records up to `seq`; this does not affect the outputs."""
         self._exchange(f"STR:ACK {seq}")
 
     def status(self) -> BenchStatus:
@@ -298,12 +298,12 @@ class Bench:
         )
 
     def close(self) -> None:
-        """Switch the outputs off, if anything was commanded here, and disconnect."""
+        """Switch the outputs off if this client commanded anything, and disconnect."""
         try:
             if self._commanded:
                 self.off()
         except LayerjamError:
-            pass  # if the line is down, the lease switches them off
+            pass  # if the line is down, the expired lease switches them off
         finally:
             self._link.close()
 
@@ -340,7 +340,7 @@ def open_as(address: str | Address, kind: type[B]) -> B:
 
 
 def _si(value: float | str, spec: QuantitySpec, name: str) -> float:
-    """Return an SI number, from a number or a text with a unit; QuantityError otherwise."""
+    """Return an SI number from a number or a text with a unit; QuantityError otherwise."""
     number = parse(value, spec.unit, name) if isinstance(value, str) else float(value)
     if not math.isfinite(number):
         raise QuantityError.of(name, f"{number} is not a finite number")
@@ -348,7 +348,7 @@ def _si(value: float | str, spec: QuantitySpec, name: str) -> float:
 
 
 def _choice(words: dict[str, str], value: str, name: str) -> str:
-    """Return SCPI's word for a word of layerjam."""
+    """Return SCPI's word for layerjam's."""
     if value not in words:
         raise QuantityError.of(name, f"'{value}' is not allowed; write {' or '.join(words)}")
     return words[value]

@@ -1,4 +1,4 @@
-"""The drop rig: the accelerometer's record of a stop, taken by the board.
+"""The drop rig: the accelerometer's record of a stop, sampled by the board.
 
 `layerjam crash` reads the record directly. `fall` drops a mass on a virtual board's brake.
 """
@@ -26,20 +26,20 @@ if TYPE_CHECKING:
 PAUSE = 0.02
 """Time between two queries of the capture [s]."""
 REST_TIME, FINE = 0.05, 40e3
-"""Rest before a virtual fall [s]; rate at which its signal is made [Hz]."""
+"""Rest before a virtual fall [s], and sampling rate of its signal [Hz]."""
 DELAY = 0.5
-"""Time for which a virtual mass is at rest before it falls [s of the board]."""
+"""Time for which a virtual mass is at rest before it falls [s of the board's clock]."""
 
 
 class CaptureError(LayerjamError):
-    """A record that did not arrive."""
+    """Raised if a record does not arrive."""
 
     key = "capture"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Capture:
-    """State of a record: IDLE, WAITING, RUNNING or DONE, and its known values."""
+    """State of a record (IDLE, WAITING, RUNNING or DONE) and the values known in that state."""
 
     state: str
     size: int
@@ -58,10 +58,11 @@ def prepare(
     level: float = 5.0,
     fall: float | str = 0.03,
 ) -> None:
-    """Set up a capture, in SAFE; settings that agree already are left alone.
+    """Set up a capture in the state SAFE; settings that already agree are not sent.
 
-    Rate [Hz]; times [s] before and after the trigger; `level` in g beyond the reading during the
-    fall; `fall` [s] of free fall that arms it. Raises QuantityError and InstrumentError.
+    `rate` [Hz]; times [s] before and after the trigger; trigger `level` [g] relative to the reading
+    during the fall; `fall` [s] of free fall that arms the trigger. Raises QuantityError and
+    InstrumentError.
     """
     if source not in SOURCES:
         raise QuantityError.of("source", f"'{source}' is not one of {', '.join(SOURCES)}")
@@ -91,7 +92,7 @@ def capture_of(bench: Bench) -> Capture:
 
 
 def coming(bench: Bench, state: Capture) -> Shot:
-    """Return a record that is DONE, without its samples."""
+    """Return a DONE record without its samples."""
     scale = bytes.fromhex(bench.ask("FETC:ACC:SCAL?").strip('"'))
     zero, gain, reach, rate = struct.unpack("<4d", scale)
     return Shot(
@@ -108,14 +109,15 @@ def coming(bench: Bench, state: Capture) -> Shot:
 
 
 def piece(bench: Bench, first: int, size: int) -> bytes:
-    """Return at most PIECE samples of a record of `size`, from `first` on."""
+    """Return at most PIECE samples of a record of `size` samples, from number `first` on."""
     return bench.block(f"FETC:ACC:DATA? {first},{min(PIECE, size - first)}")
 
 
 def collect(bench: Bench, patience: float = 60.0) -> Shot:
     """Return the record when it is complete; the queries keep the lease alive.
 
-    Raises CaptureError after `patience` [s] of the host without one, or if no capture waits.
+    Raises CaptureError if none is complete after `patience` [s] of the host, or if no capture
+    waits.
     """
     end = time.monotonic() + patience
     while (state := capture_of(bench)).state != "DONE":
@@ -142,9 +144,9 @@ def capture(
     ready: Callable[[], None] | None = None,
     **settings: Any,
 ) -> Shot:
-    """Return one record, from settings to samples; `ready` is called when it waits.
+    """Set up a capture and return its record; `ready` is called once it waits for the trigger.
 
-    `settings` are those of `prepare`. Raises the errors of `prepare`, `arm` and `collect`.
+    `settings` are the arguments of `prepare`. Raises the errors of `prepare`, `arm` and `collect`.
     """
     prepare(bench, **settings)
     arm(bench)
@@ -164,10 +166,10 @@ def fall(
 ) -> "TimedStop":
     """Drop a mass [kg] on a virtual board's brake, arriving with `speed` [m/s]; return its stop.
 
-    The vacuum is the plant's present one, and constant. The mass is at rest for `delay` [s] of the
+    The vacuum is constant at the plant's present value. The mass is at rest for `delay` [s] of the
     board's time, falls freely for speed/g, and stops as `layerjam drop` computes it. The board's
-    accelerometer, an ADXL193 with its low-pass, measures that. The board's clock stops during the
-    computation. Raises QuantityError if the bench is not a virtual board of this program.
+    accelerometer, an ADXL193 with its low-pass, measures the motion. The board's clock stops during
+    the computation. Raises QuantityError if the bench is not a virtual board of this program.
     """
     plant = bench.plant
     if plant is None:

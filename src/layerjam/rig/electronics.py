@@ -1,6 +1,6 @@
-"""Worst case of the bench's electronics: voltages, currents, times and heat with their limits.
+"""Worst case of the bench's electronics: voltages, currents, times and heat, and their limits.
 
-Formulas and sources are those of docs/electronics.md. All tolerances act against a limit at once.
+Formulas and sources are in docs/electronics.md. All tolerances act against a limit at once.
 """
 
 import math
@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from layerjam.rig.circuit import GATES, Circuit
 
 HIGH, LOW = 2.0, 0.8
-"""Voltages [V] from which and up to which the RP2040 reads high and low (datasheet, 5.2.3)."""
+"""The RP2040 reads high above the first voltage [V] and low below the second (datasheet, 5.2.3)."""
 OUTPUT, DRIVE = 2.62, 12e-3
-"""Least voltage [V] of a high output, and the greatest rated current [A] (as above)."""
+"""Least voltage [V] of a high output, and its greatest rated current [A] (same source)."""
 LEAKAGE = 1e-6
-"""Greatest current into an input [A] (as above)."""
+"""Greatest current into an input [A] (same source)."""
 REFERENCE = (0.971, 1.02)
 """Ends of the converter's reference over its nominal value: ±2 % of 3.3 V (assumed), less 30 mV
 that its filter drops (Pico's datasheet, 4.3)."""
@@ -23,18 +23,18 @@ CONVERTER = 10 / 4096
 SAMPLE = 0.01
 """Time between samples of the board [s]."""
 NOMINAL, VALVE = 12.0, 0.85
-"""Voltage of the supply [V], and the share of it that the valve needs (SMC: -15 %, not read)."""
+"""Voltage of the supply [V], and its share that the valve needs (SMC: -15 %, not read)."""
 PLATEAU = 1.5
-"""Gate voltage [V] at which a transistor switches, above that of every choice."""
+"""Gate voltage [V] at which a transistor switches, above that of every part offered."""
 BOARD = 0.1
-"""Current of board and sensors [A], at 5 V and more than at 12 V."""
+"""Current of board and sensors [A] from 5 V; assumed for 12 V too, where it is smaller."""
 CARRIED = 0.75
-"""Share of its rating that a fuse carries for long."""
+"""Share of its rated current that a fuse carries permanently."""
 
 
 @dataclass(frozen=True)
 class Margin:
-    """A quantity of the circuit in the worst case, and the limit it must keep."""
+    """A quantity of the circuit in the worst case, and the limit that it must not cross."""
 
     name: str
     unit: str
@@ -43,7 +43,7 @@ class Margin:
     most: float = math.inf
 
     def fields(self) -> dict[str, object]:
-        """Return the fields, without limits that there are not."""
+        """Return the fields, except limits that do not exist."""
         return {key: v for key, v in vars(self).items() if isinstance(v, str) or math.isfinite(v)}
 
     @property
@@ -53,7 +53,7 @@ class Margin:
 
     @property
     def sentence(self) -> str:
-        """The value, and its limit."""
+        """Return the value and its limit as a sentence."""
         limit = (
             f"at most {self.most:.3g}" if math.isfinite(self.most) else f"at least {self.least:.3g}"
         )
@@ -66,12 +66,12 @@ def margins(circuit: Circuit) -> tuple[Margin, ...]:
 
 
 def find_conflicts(circuit: Circuit) -> tuple[str, ...]:
-    """Return the contradictions of a circuit; without any, the limits that it does not keep."""
+    """Return the contradictions of a circuit; if there are none, the limits that it violates."""
     return circuit.conflicts() or tuple(m.sentence for m in margins(circuit) if not m.kept)
 
 
 def trip_voltages(circuit: Circuit) -> tuple[float, float]:
-    """Return the least and greatest supply [V] at which the board may call it low."""
+    """Return the least and greatest supply [V] at which the board may report low supply."""
     upper, lower, _ = circuit.divider("supply_adc")
     wiring, ends = circuit.file.wiring, []
     for sign, reference in zip((-1, 1), REFERENCE, strict=True):
@@ -156,7 +156,7 @@ def _power(circuit: Circuit) -> Iterator[Margin]:
         yield Margin(f"{switch.ref}, drain to source", "V", drain, most=switch.voltage)
         heat = heats[switch.ref] + load.running**2 * switch.value
         yield Margin(f"heat of {switch.ref}", "W", heat, most=switch.power)
-        # of a stalled load at half power, where a diode and C1 carry most
+        # heat of a stalled load at half power, at which a diode and C1 carry most current
         half = 0.5 * high / load.value
         yield Margin(f"{diode.ref}, mean current", "A", half, most=diode.current)
         yield Margin(f"{diode.ref}, reverse voltage", "V", clamp, most=diode.voltage)
@@ -174,9 +174,9 @@ def _power(circuit: Circuit) -> Iterator[Margin]:
 
 
 def release_time(circuit: Circuit, volts: float, release_share: float = 0.3) -> float:
-    """Return the time [s] in which the valve's current falls to a share `release_share` of itself.
+    """Return the time [s] in which the valve's current falls to its share `release_share`.
 
-    `volts` is the voltage that its diode puts against it, 0.5 V, or more with a Zener diode.
+    `volts` is the opposing voltage of its diode: 0.5 V, or more with a Zener diode.
     """
     coil = circuit.components["Y1"]
     ratio = (NOMINAL + volts) / (release_share * NOMINAL + volts)

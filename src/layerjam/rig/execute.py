@@ -1,4 +1,4 @@
-"""A procedure on a bench: the steps of the simulator, carried out and recorded.
+"""Runs a procedure on a bench: carries out the simulator's steps and records them.
 
 In every case the last actions are safe outputs and a closed file.
 """
@@ -47,20 +47,20 @@ from layerjam.units import show
 NOT_REACHED, NOT_VENTED = "NOT_REACHED", "NOT_VENTED"
 CROSSHEAD_LOST, FAULT = "CROSSHEAD_LOST", "FAULT"
 EXTRA, TIMES = 10.0, 3.0
-"""A vacuum is given up after EXTRA [s] and TIMES predicted rises."""
+"""A vacuum is abandoned after EXTRA [s] plus TIMES the predicted rise."""
 AT_REST = 0.3
 """Duration of the samples before the start, which show the sensor's noise [s]."""
 LAST = 0.5
 """Duration of the recording after the outputs are off [s]."""
 STATES = {"SAFE": 0, "RUN": 1, "FAULT": 2}
 LEASE = 2.0
-"""Silence of this program after which the board becomes safe [s]."""
+"""Silence of this program after which the board switches to its safe state [s]."""
 QUICK = 600.0
-"""The same for a virtual board that runs faster than its host, by its own clock [s]."""
+"""The same for a virtual board faster than its host, by the board's clock [s]."""
 
 
 class EndedError(Exception):
-    """A procedure that ends before its last step, with an `outcome`."""
+    """Raised if a procedure ends before its last step, with an `outcome`."""
 
     def __init__(self, outcome: str, reason: str) -> None:
         super().__init__(reason)
@@ -69,7 +69,7 @@ class EndedError(Exception):
 
 @dataclass(frozen=True, kw_only=True)
 class StepResult:
-    """One step: times [s] on the clock of the file, None if it did not begin or end."""
+    """One step; times [s] on the file's clock, None if it did not begin or end."""
 
     text: str
     started: float | None = None
@@ -123,7 +123,7 @@ class Execution:
         self._running = False
 
     def run(self) -> tuple[str, str | None]:
-        """Return the outcome, and the reason if it is not a success; the outputs are then off."""
+        """Return the outcome, and the reason unless it is a success; the outputs are then off."""
         try:
             try:
                 self._begin()
@@ -211,7 +211,7 @@ class Execution:
                 self._next()
             self.shots.let_fall()
             while self.recorder.is_behind(self._next()):
-                pass  # the hold begins at the board's present sample
+                pass  # the hold begins at the board's current sample
         self._until(lambda block: False, duration)
 
     def _move(self, step: Pull | Return) -> None:
@@ -227,14 +227,14 @@ class Execution:
             crosshead.end(self.bench)
 
     def _last_sample(self) -> int:
-        """Return the number of the last sample before the board obeys the last command."""
+        """Return the number of the last sample before the board follows the last command."""
         return int(self.bench.ask("FETC:ALL?").split(",")[0])
 
     def _until(self, is_done: Callable[[Block], bool], limit: float, after: int = -1) -> bool:
-        """Record until `done`; False after `limit` [s] of the board's clock.
+        """Record until `is_done`; return False after `limit` [s] of the board's clock.
 
-        The time starts at sample `after`: a delayed host first reads samples taken before the
-        command.
+        The time starts at sample `after`, because a delayed host first reads samples from before
+        the command.
         """
         start = self.recorder.now
         while True:
@@ -247,7 +247,7 @@ class Execution:
                 return False
 
     def _next(self) -> Block:
-        """Record one block, and end the run if it requires that."""
+        """Record one block, and end the run if a sample requires it."""
         if self.stop.asked:
             raise EndedError(STOPPED, "the operator stopped it")
         recorder, boot = self.recorder, self.recorder.boot
@@ -291,7 +291,7 @@ class Execution:
         return None if self.first_us is None else (self.recorder.now - self.first_us) * 1e-6
 
     def _make_safe(self) -> None:
-        """Turn the outputs off, then record half a second more if line and disk allow it."""
+        """Turn the outputs off, then record for half a second if line and disk allow it."""
         try:
             self.bench.off()
             self.bench.target = 0.0
@@ -305,13 +305,13 @@ class Execution:
                 if shots is not None:
                     shots.look(self.recorder)
         except LayerjamError:
-            # if the connection is lost, the lease acts; if the disk is full, nothing more can be
-            # stored
+            # the lease acts if the connection is lost; nothing more can be stored if the disk is
+            # full
             pass
 
 
 def check(bench: Bench, procedure: Procedure, crosshead: Crosshead | None) -> None:
-    """Raise QuantityError if a bench cannot carry out a procedure at all."""
+    """Raise QuantityError if a bench cannot carry out a procedure."""
     reach = bench.reach
     for step in procedure.steps:
         if isinstance(step, Evacuate) and step.to > reach:
@@ -342,7 +342,7 @@ def execute(
 
     `meta` are further entries of the file (brake_toml, line_toml). Raises QuantityError or
     ProcedureError for an impossible procedure, InstrumentError if the bench refuses to start,
-    FileError for the file; no file is then left. Ctrl-C, SIGTERM and `stop` end it with
+    FileError for the file. After an error no file is left. Ctrl-C, SIGTERM and `stop` end it with
     OPERATOR_STOPPED. `watch` receives every block of samples after it is on disk. With a `rig` the
     accelerometer's records of drops go into the file. `say` receives the first line of a run, which
     states its lease.
@@ -408,14 +408,14 @@ def _run_and_close(bench: Bench, file: RunFile, running: Execution) -> RunResult
 
 
 def _unlock(bench: Bench, lease: float) -> None:
-    """Release lock and lease [s], if the connection still works."""
+    """Release lock and lease [s] if the connection still works."""
     with contextlib.suppress(LayerjamError):
         bench.lease = lease
         bench.unlock()
 
 
 class ProcedureBench(Bench):
-    """A bench with `run`, which carries out a procedure; result of `layerjam.rig.open`."""
+    """A bench with `run`, which carries out a procedure; `layerjam.rig.open` returns one."""
 
     run = execute
 

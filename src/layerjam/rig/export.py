@@ -1,4 +1,4 @@
-"""Export of a run: CSV with its sidecar, Parquet or NetCDF; each describes the run."""
+"""Export of a run as CSV with a sidecar, Parquet or NetCDF, each with its metadata."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class ExportedRun:
     file: Path
     sidecar: Path | None
     shots: tuple[Path, ...] = ()
-    """Files of the accelerometer's records; NetCDF has them inside."""
+    """Files of the accelerometer's records; NetCDF contains them."""
 
 
 @takes_force
@@ -86,7 +86,7 @@ def facts_of_shot(shot: Shot) -> dict[str, str]:
 
 
 def describe_run(run: Run) -> Mapping[str, str]:
-    """Return the run's own entries, and whether it is synthetic."""
+    """Return the metadata of a run, and whether it is synthetic."""
     data = SYNTHETIC if run.simulated else MEASURED
     return {"data": data, **{key: text for key, text in run.meta.items() if text}}
 
@@ -94,7 +94,7 @@ def describe_run(run: Run) -> Mapping[str, str]:
 def _table(
     columns: Mapping[str, Array], facts: Mapping[str, str], out: Path, overwrite: bool
 ) -> None:
-    """Parquet."""
+    """Write Parquet."""
     with MissingExtraError.raise_if_missing("Parquet (pyarrow)", "sweep"):
         import pyarrow as pa  # type: ignore[import-untyped]
         import pyarrow.parquet as parquet  # type: ignore[import-untyped]
@@ -107,7 +107,7 @@ def _table(
 
 
 def _netcdf(run: Run, out: Path, overwrite: bool) -> None:
-    """Write NetCDF 3, which lacks 64-bit integers: numbers beyond 32 bits become exact doubles."""
+    """Write NetCDF 3; it lacks 64-bit integers, so longer numbers become exact doubles."""
     from scipy.io import netcdf_file
 
     def fill(path: Path) -> None:

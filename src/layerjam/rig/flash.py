@@ -1,4 +1,4 @@
-"""Firmware and wiring of a board: an image by its boot loader, files by its prompt.
+"""Firmware and wiring of a board: an image by its boot loader, or files by its prompt.
 
 The prompt is MicroPython's raw mode: Ctrl-A begins it and Ctrl-D runs the program. The board
 returns "OK", the output, Ctrl-D, the traceback and Ctrl-D (MicroPython's documentation, "The
@@ -29,7 +29,7 @@ CHUNK = 128
 """Number of bytes sent at once; a board's own buffer takes 512."""
 WAIT = 10.0
 PIECE = 512
-"""Number of bytes of a file in one program."""
+"""Number of bytes of a file in one program for the prompt."""
 
 
 class Prompt:
@@ -42,7 +42,7 @@ class Prompt:
         self._until(READY, 2.0)
 
     def _until(self, end: bytes, wait: float) -> bytes:
-        """Return the bytes up to `end`, without it."""
+        """Return the bytes before `end`."""
         last = time.monotonic() + wait
         while end not in self._buffer:
             left = last - time.monotonic()
@@ -92,7 +92,7 @@ PATIENCE = 20.0
 """Time that a board may take to restart [s]."""
 DRIVES = ("/media/*/*", "/run/media/*/*", "/Volumes/*", "/mnt/*", "[D-Z]:/")
 MARK = "INFO_UF2.TXT"
-"""File on the boot loader's drive."""
+"""File that identifies the boot loader's drive."""
 CHIP = "RPI-RP2"
 HELD = "try:\n import built\n print(built.FIRMWARE)\nexcept ImportError:\n print('none')"
 T = TypeVar("T")
@@ -120,7 +120,7 @@ def flash(
 ) -> Flashed:
     """Write firmware and wiring to a board; `port` is a serial port, or the boot loader's drive.
 
-    The boot loader takes an image. Without an image, a board with plain MicroPython gets the
+    The boot loader accepts an image. Without an image, a board with plain MicroPython gets the
     firmware's files. `settings` is a wiring's TOML file. Raises FileError, ImageError, LineError
     and QuantityError.
     """
@@ -196,7 +196,7 @@ def greeting(port: str) -> str:
 
 
 def to_prompt(port: str) -> None:
-    """Switch a running firmware to the prompt; LineError if it refuses."""
+    """Switch running firmware to the prompt; LineError if it refuses."""
     line = Line(Serial(port), port)
     try:
         line.ask(1, b"SYST:MAIN", tries=1)
@@ -220,7 +220,7 @@ def check_identity(port: str, board: str) -> tuple[str, bool]:
 
 
 def retry(ask: Callable[[], T]) -> T:
-    """Return a response of a board that is starting."""
+    """Return the response of a board that is restarting, repeating the query."""
     end = time.monotonic() + PATIENCE
     while True:
         try:

@@ -1,9 +1,9 @@
-"""Frames on a serial line: session, number, payload and checksum; also the board's own file.
+"""Frames on a serial line: session, number, payload and checksum; this file also runs on the board.
 
     @ S NN LLLL CCCCCCCC <space> payload LF
 
-without the spaces but the one shown: S session, NN number, L length of the payload, C the CRC-32 of
-"SNNLLLL" and the payload, all in upper-case hexadecimal. One frame in, exactly one frame out with
+without spaces except the one named: S session, NN number, L length of the payload, C the CRC-32 of
+"SNNLLLL" and the payload, all in upper-case hexadecimal. Each frame gets exactly one response, with
 the same S and NN. An empty payload to the board ends the session.
 """
 
@@ -13,19 +13,19 @@ HEAD = 17
 """Bytes before the payload."""
 LONGEST = 0xFFFF
 PENDING = b"\x05"
-"""Answer to a line that waits for a capture to end (*OPC?, *WAI); as a line it asks again."""
+"""Response to a line that waits for a capture to end (*OPC?, *WAI); as a line it asks again."""
 _HEX = b"0123456789ABCDEF"
 
 
 def pack(session: int, number: int, payload: bytes) -> bytes:
-    """The frame of a payload of at most 65,535 bytes; session 0 to 15, number 0 to 255."""
+    """Return the frame of a payload of at most 65,535 bytes; session 0 to 15, number 0 to 255."""
     head = b"%X%02X%04X" % (session, number, len(payload))
     check = binascii.crc32(payload, binascii.crc32(head))
     return b"".join((b"@", head, b"%08X " % check, payload, b"\n"))
 
 
 def length_of(head: bytes) -> int:
-    """Length of the payload announced by a frame's first 17 bytes, -1 if they are invalid."""
+    """Return the payload length stated by a frame's first 17 bytes; -1 if they are invalid."""
     if len(head) != HEAD or head[0] != 64 or head[16] != 32:
         return -1
     for byte in head[1:16]:
@@ -35,7 +35,7 @@ def length_of(head: bytes) -> int:
 
 
 def unpack(frame: bytes) -> "tuple[int, int, bytes] | None":
-    """(session, number, payload) of one whole frame with its LF, None if it is not intact."""
+    """Return (session, number, payload) of a complete frame with its LF; None if damaged."""
     size = length_of(frame[:HEAD])
     if size < 0 or len(frame) != HEAD + size + 1 or frame[-1] != 10:
         return None
@@ -47,7 +47,7 @@ def unpack(frame: bytes) -> "tuple[int, int, bytes] | None":
 
 
 def first(buffer: bytes) -> "tuple[tuple[int, int, bytes] | None, int]":
-    """Return (first intact frame or None, number of bytes consumed).
+    """Return (first undamaged frame or None, number of bytes consumed).
 
     Bytes outside frames are skipped; an incomplete frame is not consumed.
     """

@@ -14,7 +14,7 @@ from layerjam.rig.board import stage
 
 NOTES = Path(__file__).with_name("headers.toml")
 REACH = "reach"
-"""A bound that follows from the regulator."""
+"""A bound that depends on the regulator."""
 SCRIPT = f"""
 import json, sys
 sys.path.insert(0, sys.argv[1])
@@ -39,7 +39,7 @@ print(json.dumps(rows))
 
 @dataclass(frozen=True)
 class Header:
-    """One header: parameters of its command and its query (None: there is none), and a note.
+    """One header: parameters of its command and of its query (None if it has none), and a note.
 
     `flags` are those of the command: L is rejected for others while locked; S is allowed only in
     SAFE.
@@ -63,7 +63,7 @@ class Header:
 
 
 def headers() -> list[Header]:
-    """All headers, in the order of NOTES; KeyError for one that has no note."""
+    """Return all headers, in the order of NOTES; KeyError for one that has no note."""
     with tempfile.TemporaryDirectory(prefix="layerjam-headers-") as folder:
         stage(Path(folder))
         process = subprocess.run(

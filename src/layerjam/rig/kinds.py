@@ -1,7 +1,7 @@
-"""Faults of a campaign: times, names that the board may report, and deadlines.
+"""Faults of a campaign: their times, the names that the board may report, and deadlines.
 
-A deadline runs from the event to safe outputs. Those of the law's own faults are `detection_times`;
-the others follow from the regulator's settings.
+A deadline runs from the event to safe outputs. The deadlines of the law's own faults are its
+`detection_times`; the others follow from the regulator's settings.
 """
 
 import functools
@@ -21,7 +21,7 @@ from layerjam.rig.plant import COUNTS, VirtualPlant
 Moment = Literal["pumping", "holding"]
 Host = Literal["talks", "releases", "silent", "deaf"]
 ESTOP_SAMPLES, SUPPLY_SAMPLES = 2, 3
-"""Samples in which the firmware responds to an open emergency stop and a low supply."""
+"""Number of samples in which the firmware reacts to an open emergency stop and to a low supply."""
 SENSOR_GAP = 0.05
 """Share of the range by which two sensors may differ."""
 DRIFTS = (200.0, 130.0, 100.0, 50.0)
@@ -50,7 +50,7 @@ class Case:
 
     @property
     def lowest(self) -> float:
-        """Vacuum [Pa] below which a loss shows in every reading, even with noise and zero."""
+        """Vacuum [Pa] below which a loss is visible in every reading, despite noise and zero."""
         regulator = self.regulator
         noise = IN_NOISE * regulator.greatest_noise + regulator.sensor.resolution
         return self.target - regulator.lost_below - noise - regulator.zero
@@ -62,14 +62,14 @@ class Case:
 
     @functools.cached_property
     def strongest(self) -> Plant:
-        """The strongest pump against the weakest vent, within the tolerances."""
+        """Plant with the strongest pump and the weakest vent within the tolerances."""
         plant, tolerances = self.regulator.plant.joined, self.regulator.tolerances
         return replace(
             plant, rate=plant.rate * (1 + tolerances.pump), vent=plant.vent * (1 - tolerances.vent)
         )
 
     def falls(self, rate: float, end: float) -> float:
-        """Return the time [s] to fall out of the band on the way to `end` [Pa] at a rate [1/s]."""
+        """Return the time [s] to leave the band when falling to `end` [Pa] at a rate [1/s]."""
         if not rate > 0 or not self.lowest > end:
             return math.inf
         return math.log((self.highest - end) / (self.lowest - end)) / rate
@@ -79,10 +79,10 @@ class Case:
 class FaultKind:
     """A fault: its description (`text`), its possible moments, and its required result.
 
-    `breaks` applies it to the plant. `host` is the host's action; the deadline runs from its
-    command to release, or from the last line that the board took. `answers` names the law's own
-    promise for the fault; if there is none, `promise` gives the deadline. `names` are those by
-    which the board may report it.
+    `breaks` applies it to the plant. `host` is the host's action; the deadline runs from the host's
+    release command, or from the last line that the board received. `answers` names the law's own
+    promise for the fault; if there is none, `promise` gives the deadline. The board may report it
+    by any of `names`.
     """
 
     text: str
@@ -98,7 +98,7 @@ class FaultKind:
         return case.promised_times[self.answers] if self.promise is None else self.promise(case)
 
     def called(self, name: str | None, case: Case) -> bool:
-        """Whether the board may report this name; a second sensor may be the first to notice."""
+        """Return whether the board may report this name; a second sensor may react first."""
         disagree = case.second and name == "SENSORS_DISAGREE" and "SENSOR" in str(self.names)
         return name in self.names or disagree
 
@@ -113,7 +113,7 @@ def _inject(name: str) -> Callable[[Case, VirtualPlant], None]:
 
 
 def _set(**changes: object) -> Callable[[Case, VirtualPlant], None]:
-    """Return a function that sets attributes of the plant; none if only the host fails."""
+    """Return a function that sets attributes of the plant; with none, only the host fails."""
 
     def breaks(_: Case, plant: VirtualPlant) -> None:
         for name, value in changes.items():
@@ -128,7 +128,7 @@ def _rail(case: Case, plant: VirtualPlant) -> None:
 
 
 def _disconnect(case: Case, plant: VirtualPlant) -> None:
-    share = -COUNTS[0] / COUNTS[1]  # no counts at all
+    share = -COUNTS[0] / COUNTS[1]  # the sensor gives no counts
     value = (2 * share - 1) * case.regulator.sensor.range
     plant.injected = FaultInjection(sensor="rail", value=value)
 
@@ -150,12 +150,12 @@ def _samples(count: int) -> Callable[[Case], float]:
 
 
 def _leak_shows(case: Case) -> float:
-    """Return the time until the healthy leak takes the vacuum out of the band, as a loss."""
+    """Return the time until the healthy leak moves the vacuum out of the band, like a loss."""
     return case.falls(case.regulator.plant.joined.leak, 0.0) + case.promised_times["VACUUM_LOST"]
 
 
 def _leaks_out(case: Case) -> float:
-    """Return the time of a loss against a pump at full power."""
+    """Return the time until a loss is visible against a pump at full power."""
     plant, pump = case.regulator.plant.joined, case.strongest.rate
     half = case.target / 2
     inflow = max(plant.rate * (plant.top - plant.weight * half) / half, plant.leak)
@@ -182,12 +182,12 @@ def _lease(case: Case) -> float:
 
 
 def _late(case: Case) -> float:
-    """Return the time to the first sample that comes: the last that may be late."""
+    """Return the time to the first sample that arrives, which is also the last that may be late."""
     return case.size + case.regulator.sample_time
 
 
 def _disagree(case: Case) -> float:
-    """Return infinity with one sensor; with two, the time until they differ by more than noise."""
+    """Return infinity for one sensor; for two, the time until they differ by more than noise."""
     if not case.second:
         return math.inf
     regulator, sensor = case.regulator, case.regulator.sensor
@@ -209,7 +209,7 @@ _BREAKS: dict[str, Callable[[Case, VirtualPlant], None]] = {
     "e-stop": _set(estop=True),
     "supply-low": _set(supply_low=True),
 }
-"""{fault: change of the plant}, unless it is a fault of the law by that name."""
+"""{fault: change of the plant}, unless the law has a fault of that name."""
 _PROMISES: dict[str, Callable[[Case], float]] = {
     "sensor-drift": _disagree,
     "pump-dead-holding": _leak_shows,
@@ -221,7 +221,7 @@ _PROMISES: dict[str, Callable[[Case], float]] = {
     "e-stop": _samples(ESTOP_SAMPLES),
     "supply-low": _samples(SUPPLY_SAMPLES),
 }
-"""{fault: deadline}, if the law promises nothing."""
+"""{fault: deadline} of faults for which the law promises nothing."""
 
 
 def _kinds() -> Iterator[tuple[str, FaultKind]]:

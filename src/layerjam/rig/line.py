@@ -16,25 +16,25 @@ TRIES = 5
 WAIT = 0.5
 """Wait for a response, each try [s]."""
 QUIET = 0.05
-"""Silence after which the rest of a response is not expected [s]."""
+"""Silence after which no more of a response is expected [s]."""
 PROMPTS = (b">>> ", b"Traceback (most recent call last)")
 """Texts that a board sends if its firmware is not running."""
 
 
 class LineError(LayerjamError):
-    """A line that does not respond, or on which something else responds."""
+    """Raised if a line does not respond, or if something else responds."""
 
     key = "line"
 
 
 class SpoiltError(LineError):
-    """A line on which responses arrive, but none of them complete."""
+    """Raised if responses arrive on a line, but none of them complete."""
 
     key = "line-spoilt"
 
 
 class Ends(Protocol):
-    """Both ends of a line of bytes."""
+    """One end of a line of bytes."""
 
     def read(self, wait: float) -> bytes:
         """Return the bytes received within `wait` [s]; LineError if the line is closed."""
@@ -47,7 +47,7 @@ class Ends(Protocol):
 
 
 class Pipes:
-    """A line of two descriptors; `closing` ends the process behind them."""
+    """A line with two descriptors; `closing` ends the process behind it."""
 
     def __init__(self, incoming: int, outgoing: int, closing: Callable[[], None]) -> None:
         self._in, self._out, self._closing = incoming, outgoing, closing
@@ -74,7 +74,7 @@ class Pipes:
 
 
 class Sockets:
-    """A line of one connected socket; `closing` ends the process behind it."""
+    """A line with one connected socket; `closing` ends the process behind it."""
 
     def __init__(self, connection: socket.socket, closing: Callable[[], None]) -> None:
         self._joined, self._closing = connection, closing
@@ -148,7 +148,7 @@ class Serial:
 
 
 class Line:
-    """Queries of up to 15 sessions, one at a time; safe from any thread."""
+    """Queries of up to 15 sessions, one at a time; it can be used from any thread."""
 
     def __init__(self, ends: Ends, name: str) -> None:
         self.name = name
@@ -172,7 +172,7 @@ class Line:
             for attempt in range(tries):
                 end, repeat = time.monotonic() + WAIT, attempt > 0
                 while time.monotonic() < end:
-                    # a LF ends the rest of a torn frame before the next one
+                    # an LF ends the rest of a torn frame before the next one
                     self._ends.write(b"\n" + frame if repeat else frame)
                     self.tries += 1
                     answer = self._answer(session, number, end)
@@ -190,7 +190,7 @@ class Line:
             self.tries += 1
 
     def waiting_responses(self) -> list[bytes]:
-        """Return all waiting responses, until none comes for 0.5 s."""
+        """Return all waiting responses, until none arrives for 0.5 s."""
         payloads: list[bytes] = []
         with self._lock:
             while data := self._ends.read(WAIT):
@@ -227,7 +227,7 @@ class Line:
             self._buffer += data
 
     def greet(self, patience: float) -> str:
-        """Return the board's `*IDN?` once it has started; ends sessions of earlier clients."""
+        """Return the board's `*IDN?` once it has started; end the sessions of earlier clients."""
         end = time.monotonic() + patience
         while True:
             try:

@@ -1,4 +1,4 @@
-"""Access of a driver to its instrument: as the line's owner, or as a client of a gateway."""
+"""A driver's access to its instrument, as owner of the line or as a client of a gateway."""
 
 import re
 import socket
@@ -13,22 +13,22 @@ from layerjam.rig.line import Line, LineError
 from layerjam.rig.token import read_token
 
 PATIENCE = 5.0
-"""Wait for a gateway's response [s]."""
+"""Longest wait for a gateway's response [s]."""
 WAITS = re.compile(r"\*(OPC|WAI)", re.IGNORECASE)
-"""Commands that may wait, however long, for the end of a capture."""
+"""Commands that may wait for the end of a capture, without a limit."""
 SESSION = 1
 CHECK = "*OPT?;:SYST:ERR?"
-"""Query whose response always begins with 0: it ends all earlier responses."""
+"""Query whose response always begins with 0, so that it marks the end of earlier responses."""
 CHECKED = re.compile(rb'0;([+-]?\d+),"(.*)"')
 POLL = 0.02
-"""Time between two queries whether a line is still waiting [s]."""
+"""Time between two queries of whether a line is still waiting [s]."""
 
 
 class Link(Protocol):
     """One client's side of an instrument."""
 
     def exchange(self, text: str) -> tuple[bytes, int, str]:
-        """Return the response to a line of SCPI, and the oldest error's number (or 0) and text."""
+        """Return the response to a SCPI line, and number (or 0) and text of the oldest error."""
 
     def close(self) -> None:
         """Disconnect; the session ends."""
@@ -43,7 +43,7 @@ def parse_check(answer: bytes) -> tuple[int, str]:
 
 
 class BoardLink:
-    """Owner of the line, with frames."""
+    """Owner of the line, which uses frames."""
 
     def __init__(self, line: Line, board: VirtualBoard | None) -> None:
         self.line, self.board = line, board
@@ -96,7 +96,7 @@ class SocketLink:
             raise FileError(self._name, "the gateway has a different token; copy its --token-file")
 
     def exchange(self, text: str) -> tuple[bytes, int, str]:
-        """Send the line and CHECK in one packet; a rejected line has no response before it."""
+        """Send the line and CHECK in one packet; a rejected line has no response of its own."""
         self._socket.settimeout(None if WAITS.search(text) else PATIENCE)
         try:
             self._socket.sendall(text.encode("ascii") + b"\n" + CHECK.encode() + b"\n")
@@ -124,7 +124,7 @@ class SocketLink:
             self._buffer += data
 
     def _end(self) -> int:
-        """Return the end of the first response in the buffer, with its LF, or 0."""
+        """Return the end, with its LF, of the first response in the buffer, or 0."""
         if self._buffer[:1] == b"#":
             digits = self._buffer[1:2]
             begin = 2 + int(digits) if digits.isdigit() else 0

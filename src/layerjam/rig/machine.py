@@ -21,10 +21,10 @@ from layerjam.simulate.speed import follows_speed, without_idle_speed_law
 
 
 class SteppedBrake:
-    """A brake with its memory; one call gives one point of a history of `brake_cycle`.
+    """A brake with its memory; each call gives one point of a history of `brake_cycle`.
 
-    The kernel steps it if it can, else the law, whose first call compiles. Raises QuantityError for
-    a hyperelastic enclosure, whose history cannot be stepped.
+    The kernel steps it if possible, otherwise the law, whose first call compiles. Raises
+    QuantityError for a hyperelastic enclosure, whose history cannot be stepped.
     """
 
     def __init__(self, brake: Brake) -> None:
@@ -51,7 +51,7 @@ class SteppedBrake:
         with double_precision():
             growth = np.float64(growth_of(speed, self._brake)) if self._paced else None
             if self._state is None:
-                # plain arrays, like every later state: otherwise it compiles twice
+                # plain arrays, like later states, because another type would compile again
                 start = new_state(np.float64(vacuum), growth)
                 self._state = jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)), start)
             self._state, point = self._step(
@@ -61,9 +61,9 @@ class SteppedBrake:
 
 
 class VirtualMachine:
-    """A crosshead with a brake whose chamber is that of the line.
+    """A crosshead with a brake whose chamber belongs to the line.
 
-    The force follows from the brake's law at the true vacuum. The slip enlarges the chamber by
+    The force follows from the brake's law at the true vacuum. Slip enlarges the chamber by
     `volume_per_slip`, so that its gas expands.
     """
 
@@ -76,11 +76,11 @@ class VirtualMachine:
         self._larger = chamber.volume_per_slip / chamber.volume
         self._exponent, self._atmosphere = line.polytropic, line.site.atmosphere
         self._shown: dict[int, tuple[float, float]] = {}
-        self._pulled.step_to(0.0, 0.0)  # compiles before the board waits for it
+        self._pulled.step_to(0.0, 0.0)  # compile before the board waits for it
 
     @property
     def swell(self) -> float:
-        """Volume of the chamber relative to that at rest."""
+        """Volume of the chamber relative to its volume at rest."""
         return 1.0 + self._larger * self.slip
 
     def go(self, end: float, speed: float) -> None:

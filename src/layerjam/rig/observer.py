@@ -25,31 +25,31 @@ from layerjam.rig.plant import Hardware, VirtualPlant
 from layerjam.rig.uneven import draw_uneven
 
 SPREAD = 1.4
-"""Factor by which a line's pump, leak and vent are drawn greater or smaller."""
+"""Factor by which pump, leak and vent of a line are randomly scaled up or down."""
 TARGETS = (0.25, 0.75)
-"""Shares of the vacuum that the pump reaches, and of the sensor's range."""
+"""Random targets, as shares of the pump's greatest vacuum and of the sensor's range."""
 LEVELS = (0.02, 0.6)
 """Shares of the target at which a fault during pumping begins."""
 ROOM = 3.0
-"""Decision steps of rise in which the detectors judge a pump that runs full."""
+"""Decision steps of the rise in which the detectors evaluate a pump at full power."""
 FULL = 1.5
-"""Distance from the target at which a PI regulator's pump runs full, in saturating errors."""
+"""Distance from the target, in saturating errors, at which a PI regulator's pump is full on."""
 WAITS = (0.2, 5.0)
-"""Time [s] for which a vacuum is held before a fault."""
+"""Range of times [s] for which a vacuum is held before a fault."""
 PATIENCE = 120.0
 """Time [s] of the plant after which an event or a host's command is no longer expected."""
 FLOODED = 15.0
-"""Time [s] in which a board reads the queries of a deaf host, until its 4 kB wait to be sent."""
+"""Time [s] in which a board reads the queries of a host that does not read, until 4 kB wait."""
 MARGIN = 2.0
-"""Time [s] after twice the deadline for which a fault is observed."""
+"""Time [s], after twice the deadline, for which a fault is still observed."""
 LONGEST = 600.0
 """Time [s] for which a fault without a deadline is observed."""
 TENTH = 0.1
-"""Share of the target whose loss is noted."""
+"""Share of the target whose loss is recorded."""
 GONE = 0.02
 """Share of the target below which the vacuum is considered lost."""
 SLOW = 1e-3
-"""Host's time [s] of a sample while the host is busy."""
+"""Duration of a sample [s of the host] while the host is busy."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +71,7 @@ class Plan:
 
     @property
     def kind(self) -> FaultKind:
-        """Kind of the fault."""
+        """Return the kind of the fault."""
         return KINDS.get(self.name, HEALTHY)
 
 
@@ -92,8 +92,8 @@ def draw_plan(
 ) -> Plan:
     """Return the plan of run `number` of a fault; it depends on the seed, not on other runs.
 
-    The line varies about the board's line, and the regulator is made for the varied line; with
-    `mismatch` the real line differs from that one within the tolerances. `size` is the fault's,
+    The line is a random variation of the board's line, and the regulator is designed for it. With
+    `mismatch` the real line differs from it within the tolerances. `size` is that of the fault,
     random by default.
     """
     draw = random.Random(f"{seed} {name} {number}")
@@ -148,9 +148,9 @@ def draw_plan(
 
 
 def draw_mismatch(hardware: Hardware, case: Case, leak: float, draw: random.Random) -> Hardware:
-    """Return hardware at random within the tolerances of a regulator that is made for it.
+    """Return random hardware within the tolerances of a regulator designed for it.
 
-    `leak` is the leak over the greatest healthy one.
+    `leak` is the leak relative to the greatest healthy leak.
     """
     regulator, plant, sensor = case.regulator, hardware.plant, hardware.sensor
     tolerances, zero = regulator.tolerances, regulator.zero
@@ -173,9 +173,9 @@ def draw_mismatch(hardware: Hardware, case: Case, leak: float, draw: random.Rand
 
 
 class Observer:
-    """Fault injector and watcher of the outputs, called in the plant's thread.
+    """Injects a fault and watches the outputs; called in the plant's thread.
 
-    `done` is set after the outputs have been safe for long enough, or the time is over.
+    `done` is set once the outputs have been safe for long enough, or when the time is over.
     """
 
     def __init__(self, plant: VirtualPlant, plan: Plan) -> None:
@@ -188,7 +188,7 @@ class Observer:
         self.since: float | None = None
         """Time since which the outputs are safe [s]."""
         self.lost: float | None = None
-        """Time at which a tenth of the target was missing [s]."""
+        """Time at which a tenth of the target was lost [s]."""
         self.vacuum = math.nan
         """True vacuum at the end [Pa]."""
         self.began: float | None = None
@@ -267,7 +267,7 @@ class Observer:
 
     @property
     def _known(self) -> bool:
-        """Whether the event is known, or will be once a deaf host reads its responses."""
+        """Return whether the event is known, or will be once the host reads its responses."""
         return self.event is not None or self.plan.kind.host == "deaf"
 
     def _end(self) -> None:
@@ -284,7 +284,7 @@ class Observer:
 
     @property
     def safe_after(self) -> float | None:
-        """Time [s] from the event to outputs that were safe and stayed so."""
+        """Return the time [s] from the event until the outputs were safe and stayed safe."""
         if self.since is None or self.event is None:
             return None
         return max(self.since - self.event, 0.0)

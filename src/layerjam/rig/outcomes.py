@@ -1,6 +1,6 @@
-"""Results of operations on a bench: its state, a check, a zero, a log, a soak, a flashed board.
+"""Results of operations on a bench: state, check, zero, log, soak test, flashed board.
 
-The results of the commands inherit unit and text of each quantity.
+The results of the commands inherit the unit and the description of each quantity.
 """
 
 from layerjam.outputs import fact, number, outputs

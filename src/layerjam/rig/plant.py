@@ -31,7 +31,7 @@ from layerjam.simulate.accelerometer import ADXL193, STANDARD_GRAVITY
 TOLD = struct.Struct("<dIBBH")
 """Message from the board: pump, board's clock [us, 30 bits], power of the vent, request, count."""
 READING, SAMPLES, START = 1, 2, 3
-"""Requests: a reading; accelerometer samples; their scale, with samples from now on."""
+"""Requests: a reading, accelerometer samples, or their scale, which starts the samples."""
 SHOWN = struct.Struct("<dHhBBHd")
 """Message to the board: vacuum [Pa], raw counts, temperature [0.01 degC], flags, unused, time for
 which the sample keeps the board busy [ms], reading of a second sensor [Pa]."""
@@ -40,13 +40,13 @@ ESTOP, SUPPLY_LOW, DIAGNOSTIC, SECOND, CONTACT = 1, 2, 4, 8, 16
 RANGE = 103421.0
 """Default range of the sensor [Pa]: 15 psi, Honeywell HSC 015PD."""
 COUNTS = (1638, 13108)
-"""Counts at the lowest reading and the span above it, of such a sensor."""
+"""Counts at the lowest reading of such a sensor, and the span above them."""
 LINEAR_AT = 60e3
 """Vacuum [Pa] at which a line's leak and valve are linearised, unless the address states `at`."""
 ROOM_TEMPERATURE = 2300
 HEALTHY = FaultInjection()
 SCALE = struct.Struct("<4d")
-"""Counts at 0, m/s^2 a count, range [m/s^2], rate [Hz]."""
+"""Counts at 0, m/s^2 per count, range [m/s^2], rate [Hz]."""
 SENSITIVITY = 8e-3
 """Sensitivity of a 250 g ADXL193 on 5 V [V/g]; from memory, not read in a data sheet."""
 DIVIDER, REFERENCE, CODES = 2 / 3, 3.3, 4096
@@ -56,14 +56,14 @@ GAIN = STANDARD_GRAVITY / (SENSITIVITY * DIVIDER / REFERENCE * CODES)
 """m/s^2 per count."""
 ACCELERATION_RANGE = float(ADXL193.range or 0.0)
 NOISE = 1.2
-"""Counts, RMS: 0.97 to 1.36 were measured of an RP2040's converter (pico-adc.markomo.me)."""
+"""Noise, RMS [counts]: 0.97 to 1.36 were measured on an RP2040 (pico-adc.markomo.me)."""
 Array = np.ndarray[Any, Any]
 
 
 class VirtualAccelerometer:
-    """An ADXL193 behind a divider, on a converter of 12 bits: specific force in counts.
+    """An ADXL193 behind a divider on a 12-bit converter; it gives specific force in counts.
 
-    At rest it shows 1 g. `play` puts a signal on it.
+    At rest it shows 1 g; `play` applies a signal.
     """
 
     def __init__(self, seed: int) -> None:
@@ -72,19 +72,20 @@ class VirtualAccelerometer:
         self._signal: tuple[float, Array, Array] | None = None
 
     def play(self, start: float, time: Array, force: Array) -> None:
-        """From the plant's time `start` [s] on a specific force [m/s^2]; shapes (N,), rising times.
+        """Apply a specific force [m/s^2] at ascending times from `start` [s] on; shapes (N,).
 
-        Before it the sensor is at rest, after it the last value stays.
+        `start` is a time of the plant. Before it the sensor is at rest; after the signal its last
+        value stays.
         """
         self._signal = (start, np.asarray(time, float), np.asarray(force, float))
 
     def start(self, rate: int, plant_time: float) -> bytes:
-        """Begin to sample; the scale, packed."""
+        """Start sampling and return the packed scale."""
         self._rate, self._begun, self._given = rate, plant_time, 0
         return SCALE.pack(ZERO, GAIN, ACCELERATION_RANGE, float(rate))
 
     def samples(self, count: int) -> bytes:
-        """The next samples, int16, little-endian."""
+        """Return the next samples, int16, little-endian."""
         times = self._begun + (self._given + np.arange(count)) / self._rate
         self._given += count
         force = np.full(count, STANDARD_GRAVITY)
@@ -106,16 +107,16 @@ class Hardware:
     normally_open: bool
     """Whether the vent valve is open without power."""
     speed: float
-    """Speed of the board's clock over the host's; 0: as fast as samples are computed."""
+    """Speed of the board's clock relative to the host's; 0: as fast as samples are computed."""
     seed: int
     second: bool = False
     """Whether a second sensor of the same kind measures the same chamber."""
     uneven: Uneven | None = None
-    """Flows that differ from the linear plant's, if any."""
+    """Flows that differ from those of the linear plant, if any."""
 
 
 def read_hardware(address: Address) -> Hardware:
-    """Return the line, sensor and valve that a `sim:` address states.
+    """Return the line, the sensor and the valve in a `sim:` address.
 
     Raises UnknownNameError for an unknown line, QuantityError for impossible values.
     """
@@ -154,7 +155,7 @@ behind = read_hardware  # former name
 
 
 def _rate(options: Mapping[str, str], name: str) -> float:
-    """Return the inverse of a time constant that an address states [1/s]."""
+    """Return the rate [1/s], the inverse of a time constant in an address."""
     lasting = parse(options[name], "s", f"address: {name}")
     if not lasting > 0:
         raise QuantityError.of("address", f"{name}={options[name][:40]} is not above zero")
@@ -166,12 +167,12 @@ class VirtualPlant:
 
     `injected` breaks pump, line or sensor. `drift` [Pa/s] raises the sensor's reading. `stall` [s]
     keeps the board busy in its next sample. `estop` and `supply_low` cut the power of pump and
-    valve; the board senses no voltage behind the stop in both, and the second also before it.
-    Pump and vent follow `outputs` as commanded. `trace`, if it is a list, receives (time [s],
-    pump, vent open, vacuum [Pa]) at each change of the outputs. `watch` is called at each
-    sample, `at` calls a function between two samples. `pace` [s] delays each sample in the
-    host's time. `contact` closes the contact for a trigger. `accelerometer` may receive a drop
-    (`drop.py`).
+    valve. In both cases the board senses no voltage after the stop, and with `supply_low` none
+    before it either. Pump and vent follow `outputs` as commanded. `trace`, if it is a list,
+    receives (time [s], pump, vent open, vacuum [Pa]) at each change of the outputs. `watch` is
+    called at each sample, `at` calls a function between two samples. `pace` [s] delays each sample
+    in the host's time. `contact` closes the contact for a trigger. `accelerometer` may receive a
+    drop (`drop.py`).
     """
 
     def __init__(self, hardware: Hardware) -> None:
@@ -188,7 +189,7 @@ class VirtualPlant:
         self.vacuum = self.side = self.shown = 0.0
         self.time = 0.0
         self.asked = self.wraps = 0
-        """Samples that the board took, and overflows of its 30-bit clock."""
+        """Number of samples that the board took, and of overflows of its 30-bit clock."""
         self.outputs = (0.0, hardware.normally_open)
         self.trace: list[tuple[float, float, bool, float]] | None = None
         self._last = self._climbed = 0.0
@@ -242,7 +243,7 @@ class VirtualPlant:
         return cache[2]
 
     def _move(self, dt: float) -> None:
-        """Advance by `dt` [s]; uneven flows count as constant for up to 2 ms."""
+        """Advance by `dt` [s]; uneven flows are treated as constant for up to 2 ms."""
         rates, uneven = self._rates(), self.behind.uneven
         if uneven is None:
             self._move_evenly(dt, rates)
@@ -267,7 +268,7 @@ class VirtualPlant:
         left = -math.expm1(-dt / lag) if lag > 0.0 else 1.0
         a, b, gain, sensor_gain = factors(rates, pump, float(vent), dt, lag, left)
         if rates.side > 0.0:
-            from layerjam.control.through_tube import advance  # numba takes half a second
+            from layerjam.control.through_tube import advance  # numba takes half a second to import
 
             self.vacuum, self.side, self.shown = advance(
                 self.vacuum, self.side, self.shown, a, b - rates.leak, rates, dt, lag
@@ -312,7 +313,7 @@ class VirtualPlant:
         return min(max(y, -sensor.range), sensor.range)
 
     def answer(self, asks: int = READING, count: int = 0) -> bytes:
-        """Return the data for the board at a sample, or of its accelerometer."""
+        """Return the data for the board: at a sample, or samples of its accelerometer."""
         if asks == START:
             return self.accelerometer.start(count, self.time)
         if asks == SAMPLES:
@@ -337,7 +338,7 @@ class VirtualPlant:
 
 
 class PlantThread(threading.Thread):
-    """Responder to a virtual board, until its end of the line is closed."""
+    """Thread that answers a virtual board until its end of the line is closed."""
 
     def __init__(self, plant: VirtualPlant, child: "Child") -> None:
         super().__init__(name="plant", daemon=True)

@@ -1,8 +1,8 @@
-"""Recording of a board's samples into a run file: fetch, commit, then acknowledge.
+"""Records a board's samples into a run file: fetch, commit, then acknowledge.
 
-A board sends every sample at least once, and the file holds it exactly once, by the numbers of the
-board's start and of the sample. A killed recorder loses no acknowledged sample, and the board keeps
-the others for ten seconds.
+A board sends every sample at least once. The file holds each exactly once, identified by the
+numbers of the board's start and of the sample. A killed recorder loses no acknowledged sample, and
+the board keeps the others for ten seconds.
 """
 
 import contextlib
@@ -32,32 +32,32 @@ from layerjam.rig.telemetry import PERIOD, unwrap_clock
 PACE = 0.05
 """Time between two blocks [s of the host]."""
 FULL = 200
-"""Largest number of records in a block."""
+"""Largest number of records in one block."""
 FEW = 25
-"""Number of records in a block on a line that damages longer ones."""
+"""Number of records in a block if the line damages longer ones."""
 SLOW = 0.1
 """Duration of a block above which the next one is shortened [s of the host]."""
 CREDIT = 300
-"""Number of samples that a board at full speed makes before it waits for its recorder."""
+"""Number of samples that a board at full speed takes before it waits for its recorder."""
 SLOWLY = 0.0005
 PATIENCE = 60.0
-"""Longest search for a lost connection [s]."""
+"""Longest time spent on restoring a lost connection [s]."""
 JUMP = 1_000_000_000
-"""Difference between the host's calendar and its clock that is reported [ns]."""
+"""Smallest jump between the host's calendar and its clock that is reported [ns]."""
 FINISHED, STOPPED = "FINISHED", "OPERATOR_STOPPED"
 LINE_LOST, DISK_FULL = "LINE_LOST", "DISK_FULL"
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Samples that are on disk: records as the board sends them, and `us` without overflow."""
+    """Samples that are on disk: the board's records, and `us` without overflow."""
 
     rows: np.ndarray[Any, Any]
     us: np.ndarray[Any, Any]
 
 
 Moves = Callable[[Block], list[tuple[int, float, float]]]
-"""Rows of a crosshead that belong to a block: board's clock [us], elongation [m], force [N]."""
+"""Rows of a crosshead for a block: board's clock [us], elongation [m], force [N]."""
 
 
 class Recorder:
@@ -138,7 +138,7 @@ class Recorder:
         return len(block.rows) >= self._asked
 
     def begin(self, moves: Moves | None = None) -> None:
-        """Record the samples that the board still has; time counts from the last of them."""
+        """Record the samples that the board still has; time starts at the last of them."""
         block = self.pump(moves)
         while self.is_behind(block):
             self.pause(block)
@@ -183,7 +183,7 @@ class Recorder:
 
     @contextlib.contextmanager
     def _hold_board(self) -> Iterator[None]:
-        """Stop a board at full speed during a write: its buffer fills in 45 ms."""
+        """Pause a board at full speed during a write, because its buffer fills in 45 ms."""
         if self._throttle is None:
             yield
             return
@@ -194,7 +194,7 @@ class Recorder:
             self._throttle.going.set()
 
     def pause(self, block: Block) -> None:
-        """Wait for the next block, but not behind a board that is ahead."""
+        """Wait for the next block, unless the board already has more samples."""
         if self._throttle is not None:
             self._throttle.credit = 0 if self.is_behind(block) else CREDIT
         elif not self.is_behind(block):
@@ -233,7 +233,7 @@ def _throttle(bench: Bench) -> Throttle | None:
 
 
 def _rows(rows: np.ndarray[Any, Any], us: np.ndarray[Any, Any]) -> Iterator[tuple[int, int, Any]]:
-    """Yield (seq, us without overflow, other columns) for SQLite, None for NaN."""
+    """Yield (seq, us without overflow, other columns) for SQLite, with None for NaN."""
     for record, us_ in zip(rows.tolist(), us.tolist(), strict=True):
         seq, _, *columns = record
         yield seq, us_, [None if value != value else value for value in columns]
@@ -302,8 +302,8 @@ def log(
 ) -> Logged:
     """Record a bench that another client commands, until `duration` [s of the board] or a signal.
 
-    SIGINT and SIGTERM end it. A lost connection is searched for `patience` [s]; another board there
-    is rejected. Raises FileError if the file or the bench is not available.
+    SIGINT and SIGTERM end it. It tries for `patience` [s] to restore a lost connection, and rejects
+    another board at the address. Raises FileError if the file or the bench is not available.
     """
     with Stop() as stop:
         bench = open_bench(address)
@@ -365,7 +365,7 @@ class _Log:
         self._patience, self._stop, self._say = patience, stop, say
 
     def run(self) -> tuple[str, str | None]:
-        """Return (outcome, reason if it is not a success)."""
+        """Return (outcome, reason unless it is a success)."""
         begun = False
         while True:
             try:
@@ -386,7 +386,7 @@ class _Log:
                     return failure
 
     def _reconnect(self, reason: str) -> tuple[str, str | None] | None:
-        """Search for the connection; return None once it is restored."""
+        """Try to restore the connection; return None once it works."""
         recorder = self.recorder
         bench, end = recorder.bench, time.monotonic() + self._patience
         recorder.file.note("link", f"connection lost: {reason}", recorder.now)

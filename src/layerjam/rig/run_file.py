@@ -1,6 +1,6 @@
-"""A run file during writing: every block is on disk before the board may drop it.
+"""A run file during writing: every block is on disk before the board may discard it.
 
-`measure/runs.py` describes the file's content and reading. Other programs may read it at any time.
+`measure/runs.py` describes the file's content and reads it. Other programs may read it at any time.
 """
 
 import contextlib
@@ -22,12 +22,12 @@ MB."""
 FAR_AWAY = frozenset(
     "9p afs ceph cifs fuse.sshfs glusterfs lustre ncpfs nfs nfs4 smb3 smbfs".split()  # noqa: SIM905
 )
-"""Network file systems: their locks and their write-ahead log are not reliable."""
+"""Network file systems, whose locks and write-ahead log are not reliable."""
 MOUNTS = Path("/proc/self/mountinfo")
 
 
 class RecordingError(LayerjamError):
-    """A run file that accepts no more data; the last data are not in it."""
+    """Raised if a run file cannot store more data; the last data are missing in it."""
 
     key = "recording"
 

@@ -1,8 +1,9 @@
-"""The gateway: one board's line for many clients, over TCP and as a serial port.
+"""The gateway: shares one board's line among many clients, over TCP and as a serial port.
 
-Each client that may command has a session of its own on the board. All others share one, in which
-only `OUTP OFF`, `ABOR`, `*IDN?`, `*OPC?`, `*OPT?` and `SYST:ERR?` are heard. Lines are plain SCPI.
-The gateway does not keep the outputs on for a client: if it is silent, the board's lease ends.
+Each client that may command has its own session on the board. All others share one session, which
+accepts only `OUTP OFF`, `ABOR`, `*IDN?`, `*OPC?`, `*OPT?` and `SYST:ERR?`. Lines are plain SCPI.
+The gateway does not keep the outputs on for a client: if the client is silent, the board's lease
+ends.
 """
 
 import asyncio
@@ -33,7 +34,7 @@ GUEST = 15
 GUESTS = 64
 """Largest number of such clients; one more closes the oldest."""
 WAITING = 1024
-"""Largest number of lines behind one that waits; a socket with more is closed."""
+"""Largest number of lines after one that waits; a socket with more is closed."""
 LONGEST = 1024
 """Longest line [bytes]; the board rejects a longer one, -363."""
 ENDLESS = 65536
@@ -55,8 +56,8 @@ class Listening:
 
     @property
     def visa(self) -> str:
-        """PyVISA code that opens it; without the terminations every query times out."""
-        # a gateway on all addresses is reached by this machine's name
+        """Return PyVISA code that opens it; without the terminations every query times out."""
+        # a gateway on all addresses can be reached by this machine's name
         host = socket.gethostname() if self.host in ("0.0.0.0", "::", "") else self.host
         return (
             f'rm.open_resource("TCPIP::{host}::{self.port}::SOCKET", '
@@ -65,14 +66,14 @@ class Listening:
 
 
 class Splitter:
-    """Split bytes into lines; of an overlong line only the start is returned."""
+    """Splits bytes into lines; only the start of an overlong line is returned."""
 
     def __init__(self) -> None:
         self._rest = b""
         self._skipped = 0
 
     def feed(self, data: bytes) -> list[bytes]:
-        """Return the complete lines, without LF or CR LF and empty ones."""
+        """Return the complete, non-empty lines, without LF or CR LF."""
         *complete, remainder = (self._rest + data).split(b"\n")
         lines = []
         for line in complete:
@@ -98,7 +99,7 @@ class Splitter:
 
 @dataclass(eq=False)
 class Client:
-    """One connection: its permission, and its session of the board."""
+    """One connection, its permission, and its session on the board."""
 
     door: Door
     writer: asyncio.StreamWriter
@@ -106,7 +107,7 @@ class Client:
 
 
 class Gateway:
-    """Clients on one side, a board's line on the other."""
+    """Connects clients to a board's line."""
 
     def __init__(self, line: Line, token: str = "") -> None:
         self.line = line
@@ -134,7 +135,7 @@ class Gateway:
         later: list[bytes],
         more_lines: Callable[[int], Awaitable[list[bytes]]],
     ) -> bytes:
-        """Return the board's response, also to a line that waits for a capture to end.
+        """Return the board's response, including to a line that waits for a capture to end.
 
         Meanwhile the client's lines from `more_lines` go to `later`, unless they stop something;
         `more_lines` gets their number.
@@ -181,13 +182,13 @@ class Gateway:
             self._free.append(session)
 
     def _admit(self, client: Client) -> None:
-        """Give a client that may command a session of its own, if one is free."""
+        """Give a client that may command its own session, if one is free."""
         if client.door.open and client.session == GUEST and self._free:
             client.session = self._free.pop()
             self._guests.pop(client, None)
 
     async def _serve(self, client: Client, reader: asyncio.StreamReader) -> None:
-        """Read lines and write responses, one at a time; a first line of HTTP ends it."""
+        """Read lines and write responses, one at a time; HTTP in the first line ends it."""
         door, writer = client.door, client.writer
         sock = writer.get_extra_info("socket")
         if sock is not None:
@@ -209,7 +210,8 @@ class Gateway:
             if not data:
                 return
             if sock is not None and hasattr(socket, "TCP_QUICKACK"):
-                # a client that sends two lines waits for the receipt of the first one
+                # the response to the first of two lines must be acknowledged before the second is
+                # read
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
             lines = splitter.feed(data)
             for line in lines:  # the queue grows while a line waits
@@ -232,7 +234,7 @@ class Gateway:
                 return
 
     async def terminal(self, master: int) -> None:
-        """Serve a pseudo-terminal in a session of its own while the gateway runs."""
+        """Serve a pseudo-terminal in its own session while the gateway runs."""
         loop, splitter = asyncio.get_running_loop(), Splitter()
         os.set_blocking(master, False)
         session = self._free.pop()
@@ -241,7 +243,7 @@ class Gateway:
 
         async def more_lines(count: int) -> list[bytes]:
             await asyncio.sleep(POLL)
-            if count <= WAITING:  # the rest stays with the terminal
+            if count <= WAITING:  # the terminal keeps the rest
                 with contextlib.suppress(BlockingIOError):
                     return splitter.feed(os.read(master, 4096))
             return []
@@ -303,9 +305,9 @@ def serve(
 ) -> None:
     """Serve a board until SIGTERM or SIGINT, then switch its outputs off.
 
-    `announce` is called once, when clients may connect; port 0 takes a free one. `pty` is the path
-    of a new link to a serial port. Raises LineError if the board stops responding, FileError if
-    port or link is not available, QuantityError for another host without a token.
+    `announce` is called once, when clients can connect; port 0 chooses a free one. `pty` is the
+    path of a new link to a serial port. Raises LineError if the board stops responding, FileError
+    if port or link is not available, QuantityError for another host without a token.
     """
     if not is_loopback(host) and token_file is None:
         raise QuantityError.of(
@@ -370,7 +372,7 @@ async def _run(
 
 @contextlib.contextmanager
 def _terminal(link: Path):  # type: ignore[no-untyped-def]
-    """Open the master of a pseudo-terminal; `link` names its other side."""
+    """Open the master of a pseudo-terminal; `link` points to its other side."""
     import tty
 
     master, slave = os.openpty()

@@ -1,4 +1,4 @@
-"""End of a step of a procedure: expectation of the board's law, and evidence of its samples."""
+"""End of a procedure's step, from the board's own law and from its samples."""
 
 import math
 from collections.abc import Callable
@@ -13,12 +13,12 @@ from layerjam.rig.recorder import Block
 from layerjam.rig.telemetry import PERIOD
 
 SETTLED = 0.5
-"""Time within the band after which a vacuum is considered reached [s]."""
+"""Time within the band after which a vacuum counts as reached [s]."""
 
 
 @dataclass(frozen=True)
 class Watch:
-    """Values of the board's own law, to decide when a step is done."""
+    """Values of the board's own law that decide when a step is done."""
 
     rise: float
     top: float
@@ -57,7 +57,7 @@ class Watch:
 
 
 def scatter(vacuum: np.ndarray[Any, Any]) -> float:
-    """Return three standard deviations of a sensor at rest and two of its steps [Pa]."""
+    """Return three standard deviations of a sensor at rest plus two of its steps [Pa]."""
     steps = np.diff(vacuum[np.isfinite(vacuum)].astype(float))
     if not len(steps):
         return 0.0
@@ -74,7 +74,7 @@ def last(block: Block) -> float:
 
 
 def stays(watch: Watch, target: float, noise: float, start: int) -> Callable[[Block], bool]:
-    """Return a test: every reading of the last half second has reached the target [Pa]."""
+    """Return a test whether every reading of the last half second has reached the target [Pa]."""
     outside = start
 
     def done(block: Block) -> bool:

@@ -1,7 +1,7 @@
-"""Drop rig of a run: the accelerometer waits from the first hold on, and its records are kept.
+"""Drop rig of a run: the accelerometer waits from the first hold on, and its records are stored.
 
-A complete record is written to the run's file at once; the board's samples wait in its ring
-meanwhile, at most one second of ten.
+A complete record is written to the run's file at once. Meanwhile the board's samples wait in its
+ring, for at most one of its ten seconds.
 """
 
 from collections.abc import Callable, Mapping
@@ -30,11 +30,11 @@ READY = "The accelerometer waits: let the mass fall."
 
 @dataclass(frozen=True, kw_only=True)
 class DropRig:
-    """Drop of a mass on the brake, and the settings of its accelerometer.
+    """A mass dropped on the brake, and the settings of its accelerometer.
 
     `capture` are settings of `drop.prepare`. On a virtual board a mass [kg] falls on the brake
-    `file` at the start of each hold and arrives with `speed` [m/s]. On a real board both are only
-    stored, as stated by the user. `say` shows a person when the mass may fall.
+    `file` at the start of each hold and arrives with `speed` [m/s]. For a real board both are only
+    stored, as stated by the user. `say` tells a person when the mass may fall.
     """
 
     capture: Mapping[str, Any] = field(default_factory=dict)
@@ -57,7 +57,7 @@ class DropRig:
 
 @dataclass(frozen=True, kw_only=True)
 class ShotSummary:
-    """One record in the file: time of its trigger [s] and its size."""
+    """One record in the file: its size and the time of its trigger [s]."""
 
     shot: int
     time: float
@@ -67,7 +67,7 @@ class ShotSummary:
 
 
 def check_rig(rig: DropRig, bench: Bench, procedure: Procedure) -> None:
-    """Raise QuantityError if a procedure has no hold for a drop, or nothing can fall."""
+    """Raise QuantityError if a procedure has no hold for a drop, or if nothing can fall."""
     holds = {step.text(): _hold(step) for step in procedure.steps if _hold(step) > 0.0}
     if not holds:
         raise QuantityError.of(
@@ -130,12 +130,12 @@ class Shots:
 
     @property
     def waiting(self) -> bool:
-        """Whether it waits."""
+        """Return whether it waits."""
         return self._state == "WAITING"
 
     @property
     def coming(self) -> bool:
-        """Whether a record has started but is not complete."""
+        """Return whether a record has started but is not complete."""
         return self._state == "RUNNING"
 
     def let_fall(self) -> None:
@@ -159,7 +159,7 @@ class Shots:
         self._file.note("note", f"a virtual mass falls; computed: {stop.outcome.name}")
 
     def look(self, recorder: Recorder) -> None:
-        """Query the accelerometer, once for each block; fetch and store a complete record."""
+        """Query the accelerometer once for each block; fetch and store a complete record."""
         if self._state == "IDLE":
             if self._wanted:
                 self._arm()

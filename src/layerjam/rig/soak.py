@@ -1,4 +1,4 @@
-"""Endurance test of a virtual board: random targets, releases and holds, without a lost sample."""
+"""Soak test of a virtual board: random targets, releases and holds, without a lost sample."""
 
 import random
 import time
@@ -25,16 +25,16 @@ LOWEST = 0.05
 HOLDS = (2.0, 120.0)
 """Shortest and longest time [s] at one target."""
 RELEASES = 0.25
-"""Share of the commands that release."""
+"""Share of the commands that release the vacuum."""
 WARM = 60.0
 """Time [s] of the board before its memory is first read."""
 VENTED = 5.0
-"""Time [s] before the first order, in which the board notes the zero of its sensor."""
+"""Time [s] before the first command, in which the board records the zero of its sensor."""
 LOOKS = 6
-"""Number of memory readings, of which the least is used."""
+"""Number of memory readings, of which the smallest is used."""
 ROUNDS = 5
-"""Most rounds of these at the end. MicroPython's collector keeps a block if a stale word on its
-stack seems to point to it; a real leak shows in every reading.
+"""Most rounds of these readings at the end. MicroPython's collector keeps a block if an old word on
+its stack seems to point to it; a real leak shows in every reading.
 """
 BLOCK = 200
 """Number of records fetched at once."""
@@ -45,23 +45,23 @@ PAUSE = 4e-3
 
 
 class Log:
-    """Reader of the board's records that looks for missing ones."""
+    """Reads the board's records and detects missing ones."""
 
     def __init__(self, board: VirtualBoard) -> None:
         self.board = board
         self.seq = self.cleared = -1
-        """Last record read, and the last one before which faults are known."""
+        """Number of the last record read, and of the last one before which faults are known."""
         self.micros = 0
         self.gaps = 0
 
     def hold(self) -> None:
-        """Delay the samples to the rate at which their records are read, in the plant's thread."""
+        """Delay the samples, in the plant's thread, to the rate at which their records are read."""
         plant = self.board.plant
         waiting = plant.asked - self.seq
         plant.pace = next((pause for count, pause in HELD_BACK if waiting > count), 0.0)
 
     def take(self) -> bool:
-        """Read one block and acknowledge the last; return whether it has a new fault."""
+        """Read one block and acknowledge the previous one; return whether it has a new fault."""
         line = self.board.line
         given_up = b"STR:ACK %d;:" % self.seq if self.seq >= 0 else b""
         response = line.ask(SESSION, given_up + b"FETC:STR? %d" % BLOCK)
@@ -93,7 +93,7 @@ def soak(
     seed: int = 0,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> Soaked:
-    """Run a board for some hours of board time under one regulator; no fault is expected.
+    """Run a board for some hours of its time under one regulator; no fault is expected.
 
     An interrupt from the keyboard returns the results so far. Raises QuantityError for an address
     that is not a virtual board, FileError and LineError.
@@ -182,7 +182,7 @@ def _clear_fault(bench: Bench, log: Log, faults: list[str]) -> None:
 
 
 def _used(bench: Bench, log: Log, faults: list[str]) -> int | None:
-    """Return the bytes in use on the board, its law as at power-up, or None if not counted."""
+    """Return the bytes in use on the board with its law as at power-up; None if not counted."""
     bench.off()
     _clear_fault(bench, log, faults)
     bench.tell("VAC 0;:OUTP ON;:OUTP OFF")

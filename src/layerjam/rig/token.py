@@ -10,21 +10,20 @@ from layerjam.errors import FileError
 from layerjam.system import check_name
 
 STOP = re.compile(rb":?(OUTP(UT)?(:STAT(E)?)?[ \t]+(OFF|0)|ABOR(T)?)[ \t]*", re.IGNORECASE)
-"""Lines that are heard at any time."""
+"""Lines that are accepted at any time."""
 ERRORS = re.compile(rb"(\*OPT\?;)?:?SYST(EM)?:ERR(OR)?(:NEXT)?\?[ \t]*", re.IGNORECASE)
 FREE = re.compile(rb"\*(IDN|OPT)\?[ \t]*|" + ERRORS.pattern + rb"|" + STOP.pattern, re.IGNORECASE)
 """Lines that the board serves without a token: identity, options, errors and off."""
 COMPLETE = re.compile(rb"\*OPC\?[ \t]*", re.IGNORECASE)
-"""Query that returns 1 immediately to a client without a token, because nothing of it is pending.
-"""
+"""Query that returns 1 at once to a client without a token, because it has nothing pending."""
 GIVEN = re.compile(
     rb":?SYST(?:EM)?:PASS(?:WORD)?:CEN(?:ABLE)?[ \t]+(['\"])(.{0,200})\1[ \t]*", re.IGNORECASE
 )
 ASKED = re.compile(rb":?SYST(EM)?:PASS(WORD)?(:CEN(ABLE)?)?:STAT(E)?\?[ \t]*", re.IGNORECASE)
 TRIES = 5
-"""Wrong tokens after which a client is closed."""
+"""Number of wrong tokens after which a client is closed."""
 DELAY = 0.2
-"""Delay after a client's first wrong token, doubled each time [s]."""
+"""Delay after a client's first wrong token [s]; it doubles each time."""
 QUEUE = 16
 """Number of denials stored for one client."""
 DENIED = (
@@ -39,7 +38,7 @@ MESSAGE = re.compile(rb"[ \t;]*(\*[A-Za-z]|:?[A-Za-z])[\t -~]*")
 
 
 def is_message(line: bytes) -> bool:
-    """Return whether a first line can be a message to an instrument, and no HTTP client sends it.
+    """Return whether a first line can be a message to an instrument that no HTTP client sends.
 
     A web page can make a browser connect to any port of this machine. Requests of a browser start
     with a request line (RFC 9112, section 3), with HTTP/2's preface or with a TLS record.
@@ -48,7 +47,7 @@ def is_message(line: bytes) -> bool:
 
 
 def token_of(file: str | Path) -> str:
-    """Return the token in a file; a new file gets one of 32 digits that its owner alone may read.
+    """Return the token in a file; a new file gets 32 digits that only its owner can read.
 
     Raises FileError for a file that others may read or that has no token.
     """
@@ -82,17 +81,17 @@ def read_token(file: str | Path) -> str:
 
 
 class Door:
-    """Permission of one client: all lines with a token and a session, otherwise those in `FREE`."""
+    """Permission of one client: all lines if it has a token and a session, otherwise `FREE`."""
 
     def __init__(self, token: str) -> None:
         self._token = token
         self.open = not token
         self.wrong = 0
-        """Wrong tokens given."""
+        """Number of wrong tokens."""
         self._denied: list[bytes] = []
 
     def through(self, line: bytes, has_session: bool = True) -> tuple[bool, bytes]:
-        """(whether the board receives the line, the answer if it does not, maybe empty)."""
+        """Return (whether the board receives the line, else its response, which may be empty)."""
         token_line = GIVEN.fullmatch(line)
         if token_line is not None:
             if not self._token or hmac.compare_digest(token_line.group(2), self._token.encode()):

@@ -10,11 +10,11 @@ from layerjam.fluid.flow import choked_share
 RIPPLE = (2.0, 20.0)
 """Frequencies of a pump's strokes [Hz]."""
 SWING = 0.3
-"""Greatest ripple of a pump's flow over its mean."""
+"""Greatest ripple of a pump's flow relative to its mean."""
 DIP = (0.02, 0.1)
-"""Durations of a dip of the supply [s]."""
+"""Range of durations of a dip in the supply [s]."""
 EVERY = 1.0
-"""Time between two dips [s]."""
+"""Range of times between two dips [s]."""
 SUPPLY = 0.5
 """Smallest share of the pump's flow during a dip."""
 SUBSTEP = 2e-3
@@ -26,7 +26,7 @@ ATMOSPHERE = Site().atmosphere
 class Uneven:
     """A pump whose flow ripples and dips, and orifices as leak and vent.
 
-    An orifice passes as much as the linear plant at the vacuum `right_at` [Pa].
+    At the vacuum `right_at` [Pa] an orifice passes as much flow as the linear plant.
     """
 
     right_at: float
@@ -52,7 +52,7 @@ class Uneven:
 
 
 def draw_uneven(draw: random.Random, right_at: float) -> Uneven:
-    """Return a random uneven line, whose orifices are exact at a vacuum [Pa]."""
+    """Return a random uneven line whose orifices match the linear plant at a vacuum [Pa]."""
     return Uneven(
         right_at=right_at,
         ripple=draw.uniform(0.0, SWING),

@@ -17,17 +17,17 @@ from layerjam.units import check as bounded
 from layerjam.units import like, nested, quantity, record, spec_of
 
 FIRST_ADC, LAST_ADC = 26, 29
-"""GP numbers of the RP2040's converter."""
+"""GP numbers of the first and the last pin of the RP2040's converter."""
 
 
 def gp(text: str) -> Any:
-    """Return a field for the GP number of a pin."""
+    """Return the field for a pin's GP number."""
     return quantity("1", f"GP number of {text}", hi=LAST_ADC, whole=True)
 
 
 @record
 class Pins:
-    """GP numbers, which are not the pins of the socket."""
+    """GP numbers, which differ from the pin numbers of the socket."""
 
     pump_gate: int = gp("the pump's transistor")
     pump_back_gate: int = gp("the second side of an H-bridge, for a pump that runs both ways")
@@ -75,7 +75,7 @@ class Wiring:
 
 
 def validate(wiring: Wiring) -> None:
-    """Raise QuantityError for numbers out of bounds, a pin used twice, an incomplete sensor."""
+    """Raise QuantityError for a number out of bounds, a pin used twice or an incomplete sensor."""
     bounded(wiring)
     used_pins: dict[int, str] = {}
     for f in fields(Pins):
@@ -122,7 +122,7 @@ class WiringFile(RecordFile[Wiring]):
         return cls.from_reader(reader)
 
     def firmware_pins(self) -> dict[str, Any]:
-        """Return the firmware's table: flat, in SI, without unknown values."""
+        """Return the firmware's table: flat, in SI units, without unknown values."""
         rows = ((path.rpartition(".")[2], v) for path, v in self.known_values.items())
         return {"name": self.title or self.name, **{key: v for key, v in rows if v is not None}}
 

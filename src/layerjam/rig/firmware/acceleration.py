@@ -1,4 +1,4 @@
-"""The headers of the accelerometer's record and its trigger."""
+"""Headers of the accelerometer's record and its trigger."""
 
 import binascii
 
@@ -8,7 +8,7 @@ from scpi import Choice, Number, Rule
 
 
 def capture_setting(header: str, number: Number, name: str, flags: str) -> tuple:
-    """The header of a number that the capture keeps under a name; none changes while it runs."""
+    """Return the header of a number of the capture; it cannot be set while a capture runs."""
 
     def put(bench, session, value) -> None:
         bench.capture.at_rest()

@@ -1,18 +1,18 @@
-"""The first file that runs, before any other is read.
+"""First file that runs on a board, before any other is read.
 
-On a real board Ctrl-C is a byte like any other from here on, and a file on the flash cannot stand
-in for one that is frozen into the image.
+From here on Ctrl-C is an ordinary byte on a real board, and a file on the flash cannot replace one
+that is frozen into the image.
 """
 
 import sys
 
 ASKED = 0x4C4A4D54
-"""Value of a scratch register of the watchdog if a start is to end at the prompt."""
+"""Value of a watchdog's scratch register that requests the prompt at the next start."""
 SCRATCH = 0x4005800C
 
 
 def prompt_asked() -> bool:
-    """Whether this start is to end at the prompt; a reset forgets it."""
+    """Return whether this start should end at the prompt; a reset clears the request."""
     from machine import mem32
 
     asked = mem32[SCRATCH] == ASKED

@@ -1,6 +1,6 @@
-"""The instrument: its states, its safe state, and what happens in one sample of 10 ms.
+"""The instrument: its states, its safe state, and the work of each 10 ms sample.
 
-The host is never trusted: silent for longer than its lease, and the outputs go to the safe state.
+The host is never trusted: if it is silent for longer than its lease, the outputs become safe.
 """
 
 import math
@@ -23,23 +23,23 @@ RELEASE, HOLD = 1, 2
 OPEN, CLOSED = 1, 2
 SESSIONS = 16
 LEASE = 2.0
-"""Seconds for which a silent host keeps its outputs on, unless it asks for another time."""
+"""Default time [s] for which the outputs of a silent host stay on."""
 OVERRUN = 100000
-"""A sample so late [us] is a fault."""
+"""Delay of a sample [us] that counts as a fault."""
 SUPPLY_SAMPLES = 3
 SENSOR_TOLERANCE = 0.05
 """Share of the range by which two sensors may differ."""
 DRIVEN = 5000000
-"""Microseconds for which outputs may be driven by hand, from SAFE to SAFE."""
+"""Total time [us] for which outputs may be driven by hand before a return to SAFE."""
 DAY = 8640000
-"""Samples after which a zero is old."""
+"""Number of samples after which a zero is out of date."""
 NEVER = 1 << 40
 VENTS, VENT_WINDOW = 3, 6000
-"""Number of openings of the vent, and of samples, after which the sensor is doubtful."""
+"""Number of openings of the vent within a number of samples that makes the sensor doubtful."""
 HALVINGS = 36
-"""Number of bisections in the search for the reach; the samples wait for it."""
+"""Number of bisections in the search for the reach; it is small because samples wait."""
 STEPS = 100
-"""Samples a second."""
+"""Samples per second."""
 SELF_TEST = (
     (1.0, 1e-4, 1e-6, 0.0, 950.0, 0.0, 0.02, 0.0, 0.0, 0.0, 0.1, 10.0, 95000.0, 1.0, 1.0),
     (
@@ -48,20 +48,20 @@ SELF_TEST = (
     ),
 )  # fmt: skip
 TESTED, DIES = 45, 30
-"""Steps of the law's own check, few because a sample waits for it, and when its pump dies."""
-"""Settings that the law's own check runs on."""
+"""Steps of the law's self-test, few because a sample waits for it, and its step without a pump."""
+"""Settings of the law's self-test."""
 
 
 class Bench:
-    """One board: a HAL, the law with its state, settings, sessions and a ring of samples."""
+    """One board: a HAL, the law and its state, settings, sessions and a ring of samples."""
 
     def __init__(self, hal) -> None:
         self.hal = hal
-        # memory that the collector does not look through, where the board has some
+        # memory outside the garbage collector, if the board has some
         self.ring = Ring(getattr(hal, "ring_store", None), SESSIONS)
         hal.ring = self.ring
         self.capture = capture.Capture(hal)
-        # a machine's contact, where the board has one
+        # input for a machine's contact, if the board has one
         self.contact = getattr(hal, "external", None)
         # whether an *OPC waits for the end of a capture
         self.completing = False
@@ -76,16 +76,16 @@ class Bench:
         # session that commanded last: its lines renew the lease, those of others do not
         self.keeper = -1
         self.lease, self.left = LEASE, 0
-        # session that asked for another lease than the default
+        # session that requested a lease other than the default
         self.lessee = -1
         self.state, self.fault = SAFE, 0
         self.target, self.state_of_law = 0.0, law.fresh()
         self.pump, self.vent, self.sync = 0.0, 0, 0
-        # outputs of DIAG:DRIV, from the next sample on: its record then has the time of the change
+        # outputs of DIAG:DRIV; they start at the next sample, so that its record has the right time
         self.driven = (0.0, 0)
         self.reading, self.raw, self.warmth = math.nan, 0, 0
         self.count = self.micros = 0
-        # sample at which a reset was asked for
+        # sample at which a reset was requested
         self.leaving = -1
         self.last = hal.ticks_us()
         self.late = self.worst = self.slowest = 0
@@ -106,12 +106,12 @@ class Bench:
                 self.tell(code)
 
     def tell(self, code: int, detail: str = "") -> None:
-        """A device's own error, into every queue."""
+        """Add a device error to every queue."""
         for session in self.sessions:
             session.push(code, detail)
 
     def learn(self) -> None:
-        """Work out what the law's own plant reaches: full pump and leak in balance [Pa]."""
+        """Calculate the greatest vacuum [Pa] of the law's own plant: full pump against leak."""
         self.reach = 0.0
         if self.settings.law is None:
             return
@@ -128,23 +128,23 @@ class Bench:
         self.reach = lo
 
     def may(self, session, flags: str) -> None:
-        """Refuse what is locked by another or not for this state."""
+        """Raise an error if another session holds the lock, or if the state forbids the command."""
         if "L" in flags and self.owner >= 0 and self.owner != session.number:
             raise ScpiError(-203, "locked by session %d" % self.owner)
         if "S" in flags:
             self.only_in_safe()
 
     def only_in_safe(self) -> None:
-        """Raise -221 in any other state."""
+        """Raise -221 in any state other than SAFE."""
         if self.state != SAFE:
             hint = CLEAR if self.state == FAULT else ""
             raise ScpiError(-221, "only in SAFE, and this is " + STATES[self.state] + hint)
 
     def renew(self, session, commands: bool) -> None:
-        """Restart the lease after a line of the client that commands.
+        """Restart the lease after a line of the commanding client.
 
-        That is the owner of the lock, else the client whose command (`commands`) was the last one.
-        A client that only asks keeps nothing running.
+        This is the owner of the lock, otherwise the client of the last command (`commands`).
+        Queries of other clients do not renew the lease.
         """
         if self.owner >= 0 and self.owner != session.number:
             return
@@ -154,12 +154,12 @@ class Bench:
             self.left = int(self.lease * 1e6)
 
     def set_lease(self, time: float, number: int = -1) -> None:
-        """Set the lease [s] for a session; it ends with that session. -1 is for nobody."""
+        """Set the lease [s] for a session, until that session ends; number -1 means no session."""
         self.lease, self.lessee = time, number
         self.left = min(self.left, int(time * 1e6))
 
     def leave(self, number: int) -> None:
-        """Forget a client: lock, lease, registers and queue; outputs stay till the lease ends."""
+        """Remove a client's lock, lease, registers and queue; outputs stay on for the lease."""
         if self.owner == number:
             self.owner = -1
         if self.keeper == number:
@@ -171,36 +171,36 @@ class Bench:
         fresh.operation.condition = self.operation
         fresh.questionable.condition = self.questionable
         self.sessions[number] = fresh
-        # all sessions get the errors of the start until settings are stored or outputs are on
+        # every session reports the errors of the start until settings are stored or outputs are on
         for code in (self.trouble, 124 if self.cause == "WATCHDOG" and not self.ran else 0):
             if code:
                 fresh.push(code)
         fresh.standard = 0
 
     def set_output(self, pump: float, vent: int) -> None:
-        """Pump -1 to 1, vent 1 for open; what its rest state does not do, the valve is given."""
+        """Set the pump, -1 to 1, and the vent, 1 for open; power the valve if its rest differs."""
         rest_state = self.settings.rest
         self.pump, self.vent = pump, vent
         self.hal.output(pump, 0 if rest_state == 0 or vent == (rest_state == OPEN) else 1)
 
     def rest_outputs(self) -> None:
-        """The safe state: pump off, and the vent without power."""
+        """Set the safe state: pump off, and the vent without power."""
         self.set_output(0.0, 1 if self.settings.rest == OPEN else 0)
 
     def trip(self, code: int) -> None:
-        """A fault: outputs safe at once, latched, and said to everybody."""
+        """Latch a fault, make the outputs safe at once, and report it to all clients."""
         self.rest_outputs()
         self.state, self.fault = FAULT, code
         self.tell(code if code >= 100 else 100 + code)
 
     def switch_off(self) -> None:
-        """Outputs off; a latched fault stays."""
+        """Switch the outputs off; a latched fault stays."""
         self.rest_outputs()
         if self.state in (RUN, DRIVE):
             self.state = SAFE
 
     def without_power(self) -> str:
-        """Return the reason why pump and valve have no power, "" if they have."""
+        """Return the reason why pump and valve have no power, or ""."""
         is_stopped = self.hal.estop()
         if not self.hal.supply():
             return "the supply of pump and valve is low or off"
@@ -232,7 +232,7 @@ class Bench:
         return ""
 
     def switch_on(self) -> None:
-        """Let the law run, from a fresh state."""
+        """Start the law from its initial state."""
         if self.state == RUN:
             return
         obstacle = self.why_not()
@@ -246,7 +246,7 @@ class Bench:
         self.state = RUN
 
     def drive(self, pump: float, vent: int, time: float) -> None:
-        """Outputs by hand for a while, for looking after the wiring; 5 s in all, then SAFE."""
+        """Drive the outputs by hand, to check the wiring: at most 5 s in all, then SAFE."""
         if self.state != DRIVE:
             self.only_in_safe()
             self.allowed = DRIVEN
@@ -263,7 +263,7 @@ class Bench:
         self.driven = (pump, vent)
 
     def tick(self, late: int) -> None:
-        """One sample: read, judge, command, remember; `late` is how late it is [us]."""
+        """Process one sample: read, evaluate, command, record; `late` is its delay [us]."""
         start = self.hal.ticks_us()
         self.hal.feed()
         interval = ticks.diff(start, self.last)
@@ -275,7 +275,7 @@ class Bench:
         self.reading = (reading - self.settings.offset) * self.settings.gain
         is_stopped = self.hal.estop()
         self.low_supply = 0 if self.hal.supply() else self.low_supply + 1
-        # the stop is sensed by the supply behind it: without supply nothing is known of it
+        # the stop is sensed after the supply, so its state is unknown without supply
         is_stopped = is_stopped and not self.low_supply
         if self.state == RUN:
             self.regulate(late, is_stopped, diagnostic)
@@ -319,7 +319,7 @@ class Bench:
                 self.settings.law, self.state_of_law, self.reading, self.target
             )
             if fault:
-                # a pump without supply makes no vacuum: the supply is the cause
+                # a pump without supply makes no vacuum, so the supply is the cause
                 self.trip(122 if self.low_supply else fault)
                 if diagnostic:
                     self.tell(129)
@@ -332,7 +332,7 @@ class Bench:
                 self.openings = self.openings[1 - VENTS :] + [self.count]
 
     def disagree(self, watch) -> bool:
-        """Whether a second sensor, where there is one, has shown something else for long enough."""
+        """Return whether a second sensor, if present, has differed for long enough."""
         second_reading = None if self.second is None else self.second()
         if second_reading is None:
             return False
@@ -341,7 +341,7 @@ class Bench:
         return self.apart >= watch[7]
 
     def watch_zero(self) -> None:
-        """With the vent open for long enough, what the sensor shows is its zero."""
+        """Take the sensor's reading as zero after the vent has been open for long enough."""
         self.vented = self.vented + 1 if self.vent and self.pump == 0.0 else 0
         self.zeroed = min(self.zeroed + 1, NEVER)
         law = self.settings.law
@@ -359,7 +359,7 @@ class Bench:
                 session.completes = False
 
     def conditions(self, late: int) -> None:
-        """The registers' conditions of this sample, and how late it was."""
+        """Set the registers' conditions of this sample; `late` is its delay [us]."""
         place = 0 if late <= 100 else 1 if late <= 1000 else 2 if late <= 10000 else 3
         self.lateness[place if late <= OVERRUN else 4] += 1
         self.late += late > 1000
@@ -392,7 +392,7 @@ class Bench:
             doubt |= status.LOST
         if self.cause == "WATCHDOG":
             doubt |= status.BY_WATCHDOG
-        # each on its own: sixteen followers are much for a chip, and seldom has one news
+        # update each only on change: sixteen registers take the chip long, and changes are rare
         if operation != self.operation:
             self.operation = operation
             for session in self.sessions:
@@ -403,7 +403,7 @@ class Bench:
                 session.questionable.follow(doubt)
 
     def self_test(self) -> int:
-        """The sum of what is wrong: 1 sensor, 2 settings, 4 law, 8 supply, 16 e-stop, 32 flash."""
+        """Return the sum of codes: 1 sensor, 2 settings, 4 law, 8 supply, 16 e-stop, 32 flash."""
         code = 0 if self.reading == self.reading else 1
         code |= 32 if self.trouble == -314 else 2 if self.trouble else 0
         code |= 0 if law_is_sound() else 4
@@ -411,13 +411,13 @@ class Bench:
         return code | (16 if self.hal.estop() and not self.low_supply else 0)
 
     def fault_text(self) -> str:
-        """`5,"NO_VACUUM"`; `0,"HEALTHY"` where there is none."""
+        """Return the fault as `5,"NO_VACUUM"`, or `0,"HEALTHY"`."""
         name = FAULTS.get(self.fault) or status.DEVICE.get(self.fault, "HEALTHY")
         return '%d,"%s"' % (self.fault, name)
 
 
 def law_is_sound() -> bool:
-    """Whether the law, closed over a plant of its own, regulates and then names a dead pump."""
+    """Return whether the law regulates a simulated plant and then detects its dead pump."""
     state, vacuum, code, pump, n = law.fresh(), 0.0, 0, 0.0, 0
     for n in range(TESTED):
         state, pump, _vent, code = law.step(SELF_TEST, state, vacuum, 60000.0)

@@ -1,8 +1,8 @@
-"""The accelerometer's record: sampled fast into a ring by the HAL, kept around a trigger.
+"""The accelerometer's record: the HAL samples it into a ring, and a trigger selects the record.
 
-A HAL that has an accelerometer gives `capture_start(rate)`, `capture_count()` (samples since then;
--1 where some were lost), `capture_part(first, last)` (int16 counts of its ring, which is ROOM long,
-sample n at n % ROOM), `capture_scale()` and `capture_stop()`, and `external()` for the contact.
+A HAL with an accelerometer has `capture_start(rate)`, `capture_count()` (samples since then, or -1
+if some were lost), `capture_part(first, last)` (int16 counts of its ring of length ROOM, sample n
+at n % ROOM), `capture_scale()` and `capture_stop()`, and `external()` for the contact.
 """
 
 import struct
@@ -13,21 +13,21 @@ IDLE, WAITING, RUNNING, DONE = 0, 1, 2, 3
 STATES = ("IDLE", "WAITING", "RUNNING", "DONE")
 IMMEDIATE, BUS, ACCELERATION, EXTERNAL = 0, 1, 2, 3
 ROOM = 16384
-"""Samples of the ring."""
+"""Number of samples in the ring."""
 SPARE = 0.02
-"""Seconds of the ring that a late look may cost."""
+"""Time [s] of the ring that may be overwritten before a late `tick`."""
 STILL = 10
-"""Looks at the beginning whose mean is the level at rest."""
+"""Number of first ticks whose mean is the level at rest."""
 LEAST, GREATEST = 0.7, 1.3
-"""Free fall takes 1 g away; so much [g] of it is taken for it, either way round."""
+"""Change of the reading [g], of either sign, that counts as free fall."""
 GRAVITY = 9.80665
 READ = 2000
-"""Samples in one answer at most."""
+"""Largest number of samples in one response."""
 NOTHING = (0.0, 1.0, 0.0, 0.0)
 
 
 class Capture:
-    """Settings and state of one record; `first` to `end` are its samples, `at` is the trigger."""
+    """Settings and state of one record of samples `first` to `end`; `at` is the trigger."""
 
     def __init__(self, hal) -> None:
         self.hal = hal
@@ -35,7 +35,7 @@ class Capture:
         self.reset()
 
     def reset(self) -> None:
-        """The settings as they are at power-up; nothing runs, and a record is given up."""
+        """Set the defaults of power-up, and discard any record."""
         self.stop()
         self.state = IDLE
         self.scale = NOTHING
@@ -45,22 +45,22 @@ class Capture:
         self.micros = 0
 
     def busy(self) -> bool:
-        """Whether a capture waits or runs: the one operation that others may overlap."""
+        """Return whether a capture waits or runs; it is the only overlapped operation."""
         return self.state in (WAITING, RUNNING)
 
     def stop(self) -> None:
-        """Leave what waits or runs; a record that is whole stays."""
+        """Stop a capture that waits or runs; a complete record is kept."""
         if self.busy():
             self.hal.capture_stop()
             self.state = IDLE
 
     def at_rest(self) -> None:
-        """Refuse what would change a capture that waits or runs."""
+        """Raise an error if a capture waits or runs, because the command would change it."""
         if self.busy():
             raise ScpiError(-221, "a capture waits or runs; ABOR")
 
     def start(self) -> None:
-        """Sample from now on and wait for the trigger."""
+        """Start sampling and wait for the trigger."""
         if self.busy():
             raise ScpiError(-213, "a capture waits or runs")
         if not hasattr(self.hal, "capture_start"):
@@ -76,15 +76,15 @@ class Capture:
         self.closed = False
 
     def trigger(self) -> None:
-        """*TRG."""
+        """Trigger the capture (`*TRG`)."""
         if self.state != WAITING or self.source != BUS:
             raise ScpiError(-211, "nothing waits for one")
         self.asked = True
 
     def tick(self, micros: int) -> bool:
-        """One look at what came, a hundred times a second; `micros` is the board's time.
+        """Process new samples, 100 times a second; `micros` is the board's time.
 
-        True where samples were lost: the record is given up.
+        Return True if samples were lost; the record is then discarded.
         """
         if not self.busy():
             return False
@@ -107,7 +107,7 @@ class Capture:
         return False
 
     def find_trigger(self, count: int) -> int:
-        """Number of the sample that triggers, -1 while none does."""
+        """Return the number of the sample that triggers, or -1."""
         if self.source == IMMEDIATE:
             trigger = int(self.rate * self.before + 0.5)
             return trigger if count > trigger else -1
@@ -119,7 +119,7 @@ class Capture:
         return self.hit(self.looked, count)
 
     def hit(self, begin: int, end: int) -> int:
-        """The first sample beyond the level, once there was rest and, where asked for, a fall."""
+        """Return the first sample beyond the level, after rest and any required fall; or -1."""
         if begin == end:
             return -1
         parts = self.parts(begin, end)
@@ -150,7 +150,7 @@ class Capture:
         return -1
 
     def parts(self, begin: int, end: int) -> list:
-        """Samples of the ring, in one or two pieces, none empty."""
+        """Return samples of the ring, in one or two non-empty parts."""
         part = self.hal.capture_part
         first, last = begin % ROOM, end % ROOM
         if first < last:
@@ -158,7 +158,7 @@ class Capture:
         return [part(first, ROOM), part(0, last)] if last else [part(first, ROOM)]
 
     def data(self, first: int, count: int) -> bytes:
-        """So many samples of the record, int16, little-endian."""
+        """Return `count` samples of the record from `first` on, int16, little-endian."""
         if self.state != DONE:
             raise ScpiError(-230, "no record; this is " + STATES[self.state])
         size = self.end - self.first
@@ -168,13 +168,13 @@ class Capture:
         return b"".join([bytes(part) for part in self.parts(begin, begin + count)])
 
     def state_text(self) -> str:
-        """State, samples of the record, samples before the trigger, board's time of it [us]."""
+        """Return state, number of samples, samples before the trigger, board's time of it [us]."""
         known = self.state in (RUNNING, DONE)
         size = self.end - self.first if known else 0
         before = self.at - self.first if known else 0
         return "%s,%d,%d,%d" % (STATES[self.state], size, before, self.micros if known else 0)
 
     def pack_scale(self) -> bytes:
-        """Counts at 0, m/s^2 a count, range [m/s^2], rate [Hz]."""
+        """Return counts at 0, m/s^2 per count, range [m/s^2] and rate [Hz], packed."""
         has = hasattr(self.hal, "capture_scale")
         return struct.pack("<4d", *(self.hal.capture_scale() if has else NOTHING))

@@ -1,6 +1,6 @@
-"""The headers of this instrument: vacuum, outputs, the law, the sensor, the ring of samples.
+"""Headers of this instrument: vacuum, outputs, the law, the sensor, the ring of samples.
 
-Flags as in `common.py`; C commands although a lock does not refuse it to others.
+The flags are those of `common.py`; C marks a command that a lock does not forbid to others.
 """
 
 import binascii
@@ -18,7 +18,7 @@ SWITCH = "OFF|ON"
 
 
 def bytes_of(text: str) -> "bytes | None":
-    """Return the bytes of hexadecimal digits, None if they are not hexadecimal."""
+    """Return the bytes of hexadecimal digits; None if they are not hexadecimal."""
     try:
         return binascii.unhexlify(text)
     except ValueError:
@@ -232,7 +232,7 @@ TABLE = COMMON + TABLE + CAPTURE
 
 
 def tree(bench) -> Node:
-    """The tree of all headers; the bench keeps their names."""
+    """Return the tree of all headers; `bench.headers` keeps their names."""
     root = Node()
     bench.headers = [
         header + ("/qonly/" if command is None else "/nquery/" if query is None else "")

@@ -1,7 +1,7 @@
-"""The headers that every instrument has (IEEE 488.2, SCPI-99): what each does, and their table.
+"""Headers that every instrument has (IEEE 488.2, SCPI-99), as a table with their functions.
 
-Flags: L is refused to others while the instrument is locked, S is for SAFE alone,
-W waits until no capture waits or runs.
+Flags: L is rejected for others while the instrument is locked, S is allowed only in SAFE, W waits
+until no capture waits or runs.
 """
 
 import gc
@@ -16,17 +16,17 @@ NO_NUMBER = "9.91E37"
 
 
 def format_number(value: float) -> str:
-    """A number as SCPI prints it."""
+    """Return a number in SCPI's format."""
     return "%.9g" % value if value == value else NO_NUMBER
 
 
 def quote(text: str) -> str:
-    """A string as SCPI prints it, inner quotes doubled."""
+    """Return a string in SCPI's format, with inner quotes doubled."""
     return '"' + text.replace('"', '""') + '"'
 
 
 def block(data: bytes) -> bytes:
-    """A definite-length block."""
+    """Return a definite-length block."""
     size = b"%d" % len(data)
     return b"#%d" % len(size) + size + data
 
@@ -45,7 +45,7 @@ def call(path: str):
 
 
 def give(value):
-    """The query with one answer for ever, or a command that does nothing."""
+    """Return a query with a constant response, or a command without effect."""
     return lambda bench, session: value
 
 
@@ -136,7 +136,7 @@ def timing(bench, session) -> str:
 
 
 def memory(bench, session) -> str:
-    """Bytes in use after a collection and bytes left; no numbers where nobody counts them."""
+    """Return the bytes in use after a collection and the bytes left; NaN if not counted."""
     gc.collect()
     used, left = getattr(gc, "mem_alloc", None), getattr(gc, "mem_free", None)
     if used is None or left is None:
@@ -172,7 +172,7 @@ def preset(bench, session) -> None:
 
 
 def register(name: str) -> list:
-    """The five headers of one of the two SCPI registers."""
+    """Return the five headers of one of the two SCPI registers."""
 
     def event(bench, session) -> int:
         return getattr(session, name).take_event()
@@ -195,7 +195,7 @@ def register(name: str) -> list:
 
 
 def setting(header: str, param: Number, take, read_value, flags: str) -> tuple:
-    """A header that sets a number and asks for it; the query also for MIN, MAX and DEF."""
+    """Return a header that sets a number and queries it; the query also takes MIN, MAX and DEF."""
 
     def ask(bench, session, word=None) -> str:
         return format_number(read_value(bench) if word is None else word)
@@ -204,13 +204,13 @@ def setting(header: str, param: Number, take, read_value, flags: str) -> tuple:
 
 
 class Bound:
-    """MIN, MAX or DEF of a setting."""
+    """Parameter MIN, MAX or DEF of a setting's query."""
 
     def __init__(self, param: Number) -> None:
         self.param, self.name = param, param.name
 
     def read(self, text: str, bench) -> float:
-        """The bound."""
+        """Return the bound that a text names."""
         value = self.param.named_bound(text.upper(), bench)
         if value is None:
             raise ScpiError(-224 if text[:1].isalpha() else -104, "MIN, MAX or DEF")

@@ -1,8 +1,8 @@
-"""The RP2040's converter: single readings, or the accelerometer's record by DMA.
+"""The RP2040's converter, for single readings or for the accelerometer's record by DMA.
 
-While a record is taken the converter runs by itself and takes turns: the accelerometer, then every
-other voltage that a sample asks for. One DMA channel puts the accelerometer's number into the
-record's ring, a second one puts the rest of the turn aside; each starts the other.
+During a record the converter runs freely and alternates between the accelerometer and the other
+voltages that a sample needs. One DMA channel writes the accelerometer's number to the record's
+ring, and a second one stores the other voltages; each channel starts the other.
 """
 
 import array
@@ -18,11 +18,11 @@ QUEUED, ASKS, EMPTY, SPILT, LEVEL = 1, 1 << 3, 1 << 8, 1 << 11, 1 << 24
 """Bits of the register QUEUE: queue on, DMA request, empty, overflow; and a threshold of one."""
 CLOCK = 48000000
 PACE = 36
-"""The converter's number among what DMA may wait for."""
+"""Number of the converter among the requests that DMA can wait for."""
 FIRST, CHANNELS = 26, 5
 CODES, FULL = 4096, 65535
 ASIDE, ASIDE_BITS = 16, 5
-"""Numbers of the other voltages that are held, and how many bits count their bytes."""
+"""Number of stored readings of the other voltages, and number of bits that count their bytes."""
 RING_BITS = 15
 TRIES = 1000
 
@@ -35,7 +35,7 @@ class Voltage:
         self.adc = machine.ADC(machine.Pin(number))
 
     def mean(self, reads: int) -> float:
-        """Mean of some conversions, 0 to 65535; while a record is taken, of the last few."""
+        """Return the mean of some conversions, 0 to 65535; during a record, of the latest ones."""
         converter = self.converter
         if converter.running:
             codes = converter.aside[converter.others.index(self.channel) :: len(converter.others)]
@@ -47,7 +47,7 @@ class Voltage:
 
 
 class Converter:
-    """The chip has one; `running` while it takes a record."""
+    """The chip's only converter; `running` during a record."""
 
     def __init__(self, pins: dict) -> None:
         self.running = False
@@ -59,7 +59,7 @@ class Converter:
         self.records = self.begin > 0 and pins.get("accelerometer_full") is not None
         if self.records:
             self.store = outside.piece(self.begin, 2 * ROOM)
-            # twice the room: DMA wraps at a multiple of the size
+            # twice the size, because a DMA ring must start at a multiple of its size
             self.spare = array.array("H", bytes(4 * ASIDE))
             machine.ADC(machine.Pin(pins["accelerometer_adc"]))
             self.input = pins["accelerometer_adc"] - FIRST
@@ -69,13 +69,13 @@ class Converter:
             self.gain = self.range / (full * CODES)
 
     def voltage(self, number: int) -> Voltage:
-        """A pin that samples ask for, also while a record is taken."""
+        """Return a pin that samples can read, also during a record."""
         voltage = Voltage(self, number)
         self.voltages.append(voltage)
         return voltage
 
     def start(self, rate: int) -> None:
-        """Sample the accelerometer from now on, at the nearest rate that the divider gives."""
+        """Start sampling the accelerometer at the nearest rate of the divider."""
         import rp2
         import uctypes
 
@@ -86,7 +86,7 @@ class Converter:
         address = uctypes.addressof(self.spare)
         padding = -address % (2 * ASIDE)
         self.aside = memoryview(self.spare)[padding // 2 : padding // 2 + ASIDE]
-        for place in range(ASIDE):  # a sample may come before the first turns are through
+        for place in range(ASIDE):  # a sample may be read before the first rounds of conversions
             channel = self.others[place % len(self.others)]
             self.aside[place] = by_channel[channel].adc.read_u16() >> 4
         self.empty()
@@ -105,7 +105,7 @@ class Converter:
         machine.mem32[CONTROL] = ENABLED | first << INPUT | turns << TURNS | START_MANY
 
     def lay(self, channel, address: int, count: int, bits: int, after) -> None:
-        """A DMA channel from the converter to a ring; so many numbers, then the other's go."""
+        """Make a DMA channel write `count` numbers to a ring, then start the channel `after`."""
         control = channel.pack_ctrl(
             size=1, inc_read=0, inc_write=1, ring_sel=1, ring_size=bits, treq_sel=PACE,
             chain_to=after.channel, high_pri=1,
@@ -113,9 +113,9 @@ class Converter:
         channel.config(read=TAKEN, write=address, count=count, ctrl=control)
 
     def count(self) -> int:
-        """How many samples there are since the start, looked at oftener than the ring is long.
+        """Return the number of samples since the start; call it more often than the ring fills.
 
-        -1 where the queue has run over: whose number is whose is then not known.
+        Return -1 if the queue has overflowed, because the numbers can then no longer be assigned.
         """
         if self.running:
             if machine.mem32[QUEUE] & SPILT:
@@ -125,15 +125,15 @@ class Converter:
         return self.counted
 
     def part(self, first: int, last: int) -> array.array:
-        """A copy of a piece of the ring."""
+        """Return a copy of a part of the ring."""
         return array.array("h", self.store[2 * first : 2 * last])
 
     def scale(self) -> tuple:
-        """Counts at 0, m/s^2 a count, range [m/s^2], rate [Hz] of the last start."""
+        """Return counts at 0, m/s^2 per count, range [m/s^2], rate [Hz] of the last start."""
         return (self.zero, self.gain, self.range, self.rate) if self.rate else NOTHING
 
     def stop(self) -> None:
-        """Single readings again; the ring stays."""
+        """Return to single readings; the ring keeps its content."""
         if not self.running:
             return
         machine.mem32[CONTROL] = ENABLED
@@ -147,7 +147,7 @@ class Converter:
         self.empty()
 
     def empty(self) -> None:
-        """Nothing queued, nothing asked for, nothing lost."""
+        """Empty the queue and clear its requests and overflow."""
         machine.mem32[QUEUE] = SPILT
         for _ in range(TRIES):
             if machine.mem32[QUEUE] & EMPTY:

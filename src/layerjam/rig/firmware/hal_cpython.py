@@ -1,4 +1,4 @@
-"""The same board of pipes under CPython, where there is no MicroPython; of sockets on Windows."""
+"""HAL of the virtual board under CPython, without MicroPython: pipes, or sockets on Windows."""
 
 import os
 import select
@@ -9,26 +9,26 @@ import hal_pipe
 
 
 def hal(words: list, reset):
-    """The board of sockets where the first word names their port, else that of pipes."""
+    """Return the board of sockets if the first word names their port, otherwise that of pipes."""
     return (SocketHal if words[0].startswith("tcp:") else Hal)(words, reset)
 
 
 class Hal(hal_pipe.Hal):
-    """The pipes by their descriptors."""
+    """HAL that uses pipes by their descriptors."""
 
     collects = False
 
     def open(self) -> None:
-        """Take the numbers as they are."""
+        """Keep the descriptors' numbers."""
         self.plant_in: int = int(self.plant_in)
         self.plant_out: int = int(self.plant_out)
 
     def host_us(self) -> int:
-        """The host's clock [us]; `monotonic` goes in steps of 16 ms on Windows."""
+        """Return the host's clock [us]; `monotonic` has steps of 16 ms on Windows."""
         return time.perf_counter_ns() // 1000
 
     def readable(self, us: int, sending: bool) -> bool:
-        """Whether bytes came within so many microseconds; ends early where some may be sent."""
+        """Wait up to `us` for bytes, or until some can be sent; return whether bytes arrived."""
         return bool(select.select([0], [1] if sending else [], [], us * 1e-6)[0])
 
     def read_line(self) -> bytes:
@@ -36,13 +36,13 @@ class Hal(hal_pipe.Hal):
         return os.read(0, 1024)
 
     def send(self, data: bytes) -> int:
-        """Give the line as much as it takes at once; how many bytes."""
+        """Send as many bytes as the line takes at once; return their number."""
         if not select.select([], [1], [], 0)[1]:
             return 0
         return os.write(1, data[: hal_pipe.PIECE])
 
     def read_plant(self, size: int) -> bytes:
-        """The plant's answer, whole."""
+        """Return the plant's complete response."""
         data = b""
         while len(data) < size:
             chunk = os.read(self.plant_in, size - len(data))
@@ -52,11 +52,11 @@ class Hal(hal_pipe.Hal):
         return data
 
     def write_plant(self, data: bytes) -> None:
-        """Tell the plant."""
+        """Send data to the plant."""
         os.write(self.plant_out, data)
 
     def keep(self, path: str, data: bytes) -> None:
-        """Write a file and have it on the disk."""
+        """Write a file and synchronise it to disk."""
         with open(path, "wb") as file:
             file.write(data)
             file.flush()
@@ -64,16 +64,16 @@ class Hal(hal_pipe.Hal):
 
 
 class SocketHal(Hal):
-    """The line and the plant as two connections, each opened with the host's token."""
+    """HAL that uses two connections, for the line and the plant, each with the host's token."""
 
     def open(self) -> None:
-        """Call the host twice."""
+        """Open both connections to the host."""
         port, token = int(str(self.plant_in).split(":")[1]), str(self.plant_out)
         self.line, self.plant = (self.connect(port, token + letter) for letter in "LP")
         self.line.setblocking(False)
 
     def connect(self, port: int, greeting: str):
-        """A connection to the host."""
+        """Return a connection to the host."""
         connection = socket.create_connection(("127.0.0.1", port), 15.0)
         connection.settimeout(None)
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -81,12 +81,12 @@ class SocketHal(Hal):
         return connection
 
     def readable(self, us: int, sending: bool) -> bool:
-        """Whether bytes came within so many microseconds; ends early where some may be sent."""
+        """Wait up to `us` for bytes, or until some can be sent; return whether bytes arrived."""
         line = [self.line]
         return bool(select.select(line, line if sending else [], [], us * 1e-6)[0])
 
     def read_line(self):
-        """Return the bytes that have arrived, None if none have; a lost host ends the board."""
+        """Return the bytes that have arrived, or None; without a host the board ends."""
         try:
             return self.line.recv(1024)
         except BlockingIOError:
@@ -95,14 +95,14 @@ class SocketHal(Hal):
             return b""
 
     def send(self, data: bytes) -> int:
-        """Give the line as much as it takes at once; how many bytes."""
+        """Send as many bytes as the line takes at once; return their number."""
         try:
             return self.line.send(data[: hal_pipe.PIECE])
         except (BlockingIOError, ConnectionError):
             return 0
 
     def read_plant(self, size: int) -> bytes:
-        """The plant's answer, whole."""
+        """Return the plant's complete response."""
         data = b""
         while len(data) < size:
             try:
@@ -115,7 +115,7 @@ class SocketHal(Hal):
         return data
 
     def write_plant(self, data: bytes) -> None:
-        """Tell the plant; without one the board ends."""
+        """Send data to the plant; without a plant the board ends."""
         try:
             self.plant.sendall(data)
         except ConnectionError:

@@ -1,4 +1,4 @@
-"""A board of pipes under MicroPython's unix port: the line on stdin and stdout, a plant on two.
+"""HAL of the virtual board under MicroPython's unix port: stdin, stdout and two pipes.
 
 The clock has 30 bits and starts five seconds before it wraps. It runs `speed` times as fast as the
 host's; 0: as fast as samples are computed and fetched. While the host does not run this process, or
@@ -18,27 +18,27 @@ from scpi import ScpiError
 
 BEGIN = ticks.WRAP - 5000000
 LEAP = 2000
-"""Microseconds that the clock goes on at most beyond the sample that is due."""
+"""Longest time [us] that the clock may advance beyond the time of the next sample."""
 LONGEST_STEP = 10000000
 SERVED = 20
-"""Samples between two looks at the line at speed 0."""
+"""Number of samples between two reads of the line at speed 0."""
 PATIENCE = 1000000
-"""Host's microseconds that speed 0 waits for who fetches samples, before it takes him for dead."""
+"""Longest wait [us of the host] at speed 0 for a client that fetches samples slowly."""
 PIECE = 4096
 TOLD, ASKED, SAMPLED, STARTED = 0, 1, 2, 3
-"""Kinds of messages to the plant: none, a reading, samples, a scale with samples from now on."""
+"""Kinds of messages to the plant: outputs only, a reading, samples, a scale that starts samples."""
 OUT = "<dIBBH"
 IN = "<dHhBBHd"
 SIZE = 24
 SLOT = ".%d"
 MISSING = 2
-"""The number of the error for a file that is not there."""
+"""Error number of a missing file."""
 SCALE = "<4d"
 ESTOP, SUPPLY_LOW, DIAGNOSTIC, SECOND, CONTACT = 1, 2, 4, 8, 16
 
 
 class Hal:
-    """words: descriptors of the pipes from and to the plant, speed, serial, settings' file."""
+    """`words`: descriptors of the pipes from and to the plant, speed, serial, settings file."""
 
     collects = True
 
@@ -65,7 +65,7 @@ class Hal:
         self.seen = self.host_us()
 
     def open(self) -> None:
-        """Take hold of the four pipes."""
+        """Open the four pipes."""
         self.line_in, self.line_out = open(0, "rb"), open(1, "wb")
         self.plant_in = open(int(self.plant_in), "rb")
         self.plant_out = open(int(self.plant_out), "wb")
@@ -78,11 +78,11 @@ class Hal:
         self.both.register(self.line_out, select.POLLOUT)
 
     def host_us(self) -> int:
-        """The host's clock [us]."""
+        """Return the host's clock [us]."""
         return time.ticks_us()
 
     def readable(self, us: int, sending: bool) -> bool:
-        """Whether bytes came within so many microseconds; ends early where some may be sent."""
+        """Wait up to `us` for bytes, or until some can be sent; return whether bytes arrived."""
         for file, event in (self.both if sending else self.reading).poll(us // 1000):
             if file is self.line_in and event:
                 return True
@@ -95,21 +95,21 @@ class Hal:
         return self.line_in.read(1024)
 
     def send(self, data: bytes) -> int:
-        """Give the line as much as it takes at once; how many bytes."""
+        """Send as many bytes as the line takes at once; return their number."""
         if not self.writing.poll(0):
             return 0
         return self.line_out.write(data[:PIECE]) or 0
 
     def read_plant(self, size: int) -> bytes:
-        """The plant's answer, whole."""
+        """Return the plant's complete response."""
         return self.plant_in.read(size)
 
     def write_plant(self, data: bytes) -> None:
-        """Tell the plant."""
+        """Send data to the plant."""
         self.plant_out.write(data)
 
     def ticks_us(self) -> int:
-        """The board's clock [us], in 30 bits."""
+        """Return the board's clock [us], in 30 bits."""
         if self.speed > 0.0:
             host = self.host_us()
             elapsed_time = (host - self.seen) * self.speed + self.part
@@ -122,7 +122,7 @@ class Hal:
         return self.now
 
     def wait(self, due: int, reading: bool, sending: bool) -> bytes:
-        """Bytes of the line, or none where the time has come or something may be sent."""
+        """Return bytes of the line, or none once the time has come or something can be sent."""
         self.due = due
         if self.speed == 0.0:
             if reading and not sending and self.ring.presses():
@@ -149,7 +149,7 @@ class Hal:
         return b""
 
     def patience(self) -> int:
-        """Host's microseconds left to who fetches samples, from the first that he delays."""
+        """Return the time [us of the host] left for a client to fetch its samples."""
         host_time = self.host_us()
         if self.ring.fetched != self.fetched:
             self.fetched, self.pressed = self.ring.fetched, host_time
@@ -163,11 +163,11 @@ class Hal:
         return data or b""
 
     def tell(self, kind: int, count: int = 0) -> None:
-        """Time and outputs, to the plant."""
+        """Send time and outputs to the plant."""
         self.write_plant(struct.pack(OUT, self.pump, self.ticks_us(), self.power, kind, count))
 
     def query_plant(self, kind: int, size: int, count: int = 0) -> bytes:
-        """The plant's answer; where there is none, the board ends."""
+        """Return the plant's response; without a response the board ends."""
         self.tell(kind, count)
         data = self.read_plant(size)
         if data is None or len(data) != size:
@@ -175,47 +175,47 @@ class Hal:
         return data
 
     def sensor(self) -> tuple:
-        """(vacuum [Pa] or NaN, raw counts, temperature [0.01 degC], diagnostic bits)."""
+        """Return (vacuum [Pa] or NaN, raw counts, temperature [0.01 degC], diagnostic bits)."""
         data = self.query_plant(ASKED, SIZE)
         vacuum, raw, warmth, flags, _, busy, second = struct.unpack(IN, data)
         self.estop_open = bool(flags & ESTOP)
         self.supply_low = bool(flags & SUPPLY_LOW)
         self.contact = bool(flags & CONTACT)
         self.second = second if flags & SECOND else None
-        if busy:  # something else has kept the core so long [ms]
+        if busy:  # a simulated task keeps the core busy for so long [ms]
             self.leap = LEAP + 1000 * busy
             self.now = ticks.add(self.now, 1000 * busy)
         return vacuum, raw, warmth, flags & DIAGNOSTIC
 
     def sensor2(self):
-        """Return the second sensor's reading at the last sample [Pa], None if none is fitted."""
+        """Return the second sensor's reading at the last sample [Pa]; None if it is not fitted."""
         return self.second
 
     def output(self, pump: float, power: int) -> None:
-        """Pump -1 to 1; whether the vent valve is given power."""
+        """Set the pump, -1 to 1, and whether the vent valve is powered."""
         if pump != self.pump or power != self.power:
             self.pump, self.power = pump, power
             self.tell(TOLD)
 
     def estop(self) -> bool:
-        """Whether the emergency stop is open, at the last sample."""
+        """Return whether the emergency stop was open at the last sample."""
         return self.estop_open
 
     def supply(self) -> bool:
-        """Whether the supply is as it should be, at the last sample."""
+        """Return whether the supply was in order at the last sample."""
         return not self.supply_low
 
     def show(self, state: int, sync: int) -> None:
-        """No lamp and no marker."""
+        """Do nothing: the virtual board has neither a lamp nor a marker."""
 
     def arm(self) -> None:
-        """No watchdog: a process that hangs is not what the virtual board is for."""
+        """Do nothing: the virtual board does not test hanging processes, so it has no watchdog."""
 
     def feed(self) -> None:
-        """No watchdog."""
+        """Do nothing: there is no watchdog."""
 
     def load(self, slot: int):
-        """The settings in a slot, None if there are none; without a file the process's own."""
+        """Return the settings in a slot, or None; without a file, those of the process."""
         if not self.store:
             return self.slots[slot]
         try:
@@ -225,28 +225,28 @@ class Hal:
             return None if error.errno == MISSING else b""
 
     def save(self, slot: int, data: bytes) -> None:
-        """Keep settings in a slot."""
+        """Store settings in a slot."""
         self.slots[slot] = data
         if self.store:
             self.keep(self.store + SLOT % slot, data)
         self.saved = self.host_us()
 
     def keep(self, path: str, data: bytes) -> None:
-        """Write a file and have it on the disk, which MicroPython's `flush` does."""
+        """Write a file and synchronise it to disk, which MicroPython's `flush` does."""
         with open(path, "wb") as file:
             file.write(data)
             file.flush()
 
     def since_save(self) -> int:
-        """Microseconds of the host's time since settings were kept."""
+        """Return the host's time [us] since settings were stored."""
         return 1 << 40 if self.saved is None else self.host_us() - self.saved
 
     def external(self) -> bool:
-        """Whether the contact for a trigger is closed, at the last sample."""
+        """Return whether the contact for a trigger was closed at the last sample."""
         return self.contact
 
     def capture_start(self, rate: int) -> None:
-        """Have the plant sample its accelerometer from now on."""
+        """Make the plant sample its accelerometer from now on."""
         self.capture_ring = array.array("h", bytes(2 * ROOM))
         data = self.query_plant(STARTED, struct.calcsize(SCALE), rate)
         self.scale = struct.unpack(SCALE, data)
@@ -254,7 +254,7 @@ class Hal:
         self.captures = True
 
     def capture_count(self) -> int:
-        """How many samples there are since then; those that came are put into the ring."""
+        """Return the number of samples since then, after storing new ones in the ring."""
         if not self.captures:
             return self.sampled
         board_time = self.ticks_us()
@@ -270,33 +270,33 @@ class Hal:
         return self.sampled
 
     def capture_part(self, first: int, last: int) -> memoryview:
-        """A piece of the ring."""
+        """Return a part of the ring."""
         return memoryview(self.capture_ring)[first:last]
 
     def capture_stop(self) -> None:
-        """No more samples; the ring stays."""
+        """Stop sampling; the ring keeps its content."""
         self.captures = False
 
     def capture_scale(self) -> tuple:
-        """Counts at 0, m/s^2 a count, range [m/s^2], rate [Hz] of the last start."""
+        """Return counts at 0, m/s^2 per count, range [m/s^2], rate [Hz] of the last start."""
         return self.scale
 
     def identity(self) -> tuple:
-        """(model, serial)."""
+        """Return (model, serial number)."""
         return "virtual bench", self.serial
 
     def reset_cause(self) -> str:
-        """POWER_ON, SOFT or WATCHDOG."""
+        """Return POWER_ON, SOFT or WATCHDOG."""
         return self.cause
 
     def reset(self) -> None:
-        """Start anew."""
+        """Restart the board."""
         raise self.reset_error
 
     def maintenance(self) -> None:
-        """There is no prompt behind a virtual board."""
+        """Do nothing: a virtual board has no prompt."""
         raise ScpiError(-241, "a virtual board has no prompt " + sys.platform)
 
     def crash(self, error) -> None:
-        """The process ends with what went wrong."""
+        """End the process with the error."""
         raise error

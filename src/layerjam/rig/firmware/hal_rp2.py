@@ -15,21 +15,21 @@ import ticks
 import wired
 
 PIECE = 64
-"""Bytes written between two looks at the clock: a packet of USB, which takes 0.6 ms. More would
-wait for a host that does not read, and all that a host takes would keep a sample waiting."""
+"""Bytes written between two checks of the time: one USB packet, which takes 0.6 ms. More would wait
+for a host that does not read, or delay a sample for one that does."""
 READ = 64
-"""Bytes read at most before the loop looks at the time: 32 lines at most, a millisecond each."""
+"""Largest number of bytes read before the loop checks the time: 32 lines of a millisecond each."""
 HEARD = 4
-"""Bytes that are read even where a sample is late: a board that is always late still hears."""
+"""Number of bytes read even if a sample is late, so that a slow board still receives commands."""
 EARLY = 2000
-"""Microseconds before a sample in which nothing sleeps any more."""
+"""Time [us] before a sample in which the loop no longer sleeps."""
 SHARP = 300
-"""Microseconds before a sample in which only the clock is looked at: a look at the line takes up to
-200, by which the sample would be late."""
+"""Time [us] before a sample in which only the clock is read, because reading the line takes up to
+200 us."""
 BITE, SAVING = 100, 3000
-"""The watchdog's time [ms], and while the flash erases a sector, in which the chip stands still."""
+"""Normal timeout of the watchdog [ms], and that for erasing a sector, which stops the chip."""
 REASON, TIMER = 0x40058008, 1
-"""The watchdog's register of why it reset the chip; bit 0: its time was over."""
+"""Register with the watchdog's reason for a reset; bit 0 is its timeout."""
 FILE = "settings%d.bin"
 WIRED = "wired.json"
 CRASHED = "crash.txt"
@@ -37,7 +37,7 @@ FULL = 65535
 
 
 def wiring() -> dict:
-    """The pins that the image has, and over them what was put on this board's own flash."""
+    """Return the image's pins, replaced by those in the file on this board's flash."""
     pins = dict(wired.WIRED)
     try:
         with open(WIRED) as file:
@@ -48,7 +48,7 @@ def wiring() -> dict:
 
 
 class Hal:
-    """The board; `reset` is not needed, the chip resets itself."""
+    """The board; `reset` is not needed, because the chip resets itself."""
 
     collects = True
 
@@ -101,11 +101,11 @@ class Hal:
             self.cause = "WATCHDOG" if machine.mem32[REASON] & TIMER else "SOFT"
 
     def ticks_us(self) -> int:
-        """The board's clock [us], in 30 bits."""
+        """Return the board's clock [us], in 30 bits."""
         return time.ticks_us()
 
     def wait(self, due: int, reading: bool, sending: bool) -> bytearray:
-        """Bytes of the line, or none where the time has come or something may be sent."""
+        """Return bytes of the line, or none once the time has come or something can be sent."""
         data = bytearray()
         poll = self.both if reading and sending else self.writing if sending else self.poll
         late, has_polled = 0, False
@@ -134,56 +134,56 @@ class Hal:
                 return data
 
     def send(self, data: bytes) -> int:
-        """Give the line a piece, if it takes one; how many bytes."""
+        """Send a piece if the line takes one; return its number of bytes."""
         if not self.writing.poll(0):
             return 0
         return self.stdout.write(data[:PIECE]) or 0
 
     def sensor(self) -> tuple:
-        """(vacuum [Pa] or NaN, raw counts, temperature [0.01 degC], diagnostic bits)."""
+        """Return (vacuum [Pa] or NaN, raw counts, temperature [0.01 degC], diagnostic bits)."""
         return self.part.read()
 
     def sensor2(self):
-        """Return the second sensor's reading [Pa], None if none is fitted."""
+        """Return the second sensor's reading [Pa]; None if it is not fitted."""
         return None if self.other is None else self.other.read()[0]
 
     def output(self, pump: float, power: int) -> None:
-        """Pump -1 to 1; whether the vent valve is given power."""
+        """Set the pump, -1 to 1, and whether the vent valve is powered."""
         self.pump.duty_u16(int(FULL * pump + 0.5) if pump > 0.0 else 0)
         self.back.duty_u16(int(FULL * -pump + 0.5) if pump < 0.0 else 0)
         self.vent.value(power)
 
     def estop(self) -> bool:
-        """Whether no 12 V are behind the emergency stop; the wire's divider pulls the pin down."""
+        """Return whether 12 V are missing after the emergency stop, so that the pin is low."""
         return not self.closed.value()
 
     def supply(self) -> bool:
-        """Whether the 12 V before the emergency stop are as they should be."""
+        """Return whether the 12 V before the emergency stop are in order."""
         return self.volts.mean(1) >= self.least
 
     def external(self) -> bool:
-        """Whether the contact for a trigger is closed, to the ground."""
+        """Return whether the contact for a trigger is closed to ground."""
         return not self.trigger.value()
 
     def show(self, state: int, sync: int) -> None:
-        """The lamp: 1 Hz in SAFE and DRIVE, on in RUN, 5 Hz in FAULT; and the marker."""
+        """Set the lamp (1 Hz in SAFE and DRIVE, on in RUN, 5 Hz in FAULT) and the marker."""
         self.shown += 1
         period = 20 if state == 2 else 100
         self.led.value(1 if state == 1 or self.shown % period < period // 2 else 0)
         self.marker.value(sync)
 
     def arm(self) -> None:
-        """Start the watchdog; nothing stops it but a reset."""
+        """Start the watchdog, which only a reset stops."""
         if self.dog is None:
             self.dog = machine.WDT(timeout=BITE)
 
     def feed(self) -> None:
-        """Keep the watchdog quiet for another while."""
+        """Restart the watchdog's timeout."""
         if self.dog is not None:
             self.dog.feed()
 
     def load(self, slot: int):
-        """The settings in a slot, None if there are none, nothing if they cannot be read."""
+        """Return the settings in a slot: None if there are none, empty if they cannot be read."""
         try:
             with open(FILE % slot, "rb") as file:
                 return file.read()
@@ -191,12 +191,12 @@ class Hal:
             return None if error.errno == 2 else b""
 
     def save(self, slot: int, data: bytes) -> None:
-        """Keep settings in a slot."""
+        """Store settings in a slot."""
         self.write(FILE % slot, data)
         self.saved = time.ticks_ms()
 
     def write(self, name: str, data: bytes) -> None:
-        """A file on the flash, with a watchdog that has the patience for it."""
+        """Write a file to the flash, with a longer timeout of the watchdog."""
         if self.dog is not None:
             self.dog = machine.WDT(timeout=SAVING)
         try:
@@ -207,31 +207,32 @@ class Hal:
                 self.dog = machine.WDT(timeout=BITE)
 
     def since_save(self) -> int:
-        """Microseconds since settings were kept; a long while where that is beyond the clock."""
+        """Return the time [us] since settings were stored; large if beyond the clock's range."""
         milliseconds = -1 if self.saved is None else time.ticks_diff(time.ticks_ms(), self.saved)
         return 1 << 40 if milliseconds < 0 else milliseconds * 1000
 
     def identity(self) -> tuple:
-        """(model, serial)."""
+        """Return (model, serial number)."""
         return self.made["name"], "".join(["%02X" % byte for byte in machine.unique_id()])
 
     def reset_cause(self) -> str:
-        """POWER_ON, SOFT or WATCHDOG."""
+        """Return POWER_ON, SOFT or WATCHDOG."""
         return self.cause
 
     def reset(self) -> None:
-        """Start anew."""
+        """Restart the board."""
         machine.reset()
 
     def maintenance(self) -> None:
-        """Start anew and end at the prompt: a watchdog that runs would bite there."""
+        """Restart to the prompt without a watchdog, which would reset the board there."""
         machine.mem32[begin.SCRATCH] = begin.ASKED
         machine.reset()
 
     def crash(self, error) -> None:
         """Handle an error that the firmware cannot survive: outputs off, then the watchdog.
 
-        The first one is kept in a file; a board that crashes again and again wears no flash.
+        The first error is stored in a file. Later ones are not, so that repeated crashes do not
+        wear the flash.
         """
         self.output(0.0, 0)
         try:

@@ -1,4 +1,4 @@
-"""The board's loop: a sample every 10 ms by absolute deadlines, the line in between."""
+"""The board's loop: a sample every 10 ms at absolute deadlines, and the line in between."""
 
 import gc
 import sys
@@ -9,22 +9,22 @@ from bench import Bench
 from port import Port
 
 COLLECT = 50
-"""Samples between two collections of garbage."""
+"""Number of samples between two garbage collections."""
 ANSWERED, PATIENT = 5, 100
-"""Samples after which a reset that was asked for comes, so that its answer is out: at least, and at
-most where nobody reads."""
+"""Samples between a request for a reset and the reset, so that the response is sent: at least, and
+at most if nobody reads."""
 
 
 class Reset(Exception):
-    """The board starts anew."""
+    """Raised to restart the board."""
 
 
 def loop(hal) -> None:
-    """Serve until the line closes (EOFError) or a reset is asked for (Reset)."""
+    """Serve until the line closes (EOFError) or a reset is requested (Reset)."""
     bench = Bench(hal)
     port = Port(bench)
     if hal.collects:
-        # what the start left behind, or the collector comes in the middle of a sample
+        # collect the garbage of the start now, not in the middle of a sample
         gc.collect()
     due = hal.ticks_us()
     while True:
@@ -52,7 +52,7 @@ def loop(hal) -> None:
 
 
 def hal_of(words: list):
-    """The HAL of the machine that this runs on."""
+    """Return the HAL of the machine on which this runs."""
     if sys.platform == "rp2":
         import hal_rp2
 
@@ -67,7 +67,7 @@ def hal_of(words: list):
 
 
 def main(words: list) -> None:
-    """Run until the line closes; a reset builds everything anew."""
+    """Run until the line closes; a reset creates everything again."""
     hal = hal_of(words)
     while True:
         try:

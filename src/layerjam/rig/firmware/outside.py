@@ -1,8 +1,8 @@
-"""Memory that our image keeps out of the heap: the collector need not look through it."""
+"""Memory that our image keeps outside the heap, so that the collector does not search it."""
 
 
 def place(name: str) -> int:
-    """Where the piece of that name begins; 0 under an image that reserves none."""
+    """Return the address of a reserved area; 0 if the image reserves none."""
     try:
         import reserved
     except ImportError:
@@ -11,7 +11,7 @@ def place(name: str) -> int:
 
 
 def piece(begin: int, size: int):
-    """So many bytes of the memory from there on."""
+    """Return `size` bytes of memory from an address on."""
     import uctypes
 
     return uctypes.bytearray_at(begin, size)

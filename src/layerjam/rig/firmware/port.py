@@ -1,4 +1,4 @@
-"""The board's end of the line: plain SCPI for whoever types, frames for gateway and driver."""
+"""The board's end of the line: plain SCPI for typed lines, frames for gateway and driver."""
 
 import frame
 import scpi
@@ -6,40 +6,40 @@ import scpi
 from commands import tree
 
 LONGEST = 1024
-"""Bytes of a line at most."""
+"""Largest number of bytes in a line."""
 PLAIN = 0
-"""Session of those who type without frames."""
+"""Session of lines without frames."""
 QUIET = 200
-"""Samples after a frame in which a plain line is a torn frame's rest, not a command."""
+"""Samples after a frame in which a plain line counts as the rest of a torn frame."""
 FULL = 4096
-"""Bytes waiting to be sent at which nothing more is read."""
+"""Number of bytes waiting to be sent at which reading stops."""
 LATER = 16
-"""Lines that may follow one that waits."""
+"""Largest number of lines after one that waits."""
 STOPS = (b"OUTP OFF", b"OUTP 0", b"OUTPUT OFF", b"ABOR", b"ABORT")
-"""Lines that are heard even then."""
+"""Lines that are executed even then."""
 CORRUPT, CORRUPT_WINDOW = 10, 1000
-"""Number of bad frames, and of samples, that make an error."""
+"""Number of bad frames within a number of samples that causes an error."""
 
 
 class Port:
-    """Lines in, answers out; nothing is executed twice."""
+    """Reads lines and sends responses; nothing is executed twice."""
 
     def __init__(self, bench) -> None:
         self.bench = bench
         self.root = tree(bench)
         self.inbox = bytearray()
         self.outbox = b""
-        # number of bytes already sent; cutting them off after each write would copy the others
+        # number of bytes already sent; removing them after each write would copy the others
         self.taken = 0
         self.skipping = False
         self.done: dict[int, tuple[int, bytes, bytes]] = {}
         self.framed = -QUIET
         self.bad: list[int] = []
-        # plain lines behind one that waits
+        # plain lines received after one that waits
         self.later: list[bytes] = []
 
     def full(self) -> bool:
-        """Whether so much waits to be sent that nothing more should be read."""
+        """Return whether so many bytes wait to be sent that reading should stop."""
         return len(self.outbox) - self.taken >= FULL
 
     def waiting(self) -> memoryview:
@@ -47,19 +47,19 @@ class Port:
         return memoryview(self.outbox)[self.taken :]
 
     def took(self, count: int) -> None:
-        """So many bytes of that are sent."""
+        """Note that `count` of these bytes are sent."""
         self.taken += count
         if self.taken == len(self.outbox):
             self.outbox, self.taken = b"", 0
 
     def put(self, data: bytes) -> None:
-        """Something more to be sent."""
+        """Add data to be sent."""
         if self.taken:
             self.outbox, self.taken = self.outbox[self.taken :], 0
         self.outbox += data
 
     def feed(self, data: bytes) -> None:
-        """Take bytes from the line and answer every line that is whole."""
+        """Process bytes from the line; answer every complete line."""
         inbox = self.inbox
         inbox.extend(data)
         begin = 0
@@ -82,7 +82,7 @@ class Port:
             self.inbox = bytearray()
 
     def line(self, line: bytes) -> None:
-        """One line without its LF."""
+        """Process one line without its LF."""
         if line[:1] == b"@":
             parts = frame.unpack(line + b"\n")
             if parts is None:
@@ -91,7 +91,7 @@ class Port:
                 self.framed = self.bench.count
                 self.frame(*parts)
         elif self.bench.count - self.framed < QUIET:
-            if line:  # a host that asks again ends what may be torn: mostly there is nothing
+            if line:  # usually empty: a repeating host first ends any torn frame
                 self.spoilt()
         elif len(line) > LONGEST:
             self.too_long(False)
@@ -99,7 +99,7 @@ class Port:
             self.plain(line[:-1] if line[-1:] == b"\r" else line)
 
     def plain(self, line: bytes) -> None:
-        """Answer a plain line; behind one that waits it waits too, unless it stops something."""
+        """Answer a plain line; after a waiting line it waits too, unless it stops something."""
         waits = self.bench.sessions[PLAIN].held is not None and line != frame.PENDING
         if waits and line.strip().upper() not in STOPS:
             if len(self.later) < LATER:
@@ -112,7 +112,7 @@ class Port:
             self.put(answer + b"\n")
 
     def resume(self) -> None:
-        """Go on with a plain line that waited, once nothing is pending, and those behind it."""
+        """Resume a waiting plain line once nothing is pending, then the lines after it."""
         session = self.bench.sessions[PLAIN]
         if session.held is not None and not self.bench.capture.busy():
             self.plain(frame.PENDING)
@@ -120,7 +120,7 @@ class Port:
                 self.plain(self.later.pop(0))
 
     def frame(self, number: int, count: int, payload: bytes) -> None:
-        """One frame: what was executed last is answered from store."""
+        """Process one frame; a repeated one gets the stored response."""
         before = self.done.get(number)
         if before is not None and before[0] == count and before[1] == payload:
             self.put(before[2])
@@ -135,7 +135,7 @@ class Port:
         self.put(response)
 
     def execute(self, line: bytes, number: int) -> bytes:
-        """The answer of one line, its error in the session's queue; PENDING if it waits."""
+        """Return the response to one line, or PENDING; an error goes to the session's queue."""
         session, pending = self.bench.sessions[number], None
         if line == frame.PENDING:
             pending, session.held = session.held, None
@@ -145,19 +145,19 @@ class Port:
         answer, error, commands = scpi.run(self.root, line, self.bench, session, pending)
         if error is not None:
             session.push(error.code, error.more)
-        elif commands or session.held is None:  # asking again keeps nothing running
+        elif commands or session.held is None:  # a repeated query does not renew the lease
             self.bench.renew(session, commands)
         return answer if session.held is None else frame.PENDING
 
     def too_long(self, framed: bool) -> None:
-        """A line without end is thrown away up to its LF."""
+        """Discard an endless line up to its LF."""
         if framed:
             self.spoilt()
         else:
             self.bench.sessions[PLAIN].push(-363, "a line has at most %d bytes" % LONGEST)
 
     def spoilt(self) -> None:
-        """A frame that is not intact is not answered; ten of them in ten seconds are said."""
+        """Ignore a damaged frame; ten of them in ten seconds are reported."""
         sample = self.bench.count
         self.bad = self.bad[1 - CORRUPT :] + [sample]
         if len(self.bad) == CORRUPT and sample - self.bad[0] <= CORRUPT_WINDOW:

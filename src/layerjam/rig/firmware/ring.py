@@ -1,39 +1,39 @@
-"""The last ten seconds of samples, until somebody has them safe: a ring of packed records."""
+"""The last ten seconds of samples, kept until they are stored: a ring of packed records."""
 
 import struct
 
 LAYOUT = "<IIffHhBBBB"
 NAMES = "seq,board_us,vacuum,target,raw,temperature,pump,flags,state,fault"
 SIZE = struct.calcsize(LAYOUT)
-"""Bytes of a record."""
+"""Size of a record [bytes]."""
 ROOM = 1000
 BLOCK = 200
-"""Records in one answer at most."""
+"""Largest number of records in one response."""
 
 
 class Ring:
-    """Records by their number `seq`, and for each session the first not acknowledged."""
+    """Records by their number `seq`, and the first unacknowledged one of each session."""
 
     def __init__(self, store=None, sessions: int = 16) -> None:
         self.store = bytearray(ROOM * SIZE) if store is None else store
         self.next = 0
         self.lost = 0
-        """Records overwritten before a session that acknowledges had them."""
+        """Number of records overwritten before a session that acknowledges received them."""
         self.places = [-1] * sessions
-        """First record that a session has not acknowledged; -1 before it fetches."""
+        """First record that a session has not acknowledged; -1 before its first fetch."""
         self.recorders: list[int] = []
-        """Sessions that acknowledge; without one, nothing counts as lost."""
+        """Sessions that acknowledge; without them, nothing counts as lost."""
         self.begin = 0
-        """First record that no session has acknowledged: where a new one begins."""
+        """First record that no session has acknowledged, where a new session begins."""
         self.slowest = 0
-        """Least place of the recorders."""
+        """Smallest of the recorders' places."""
         self.reader = -1
         """Session that fetched last."""
         self.fetched = 0
         """Number of fetches of all sessions."""
 
     def put(self, *fields: object) -> bool:
-        """Keep one record, its number put before the fields; True if a recorder lost an old one."""
+        """Store one record after its number; return True if a recorder lost an old one."""
         struct.pack_into(LAYOUT, self.store, (self.next % ROOM) * SIZE, self.next, *fields)
         self.next += 1
         if not self.recorders or self.next - self.slowest <= ROOM:
@@ -43,12 +43,12 @@ class Ring:
         return True
 
     def place(self, session: int) -> int:
-        """First record held that a session has not acknowledged."""
+        """Return the first stored record that a session has not acknowledged."""
         mine = self.places[session]
         return max(self.begin if mine < 0 else mine, self.next - ROOM)
 
     def fetch(self, count: int, session: int) -> bytes:
-        """The oldest records that a session has not acknowledged, `count` of them at most."""
+        """Return the oldest records that a session has not acknowledged, at most `count`."""
         self.reader = session
         self.fetched += 1
         first = self.places[session] = self.place(session)
@@ -60,7 +60,7 @@ class Ring:
         return out + bytes(records[: (count - head) * SIZE]) if head < count else out
 
     def acknowledge(self, seq: int, session: int) -> bool:
-        """Move a session past the record `seq`; False if that is not one of those it has left."""
+        """Move a session past the record `seq`; return False if it has no such record left."""
         if not self.place(session) <= seq < self.next:
             return False
         self.places[session] = seq + 1
@@ -75,7 +75,7 @@ class Ring:
         self.slowest = min([self.place(session) for session in self.recorders] or [0])
 
     def leave(self, session: int) -> None:
-        """Forget a session: records that it did not take are not lost."""
+        """Remove a session; records that it did not fetch do not count as lost."""
         self.places[session] = -1
         if session in self.recorders:
             self.recorders.remove(session)
@@ -84,5 +84,5 @@ class Ring:
             self.reader = -1
 
     def presses(self) -> bool:
-        """Whether the records that the last reader is to fetch will soon be overwritten."""
+        """Return whether the last reader's next records will soon be overwritten."""
         return self.reader >= 0 and self.next - self.place(self.reader) > ROOM - BLOCK

@@ -1,13 +1,13 @@
-"""SCPI: a tree of headers, what their parameters may be, and the reading of one line.
+"""SCPI: a tree of headers, their parameters, and the parser of one line.
 
-The nodes of the tree hold the names; the actions are kept outside the name space of the
-mnemonics. Errors carry the standard's numbers. After an error the rest of a line is dropped.
+The nodes of the tree hold the names; the actions are stored outside the namespace of the mnemonics.
+Errors carry the standard's numbers. After an error the rest of a line is dropped.
 """
 
 DIGITS = "0123456789"
 HEXADECIMAL = "0123456789ABCDEF"
 BASES = {"H": 16, "Q": 8, "B": 2}
-"""Letter after # of a number that is not decimal (IEEE 488.2, 7.7.4): base."""
+"""{letter after # of a non-decimal number: its base} (IEEE 488.2, 7.7.4)."""
 HEADER = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_:*"
 SPACE = " \t"
 SUFFIXES = {
@@ -19,7 +19,7 @@ SUFFIXES = {
     "Hz": {"HZ": 1.0, "KHZ": 1e3},
     "g": {"G": 1.0},
 }  # fmt: skip
-"""Unit: suffix in capitals: factor."""
+"""{unit: {suffix in capitals: factor}}."""
 TEXTS = {
     0: "No error",
     -101: "Invalid character",
@@ -47,7 +47,7 @@ TEXTS = {
 
 
 class ScpiError(Exception):
-    """A line that is refused: (number, what is more to say)."""
+    """Raised if a line is rejected; holds (number, additional text)."""
 
     def __init__(self, code: int, detail: str = "") -> None:
         super().__init__(code, detail)
@@ -56,7 +56,7 @@ class ScpiError(Exception):
 
 
 class Node:
-    """One mnemonic's place in the tree: what may follow it, and what it does itself."""
+    """One mnemonic in the tree: the mnemonics below it, and its own command and query."""
 
     def __init__(self) -> None:
         self.below: dict[str, Node] = {}
@@ -75,7 +75,7 @@ class Rule:
 
 
 def numeral(text: str) -> int:
-    """Length of the decimal number that a text begins with, 0 where there is none."""
+    """Return the length of the decimal number at the start of a text, or 0."""
     size, place, digits = len(text), 0, 0
     if place < size and text[place] in "+-":
         place += 1
@@ -100,7 +100,7 @@ def numeral(text: str) -> int:
 
 
 def non_decimal(text: str) -> "int | None":
-    """The whole number of `#HFF`, `#Q377` or `#B11111111`, None for other text."""
+    """Return the integer in `#HFF`, `#Q377` or `#B11111111`; None for other text."""
     base = BASES.get(text[1:2].upper(), 0) if text[:1] == "#" else 0
     value = 0
     for letter in text[2:].upper():
@@ -112,14 +112,14 @@ def non_decimal(text: str) -> "int | None":
 
 
 def limit(value, bench) -> float:
-    """A bound, which may be a function of the bench."""
+    """Return a bound, which may be a function of the bench."""
     return value(bench) if callable(value) else value
 
 
 class Number:
     """A number from `lo` to `hi` in `unit` ("" takes no suffix); MIN, MAX and DEF name values.
 
-    `empty` says what to do first if there is no range yet, which is -221.
+    `empty` is the message of error -221 if there is no range yet.
     """
 
     def __init__(
@@ -129,7 +129,7 @@ class Number:
         self.default, self.whole, self.empty = default, is_whole, empty
 
     def named_bound(self, word: str, bench) -> object:
-        """The bound that MIN, MAX or DEF stands for, None for another word."""
+        """Return the bound that MIN, MAX or DEF names; None for another word."""
         if word in ("MIN", "MINIMUM"):
             return limit(self.lo, bench)
         if word in ("MAX", "MAXIMUM"):
@@ -139,7 +139,7 @@ class Number:
         return None
 
     def read(self, text: str, bench) -> object:
-        """The value in SI units."""
+        """Return the value in SI units."""
         bound = self.named_bound(text.upper(), bench)
         if bound is not None:
             return bound
@@ -166,7 +166,7 @@ class Number:
 
 
 class Choice:
-    """One of some words, long or short (`RELease`), as its place in the list; `ON|OFF` also 1|0."""
+    """One of some words, long or short (`RELease`), as its index; `ON|OFF` also as 1|0."""
 
     def __init__(self, name: str, words: str) -> None:
         self.name = name
@@ -178,7 +178,7 @@ class Choice:
             self.known["0"], self.known["1"] = 0, 1
 
     def read(self, text: str, bench) -> object:
-        """The place of the word."""
+        """Return the index of the word."""
         place = self.known.get(text.upper())
         if place is None:
             number = text[:1] in "\"'+-.(#" or (text[:1] in DIGITS and "0" not in self.known)
@@ -187,7 +187,7 @@ class Choice:
 
 
 class Text:
-    """A quoted string of at most so many characters."""
+    """A quoted string of limited length."""
 
     def __init__(self, name: str, limit: int) -> None:
         self.name, self.most = name, limit
@@ -205,12 +205,12 @@ class Text:
 
 
 def short(word: str) -> str:
-    """The short form of a mnemonic: its capitals."""
+    """Return the short form of a mnemonic: its capitals."""
     return "".join(letter for letter in word if not "a" <= letter <= "z")
 
 
 def grow(root: Node, header: str, command, query) -> None:
-    """Put a header such as `[SOURce]:VACuum[:LEVel]` into the tree, every way it may be written."""
+    """Add a header such as `[SOURce]:VACuum[:LEVel]` to the tree in all its spellings."""
     nodes = [root]
     for piece in header.replace("[:", ":[").split(":"):
         word = piece.strip("[]")
@@ -225,9 +225,9 @@ def grow(root: Node, header: str, command, query) -> None:
 
 
 def end_of(line: str, begin: int, mark: str) -> int:
-    """Return the first place of a mark outside quotes, from `begin` on, or the line's end.
+    """Return the first position of a mark outside quotes from `begin` on, or the line's end.
 
-    In leaps, not letter by letter: the law's 528 digits must not keep a sample waiting.
+    It uses `find`, because a loop over the law's 528 digits would delay a sample.
     """
     while True:
         end = line.find(mark, begin)
@@ -260,7 +260,7 @@ def arguments(text: str) -> list:
 
 
 def header_of(unit: str) -> tuple:
-    """(header, whether it is a query, what follows) of one unit."""
+    """Return (header, whether it is a query, the rest) of one unit."""
     length = 0
     while length < len(unit) and unit[length] in HEADER:
         length += 1
@@ -273,7 +273,7 @@ def header_of(unit: str) -> tuple:
 
 
 def find_node(root: Node, path: Node, head: str) -> tuple:
-    """(node, node above it) that a header names, from the root or along the path."""
+    """Return (node, node above it) that a header names, from the root or along the path."""
     if head[0] == "*":
         if ":" in head:
             raise ScpiError(-101, head)
@@ -290,7 +290,7 @@ def find_node(root: Node, path: Node, head: str) -> tuple:
     for word in words:
         if not word:
             raise ScpiError(-101, head)
-        # of each thing there is one: a suffix of 1 is the same as none (SCPI-99, 6.2.5.2)
+        # each item exists once, so the suffix 1 equals no suffix (SCPI-99, 6.2.5.2)
         plain = word.rstrip(DIGITS)
         above, node = node, node.below.get(word) or node.below.get(plain)
         if node is None:
@@ -301,7 +301,7 @@ def find_node(root: Node, path: Node, head: str) -> tuple:
 
 
 def values(rule: Rule, texts: list, bench) -> list:
-    """The parameters read, as many as are allowed."""
+    """Return the parsed parameters; raises an error if there are too many or too few."""
     if len(texts) > len(rule.params):
         raise ScpiError(-108)
     if len(texts) < rule.least:
@@ -310,7 +310,7 @@ def values(rule: Rule, texts: list, bench) -> list:
 
 
 def run(root: Node, line: bytes, bench, session, pending=None) -> tuple:
-    """(answer, error or None, whether it commanded) of one line, or of the rest of a `pending` one.
+    """Return (response, error or None, whether it commanded) of a line, or a `pending` rest.
 
     The answer is that of the units before the error. A unit with the flag L or C commands. A unit
     with the flag W that has to wait stays in `session.held`, with the rest of its line.
@@ -350,5 +350,5 @@ def run(root: Node, line: bytes, bench, session, pending=None) -> tuple:
         return b";".join(out), error, False
     except MemoryError:
         return b"", ScpiError(-311), False
-    # one answer as it is: a block of samples is long, and each copy of it is garbage
+    # return a single response without a copy, because a block of samples is long
     return out[0] if len(out) == 1 else b";".join(out), None, commands

@@ -1,9 +1,9 @@
-"""A sensor with a voltage, through an amplifier or a divider, on the board's own converter."""
+"""A sensor with a voltage output, amplified or divided, on the board's own converter."""
 
 READS = 8
-"""Conversions in one reading, for their mean."""
+"""Number of conversions averaged for one reading."""
 WIRE = 0.01
-"""Share of the converter's range at either end that only a broken wire shows."""
+"""Share of the converter's range, at either end, that only a broken wire reaches."""
 
 
 class Sensor:
@@ -15,7 +15,7 @@ class Sensor:
         self.volts = converter.voltage(pins["sensor_adc"])
 
     def read(self) -> tuple:
-        """(vacuum [Pa] or NaN, counts of 16 bits, no temperature, 1 where a wire is broken)."""
+        """Return (vacuum [Pa] or NaN, 16-bit counts, no temperature, 1 if a wire is broken)."""
         mean = self.volts.mean(READS)
         share, raw = mean / 65535, int(mean)
         if not WIRE <= share <= 1.0 - WIRE:

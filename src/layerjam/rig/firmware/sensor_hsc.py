@@ -1,7 +1,7 @@
-"""Honeywell HSC and SSC with SPI: 14 bits of pressure, 11 of temperature, two of diagnosis.
+"""Honeywell HSC and SSC sensors with SPI: 14 bits of pressure, 11 of temperature, two of diagnosis.
 
-Counts 1638 to 14746 stand for the least and the greatest pressure of the part (Linux driver
-hsc030pa.c); at most 800 kHz.
+Counts 1638 and 14746 mean the least and the greatest pressure of the part (Linux driver
+hsc030pa.c); the clock is at most 800 kHz.
 """
 
 import machine
@@ -27,7 +27,7 @@ class Sensor:
         self.got = bytearray(4)
 
     def read(self) -> tuple:
-        """(vacuum [Pa] or NaN, counts, temperature [0.01 degC], 1 where the part is in trouble).
+        """Return (vacuum [Pa] or NaN, counts, temperature [0.01 degC], 1 after an error).
 
         Stale counts, those read twice, are the last ones still; the law finds a part that hangs.
         """

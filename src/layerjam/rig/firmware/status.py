@@ -3,7 +3,7 @@
 from scpi import TEXTS
 
 DEEP = 16
-"""Errors that a queue holds; the last becomes "queue overflow"."""
+"""Largest number of errors in a queue; the last one becomes "queue overflow"."""
 DEVICE = {
     120: "LEASE_EXPIRED",
     121: "TICK_OVERRUN",
@@ -27,7 +27,7 @@ COMPLETE, QUERY, DEVICE_ERROR, EXECUTION, COMMAND, POWER_ON = 1, 4, 8, 16, 32, 1
 
 
 class Register:
-    """Condition, event and enable; the event remembers every rise of a condition."""
+    """Condition, event and enable; the event stores every rise of a condition."""
 
     def __init__(self) -> None:
         self.condition = 0
@@ -35,12 +35,12 @@ class Register:
         self.enable = 0
 
     def follow(self, condition: int) -> None:
-        """Take over the bench's condition."""
+        """Set the condition to that of the bench."""
         self.event |= condition & ~self.condition
         self.condition = condition
 
     def take_event(self) -> int:
-        """The event, which reading clears."""
+        """Return the event register and clear it."""
         event, self.event = self.event, 0
         return event
 
@@ -59,10 +59,10 @@ class Session:
         self.completes = False
         """Whether `*OPC` waits for the end of a capture."""
         self.held = None
-        """Line that waits for it: its text from there on, the path, and the answers before."""
+        """Line that waits for it: its remaining text, the path, and the responses so far."""
 
     def push(self, code: int, detail: str = "") -> None:
-        """One more error; its class shows in the standard event register."""
+        """Add an error; its class appears in the standard event register."""
         if code > 0 or -399 <= code <= -300:
             self.standard |= DEVICE_ERROR
         elif -299 <= code <= -200:
@@ -75,13 +75,13 @@ class Session:
             self.errors.append((code, detail))
 
     def next(self, names: dict) -> str:
-        """The oldest error, `0,"No error"` where there is none."""
+        """Return the oldest error, or `0,"No error"`."""
         return (
             format_error(*self.errors.pop(0), names) if self.errors else format_error(0, "", names)
         )
 
     def byte(self) -> int:
-        """The status byte; bit 6 sums up what `*SRE` lets through."""
+        """Return the status byte; bit 6 summarises the bits that `*SRE` enables."""
         byte = 4 if self.errors else 0
         if self.questionable.event & self.questionable.enable:
             byte |= 8
@@ -92,7 +92,7 @@ class Session:
         return byte | 64 if byte & self.service_enable & ~64 else byte
 
     def clear(self) -> None:
-        """`*CLS`: events, the queue and a waiting `*OPC`; enables stay."""
+        """Clear events, the queue and a waiting `*OPC` (`*CLS`); enables stay."""
         self.standard = 0
         self.completes = False
         self.operation.event = self.questionable.event = 0
@@ -100,7 +100,7 @@ class Session:
 
 
 def format_error(code: int, detail: str, names: dict) -> str:
-    """An error as SCPI prints it; `names` are those of the law's faults."""
+    """Return an error in SCPI's format; `names` are those of the law's faults."""
     text = names.get(code - 100) or DEVICE.get(code) if code > 0 else TEXTS.get(code)
     text = text or "Error"
     if detail:

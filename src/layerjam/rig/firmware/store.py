@@ -1,11 +1,11 @@
-"""Settings that survive a power cut: two files in turn, a counter and a checksum in each."""
+"""Settings that survive a power failure: two alternating files with counters and checksums."""
 
 import binascii
 import math
 import struct
 
 LAW = 39
-"""Doubles of the control law's settings: 15 of the regulator, 24 of its watch."""
+"""Number of doubles in the law's settings: 15 of the regulator, 24 of its detectors."""
 REGULATOR = 15
 MAGIC = b"LJ01"
 FIXED = "<4sIBBddB"
@@ -17,17 +17,17 @@ LIMITS = (
     (1e-9, 1e6), (0, 1), (0, 1), (1, 1e3), (1e-9, 1e6), (0, 1e9), (1, BIG), (0, 1e9),
     (1e-9, 1e5), (0, 1e9), (-BIG, BIG), (-BIG, BIG), (-BIG, BIG), (0, 1e3), (1e-12, 1e7), (0, 1e5),
 )  # fmt: skip
-"""Least and greatest of each number of the law's settings, in their order."""
+"""Least and greatest value of each number of the law's settings, in their order."""
 INTEGER_PLACES = (0, 5, 14)
-"""Those that are a kind or a yes and no."""
+"""Indices of the numbers that are integers: a kind, or yes and no."""
 
 
 class Settings:
-    """Declared settings of a board; no default can be wrong."""
+    """Declared settings of a board; those that could be unsafe have no default."""
 
     def __init__(self) -> None:
         self.safe = 0
-        """1 release, 2 hold, 0 not declared."""
+        """Safe state: 1 release, 2 hold, 0 not declared."""
         self.rest = 0
         """Vent without power: 1 open, 2 closed, 0 not declared."""
         self.law = None
@@ -38,7 +38,7 @@ class Settings:
         self.generation = 0
 
     def pack(self) -> bytes:
-        """The settings as one file."""
+        """Return the settings as one file."""
         name = self.sensor.encode()
         law = b"" if self.law is None else flat(self.law)
         body = struct.pack(
@@ -49,12 +49,12 @@ class Settings:
 
 
 def flat(law: tuple) -> bytes:
-    """The law's settings as little-endian doubles."""
+    """Return the law's settings as little-endian doubles."""
     return struct.pack("<%dd" % LAW, *law[0], *law[1])
 
 
 def law_of(raw: bytes) -> tuple:
-    """(law's settings, "") from their doubles, or (None, which cannot be and what could)."""
+    """Return (law's settings, "") from their doubles, or (None, invalid number and limits)."""
     numbers = struct.unpack("<%dd" % LAW, raw)
     for place, value in enumerate(numbers):
         lo, hi = LIMITS[place]
@@ -66,7 +66,7 @@ def law_of(raw: bytes) -> tuple:
 
 
 def unpack_settings(raw: bytes) -> "Settings | None":
-    """The settings of one file, None if it is not whole."""
+    """Return the settings in one file; None if it is damaged."""
     size = struct.calcsize(FIXED)
     if raw is None or len(raw) < size + 4 or raw[:4] != MAGIC:
         return None

@@ -1,8 +1,8 @@
 """Builds a board's image from Debian's packages alone: `make firmware`.
 
-MicroPython's source, the maker's library and the USB stack are Debian 13's, fetched with the
-signature check of apt from the mirror that this machine is set up with; the compiler is the
-machine's own. Our files and the control law are frozen into the image.
+MicroPython's source, the chip maker's library and the USB stack come from Debian 13. They are
+fetched from this machine's mirror with apt's signature check, and compiled by the machine's own
+compiler. Our files and the control law are frozen into the image.
 """
 
 import argparse
@@ -23,9 +23,9 @@ from layerjam.rig.board import law_hash, parts
 FOLDER = Path(__file__).parent
 SUITE = "trixie"
 SOURCES = {"micropython": "1.25.0+ds-1"}
-"""Debian source: version."""
+"""{Debian source: version}."""
 BINARIES = {"pico-sdk-source": "2.1.1-1", "tinyusb-source": "0.18.0+dfsg-1"}
-"""Debian package that holds sources: version."""
+"""{Debian package that contains sources: version}."""
 KEYS = "/usr/share/keyrings/debian-archive-keyring.gpg"
 TOOLS = ("apt-get", "dpkg-source", "dpkg-deb", "cmake", "make", "gcc", "arm-none-eabi-gcc")
 NEEDED = (
@@ -35,8 +35,8 @@ NEEDED = (
 BOARD = "LAYERJAM_PICO"
 RAM_END = 0x20040000
 RING_SIZE, FAST_SIZE = 24 << 10, 32 << 10
-"""Bytes at the end of the memory that the collector does not look through: for the samples, and for
-the accelerometer's, which DMA wants at a multiple of their size."""
+"""Bytes at the end of memory that the collector does not search: for the samples, and for the
+accelerometer's, which DMA requires at a multiple of their size."""
 CHANGES = {
     "micropython/ports/rp2/CMakeLists.txt": [
         (r"(set\(MICROPY_SSL_MBEDTLS )ON", r"\1OFF"),
@@ -60,20 +60,19 @@ CHANGES = {
         (r" *target_sources\(pico_cxx_options INTERFACE\s+\S+new_delete\.cpp\s+\)", "")
     ],
 }
-"""Unpacked file: what becomes of it.
+"""{unpacked file: replacements in it}.
 
-TLS, SHA-1 and AES go, because Debian's source has not what they need. Double precision makes the
-law's answers CPython's, bit for bit. A host that does not read takes none of a sample's time. The
-collector is compiled for speed, as the interpreter is. The heap ends where the reserved memory
-begins. And without the one file of C++, which nothing uses, 1.5 GB of C++ library need not be
-installed.
+TLS, SHA-1 and AES are removed, because Debian's source lacks their dependencies. With double
+precision the law gives exactly the results of CPython. A host that does not read does not delay a
+sample. The collector is compiled for speed, like the interpreter. The heap ends where the reserved
+memory begins. Without an unused file in C++, 1.5 GB of C++ library need not be installed.
 """
 RESERVED = f"RING, FAST = {RAM_END - FAST_SIZE - RING_SIZE}, {RAM_END - FAST_SIZE}\n"
 MANIFEST = 'freeze("$(PORT_DIR)/modules")\nfreeze({folder!r})\n'
 
 
 def recipe_hash() -> str:
-    """SHA-256 of this file and the board's definition: what the image is made by."""
+    """Return the SHA-256 of this file and the board's definition, which determine the image."""
     paths = [FOLDER / name for name in ("build.py", "mpconfigboard.cmake", "mpconfigboard.h")]
     return hashlib.sha256(b"".join(path.read_bytes() for path in paths)).hexdigest()
 
@@ -88,7 +87,7 @@ def sources() -> dict[str, str]:
 
 
 def current(out: Path) -> bool:
-    """Whether a folder holds the image of these sources."""
+    """Return whether a folder holds the image of these sources."""
     image, facts = out / "layerjam-pico.uf2", out / "layerjam-pico.json"
     if not image.exists() or not facts.exists():
         return False
@@ -98,7 +97,7 @@ def current(out: Path) -> bool:
 
 
 class BuildError(Exception):
-    """The image cannot be built; the message is one sentence."""
+    """Raised if the image cannot be built; the message is one sentence."""
 
 
 def run(command: Sequence[str], folder: Path, log: Path, **more: str) -> str:
@@ -117,7 +116,7 @@ def run(command: Sequence[str], folder: Path, log: Path, **more: str) -> str:
 
 
 def mirrors(log: Path) -> list[str]:
-    """Where this machine's apt fetches Debian's main packages from."""
+    """Return the addresses from which this machine's apt fetches Debian's main packages."""
     output = run(
         ["apt-get", "indextargets", "--format", "$(REPO_URI)", "Created-By: Packages",
          "Component: main", "Origin: Debian", "Label: Debian"],
@@ -130,7 +129,7 @@ def mirrors(log: Path) -> list[str]:
 
 
 def fetch(work: Path, log: Path) -> Path:
-    """A folder with what Debian 13 has, fetched once; the machine's own apt is not touched."""
+    """Return a folder with Debian 13's packages, fetched once; the machine's apt is not changed."""
     versions = {**SOURCES, **BINARIES}
     packages, marker = work / "debian", work / "debian" / "fetched.json"
     if marker.exists() and json.loads(marker.read_text()) == versions:
@@ -162,7 +161,7 @@ def fetch(work: Path, log: Path) -> Path:
 
 
 def unpack(packages: Path, work: Path, log: Path) -> tuple[Path, Path]:
-    """(MicroPython's tree, the maker's library), as Debian has them but for CHANGES."""
+    """Return (MicroPython's tree, the maker's library) as in Debian, except for CHANGES."""
     tree, library = work / "micropython", work / "library"
     for folder in (tree, library):
         shutil.rmtree(folder, ignore_errors=True)
@@ -182,7 +181,7 @@ def unpack(packages: Path, work: Path, log: Path) -> tuple[Path, Path]:
 
 
 def compile_program(tree: Path, library: Path, work: Path, log: Path, jobs: int) -> Path:
-    """The program as it lies in the flash, firmware and law frozen in."""
+    """Return the program as it is in the flash, with firmware and law frozen in."""
     frozen, board = work / "frozen", work / BOARD
     for folder in (frozen, board):
         shutil.rmtree(folder, ignore_errors=True)
@@ -198,7 +197,7 @@ def compile_program(tree: Path, library: Path, work: Path, log: Path, jobs: int)
     usb = find_file(library, "src/tusb.h").parents[1]
     shutil.rmtree(tree / "lib" / "tinyusb", ignore_errors=True)
     (tree / "lib" / "tinyusb").symlink_to(usb)
-    # the same sources give the same image, whenever and wherever they are compiled
+    # the same sources must give the same image at any time and place
     epoch = run(
         ["dpkg-parsechangelog", "-l", str(tree / "debian/changelog"), "-STimestamp"], work, log
     )
@@ -218,7 +217,7 @@ def compile_program(tree: Path, library: Path, work: Path, log: Path, jobs: int)
 
 
 def find_file(folder: Path, name: str) -> Path:
-    """The file of that name under a folder."""
+    """Return the file of that name in a folder and its subfolders."""
     paths = sorted(folder.rglob(name))
     if not paths:
         raise BuildError(f"Debian's packages hold no {name}")
@@ -226,7 +225,7 @@ def find_file(folder: Path, name: str) -> Path:
 
 
 def main() -> int:
-    """Build, and say what was built."""
+    """Build the image and print its facts."""
     words = argparse.ArgumentParser(description="Build the image of a Raspberry Pi Pico.")
     words.add_argument("--out", type=Path, default=Path("out/firmware"), help="folder")
     words.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
