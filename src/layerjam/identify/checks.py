@@ -21,15 +21,14 @@ SMALL = 0.05
 """Relative change or difference below which a trend passes, whatever its interval."""
 
 REPEATABLE = 0.05
-"""Largest scatter between repeats' scale factors (SD, relative) at which they agree."""
+"""Largest scatter (SD, relative) between the scale factors of repeats that agree."""
 GROSS = 0.2
-"""Largest such scatter that a film or rig explains. Choi 2018, table I: films scatter by 3 to 8 %.
-"""
+"""Largest such scatter that film or rig explain. Choi 2018, table I: films scatter by 3 to 8 %."""
 DRIFTS = 0.995
-"""Quantile of Student's t that a drift of the calibrated numbers must exceed: 1 % in all, both
-ways. The 5 % of false alarms are shared by all checks."""
+"""Quantile of Student's t that a drift of the calibrated numbers must exceed: 1 % in total,
+two-sided. All checks share 5 % of false alarms."""
 SHARPEST = 0.005
-"""Relative difference of a scale factor after the peak that passes, however certain it is."""
+"""Relative difference of a scale factor after the peak that passes, even if it is certain."""
 
 
 def check_span(
@@ -60,7 +59,7 @@ def identifiable(brake: Brake) -> Check:
 
 
 def plausible(factor: float) -> Check:
-    """Check the scale factor; a warning outside `PLAUSIBLE`, a failure outside `POSSIBLE`."""
+    """Check the scale factor: a warning outside `PLAUSIBLE`, a failure outside `POSSIBLE`."""
     advice = "check the unit of the force, the friction, the vacuum and the number of sheets"
     low, high = POSSIBLE
     level: Level = "warning" if low <= factor <= high else "failed"
@@ -90,7 +89,7 @@ def interval_checks(values: Mapping[str, float], intervals: Mapping[str, Any]) -
 
 
 def one_pull_only() -> Check:
-    """Return the warning that one pull cannot be compared with a repeat."""
+    """Return the warning that a single pull cannot be compared with a repeat."""
     return check("repeats", False, "one pull only: its repeatability is unknown")
 
 
@@ -136,7 +135,7 @@ def trend(
     levels: int = 3,
     quantile: float = 0.975,
 ) -> Check | None:
-    """Check whether relative values change over a quantity of the pulls; None if too few values.
+    """Check whether relative values change with a quantity of the pulls; None if too few values.
 
     `name` ends in that quantity, `word` names the values and `levels` is the number of distinct
     values of the quantity required. A change passes if it is small or if its interval (Student's t
@@ -195,13 +194,14 @@ def shape(
     least: float,
     end: Check | None = None,
 ) -> Check | None:
-    """Check that the curves after the peak give the scale factor of the peaks, on the mean.
+    """Check that the curves after the peak give, on average, the scale factor of the peaks.
 
     `deviations` are the relative differences between the scale factor of each pull's sliding part
     and that of its peak. A mean within the factor's own 95 % interval (relative `half_width`, or
     None) or within Student's t of zero passes, so that the check is as sharp as the interval. A
-    mean above `least` fails if Student's t rejects it with `alarms` false alarms, however wide the
-    interval is. `end` is the check at the curves' end; without it, None if no pull has a value.
+    mean above `least` fails if Student's t rejects it with a probability `alarms` of false alarms,
+    however wide the interval is. `end` is the check at the curves' end; if it is missing too, a
+    lack of values gives None.
     """
     from scipy.special import stdtrit
 

@@ -12,7 +12,7 @@ from layerjam.measure.trace import Trace
 from layerjam.units import show
 
 ALIKE = 0.03
-"""Relative difference up to which neighbouring vacuums or speeds count as one condition."""
+"""Relative difference below which neighbouring vacuums or speeds count as one condition."""
 SHORTEST = 50
 """Fewest samples of a curve above a fifth of its greatest force."""
 
@@ -36,9 +36,9 @@ class Curve:
     specimen: str = ""
     recorded_speed: float | None = None
     mounting: int | None = None
-    """Number of the mounting that it was pulled in, from its sidecar."""
+    """Number of the mounting, from the pull's sidecar."""
     synthetic: bool = False
-    """Whether a program wrote the file."""
+    """Whether a program generated the file."""
 
     @property
     def name(self) -> str:
@@ -48,7 +48,7 @@ class Curve:
 
 
 def speed_of(trace: Trace) -> float | None:
-    """Return the crosshead speed [m/s]: as stated, else as recorded, None if unknown."""
+    """Return the crosshead speed [m/s]: the stated one, else the recorded one, None if unknown."""
     return recorded_speed(trace) if trace.facts.speed is None else trace.facts.speed
 
 
@@ -92,7 +92,7 @@ def curves_of(pulls: Iterable[tuple[Trace, PullFeatures, float]]) -> tuple[Curve
 
 
 def conditions(curves: Sequence[Curve]) -> list[tuple[int, ...]]:
-    """Return the indices of curves pulled alike: vacuum and speed each within `ALIKE`."""
+    """Return the indices of curves with equal conditions: vacuum and speed within `ALIKE`."""
     vacuums = levels([c.vacuum for c in curves])
     speeds = levels([c.speed or 0.0 for c in curves])
     members: dict[tuple[int, int], list[int]] = {}
@@ -102,7 +102,7 @@ def conditions(curves: Sequence[Curve]) -> list[tuple[int, ...]]:
 
 
 def levels(values: Sequence[float]) -> list[int]:
-    """Return the number of each value's level; a gap of more than `ALIKE` begins a new level."""
+    """Return the index of each value's level; a gap of more than `ALIKE` begins a new level."""
     order = np.argsort(values)
     level, last, out = 0, None, [0] * len(values)
     for place in order:

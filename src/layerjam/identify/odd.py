@@ -1,8 +1,9 @@
-"""Find outliers: shifts of the mean, corrected for the number of values.
+"""Outliers among values: shifts of the mean, corrected for the number of values.
 
 The scatter is estimated from the other values alone, so that an outlier does not hide behind the
-scatter it causes. For one value that is Grubbs' test. For two or three it is the same test of their
-common removal (Cook and Weisberg 1982, section 2.2), so that two outliers cannot hide each other.
+scatter it causes. For one value this is Grubbs' test. For two or three values their common removal
+is tested in the same way (Cook and Weisberg 1982, section 2.2), so that two outliers cannot hide
+each other.
 """
 
 from collections.abc import Sequence
@@ -16,8 +17,8 @@ FEWEST = 3
 FIRST = 0.8
 """Share of the false alarms spent on single values; sets of several values share the remainder."""
 GROSS = 1.3
-"""Ratio to the median beyond which a value may be a gross outlier: the friction of a film scatters
-by 8 % (Table I), so a third off is four standard deviations."""
+"""Ratio to the median beyond which a value may be a gross outlier. The friction of a film scatters
+by 8 % (Table I), so a deviation of a third is four standard deviations."""
 SPREADS = 6.0
 """Standard deviations of the other values beyond which a value is a gross outlier."""
 PART = 4

@@ -67,7 +67,7 @@ def _is_edited(file: BrakeFile, path: str) -> bool:
 
 
 def _has_synthetic_file(file: BrakeFile) -> bool:
-    """Return whether a program wrote one of the files that the brake was computed from."""
+    """Return whether a program generated one of the files on which the brake is based."""
     files = file.notes.get("files", [])
     entries = (
         [entry for entry in files if isinstance(entry, dict)] if isinstance(files, list) else []

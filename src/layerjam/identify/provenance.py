@@ -1,4 +1,4 @@
-"""Record of the files of a calibration, so that nobody validates on them by mistake."""
+"""Record of the files of a calibration, so that nobody validates with the same files by mistake."""
 
 import hashlib
 import re
@@ -104,9 +104,9 @@ def calibrated_text(
     The table contains program, version, date, depth, window, verdict (sentences of failed checks),
     the covariance of the fitted numbers (SI), and every file's name and SHA-256. `exclusions` lists
     the files excluded by hand with the reason (`file`, `because`, `sha256`); `files` are the
-    entries of the files used, if the caller has them. If a program wrote any of them, the source of
-    every fitted number records that. `acceptances` are the failed checks that a person accepted;
-    `date` (ISO) is today unless given.
+    entries of the files used, if the caller has them. If a program generated any of them, the
+    source of every fitted number records it. `acceptances` are the failed checks that a person
+    accepted; `date` (ISO) is today unless given.
     """
     used = {c.path: c.synthetic for c in calibration.curves}
     failures = [c.sentence for c in calibration.checks if not c.passed]

@@ -1,4 +1,4 @@
-"""Mean and 95 % interval over repeats: the repeat is the unit, not the sample."""
+"""Mean and 95 % interval over repeats; the unit is the repeat, not the sample."""
 
 import math
 from collections.abc import Sequence
@@ -36,10 +36,11 @@ class OverRepeats:
 
 
 def interval_ends(value: float, reach: float, positive: bool = True) -> tuple[float, float]:
-    """Return the ends of an interval that reaches `reach` to either side of a value.
+    """Return the ends of an interval that extends by `reach` to either side of a value.
 
-    That of a positive quantity is symmetric about the value's logarithm, so that it never reaches
-    zero; if the reach is small, both are the same. A flow out counts as positive with its sign.
+    The interval of a positive quantity is symmetric about the value's logarithm, so that it never
+    reaches zero; if `reach` is small, both forms agree. A negative value, such as an outward flow,
+    is treated by its absolute value.
     """
     if not positive or value == 0:
         return value - reach, value + reach

@@ -1,12 +1,12 @@
-"""Checks pull by pull: outliers among the pulls, and the quantity in which they differ.
+"""Checks of each pull: outliers among the pulls, and the quantity in which they differ.
 
 `factor` is the scale factor of a pull's peak, `slope` its stiffness. `shape` compares the scale
 factor after the peak with the peak's. `vacuum` and `speed` compare the scale factors of the pulls
 at one vacuum or speed with the others', and the crosshead's speed with the stated one. `seating`
-is whether the rise is straight. A verdict is "ok", "odd", or "untold" if too little is known.
+states whether the rise is straight. A verdict is "ok", "odd", or "untold" if too little is known.
 
 A single pull with another friction and one with another vacuum look alike. Only the enclosure could
-separate them, but it carries a sixth of the force and scatters too much for that.
+distinguish them, but it carries a sixth of the force and scatters too much.
 """
 
 from collections import defaultdict
@@ -33,10 +33,11 @@ ALARMS: Mapping[str, float] = {
     "seating of all": 0.002,
     "shape of all": 0.002,
 }
-"""Share of faultless campaigns that each test may reject; together below 5 %.
+"""{test: share of faultless campaigns that it may reject}; together below 5 %.
 
-Most goes to the factor: a film's friction scatters by some percent, so a pull 15 % off needs a
-sharp test. Faults in the other quantities far exceed their scatter."""
+The factor has the largest share: a film's friction scatters by some percent, so a deviation of 15 %
+needs a sharp test. Faults in the other quantities far exceed their scatter.
+"""
 LEAST: Mapping[str, float] = {
     "factor": 0.02,
     "slope": 0.03,
@@ -47,12 +48,12 @@ LEAST: Mapping[str, float] = {
 }
 """Relative difference up to which a pull is never an outlier, however certain the difference."""
 DEVIATION_LIMIT = 0.125
-"""Limit on the deviation of a scale factor or stiffness, whatever the others' scatter: two and a
-half times that of repeats (`checks.repeats`)."""
+"""Limit on the deviation of a scale factor or stiffness, whatever the scatter of the others: two
+and a half times that of repeats (`checks.repeats`)."""
 OVERSHOOT = 0.1
 """Largest relative deviation of the curve after the peak from its own peak."""
 SOFT = 0.08
-"""Scatter between stiffnesses (SD, relative) up to which they agree."""
+"""Largest scatter of stiffnesses (SD, relative) that counts as agreement."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,8 +62,8 @@ class SinglePull:
 
     `factor` and `stiffness` are from its peak and its slope. `shape` is the relative deviation of
     the scale factor after the peak from the peak's. `seating` is the relative excess of the slope
-    in the rise's upper half over the lower. `recorded_speed` is from its time. At `vacuum_of_peak`
-    its peak would have the others' scale factor. `verdicts` has all of `TESTS`.
+    in the rise's upper half over the lower. `recorded_speed` is from its time column. At
+    `vacuum_of_peak` its peak would give the others' scale factor. `verdicts` has all of `TESTS`.
     """
 
     file: str
@@ -79,7 +80,7 @@ class SinglePull:
 
     @property
     def odd(self) -> bool:
-        """Whether any verdict is "odd"."""
+        """Return whether any verdict is "odd"."""
         return "odd" in self.verdicts.values()
 
 
@@ -93,7 +94,7 @@ class _Findings:
     def known_values(
         self, test: str, values: Sequence[float | None], fewest: int = FEWEST
     ) -> tuple[Array, list[int]]:
-        """Return the known values and their pulls; they are "ok" at first if there are enough."""
+        """Return the known values and their pulls, and set these to "ok" if there are enough."""
         indices = [i for i, value in enumerate(values) if value is not None]
         for i in indices if len(indices) >= fewest else ():
             self.verdicts[i][test] = "ok"
@@ -112,7 +113,7 @@ def single_pulls(
     shapes: Sequence[float | None],
     law_factors: Array | None = None,
 ) -> tuple[SinglePull, ...]:
-    """Return one row per curve, from `fits` of those that have a peak and their `shapes`.
+    """Return one row per curve; `fits` are those of curves with a peak, `shapes` theirs.
 
     `law_factors` (curves,) are the relative factors of a fitted law of vacuum or speed; the factors
     are compared after dividing by them.
@@ -176,9 +177,9 @@ def _compare_each(
 def _compare_factors(
     findings: _Findings, factors: Sequence[float | None], shifts: Array, vacuums: Sequence[float]
 ) -> None:
-    """Find peaks unlike the others', with the vacuum that would explain them.
+    """Find peaks that differ from the others, with the vacuum that would explain them.
 
-    `shifts` (curves,) are those of groups that are outliers as a whole, whose pulls are not.
+    `shifts` (curves,) are those of whole groups that are outliers; their single pulls are not.
     """
     logs, indices = findings.known_values("factor", _logs(factors))
     logs = logs - shifts[indices]
@@ -191,7 +192,7 @@ def _compare_factors(
 
 
 def _compare_shapes(findings: _Findings, shapes: Sequence[float | None]) -> None:
-    """Find curves after the peak that are unlike the others', or too far off their own peak."""
+    """Find curves after the peak that differ from the others', or too far from their own peak."""
     words = "after the peak {} from its own peak, unlike the others"
     logs = [None if s is None else float(np.log1p(max(s, -0.99))) for s in shapes]
     _compare_each(findings, "shape", logs, words, fewest=1)
@@ -207,7 +208,7 @@ def _compare_shapes(findings: _Findings, shapes: Sequence[float | None]) -> None
 def _compare_groups(
     findings: _Findings, factors: Sequence[float | None], curves: Sequence[Curve]
 ) -> Array:
-    """Find the pulls at one vacuum or speed that have another scale factor than the others.
+    """Find the pulls at one vacuum or speed whose scale factor differs from the others'.
 
     Returns the shift of the logarithm of the factor (curves,), 0 for pulls of no such group.
     """
@@ -242,7 +243,7 @@ def _compare_groups(
 
 
 def group_levels(values: Sequence[float]) -> list[list[int]]:
-    """Return the indices of the values of each level."""
+    """Return the indices of the values at each level."""
     members: dict[int, list[int]] = defaultdict(list)
     for place, level in enumerate(levels(values) if values else ()):
         members[level].append(place)
@@ -250,7 +251,7 @@ def group_levels(values: Sequence[float]) -> list[list[int]]:
 
 
 def _compare_speeds(findings: _Findings, curves: Sequence[Curve]) -> None:
-    """Find crossheads that moved at another speed than stated."""
+    """Find crossheads whose speed differs from the stated one."""
     for place, curve in enumerate(curves):
         stated_speed, recorded_speed = curve.speed, curve.recorded_speed
         if stated_speed is None or recorded_speed is None:
@@ -264,12 +265,12 @@ def _compare_speeds(findings: _Findings, curves: Sequence[Curve]) -> None:
 
 
 def _compare_seating(findings: _Findings, curves: Sequence[Curve]) -> None:
-    """Find rises that bend, unlike the others' or in all pulls alike."""
+    """Find rises that bend: single ones, or those of all pulls alike."""
     bends, indices = findings.known_values("seating", [c.pull.seating for c in curves], 1)
     if not indices:
         return
     soft = _soft(bends.tolist())
-    # at little vacuum the rise is short and its bend uncertain: each is weighted by its own error
+    # weight each by its own error, because at low vacuum the rise is short and its bend uncertain
     errors = np.hypot([curves[i].pull.seating_se for i in indices], LEAST["seating"] / 4)
     middle = float(np.average(bends, weights=errors**-2))
     out = find_outliers((bends - middle) / errors, ALARMS["seating"], 0.0)
@@ -282,7 +283,7 @@ def _compare_seating(findings: _Findings, curves: Sequence[Curve]) -> None:
 
 
 def _soft(bends: Sequence[float]) -> bool:
-    """Return whether rises bend as on a yielding seat, on the mean over the pulls."""
+    """Return whether rises bend, on average over the pulls, as on a seat that yields."""
     from scipy.special import stdtrit
 
     values = np.asarray(bends)
@@ -296,10 +297,10 @@ def _soft(bends: Sequence[float]) -> bool:
 def pull_checks(
     rows: Sequence[SinglePull], half_width: float | None = None, end: Check | None = None
 ) -> tuple[Check, ...]:
-    """Return the checks for outliers, for shape and rise of all pulls, and for their slopes.
+    """Return the checks for outliers, for the shapes and rises of all pulls, and for their slopes.
 
-    `half_width` is the relative one of the scale factor's 95 % interval and `end` the check at the
-    curves' end, as in `checks.shape`.
+    `half_width` is the relative half width of the scale factor's 95 % interval, and `end` the check
+    at the curves' end, as in `checks.shape`.
     """
     odd = [f"{row.file}: {row.sentence}" for row in rows if row.odd]
     fine = f"none of {len(rows)} pulls differs from the others"

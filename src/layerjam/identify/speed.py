@@ -7,7 +7,7 @@ from layerjam.simulate.speed import follows_speed
 
 
 def growth_in(brake: Brake, speed: float | None, path: str) -> float:
-    """Return the friction at a speed [m/s] over that at the law's test speed; 1 if no law.
+    """Return the friction at a speed [m/s] over that at the law's test speed; 1 without a law.
 
     Raises FitError if the brake has a law and the speed of the pull is unknown.
     """
@@ -26,7 +26,7 @@ def growth_in(brake: Brake, speed: float | None, path: str) -> float:
 def as_pulled(brake: Brake, speed: float | None, path: str) -> Brake:
     """Return the brake with its friction at a crosshead speed [m/s]; raises as `growth_in`.
 
-    A scale factor fitted with it is the one at the law's test speed.
+    A scale factor fitted with this brake applies at the law's test speed.
     """
     growth_in(brake, speed, path)
     return brake if speed is None else at_speed(speed, brake)

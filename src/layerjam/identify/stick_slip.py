@@ -1,13 +1,12 @@
-"""Stick-slip in a measured force: saw teeth as distinct from noise, texture and vibration.
+"""Stick–slip in a measured force: saw teeth as distinct from noise, texture and vibration.
 
 While the films stick the force rises at the stiffness of the pulling parts; when they slip it falls
-at once. Four conditions must therefore be met together: the swing exceeds the noise, the teeth are
-regularly spaced, they rise for longer than they fall, and all rise equally fast. Noise and a rough
-film rise and fall alike; so does a vibration.
+at once. Stick–slip therefore meets four conditions together: the swing exceeds the noise, the teeth
+are regularly spaced, they rise for longer than they fall, and all rise equally fast. Noise, a rough
+film and a vibration rise and fall for equal times.
 
-A machine may write regular teeth too: motor steps, a screw or an alternating drive. Their spacing
-belongs to the machine, whatever their swing; that of stick-slip grows with it, as swing over
-stiffness.
+A machine may also cause regular teeth, by motor steps, a screw or an alternating drive. Their
+spacing does not depend on the swing; that of stick–slip is swing over stiffness.
 """
 
 from collections.abc import Sequence
@@ -22,18 +21,18 @@ from layerjam.measure.trace import Array
 Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 LEAST_TEETH = 5
-"""Fewest teeth; three are enough if they are large and alike."""
+"""Smallest number of teeth; three are enough if they are large and similar."""
 LEAST_SWING = 0.02
-"""Smallest swing reported, relative to the middle force; smaller ones stay in the mean."""
+"""Smallest swing reported, relative to the middle force; smaller ones remain part of the mean."""
 LEAST_SHARE = 0.6
-"""Part of a tooth during which the force rises; 0.5 is a vibration."""
+"""Smallest part of a tooth during which the force rises; 0.5 is a vibration."""
 SUDDEN = 0.72
-"""The same if the teeth are fewer than MANY_TEETH or not all alike: a rough film comes close."""
+"""The same for fewer than MANY_TEETH or dissimilar teeth, because a rough film comes close."""
 MANY_TEETH, ALIKE = 15, 0.3
 CLEAR = 4.0
 """Standard errors by which that part must exceed one half."""
 MOST_UNLIKE = 0.5
-"""Scatter allowed in spacing and in slope of the rise, as a part of their medians."""
+"""Largest scatter of spacings and of rising slopes, relative to their medians."""
 STANDS_OUT = 8.0
 """Swing that counts as a reversal, in standard deviations of the smoothed noise."""
 SMOOTHINGS = (1, 5, 21, 63, 151)
@@ -44,20 +43,20 @@ STUCK = 0.8
 EQUAL = 0.03
 """Relative difference of spacings that count as equal."""
 GROWN = 1.5
-"""Ratio of swings at which stick-slip of one stiffness has clearly different spacings."""
+"""Ratio of swings at which stick–slip of one stiffness has clearly different spacings."""
 REGULAR = 0.2
 """Largest irregularity of a machine's ripple."""
 SPREAD = 0.15
-"""Smallest relative scatter of swings that shows whether the rises grow with them."""
+"""Smallest relative scatter of swings that can show whether the rises grow with them."""
 LEAST_GROWTH = 0.3
-"""Smallest growth of the rises with the swings of one record that sticks."""
+"""Smallest growth of the rises with the swings of one record that counts as sticking."""
 CAUSE = "motor steps, screw or drive of the machine"
 """Likely cause of a ripple of constant spacing."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SawTeeth:
-    """Stick-slip in a stretch of a record, SI units.
+    """Stick–slip in a section of a record, SI units.
 
     `upper` and `lower` are the mean forces at which the teeth end and begin [N], with standard
     errors from their scatter. `spacing` is the crosshead's travel between two slips [m], `period`
@@ -99,15 +98,15 @@ class SawTeeth:
 
     @property
     def middle(self) -> float:
-        """Force halfway between the envelopes [N]: the kinetic force if nothing damps the slip."""
+        """Force halfway between the envelopes [N]: the kinetic force of undamped slips."""
         return (self.upper + self.lower) / 2
 
 
 def share_a_spacing(records: Sequence[SawTeeth | None]) -> list[bool]:
     """Return for each record of one machine whether its teeth are a ripple of that machine.
 
-    At least four records have regular teeth of one spacing, although their swings differ, or the
-    teeth of one record do: no stiffness explains that. Extreme swings do not count. None is a
+    They are if at least four records, or the teeth of one record, have regular teeth of one spacing
+    but different swings, which no stiffness explains. Extreme swings do not count. None marks a
     record without teeth.
     """
     regular = [t for t in records if t is not None and t.irregularity <= REGULAR]
@@ -124,7 +123,7 @@ def share_a_spacing(records: Sequence[SawTeeth | None]) -> list[bool]:
 
 
 class Search(NamedTuple):
-    """Saw teeth or None, and the reason."""
+    """Saw teeth, or None and the reason why there are none."""
 
     teeth: SawTeeth | None
     reason: str
@@ -133,7 +132,8 @@ class Search(NamedTuple):
 def noise_of(force: Array) -> float:
     """Return the standard deviation of white noise in a record [N], without its slow changes.
 
-    It is from the median of the second differences, which lines do not change and jumps hardly.
+    It is from the median of the second differences, which lines do not change and jumps hardly
+    affect.
     """
     if len(force) < 5:
         return 0.0
@@ -142,7 +142,7 @@ def noise_of(force: Array) -> float:
 
 
 def running_mean(values: Array, samples: int) -> Array:
-    """Return the centred running mean over an odd number of samples; same length, ends repeated."""
+    """Return the centred running mean over an odd number of samples, with the ends repeated."""
     if samples < 3:
         return values
     half = samples // 2
@@ -151,7 +151,7 @@ def running_mean(values: Array, samples: int) -> Array:
 
 
 def turning_points(values: Array, least: float) -> tuple[Indices, Indices]:
-    """Return (peaks, troughs): indices where the values turn by more than `least`, alternating."""
+    """Return (peaks, troughs): alternating indices where the values turn by more than `least`."""
     step = np.diff(values)
     moving = np.flatnonzero(step)
     if not len(moving):
@@ -181,7 +181,7 @@ def turning_points(values: Array, least: float) -> tuple[Indices, Indices]:
 
 
 class _Stretch(NamedTuple):
-    """A stretch of sliding, the noise of one sample [N], and the samples of a smoothing."""
+    """A section of sliding, the noise of one sample [N], and the samples of a smoothing."""
 
     position: Array
     force: Array
@@ -199,7 +199,7 @@ class _Turns(NamedTuple):
 
 
 def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> Search:
-    """Find saw teeth in a stretch of sliding: position [m], force [N], time [s], shape (N,).
+    """Find saw teeth in a section of sliding: position [m], force [N], time [s], shape (N,).
 
     The position rises. Smoothings from none to 151 samples are tried, so that teeth smaller than
     the noise of one sample are detected if there are many samples to a tooth.
@@ -223,9 +223,10 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
         if teeth is not None and (best is None or teeth.teeth > best.teeth):
             best, reason = teeth, explanation
         elif best is None and len(peaks) > LEAST_TEETH and not has_reason:
-            reason, has_reason = explanation, True  # keep the reason from the least smoothed record
+            reason, has_reason = explanation, True  # keep the reason of the least smoothed record
         if best is not None and best.upper - best.lower > 2 * STANDS_OUT * smoothed_noise:
-            # below that, the smallest teeth are missed, and a smoother record shows more teeth
+            # with less smoothing the smallest teeth are missed, and a smoother record shows more
+            # teeth
             break
     if best is not None and coarse > 1:
         best = replace(best, peaks=best.peaks * coarse, troughs=best.troughs * coarse)
@@ -233,7 +234,7 @@ def find_saw_teeth(position: Array, force: Array, time: Array | None = None) -> 
 
 
 def _step_of(force: Array) -> float:
-    """Return the load cell's digit if a record shows one, else a value near zero."""
+    """Return the resolution of the load cell if a record shows one, else a value near zero."""
     steps = np.diff(np.unique(force[:4000]))
     return float(steps.min()) if len(steps) else 0.0
 
@@ -249,15 +250,15 @@ def _large_turns(smooth: Array, least: float) -> tuple[Indices, Indices]:
 
 
 def _unlike(values: Array) -> float:
-    """Return the scatter relative to the median, both robust."""
+    """Return the scatter relative to the median, by robust estimates."""
     middle = float(np.median(values))
     return 1.4826 * float(np.median(np.abs(values - middle))) / max(abs(middle), 1e-300)
 
 
 def _judge_turns(stretch: _Stretch, smooth: Array, peaks: Indices, troughs: Indices) -> Search:
-    """Return the measures of turning points if they are saw teeth, else the reason."""
+    """Return the measures of turning points if they are saw teeth, otherwise the reason."""
     position, samples = stretch.position, stretch.samples
-    # whole teeth only: trough, peak and next trough; the window may cut off the first turn
+    # use whole teeth only (trough, peak, next trough), because the window may cut the first turn
     if len(troughs) and len(peaks):
         troughs = troughs[1:] if troughs[0] < peaks[0] else troughs
         peaks = peaks[1:]
@@ -307,7 +308,7 @@ def _measure_teeth(stretch: _Stretch, turns: _Turns) -> SawTeeth:
     tops, feet = _ends_of_falls(force, turns, samples)
     high, low = force[tops].astype(float), force[feet].astype(float)
     if float(np.median(high - low)) < 50 * noise:
-        # the highest sample of a noisy tooth lies too high: take the ends of its straight rise
+        # the highest sample of a noisy tooth is too high, so take the ends of its straight rise
         for i, (a, b) in enumerate(zip(feet.tolist(), tops.tolist(), strict=True)):
             inside = slice(a + 1, b)
             line = straight_line(position[inside], force[inside]) if b - a > 4 else None
@@ -349,7 +350,7 @@ def _growth(rise: Array, swing: Array, noise: float) -> float | None:
 
 
 def _ends_of_falls(force: Array, turns: _Turns, samples: int) -> tuple[Indices, Indices]:
-    """Return (tops, feet) of the teeth; smoothing moves the one earlier and the other later.
+    """Return (tops, feet) of the teeth; smoothing moves tops earlier and feet later.
 
     A fall is centred where the means over half a smoothing before and after it differ most.
     """

@@ -1,1 +1,1 @@
-"""Calibration with probabilities."""
+"""Bayesian calibration."""

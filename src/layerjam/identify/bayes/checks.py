@@ -27,11 +27,11 @@ FAR_APART = 1.1
 ESS = 400
 """Independent draws required for the ends of a 90 % interval."""
 NARROWED = 0.5
-"""Width of a posterior over its prior's above which the data add little."""
+"""Ratio of a posterior's width to its prior's above which the data add little."""
 PRIOR_DISTANCE = 2.5
 """Largest distance of a posterior from its prior, in prior SDs."""
 BENT = 0.02
-"""Largest mean residual of a stretch, relative to the greatest force."""
+"""Largest mean residual of a section, relative to the greatest force."""
 REPEATS = 3
 Array = np.ndarray[Any, Any]
 
@@ -78,7 +78,7 @@ def _complete(fit: BayesFit) -> Check | None:
 
 
 def _check_convergence(fit: BayesFit) -> Check:
-    # numbers that predictions use have the strict bound; among many others, some exceed it by
+    # predictions use some numbers, which get the strict bound; of the many others some exceed it by
     # chance
     hats = {n: agreement_of(v)[0] for n, v in _scalars(fit).items()}
     worst = max((n for n in hats if "curve" not in n), key=lambda n: hats[n])
@@ -153,7 +153,7 @@ def _against_prior(fit: BayesFit) -> Check:
 
 
 def _over_slip(fit: BayesFit, data: Data) -> Check:
-    """Check whether residuals common to all curves bend away from the law."""
+    """Check whether residuals common to all curves deviate from the law along the slip."""
     middle = {
         n: np.median(getattr(fit, n), axis=(0, 1))
         for n in ("curve_scale_factor", "curve_stiffness", "slack", "residual")

@@ -1,7 +1,7 @@
 """Bayesian calibration over many pulls: a hierarchical model, sampled by NUTS (NumPyro).
 
 `fit_bayes` gives two results. The population describes the brake: the median of its scale factors
-and stiffnesses. The next pull describes one more pull, which scatters about the brake.
+and stiffnesses. The next pull describes a single further pull, which scatters about the brake.
 """
 
 from collections.abc import Callable, Sequence
@@ -59,11 +59,11 @@ def fit_bayes(
 ) -> BayesFit:
     """Calibrate on curves: posterior of scale factor, stiffness and the enclosure's factor.
 
-    `draws` is the number per chain after 300 for adaptation. `mountings` are the places of the
-    curves of each mounting, whose scatter they share. `progress` is called with (done, all), both
-    per chain. The same seed gives the same draws, bit for bit. Ctrl-C keeps the draws if there are
-    100 per chain. Raises FitError for an unusable curve, MissingExtraError if NumPyro is not
-    installed, PrecisionError if JAX is in single precision.
+    `draws` is the number per chain, after 300 draws for adaptation. `mountings` are the indices of
+    the curves of each mounting; these curves share its scatter. `progress` is called with (done,
+    all), both per chain. The same seed gives the same draws, bit for bit. Ctrl-C keeps the draws if
+    there are 100 per chain. Raises FitError for an unusable curve, MissingExtraError if NumPyro is
+    not installed, PrecisionError if JAX is in single precision.
     """
     with MissingExtraError.raise_if_missing("Bayesian calibration (numpyro)", "bayes"):
         import numpyro  # type: ignore[import-untyped]  # noqa: F401
@@ -92,7 +92,7 @@ def fit_bayes(
 
 
 def _mounting_matrix(mountings: Sequence[Sequence[int]], count: int) -> Array | None:
-    """Return whether each two of `count` curves share a mounting; None if no two do."""
+    """Return for each pair of `count` curves whether they share a mounting; None if none does."""
     if all(len(group) < 2 for group in mountings):
         return None
     member = np.zeros((len(mountings), count))
@@ -107,7 +107,7 @@ def calibrate_bayesian(
     sampling: tuple[int, int, int],
     tell: Callable[[str, float], None],
 ) -> Calibration:
-    """Return a sampled posterior like the other methods' results: means, SDs, 95 % intervals.
+    """Return the posterior in the form of the other methods' results: means, SDs, 95 % intervals.
 
     `sampling` is (draws of a chain, chains, seed). Raises as `fit_bayes` does.
     """

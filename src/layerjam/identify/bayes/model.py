@@ -1,8 +1,8 @@
 """Hierarchical model of many pulls: data, priors, likelihood.
 
 Every curve has its own scale factor, stiffness, slack and residual. Scale factors and stiffnesses
-scatter about the brake's, and all curves share the factor on the enclosure's force. Curves of one
-mounting share a part of that scatter.
+scatter about those of the brake, and all curves share the factor on the enclosure's force. Curves
+of one mounting share a part of that scatter.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,13 +23,13 @@ from layerjam.mechanics.stiffness import working_stiffness
 from layerjam.units import show
 
 RISE, SLIDE = 24, 72
-"""Bins of equal elongation over the straight rise and over the sliding part."""
+"""Numbers of bins of equal elongation over the straight rise and over the sliding part."""
 SLIDES = 1.25
-"""Ratio of the first sliding elongation to that at which the rise would reach the peak."""
+"""Elongation at which sliding begins, relative to that at which the rise would reach the peak."""
 FEWEST_BINS = 12
 """Fewest bins with samples in the sliding part."""
 FLOOR = 2e-4
-"""Least residual SD over the greatest force: no load cell of a test machine is better."""
+"""Least residual SD over the greatest force, because no load cell of a test machine is better."""
 RULE = (
     f"each curve is reduced to at most {RISE} means over its rise ({LINEAR[0]:.0%} to "
     f"{LINEAR[1]:.0%} of the greatest force) and {SLIDE} over its sliding part (from {SLIDES:g} "
@@ -44,7 +44,7 @@ PriorNumbers = Mapping[str, tuple[Any, Any]]
 
 
 class Prior(NamedTuple):
-    """A normal prior of a quantity, or (`log`) of its natural logarithm."""
+    """A normal prior of a quantity or, with `log`, of its natural logarithm."""
 
     center: float
     """The median, in the quantity's unit."""
@@ -67,7 +67,7 @@ class Prior(NamedTuple):
 
 
 def priors(brake: Brake, mounted: bool = False) -> dict[str, Prior]:
-    """Return every prior of the model, for a brake, by the name of its quantity.
+    """Return every prior of the model for a brake, by the name of its quantity.
 
     Includes the scatter between mountings if curves are `mounted` together.
     """
@@ -113,7 +113,7 @@ def priors(brake: Brake, mounted: bool = False) -> dict[str, Prior]:
 
 
 class Data(NamedTuple):
-    """Reduced curves, shapes (curves, bins) and (curves,): input of the likelihood."""
+    """Reduced curves as input of the likelihood, shapes (curves, bins) and (curves,)."""
 
     elongation: Any
     force: Any
@@ -149,7 +149,7 @@ def reduce_curves(curves: Sequence[Curve]) -> Data:
 
 
 def _pieces(curve: Curve) -> list[tuple[Array, Array, Array]]:
-    """Return rise and sliding part as means over stretches; one piece if no rise is straight."""
+    """Return rise and sliding part as means over bins; only one piece if no rise is straight."""
     if curve.vacuum <= 0:
         raise FitError.of(curve.path, f"at {show(curve.vacuum, 'Pa')} of vacuum no sheet is jammed")
     pull, u, force = curve.pull, curve.elongation, curve.force
@@ -176,7 +176,7 @@ def _pieces(curve: Curve) -> list[tuple[Array, Array, Array]]:
 
 
 def _means(u: Array, force: Array, bins: int) -> tuple[Array, Array, Array]:
-    """Return means over stretches of equal elongation, and their samples, without empty ones."""
+    """Return means over bins of equal elongation and their numbers of samples; no empty bins."""
     if len(u) == 0:
         return u, force, u
     low, high = float(u.min()), float(u.max())
@@ -192,9 +192,9 @@ def _means(u: Array, force: Array, bins: int) -> tuple[Array, Array, Array]:
 
 
 class Sites(NamedTuple):
-    """The model's unknowns on their normal scales: 6 numbers and 4 of each curve.
+    """The model's unknowns on their normal scales: 6 numbers, and 4 of each curve.
 
-    If curves share mountings, the scatter between these too.
+    If curves share mountings, the scatter between mountings is also unknown.
     """
 
     log_a: Any
@@ -204,7 +204,7 @@ class Sites(NamedTuple):
     log_sd_k: Any
     logit: Any
     own_a: Any
-    """Logarithm of each curve's scale factor, (..., curves), as all below."""
+    """Logarithm of each curve's scale factor; like all fields below of shape (..., curves)."""
     own_k: Any
     own_slack: Any
     """Multiple of the prior's SD."""
@@ -215,19 +215,19 @@ class Sites(NamedTuple):
 
 
 def scatter_places(mounted: bool) -> list[int]:
-    """Return the places of the scatter of repeats and of mountings in the flat vector."""
+    """Return the indices of the scatter of repeats and of mountings in the flat vector."""
     return [3, 4, *([-2, -1] if mounted else [])]
 
 
 class CurveEstimates(NamedTuple):
-    """Estimates of one quantity's logarithm from each curve alone: places and errors, (curves,)."""
+    """Estimates of a quantity's logarithm from each curve alone: values and errors, (curves,)."""
 
     place: Any
     error: Any
 
 
 class Guess(NamedTuple):
-    """Approximate values of the curves; they steer the sampler and change no result."""
+    """Approximate values of the curves, which guide the sampler and do not affect the result."""
 
     a: CurveEstimates
     k: CurveEstimates
@@ -236,21 +236,21 @@ class Guess(NamedTuple):
 
 
 class _UnitMap(NamedTuple):
-    """Map from unit normal numbers to the unknowns of one quantity, at a scatter."""
+    """Map from unit normal numbers to the unknowns of one quantity, at a given scatter."""
 
     brake: Any
     brake_sd: Any
     own_pull: Any
-    """Weight of the brake's value in a curve's own."""
+    """Weight of the brake's value in each curve's own value."""
     own_sd: Any
 
 
 def _unit_map(
     estimates: CurveEstimates, log_scatter: Any, log_shared: Any, guess: Guess, prior: Any
 ) -> _UnitMap:
-    """Return the map, an exact conditional if the curves' values had normal errors.
+    """Return the map; it would be an exact conditional if the curves' values had normal errors.
 
-    With mountings it is approximate, which does no harm: any unique map is valid.
+    With mountings it is approximate, which is harmless because any one-to-one map is valid.
     """
     scatter, error = jnp.exp(2 * log_scatter)[..., None], estimates.error**2
     variance, curves = scatter + error, 1.0
@@ -280,9 +280,9 @@ def _unit_maps(sites: Sites, guess: Guess, beliefs: PriorNumbers) -> tuple[_Unit
 def unpack(flat: Any, guess: Guess, beliefs: PriorNumbers) -> Sites:
     """Return the unknowns from flat vectors, shape (..., 6 + 4 curves), or 2 more with mountings.
 
-    The flat vector has the brake's and the curves' own values in units of their remaining spread at
-    each scatter between repeats. It therefore does not depend on the scatter, which a sampler can
-    then follow between its extremes. In the values themselves it would stick.
+    The flat vector holds the brake's and the curves' own values in units of their remaining spread,
+    given the scatter between repeats. It therefore does not depend on the scatter, and a sampler
+    can move between small and large scatter. In the values themselves it would get stuck.
     """
     sites = _raw(flat, guess)
     values = {}
@@ -350,7 +350,7 @@ def start(data: Data, curves: Sequence[Curve], brake: Brake) -> Sites:
 
 
 def forces(sites: Sites, slack_sd: Any, data: Data, brake: Brake) -> Any:
-    """Return the law's force [N] in every bin, (curves, bins); zero while slack."""
+    """Return the law's force [N] in every bin, (curves, bins); zero before slack is taken up."""
     shaped = with_shape(
         brake, jnp.exp(sites.own_a)[:, None], jnp.exp(sites.own_k)[:, None], jnp.exp(sites.log_f)
     )
@@ -376,7 +376,7 @@ def known_of(brake: Brake, mounted: bool = False) -> dict[str, tuple[float, floa
 
 
 def model(data: Data, brake: Brake, beliefs: PriorNumbers, mounting: Any = None) -> None:
-    """Define the model for NumPyro; `mounting` as in a Guess."""
+    """Define the model for NumPyro; `mounting` is as in a Guess."""
     import numpyro  # type: ignore[import-untyped]
     import numpyro.distributions as dist  # type: ignore[import-untyped]
 
@@ -390,7 +390,7 @@ def model(data: Data, brake: Brake, beliefs: PriorNumbers, mounting: Any = None)
     count = data.vacuum.shape[0]
 
     def draw_curves(name: str, place: Any, log_sd: Any, quantity: str) -> Any:
-        # the scatter between mountings is integrated out: curves of one are correlated
+        # the scatter between mountings is integrated out, so curves of one mounting are correlated
         if mounting is None:
             distribution = dist.Normal(place, jnp.exp(log_sd)).expand([count]).to_event(1)
         else:

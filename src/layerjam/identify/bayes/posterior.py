@@ -1,4 +1,4 @@
-"""Draws of a Bayesian calibration: the brake, the next pull, their summary and their files."""
+"""Draws of a Bayesian calibration: the brake, the next pull, their summary and files."""
 
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -40,7 +40,7 @@ class Population:
         return len(self.scale_factor)
 
     def brakes(self) -> Brake:
-        """Return all brakes as one, leaves of shape (draws, 1), which broadcast against (n,)."""
+        """Return all brakes as one; leaves have shape (draws, 1) and broadcast against (n,)."""
         return with_shape(
             self.brake,
             self.scale_factor[:, None],
@@ -72,11 +72,11 @@ class Posterior(NamedTuple):
 class BayesFit:
     """Draws of the posterior, shapes (chains, draws) and (chains, draws, curves), SI units.
 
-    `scale_factor`, `stiffness` and `enclosure_factor` are the brake's (medians over repeats, the
-    enclosure is shared). The `_sd` are the scatter between repeats, relative (SD of the logarithm);
-    those of mountings are None if no two curves share one. Pulls only determine the products of
-    scale factor and kinetic friction, and of the enclosure's modulus and friction (proportional to
-    `enclosure_factor` squared).
+    `scale_factor`, `stiffness` and `enclosure_factor` are those of the brake: medians over repeats,
+    which share the enclosure. The `_sd` are the relative scatter between repeats (SD of the
+    logarithm); those of mountings are None if no two curves share one. Pulls only determine the
+    products of scale factor and kinetic friction, and of the enclosure's modulus and friction
+    (proportional to `enclosure_factor` squared).
     """
 
     brake: Brake
@@ -101,7 +101,7 @@ class BayesFit:
     divergences: int
     seed: int
     asked: int
-    """Requested draws per chain; Ctrl-C leaves fewer."""
+    """Requested draws per chain; after Ctrl-C there are fewer."""
     priors: dict[str, Prior]
     rule: str = RULE
     """Reduction of the curves and structure of their residuals."""
@@ -133,7 +133,7 @@ class BayesFit:
         )
 
     def next_pull(self) -> Population:
-        """Return draws of one more pull, with the scatter between repeats; always the same."""
+        """Return draws of one more pull with the scatter between repeats; always the same draws."""
         random = np.random.default_rng([self.seed, 1])
         brakes = self.population()
         z = random.standard_normal((2, len(brakes)))
@@ -151,7 +151,7 @@ class BayesFit:
         return of_repeats if of_mountings is None else np.hypot(of_repeats, of_mountings)
 
     def _residual(self) -> Array:
-        """Return a residual's SD for each draw, of a curve picked at random."""
+        """Return the residual's SD of a randomly chosen curve, for each draw."""
         flat = self.residual.reshape(-1, self.residual.shape[-1])
         places = np.random.default_rng([self.seed, 2]).integers(flat.shape[1], size=len(flat))
         return np.asarray(np.sqrt(flat[np.arange(len(flat)), places] ** 2 + FLOOR**2))

@@ -1,9 +1,9 @@
 """Predictions of a Bayesian fit: bands of forces, of the vacuum for a force, and of a drop.
 
-Every prediction is made for each of the possible brakes of a `Population`, and its quantiles are
-over them. If no vacuum gives the force, or the travel is used up, that draw counts as infinite, and
-the probability of it is reported. An infinite quantile means: with at least that probability no
-such number exists.
+Every prediction is made for each possible brake of a `Population`; its quantiles are taken over
+these draws. If no vacuum gives the force, or the travel is used up, the draw counts as infinite,
+and the probability of this is reported. An infinite quantile means that with at least that
+probability no such number exists.
 """
 
 from collections.abc import Sequence
@@ -60,7 +60,7 @@ def _show_value(value: float, unit: str) -> str:
 
 
 def _quantiles(values: Array, levels: Sequence[float]) -> Array:
-    """Return order statistics over the draws, which limits infinite ones; NaN if all are."""
+    """Return quantiles as single draws, because some draws are infinite; NaN if all are."""
     is_known = ~np.isnan(values)
     sorted_values = np.sort(np.where(is_known, values, np.inf), axis=0)
     count = is_known.sum(axis=0)
@@ -85,7 +85,7 @@ def _band(
 
 
 def _row(name: str, values: Any, unit: str, open_low: bool = False) -> Array:
-    """Return one or more SI numbers as (1, n); QuantityError below zero or not finite."""
+    """Return one or more SI numbers as (1, n); QuantityError if below zero or not finite."""
     row = np.atleast_1d(np.asarray(values, float))
     wrong = ~np.isfinite(row) | (row < 0) | (open_low & (row == 0))
     if row.ndim != 1 or wrong.any():
@@ -107,7 +107,7 @@ def force_band(
     """Return the force [N] of a pull at elongations [m], shape (n,), and one vacuum [Pa].
 
     `measured` adds the scatter of a measured curve about the law. A brake too soft for its friction
-    snaps instead (chance "snaps"); quantiles are of those that do not.
+    snaps instead (chance "snaps"); quantiles are over the draws that do not.
     """
     u, pressure = _row("elongation", elongation, "m"), _row("vacuum", vacuum, "Pa")
     force = np.asarray(law.force_at_elongation(u, pressure, draws.brakes()))
@@ -145,8 +145,8 @@ def vacuum_band(
 ) -> Band:
     """Return the vacuum [Pa] for brake forces [N], shape (n,), at one slip [m].
 
-    Chances: "too strong" exceeds the site's full vacuum (counts as +infinity); "enclosure alone"
-    means that the enclosure resists more (counts as -infinity).
+    Chances: "too strong" means that the force needs more than the site's full vacuum (counts as
+    +infinity); "enclosure alone" means that the enclosure alone resists more (counts as -infinity).
     """
     forces, place = _row("force", force, "N"), _row("slip", slip, "m")
     overlap = draws.brake.sheets.overlap
@@ -169,11 +169,11 @@ class DropBand(NamedTuple):
     """Prediction of a drop: every band has shape (levels, n); speeds vary along n."""
 
     slip: Band
-    """Slip at standstill [m]; infinite if the travel is used up first or the brake snaps."""
+    """Slip at standstill [m]; infinite if the travel is used up earlier or the brake snaps."""
     peak_force: Band
-    """Greatest force until the standstill [N]; infinite if the slip is."""
+    """Greatest force until standstill [N]; infinite if the slip is."""
     chances: dict[str, Array]
-    """{"stopped", "never slid", "bottomed out", "snaps"}, shape (n,); they add up to 1."""
+    """{"stopped", "never slid", "bottomed out", "snaps": probability}, shape (n,), sum 1."""
 
 
 def drop_band(
@@ -188,9 +188,9 @@ def drop_band(
 ) -> DropBand:
     """Predict the drop of a mass [kg] with `speed` [m/s] onto the brake at `vacuum` [Pa].
 
-    Speed and vacuum pair up; one or both may have shape (n,). `rope_stiffness` [N/m] is in series
-    with each draw's brake, None for no rope; `gravity` [m/s^2] along the pull is the site's unless
-    given.
+    Speed and vacuum may each be one number or have shape (n,). `rope_stiffness` [N/m] is in series
+    with each draw's brake, None for no rope. `gravity` [m/s^2] acts along the pull; the default is
+    that of the site.
     """
     heavy = _row("mass", mass, "kg", open_low=True)
     pace, pressure = np.broadcast_arrays(_row("speed", speed, "m/s"), _row("vacuum", vacuum, "Pa"))

@@ -1,4 +1,4 @@
-"""Uncertainty budget of the scale factor: the repeats, and the inputs that all pulls share."""
+"""Uncertainty budget of the scale factor, from the repeats and from inputs common to all pulls."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -34,10 +34,10 @@ class Peak(NamedTuple):
 class Contribution:
     """One line of a budget.
 
-    `standard` is the standard uncertainty of the input, over its value, with `degrees` of freedom;
-    None if nobody stated it and there is no default. `sensitivity` is the relative change of the
-    scale factor over that of the input. `basis` describes the statement, `supply` the missing
-    statement, empty if none is missing.
+    `standard` is the relative standard uncertainty of the input, with `degrees` of freedom; None if
+    nobody stated it and there is no default. `sensitivity` is the relative change of the scale
+    factor over that of the input. `basis` describes the origin of the number, `supply` the missing
+    statement (empty if none).
     """
 
     what: str
@@ -49,7 +49,7 @@ class Contribution:
 
     @property
     def relative(self) -> float | None:
-        """Contribution to the standard uncertainty of the scale factor, over its value."""
+        """Contribution to the relative standard uncertainty of the scale factor."""
         return None if self.standard is None else abs(self.sensitivity) * self.standard
 
 
@@ -65,7 +65,7 @@ class Budget:
 
     @property
     def _parts(self) -> list[tuple[float, float]]:
-        """(Standard uncertainty, degrees of freedom) of each line that was stated or assumed.
+        """Return (standard uncertainty, degrees of freedom) of each stated or assumed line.
 
         Empty if no line was stated.
         """
@@ -103,7 +103,7 @@ class Budget:
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """Inputs that the user must state so that the budget is whole."""
+        """Inputs that the user must state to complete the budget."""
         return tuple(c.supply for c in self.contributions if c.supply)
 
     @property
@@ -119,9 +119,9 @@ class Budget:
 
 
 def round_to_uncertainty(value: float, uncertainty: float) -> tuple[str, str]:
-    """Return a value and its uncertainty (> 0), which has two significant digits (GUM, 7.2.6)."""
+    """Return a value and its uncertainty (> 0), rounded to two significant digits of the latter."""
     places = DIGITS - 1 - math.floor(math.log10(uncertainty))
-    # so that 0.0996 becomes 0.10
+    # round first, so that 0.0996 becomes 0.10
     places = DIGITS - 1 - math.floor(math.log10(round(uncertainty, places)))
     text, reach = (f"{round(x, places):.{max(places, 0)}f}" for x in (value, uncertainty))
     return text, reach
@@ -154,7 +154,7 @@ def scatter_line(
 
 
 def enclosure_line(peaks: Sequence[Peak], brake: Brake) -> Contribution:
-    """Return the line of the enclosure's force, which `peaks` take as the brake's file has it."""
+    """Return the line of the enclosure's force, which `peaks` take from the brake's file."""
     stronger = with_shape(brake, brake.scale_factor, brake.stiffness_measured, 1 + STEP)
     stated = brake.enclosure.force_uncertainty is not None
     words = "as the brake's file states" if stated else "default: the brake's file states none"
@@ -183,7 +183,7 @@ def budget(
 ) -> Budget:
     """Return the budget of the scale factor `value` that `peaks` of `brake` gave.
 
-    `fitted_lines` are the lines of the calibration itself: scatter between pulls, and enclosure.
+    `fitted_lines` are those of the calibration itself: scatter between pulls, and enclosure.
     `limits` are the limits of error of "load_cell" (over the reading) and "gauge" [Pa], taken as
     rectangular (GUM, 4.3.7); both act on all pulls alike. `sources` are those of the brake's
     geometry, whose `sd` counts. The friction has no line, because the budget is that of the product
@@ -214,8 +214,8 @@ def friction_lines(
 ) -> tuple[Contribution, ...]:
     """Return the lines that the friction adds to the budget of the scale factor.
 
-    `kinetic` is the friction of the tests. `limits` are the limits of error of "load_cell",
-    "normal_force" and "area" of the friction rig, over the value. The friction is force over normal
+    `kinetic` is the friction of the tests. `limits` are the relative limits of error of
+    "load_cell", "normal_force" and "area" of the friction rig. The friction is force over normal
     force, at a pressure of normal force over area. A brake presses harder: its friction is that of
     the tests times the ratio of pressures to the power `exponent`.
     """
@@ -246,9 +246,9 @@ def friction_lines(
 def _limit(
     name: str, limit: float | None, sensitivity: float, key: str, words: str = ""
 ) -> Contribution:
-    """Return the line of an input with a `limit` of error over its value, None if not stated.
+    """Return the line of an input with a relative `limit` of error; None if it is not stated.
 
-    `key` is what states it, `words` the limit as it was stated if not over the value. An input
+    `key` is the option that states it, `words` the limit as stated if it was not relative. An input
     without any effect need not be stated.
     """
     if limit is None and sensitivity == 0:
@@ -291,9 +291,10 @@ def _change(
     vacuum: float = 1.0,
     variant: Brake | None = None,
 ) -> float:
-    """Mean relative change of the factor of `peaks`, per relative change `STEP` of an input.
+    """Return the mean relative change of the factor of `peaks`, per relative change of an input.
 
-    The change is that of their `force` and `vacuum`, given as factors, or that of the brake.
+    The input changes by `STEP`: `force` and `vacuum` are factors on those of the peaks, `variant`
+    is the changed brake.
     """
     forces, vacuums = np.array(peaks).T
     before = np.asarray(scale_factor_of_peak(forces, vacuums, brake))

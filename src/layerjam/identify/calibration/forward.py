@@ -1,7 +1,7 @@
 """The law for a fit: reduced curves, each with its own parameters, and derivatives.
 
-A curve of tens of thousands of samples is reduced to means over short stretches of elongation, fine
-where the force bends and wide where it is smooth. A stretch weighs its number of samples.
+A curve of tens of thousands of samples is reduced to means over sections of elongation, short where
+the force bends and long where it is smooth. The weight of a section is its number of samples.
 """
 
 import functools
@@ -20,20 +20,20 @@ from layerjam.mechanics.law import in_double_precision
 from layerjam.mechanics.pull import force_at_elongation
 
 FINE, COARSE = 320, 320
-"""Numbers of stretches of equal length below and above `NEAR_END` times the straight rise."""
+"""Numbers of sections of equal length below and above `NEAR_END` times the straight rise."""
 NEAR_END = 2.0
 LEAST_ENCLOSURE = 1e-3
-"""Least factor of the enclosure within a fit."""
+"""Least factor on the enclosure's force within a fit."""
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ReducedCurves:
-    """Curves as arrays of shape (curves, stretches); stretches without samples weigh nothing.
+    """Curves as arrays of shape (curves, sections); sections without samples have no weight.
 
-    `elongation` [m] and `force` [N] are means over a stretch, `weight` its samples over the mean
-    number of samples of a stretch that has any. `vacuum` [Pa], `height` (greatest force, [N]) and
-    `onset` (elongation at it were the rise straight, [m]) have shape (curves,).
+    `elongation` [m] and `force` [N] are means over a section. `weight` is its number of samples,
+    relative to the mean of the non-empty sections. `vacuum` [Pa], `height` (greatest force, [N])
+    and `onset` (elongation at which a straight rise would reach it, [m]) have shape (curves,).
     """
 
     elongation: np.ndarray
@@ -48,7 +48,7 @@ class ReducedCurves:
 
 
 def reduce(curves: Sequence[Curve]) -> ReducedCurves:
-    """Return means over stretches of equal elongation, with their weights."""
+    """Return means over sections of equal elongation, with their weights."""
     parts = [_reduce(curve) for curve in curves]
     height = np.array([c.pull.peak_force for c in curves])
     return ReducedCurves(
@@ -62,7 +62,7 @@ def reduce(curves: Sequence[Curve]) -> ReducedCurves:
 
 
 def _onset(curve: Curve) -> float:
-    """Return the elongation [m] at which a straight rise would reach the peak, or the peak."""
+    """Return the elongation [m] at which a straight rise would reach the peak, or the peak's."""
     pull = curve.pull
     place = pull.peak_force / pull.stiffness if pull.straight else pull.peak_elongation
     return float(max(place, 1e-6))
@@ -89,9 +89,9 @@ def pull_force(
 ) -> Any:
     """Return the force [N] of one curve; `parameters` (ln a, ln k, enclosure, slack, offset).
 
-    Slack is over the onset, offset over the height. The force is zero before the slack is taken up.
-    The gradient is that of the law, finite everywhere, as the slip grows with the square of the
-    elongation past the onset.
+    Slack is relative to the onset, offset to the height. The force is zero before the slack is
+    taken up. The gradient is that of the law, finite everywhere, as the slip grows with the square
+    of the elongation past the onset.
     """
     enclosure = jnp.maximum(parameters[2], LEAST_ENCLOSURE)
     brake = with_shape(brake, jnp.exp(parameters[0]), jnp.exp(parameters[1]), enclosure)
@@ -115,7 +115,7 @@ def _band() -> Any:
 def law_with_error(
     elongation: np.ndarray, vacuum: float, shape: np.ndarray, covariance: np.ndarray, brake: Brake
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Force [N] over elongation [m] and its standard deviation [N], to first order.
+    """Return the force [N] over elongation [m] and its standard deviation [N], to first order.
 
     `shape` is (a, k, enclosure's factor), `covariance` (3, 3) that of (ln a, ln k, factor).
     """

@@ -30,7 +30,7 @@ class RequiredPulls:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Further:
-    """The 95 % interval of one value, and the effect of further similar pulls.
+    """The 95 % interval of one value, and the effect of further similar pulls on it.
 
     A pull of a condition (vacuum and speed) has the mean weight of the present pulls there. Its
     scatter is that of all present pulls, with their degrees of freedom.
@@ -41,20 +41,20 @@ class Further:
     contrast: np.ndarray
     """The value as a combination (q,) of the parameters."""
     each: Mapping[str, np.ndarray]
-    """Information of one more pull of each condition (q, q)."""
+    """Information of one more pull of each condition, (q, q)."""
     scatter: float
-    """Standard deviation of the value over its size, relative to that which the weights assume."""
+    """Relative standard deviation of the value, over the one that the weights assume."""
     degrees: float
     shared: float = 0.0
-    """Standard uncertainty over the value that no further pull makes smaller."""
+    """Relative standard uncertainty that further pulls do not reduce."""
 
     def half_width(
         self, condition: str = "", added_pulls: int | np.ndarray = 0, chance: float | None = None
     ) -> np.ndarray:
-        """Return half the interval's width over the value with `added_pulls` of a condition.
+        """Return half the relative width of the interval with `added_pulls` of a condition.
 
         `added_pulls` broadcasts. With `chance` the width is not exceeded with that probability;
-        else further pulls scatter like the present ones.
+        otherwise further pulls are assumed to scatter like the present ones.
         """
         count = np.asarray(added_pulls, float)
         information = self.each[condition] if condition else np.zeros_like(self.information)
@@ -81,7 +81,7 @@ class Further:
         return dict(sorted(widths.items(), key=lambda item: item[1]))
 
     def required_pulls(self, target: float) -> RequiredPulls:
-        """Return the number of pulls of the best condition for a target of half the width."""
+        """Return the number of pulls, of the best condition, for a target of half the width."""
         best = next(iter(self.after_one()))
 
         def least(chance: float | None) -> int | None:

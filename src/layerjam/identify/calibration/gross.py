@@ -26,9 +26,9 @@ CONVERSIONS: Mapping[str, Mapping[str, float]] = {
         "its elongation is in mm, read as m": 1e-3,
     },
 }
-"""Likely cause: factor by which it changes the quantity."""
+"""{likely cause: factor by which it changes the quantity}."""
 CLOSE_RATIO = 1.25
-"""Ratio to a conversion up to which it is the likely cause."""
+"""Ratio to a conversion below which it counts as the likely cause."""
 
 
 def gross_pulls(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> dict[int, str]:

@@ -25,9 +25,9 @@ Covariance = Mapping[str, Mapping[str, float]]
 
 @dataclass(frozen=True, kw_only=True)
 class Influence:
-    """Shift of a value without a file, and without all files of a condition.
+    """Shift of a value when a file, or all files of a condition, are left out.
 
-    From the greatest to the least; `most_influential` is the first file, or None.
+    Shifts are sorted from the greatest to the least; `most_influential` is the first file, or None.
     """
 
     most_influential: str | None
@@ -132,11 +132,11 @@ def moves(
     groups: Mapping[str, Sequence[int]],
     logarithmic: Mapping[str, float] | None = None,
 ) -> dict[str, Influence]:
-    """Return the shift of every value without a file, or without the files of a condition.
+    """Return the shift of every value without each file, and without the files of each condition.
 
     `groups` are the places of the files of each condition, `logarithmic` {name: value} the values
-    whose logarithm is estimated. The shifts are of first order. A file that alone determines the
-    value has none.
+    whose logarithm is estimated. The shifts are of first order. If one file alone determines the
+    value, it has no shift.
     """
     single = {name: (place,) for place, name in enumerate(distinct(names))}
     sets = single, groups if len(groups) > 1 else {}
@@ -167,7 +167,7 @@ def _rank_shifts(
 
 
 def distinct(names: Sequence[str]) -> list[str]:
-    """Return the names, repeated ones numbered: files of several folders, or specimens."""
+    """Return the names with repeated ones numbered: files of several folders, or specimens."""
     count, out = Counter(names), []
     occurrences: Counter[str] = Counter()
     for name in names:
@@ -179,7 +179,7 @@ def distinct(names: Sequence[str]) -> list[str]:
 def bootstrap_errors(
     population: Population, groups: Sequence[Sequence[int]], contrasts: Contrasts
 ) -> dict[str, tuple[float, float] | None]:
-    """Return the standard deviation over resampled repeats, and degrees of freedom.
+    """Return the standard deviation over resampled repeats, and its degrees of freedom.
 
     None if too few repeats can be resampled, or one of them alone determines the value.
     """

@@ -1,4 +1,4 @@
-"""Intervals from repeats: noise within a curve does not show repeatability.
+"""Intervals from repeats, because the noise within a curve does not show repeatability.
 
 A curve is a cluster: its thousands of samples share one mounting, one friction, one slack. All
 intervals are based on the scatter between curves, with Student's t for their number. A percentile
@@ -18,7 +18,7 @@ RESAMPLES = 2000
 
 
 def quantile(degrees: float, level: float = LEVEL) -> float:
-    """Return the Student's t that contains a share `level`, on both sides."""
+    """Return Student's t for a two-sided interval that contains a share `level`."""
     return float(special.stdtrit(degrees, (1 + level) / 2))
 
 
@@ -38,7 +38,7 @@ def combine(parts: Iterable[tuple[float, float]]) -> tuple[float, float]:
 
 
 def coverage_factor(parts: Sequence[tuple[float, float]]) -> float:
-    """Return the expanded (95 %) over the combined standard uncertainty of `parts` of `combine`.
+    """Return the expanded (95 %) over the combined standard uncertainty of `parts` (see `combine`).
 
     Student's quantile for the effective degrees of freedom (GUM, annex G.4.1). The expanded
     uncertainty is never below that of one contribution alone. Otherwise, with one or two degrees of
@@ -67,9 +67,10 @@ class Interval:
     def about(
         cls, value: float, parts: Sequence[tuple[float, float]], method: str, positive: bool
     ) -> "Interval":
-        """Return Student's t about a value, with the standard uncertainty that `parts` combine to.
+        """Return a Student's t interval about a value; `parts` are its standard uncertainties.
 
-        The interval of a `positive` value is symmetric about its logarithm, so never reaches zero.
+        The interval of a `positive` value is symmetric about its logarithm, so it never reaches
+        zero.
         """
         error, degrees = combine(parts)
         factor = coverage_factor(parts)
@@ -110,10 +111,10 @@ class Population:
         return len(self.residual)
 
     def joined(self, groups: Sequence[Sequence[int]]) -> "Population":
-        """Return the population with the curves (their places) of each group as one curve.
+        """Return the population with the curves (by index) of each group as one curve.
 
-        The estimate stays; intervals then rest on the scatter between groups, whatever curves of
-        one group share (rows that fill up shorter groups are zero).
+        The estimate stays the same; intervals are then based on the scatter between groups,
+        whatever the curves of one group share. Rows of zeros pad shorter groups.
         """
         rows, unknowns = self.design.shape[1:]
         size = rows * max(map(len, groups))
@@ -143,7 +144,7 @@ class Population:
         return -np.linalg.solve(others, self.score[out].sum(axis=0))
 
     def _adjust_design(self) -> np.ndarray | None:
-        """Return (I - H)^(-1/2) times each curve's design, H its leverage; None if that is 1."""
+        """Return (I - H)^(-1/2) times each curve's design, with its leverage H; None if H is 1."""
         information = self.information
         total = information.sum(axis=0)
         if self.count < 2 or not _regular(total):
@@ -176,7 +177,7 @@ class Population:
         if not square > 0:
             return None
         degrees = float(np.trace(product)) ** 2 / square
-        # so that n - 1 is a whole number
+        # avoid rounding, so that n - 1 is a whole number
         return float(np.sqrt((moves**2).sum())), round(degrees, 12)
 
     def covariance(self) -> np.ndarray:
@@ -218,7 +219,7 @@ def _regular(matrices: np.ndarray) -> np.ndarray:
     """Return which symmetric matrices (..., q, q) can be inverted, after scaling their rows."""
     scale = np.sqrt(np.maximum(np.diagonal(matrices, axis1=-2, axis2=-1), 0.0))
     if scale.shape[-1] == 1:
-        return np.asarray(scale[..., 0] > 0)  # so that one row has unit scale
+        return np.asarray(scale[..., 0] > 0)  # scale the rows to one
     safe = np.where(scale > 0, scale, 1.0)
     inner = matrices / (safe[..., :, None] * safe[..., None, :])
     return np.asarray((scale > 0).all(axis=-1) & (np.linalg.cond(inner) < 1e10))

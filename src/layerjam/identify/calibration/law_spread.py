@@ -54,7 +54,7 @@ class LawError:
         try:
             pulls, t, *numbers = (float(value) for value in json.loads(text))
             covariance = np.zeros((3, 3))
-            covariance[HALF] = np.reshape(numbers, HALF[0].shape)  # an array, one for each pull
+            covariance[HALF] = np.reshape(numbers, HALF[0].shape)  # one element for each pull
             covariance = covariance + np.triu(covariance, 1).T
             low, high = np.linalg.eigvalsh(covariance)[[0, -1]]
             right = pulls >= 2 and 0 < t < 1e3 and low >= -1e-9 * high and high < 1e3
@@ -69,9 +69,9 @@ class LawError:
 class LawSpread:
     """Scatter of repeats about a law, in (ln a, ln k, the enclosure's factor).
 
-    These three are a design, which a vacuum or a speed may change, times `estimate` (q,), with
-    `covariance` (q, q). `scatter` (3, 3) is that of a further pull about the law, `t` Student's
-    quantile of 95 %. `names` (q,) belong to the estimate, `pulls` is the number of pulls.
+    These three are `design` times `estimate` (q,), which has the `covariance` (q, q). The design
+    may depend on vacuum and speed. `scatter` (3, 3) is that of a further pull about the law, `t`
+    Student's quantile of 95 %. `names` (q,) belong to the estimate, `pulls` is the number of pulls.
     """
 
     names: tuple[str, ...]
@@ -134,7 +134,7 @@ def _of_peaks(calibration: Calibration) -> LawSpread | None:
             ]
             for x in SHAPE[:2]
         ]
-    # a stronger enclosure leaves less of the peaks to the sheets
+    # a stronger enclosure leaves a smaller part of the peaks to the sheets
     sleeve = calibration.contributions[1]
     square = (sleeve.standard or 0.0) ** 2
     covariance[0, 2] = covariance[2, 0] = sleeve.sensitivity * square

@@ -1,11 +1,11 @@
-"""Least squares over all curves at once: shared parameters, and each curve's own.
+"""Least squares over all curves at once, with shared parameters and those of each curve.
 
 Every curve has its own friction, stiffness, enclosure and slack, scattered about shared values. The
 sum of squared residuals plus the squared scatter over a working variance is minimised. Each
 iteration solves each curve's own parameters with the shared ones fixed (Levenberg and Marquardt),
-then the shared ones. With little noise every curve counts alike; one that determines a parameter
-badly counts less in it. A curve's misfit is estimated from the curve alone. If it were estimated
-while the others act on it, a curve unlike them would count as noise and weigh nothing.
+then the shared ones. If there is little noise, all curves have equal weight; a curve that
+determines a parameter poorly has less weight for it. A curve's misfit is estimated from that curve
+alone. If the other curves affected it, an unusual curve would count as noise and lose its weight.
 """
 
 import functools
@@ -31,13 +31,13 @@ from layerjam.units import show
 FREE = ("pressure_exponent", "speed", "force_offset")
 """Names that `--free` accepts."""
 WORKING = np.array([0.05, 0.05, 0.15])
-"""Scatter between repeats of ln a, ln k and the enclosure's factor that the weights assume."""
+"""Scatter of ln a, ln k and the enclosure's factor between repeats that the weights assume."""
 LOOSE = 20.0
 """Factor on `WORKING` while a curve's own noise is estimated."""
 MISFIT = 0.01
-"""First assumption of a stretch's misfit, relative to the peak."""
+"""First estimate of a section's misfit, relative to the peak."""
 QUIETEST = 2e-4
-"""Least noise of a stretch, part of the peak: no load cell is better, nor the mean over a bend."""
+"""Least noise of a section over the peak; neither load cells nor means at a bend are better."""
 BLOCK = 6
 """Number of curves solved at once: one shape to compile, and a short wait for the slowest."""
 ROUNDS = 12
@@ -48,9 +48,8 @@ SETTLED = 1e-7
 class OwnFit:
     """Each curve's own parameters: shape (curves, 5) as in `forward.pull_force`.
 
-    `information` (curves, 3, 3) is that of a curve alone about its shape, slack and offset left
-    open; `noise` [N] (curves,) is from the residuals of its stretches, scaled for their
-    correlation.
+    `information` (curves, 3, 3) is that of a curve alone about its shape, with slack and offset
+    free. `noise` [N] (curves,) is from the residuals of its sections, scaled for their correlation.
     """
 
     own: np.ndarray
@@ -149,9 +148,9 @@ def fit_jointly(
 
 
 def _roots(information: np.ndarray) -> np.ndarray:
-    """Return the symmetric root of the inverse of each curve's variance, `WORKING` plus noise.
+    """Return the root of the inverse of each curve's variance, which is `WORKING` plus noise.
 
-    From the information of the curve alone (curves, 3, 3), which may lack some parameter.
+    `information` is that of each curve alone (curves, 3, 3); it may not determine every parameter.
     """
     scale = np.diag(WORKING)
     strengths, axes = np.linalg.eigh(scale @ information @ scale)
@@ -255,7 +254,7 @@ def _fit_single(
 
 
 def _check_finite(fit: OwnFit, means: ReducedCurves, names: Sequence[str]) -> None:
-    """Raise FitError for a curve so far from the law that least squares has no numbers for it."""
+    """Raise FitError for a curve so far from the law that least squares has no finite result."""
     is_finite = np.isfinite(fit.own).all(axis=1) & np.isfinite(fit.information).all(axis=(1, 2))
     if not is_finite.all():
         failure = int(np.argmin(is_finite))

@@ -1,4 +1,4 @@
-"""Mountings that pulls share: from the sidecars, or from the scatter of the pulls.
+"""Mountings that pulls share, from the sidecars or from the scatter of the pulls.
 
 Pulls of one mounting share its friction and its grips, so they do not scatter independently.
 Intervals use the means of mountings. If no mounting is known, the scatter between candidate groups
@@ -15,17 +15,17 @@ from layerjam.identify.checks import Check, check
 from layerjam.identify.curves import Curve, conditions, number_repeats
 
 POOLED, POOLED_TWO = 0.25, 0.05
-"""Probability above which three and more candidate groups, or two, count as chance: intervals then
-take every pull by itself. It is large because a group that is missed makes intervals too narrow;
-for two it is less, because Student's t of two means is 12.7."""
+"""Probability above which three and more candidate groups, or two, count as chance, so that
+intervals treat every pull as independent. It is large because a missed group makes intervals too
+narrow. It is smaller for two groups, because Student's t of two means is 12.7."""
 ALIKE = 0.005
-"""Probability below which pulls of one candidate group are alike beyond doubt."""
+"""Probability below which the pulls of one candidate group certainly belong together."""
 TINY = 1e-6
-"""Relative scatter below which pulls do not differ at all."""
+"""Relative scatter below which pulls count as identical."""
 
 
 class Mountings(NamedTuple):
-    """The places of the curves of each mounting, and the check that states what is assumed."""
+    """Indices of the curves of each mounting, and the check that states the assumption."""
 
     groups: tuple[tuple[int, ...], ...]
     check: Check
@@ -68,7 +68,7 @@ def find_mountings(curves: Sequence[Curve], logs: np.ndarray) -> Mountings:
 
 
 def _members(labels: Sequence[int | None]) -> tuple[tuple[int, ...], ...]:
-    """Return the places of each label, in the order of their first appearance."""
+    """Return the indices of each label, in the order of their first appearance."""
     places_of: dict[int | None, list[int]] = {}
     for place, label in enumerate(labels):
         places_of.setdefault(label, []).append(place)
@@ -76,10 +76,10 @@ def _members(labels: Sequence[int | None]) -> tuple[tuple[int, ...], ...]:
 
 
 def _chance(logs: np.ndarray, order: Sequence[int | None], curves: Sequence[Curve]) -> float | None:
-    """Return the probability of such a scatter between groups of independent pulls, or None.
+    """Return the probability that independent pulls differ as much between groups, or None.
 
-    Fisher's F of the groups, without the conditions' means; the least over the columns times their
-    number (Bonferroni).
+    It is from Fisher's F of the groups after removing the conditions' means: the least over the
+    columns, times their number (Bonferroni).
     """
     condition = np.zeros(len(curves), int)
     for number, places in enumerate(conditions(curves)):
@@ -103,6 +103,6 @@ def _columns(labels: np.ndarray) -> np.ndarray:
 
 
 def _left(y: np.ndarray, x: np.ndarray) -> tuple[float, int]:
-    """Return the sum of squares that least squares leaves, and its degrees of freedom."""
+    """Return the residual sum of squares of least squares, and its degrees of freedom."""
     solution, _, rank, _ = np.linalg.lstsq(x, y, rcond=None)
     return float(((y - x @ solution) ** 2).sum()), len(y) - int(rank)

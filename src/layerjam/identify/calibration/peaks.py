@@ -1,4 +1,4 @@
-"""Calibration from the peaks of pulls: exact form, and the paper's eq. 8 and 9."""
+"""Calibration from the peaks of pulls, by the exact form and by the paper's eq. 8 and 9."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -55,16 +55,16 @@ WINDOW = (
     f"{LINEAR[0]:.0%} to {LINEAR[1]:.0%} of the greatest force"
 )
 AFTER = 0.1
-"""Part of the way from the peak to the end that is not compared with the peak."""
+"""Share of the way from the peak to the end that is left out of the comparison with the peak."""
 MEANS = 256
-"""Number of means over the sliding part; the law is smooth there."""
+"""Number of means over the sliding part, in which the law is smooth."""
 
 
 def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
     """Return scale factor and stiffness of one pull at `vacuum` [Pa].
 
-    Raises FitError if the pull has no peak, one below the enclosure's own force, or bends off long
-    before it. A pull that rises within a few samples has a scale factor only.
+    Raises FitError if the pull has no peak, has one below the enclosure's own force, or bends off
+    long before it. A pull that rises within a few samples gives only a scale factor.
     """
     if vacuum <= 0:
         raise FitError.of(pull.path, f"at {show(vacuum, 'Pa')} of vacuum no sheet is jammed")
@@ -119,7 +119,7 @@ def _fit_curve(curve: Curve, brake: Brake) -> PullFit:
 
 
 def fits_of(curves: Sequence[Curve], brake: Brake) -> list[PullFit | None]:
-    """Return the result of each curve alone; None for those that only whole curves can use."""
+    """Return the fit of each curve alone; None for curves that only a whole-curve fit can use."""
     fits: list[PullFit | None] = []
     for curve in curves:
         try:
@@ -140,8 +140,8 @@ def with_enclosure(
 ) -> tuple[list[PullFit | None], Brake]:
     """Return the fits and the brake with the enclosure's force multiplied by a `factor`.
 
-    A peak alone uses the enclosure in the file. An error there also affects its scale factor, the
-    more the lower the vacuum.
+    A fit of a peak alone takes the enclosure from the file. An error of the enclosure also changes
+    the scale factor, more so at low vacuum.
     """
     spring = brake.stiffness_measured
     variant = with_shape(brake, brake.scale_factor, spring, factor)
@@ -149,7 +149,7 @@ def with_enclosure(
     if not peak_fits:
         return list(fits), variant
     peaks, vacuums = np.array([(f.pull.peak_force, f.vacuum) for f in peak_fits]).T
-    # friction at a pull's speed is that of the test speed times its growth, in a fan too
+    # friction at a pull's speed is that at the test speed times its growth, also for a fan
     growths = np.array([f.growth for f in peak_fits])
     factors = iter((np.asarray(scale_factor_of_peak(peaks, vacuums, variant)) / growths).tolist())
     updates = [None if f is None else replace(f, scale_factor=next(factors)) for f in fits]
@@ -162,14 +162,14 @@ def pull_table(
     brake: Brake,
     law_factors: Array | None = None,
 ) -> tuple[SinglePull, ...]:
-    """Return the table of pulls with its outliers; `law_factors` as in single_pulls."""
+    """Return the table of pulls with its outliers; `law_factors` is as in `single_pulls`."""
     rises = [f.stiffness for f in fits if f is not None and f.stiffness is not None]
     shapes = after_peaks(fits, float(np.mean(rises)) if rises else None, brake)
     return single_pulls(curves, fits, shapes, law_factors)
 
 
 def at_peaks(all_fits: Sequence[PullFit | None]) -> dict[str, Any]:
-    """Return the fields of a Calibration from pulls with a peak."""
+    """Return the fields of a Calibration from the pulls that have a peak."""
     fits = [f for f in all_fits if f is not None]
     vacuums = [f.vacuum for f in fits]
     alike = bool(fits) and np.ptp(vacuums) <= 0.01 * max(vacuums)
@@ -209,7 +209,8 @@ def calibrate_peaks(curves: Sequence[Curve], brake: Brake) -> Calibration:
         k: [f.stiffness for f in fits],
     }
     enclosure = enclosure_line([Peak(f.pull.peak_force, f.vacuum) for f in fits], brake)
-    # a scale factor from a peak does not depend on speed: pulls at one vacuum are one condition
+    # the scale factor from a peak does not depend on speed, so pulls at one vacuum are one
+    # condition
     mounting = find_mountings(curves, logarithms(fits))
     fields = _means(
         values_of,
@@ -301,7 +302,7 @@ def _means(
 
 
 def joint(values_of: Mapping[str, Sequence[float | None]]) -> Population:
-    """Return the means of several quantities as one population; None is an unknown value."""
+    """Return the means of several quantities as one population; None marks an unknown value."""
     values = np.array(
         [[np.nan if v is None else v for v in column] for column in values_of.values()]
     ).T
@@ -354,8 +355,8 @@ def after_peaks(
     """Return the relative deviations of the sliding parts' scale factors from their peaks'.
 
     The force is linear in the shares of sheets and enclosure, both free, so errors of the
-    enclosure's numbers do not count. The first tenth of the way is excluded, because static
-    friction fades in it. `stiffness` [N/m] is for pulls without one. None if a part is short.
+    enclosure's numbers do not count. The first tenth after the peak is excluded, because static
+    friction fades there. `stiffness` [N/m] is for pulls without one. None if a part is short.
     """
     out: list[float | None] = [None] * len(fits)
     parts: list[tuple[int, PullFit, Array, Array]] = []
@@ -368,7 +369,7 @@ def after_peaks(
             parts.append((place, fit, slip, force))
     if not parts:
         return out
-    # use few shapes, so that little is compiled
+    # round the number of samples, so that few shapes are compiled
     size = max(4, 1 << (len(parts) - 1).bit_length())
     slips, column = np.zeros((size, MEANS)), np.ones((size, 1))
     vacuum, factor = column.copy(), column.copy()
@@ -387,10 +388,10 @@ def after_peaks(
 
 
 def _sliding(fit: PullFit, stiffness: float) -> tuple[Array, Array]:
-    """Return slip [m] and force [N] from some way after the peak on, means over neighbours."""
+    """Return slip [m] and force [N] some way after the peak, as means over neighbours."""
     u, force, begin = fit.pull.elongation, fit.pull.force, fit.pull.peak_elongation
     start = begin + AFTER * (float(u[-1]) - begin)
-    # the branch rises, so every sample after the first one above the level also lies above it
+    # the branch rises, so every sample after the first one above the level is also above it
     first = int(np.argmax(u >= start))
     u, force = block_means(u[first:], MEANS), block_means(force[first:], MEANS)
     return np.maximum(u - force / stiffness, 0.0), force

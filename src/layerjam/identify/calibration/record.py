@@ -30,14 +30,15 @@ class Calibration:
     (change of ln(friction) per decade of speed) that at `reference_speed` [m/s].
 
     `intervals` and `bootstrap` are 95 % intervals from the scatter between pulls; `errors_rest_on`
-    names the basis of `standard_errors`. `contributions` are the lines of scatter and enclosure in
+    states the basis of `standard_errors`. `contributions` are the lines of scatter and enclosure in
     the budget of the scale factor. `leave_one_out` is the shift of each value without one file,
     `further` the effect of more pulls on its interval. `covariance` {value: {value: number}} has
     the squares of the intervals' standard errors on its diagonal; it is empty for one pull.
-    `mountings` are the places of the curves that share a mounting. `pulls` is the table pull by
-    pull, `fits` are the results of single pulls with a peak. The paper's eq. 8 and 9 and the peak
-    are means over them; eq. 9 and peak are None for pulls at different vacuums. `sources` is {path:
-    (value, Source)} for a brake file; `window` describes the fitted part.
+    `mountings` are the places of the curves that share a mounting. `pulls` is the table of pulls,
+    `fits` are the results of single pulls with a peak. The values of the paper's eq. 8 and 9 and
+    the peak are means over `fits`; those of eq. 9 and the peak are None for pulls at different
+    vacuums. `sources` is {path: (value, Source)} for a brake file; `window` describes the fitted
+    part.
     """
 
     values: Mapping[str, float]

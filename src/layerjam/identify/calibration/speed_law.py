@@ -11,15 +11,15 @@ from layerjam.identify.curves import Curve
 from layerjam.toml_files.source import Source
 
 REST_RATIO = 1e-2
-"""Rest speed over the slowest pull's; it bends the law among the pulls by less than 1 %."""
+"""Rest speed over the slowest pull's speed; it changes the law among the pulls by less than 1 %."""
 
 
 def law_of(slope: float, reference: float, speeds: Sequence[float]) -> SpeedLaw | None:
     """Return a law with the fit's growth between the slowest and fastest of `speeds` [m/s].
 
-    `slope` is the change of ln(friction) per decade of speed, the scale factor that at `reference`
-    [m/s]. None if friction falls with speed, or grows faster than it: a brake file cannot hold
-    that.
+    `slope` is the change of ln(friction) per decade of speed; the scale factor is that at
+    `reference` [m/s]. None if friction falls with speed or grows faster than it, because a brake
+    file cannot state such a law.
     """
     slow, fast = min(speeds), max(speeds)
     rest_speed = REST_RATIO * slow

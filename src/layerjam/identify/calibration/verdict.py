@@ -1,8 +1,8 @@
 """Checks of a fit over whole curves: its parameters, and whether the law describes the curves.
 
-A test counts curves, not samples. Each curve gives one number (its own parameter, the mean of its
-residual over a stretch), and Student's t over curves tests whether these drift. A significant
-deviation passes if it is too small to matter.
+A test counts curves, not samples. Each curve gives one number, such as its own parameter or the
+mean of its residual over a section. Student's t over curves tests whether these numbers drift. A
+significant deviation passes if it is too small to matter.
 """
 
 from collections.abc import Mapping, Sequence
@@ -47,15 +47,15 @@ TOLD = {
     "pressure_exponent": 0.1,
     "speed_slope": 0.1,
 }
-"""Largest standard error from noise alone of a parameter that the curves determine."""
+"""Largest standard error from noise alone at which the curves determine a parameter."""
 SLEEVE = (0.3, 3.0)
-"""Plausible range of the enclosure's factor: moduli and frictions of silicone vary less."""
+"""Plausible range of the enclosure's factor; moduli and frictions of silicone vary less."""
 SECTIONS = 6
 MATTERS = 0.015
 """Largest consistent residual that passes, relative to the peak."""
 SURE = 0.997
 """Student's t level of a drift over slip, vacuum or speed, two-sided: 0.3 % of false alarms for
-each of the four. The 5 % are shared by all checks, and single pulls take most."""
+each of the four. All checks share 5 %, of which those of single pulls take most."""
 REFUSED = 0.1
 """Largest misfit of a curve that is still fitted, relative to its peak."""
 MISSES = 0.03
@@ -66,7 +66,7 @@ UNLIKE = 1.5
 
 @dataclass(frozen=True, kw_only=True)
 class Identifiability:
-    """Uncertainty from noise alone: condition number, strongest pair, errors by parameter."""
+    """Uncertainty from noise alone: condition number, strongest pair, and errors by parameter."""
 
     condition_number: float
     least_apart: tuple[str, str] | None
@@ -75,7 +75,7 @@ class Identifiability:
 
 
 def identifiability(fit: JointFit) -> Identifiability:
-    """Return it from all curves' information about the shared parameters."""
+    """Return the identifiability from all curves' information about the shared parameters."""
     total = np.einsum("gki,gkl,glj->ij", fit.design, fit.own.information, fit.design)
     scale = np.sqrt(np.maximum(np.diag(total), 1e-300))
     alike = total / np.outer(scale, scale)
@@ -100,7 +100,7 @@ def identifiability(fit: JointFit) -> Identifiability:
 
 
 def products(brake: Brake) -> Check:
-    """Note that forces only show products of parameters."""
+    """Note that forces determine only products of parameters."""
     return check(
         "identifiable",
         True,
@@ -126,7 +126,7 @@ def check_parameters(limits: Identifiability) -> Check:
 
 
 def off_bounds(values: Mapping[str, float]) -> Check:
-    """Check that no parameter was stopped by a bound of its quantity."""
+    """Check that no parameter is at a bound of its quantity."""
     bounds: dict[str, tuple[float | None, float | None]] = {}
     for field in ("scale_factor", "stiffness_measured", "pressure_exponent"):
         spec = spec_of(Brake, field)
@@ -144,7 +144,7 @@ def off_bounds(values: Mapping[str, float]) -> Check:
 
 
 def like_catalogue(product: float) -> Check:
-    """Check that friction times scale factor is about that of the catalogue's films."""
+    """Check that friction times scale factor is similar to that of the catalogue's films."""
     brakes = [load(name).brake for name in devices()]
     values = [b.scale_factor * b.film.kinetic for b in brakes]
     advice = "half the least and twice the greatest of the catalogue"
@@ -153,17 +153,18 @@ def like_catalogue(product: float) -> Check:
 
 
 def sleeve_plausible(factor: float) -> Check:
-    """Check that the enclosure carries about the force of its modulus and friction."""
+    """Check that the enclosure's force is similar to that from its modulus and friction."""
     advice = "something other than the enclosure bends the curves"
     return check_span("sleeve", factor, SLEEVE, "the factor on the enclosure's force", advice)
 
 
 def repeats_agree(fit: JointFit) -> Check:
-    """Check that curves pulled alike have scale factors within 5 % (SD), or three noise errors.
+    """Check that similar curves have scale factors within 5 % (SD) or three noise errors.
 
-    A few repeats determine their scatter badly: films that scatter by 4 % show more than 5 % in one
-    of seven campaigns of six pairs. The check therefore fails only if all curves also scatter by
-    more about the shared law. If no two were pulled alike, that alone counts.
+    A few repeats determine their scatter poorly: films that scatter by 4 % show more than 5 % in
+    one of seven campaigns of six pairs. The check therefore fails only if all curves also scatter
+    by more about the shared law. If no two curves have the same conditions, only the second
+    criterion counts.
     """
     count = len(fit.reduced)
     if count < 2:
@@ -190,9 +191,9 @@ def _pooled_sd(values: np.ndarray, groups: Sequence[Sequence[int]], fitted_count
 
 
 def misses(fit: JointFit) -> np.ndarray:
-    """Return each curve's own misfit to the law over its peak, shape (curves,).
+    """Return each curve's own misfit from the law, relative to its peak, shape (curves,).
 
-    The mean product of neighbouring residuals; white noise leaves it zero.
+    It is based on the mean product of neighbouring residuals, which is zero for white noise.
     """
     out = []
     for residual, weight in zip(fit.alone.residual, fit.reduced.weight, strict=True):
@@ -202,7 +203,7 @@ def misses(fit: JointFit) -> np.ndarray:
 
 
 def follow_law(fit: JointFit, names: Sequence[str]) -> None:
-    """Raise FitError for a curve that no numbers of the law describe."""
+    """Raise FitError for a curve that the law describes with no set of numbers."""
     misfits = misses(fit)
     worst = int(misfits.argmax())
     if misfits[worst] > REFUSED:
@@ -242,7 +243,7 @@ def single_curves(fit: JointFit, names: Sequence[str]) -> Check:
 
 
 def slip_residuals(fit: JointFit) -> Check:
-    """Check that the law does not deviate from all curves the same way in a stretch of slip."""
+    """Check that no section of slip has the same deviation from the law in all curves."""
     means = section_means(fit)
     count = len(means)
     middle = np.nanmean(means, axis=0)
@@ -263,7 +264,7 @@ def slip_residuals(fit: JointFit) -> Check:
 
 
 def section_means(fit: JointFit) -> np.ndarray:
-    """Return the mean residual over sections of slip, part of the peak: (curves, sections)."""
+    """Return the mean residual over sections of slip, relative to the peak: (curves, sections)."""
     out = np.full((len(fit.reduced), SECTIONS), np.nan)
     for place, residual in enumerate(fit.own.residual):
         weight, u = fit.reduced.weight[place], fit.reduced.elongation[place]
@@ -288,8 +289,8 @@ def drift(
 ) -> Check | None:
     """Check that a parameter's own values (relative) do not drift; None if too few values.
 
-    `free` is the number of slopes over the logarithm of this quantity that the fit removed; then
-    only a bend remains to be tested.
+    `free` is the number of slopes over the logarithm of this quantity that the fit removed; if
+    there is one, only a bend is tested.
     """
     levels = len(np.unique(np.round(np.log(quantities), 2)))
     if levels < 2 + free or len(values) - 2 - free < 1:

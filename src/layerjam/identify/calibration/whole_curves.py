@@ -115,9 +115,9 @@ def calibrate_curves(
 
 
 def _law_factors(fit: JointFit, curves: Sequence[Curve], brake: Brake) -> np.ndarray:
-    """Return the scale factor of each curve from the fitted laws of vacuum and speed (curves,).
+    """Return each curve's scale factor from the fitted laws of vacuum and speed, (curves,).
 
-    It excludes exponent and speed law of the brake's own file, as a scale factor from a peak does.
+    Like a scale factor from a peak, it excludes exponent and speed law of the brake's own file.
     """
     logs = (fit.design @ fit.population.estimate + fit.held)[:, 0]
     logs = logs - np.log([growth_in(brake, c.speed, c.path) for c in curves])
@@ -156,10 +156,10 @@ def _sources(
 
 
 def _contrasts(fit: JointFit, brake: Brake) -> dict[str, np.ndarray]:
-    """Return each value's linear combination of the estimate; the scale factor as in files.
+    """Return each value's linear combination of the estimate, with the scale factor as in files.
 
-    Within the fit it is that at the pulls' mean vacuum, where it is independent of the exponent. A
-    brake with a pressure of its friction test has it there.
+    The fit's scale factor applies at the pulls' mean vacuum, where it is independent of the
+    exponent. In the file it applies at the pressure of the brake's friction test, if stated.
     """
     contrasts = dict(zip(fit.names, np.eye(len(fit.names)), strict=True))
     if "pressure_exponent" in fit.names and brake.test_pressure is not None:

@@ -1,4 +1,4 @@
-"""Ageing of static friction, from pulls after holds of different length.
+"""Ageing of static friction, from pulls after holds of different lengths.
 
 Static friction is a straight line over the logarithm of the hold, by least squares. The pull is the
 unit. The scatter of the pulls about the line gives the intervals (Student's t, N - 2).
@@ -18,12 +18,12 @@ from layerjam.units import show
 
 FEWEST = 4
 NARROW = 10.0
-"""Below this ratio of the longest hold to the shortest the slope is an extrapolation."""
+"""Ratio of the longest hold to the shortest, below which the slope is an extrapolation."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class AgeingFit:
-    """Static friction [-] at a hold [s], its growth for ten times the hold, 95 % intervals.
+    """Static friction [-] at a hold [s], its growth per tenfold hold, and 95 % intervals.
 
     `holds` [s] and `values` [-] were fitted; `sd` is the scatter about the line.
     """
@@ -46,7 +46,7 @@ class AgeingFit:
 def fit_ageing(
     holds: Sequence[float], statics: Sequence[float], hold: float | None = None
 ) -> AgeingFit:
-    """Fit a line through static frictions [-] after holds [s]; static friction at `hold` [s].
+    """Fit a line through static frictions [-] after holds [s]; evaluate it at `hold` [s].
 
     `hold` is the geometric mean of the holds unless given. Raises FitError for fewer than four
     pulls or holds of one length.
@@ -87,7 +87,7 @@ def fit_ageing(
 
 
 def _doubts(fit: AgeingFit, decades: Array) -> list[Notice]:
-    """Return the notices against a line through the pulls."""
+    """Return notices about reasons to doubt a line through the pulls."""
     out, (low, high) = [], fit.ageing_interval
     if low <= 0 <= high:
         out.append(
@@ -123,7 +123,7 @@ def _doubts(fit: AgeingFit, decades: Array) -> list[Notice]:
 
 
 def _bends(fit: AgeingFit, decades: Array) -> bool:
-    """Return whether a parabola fits better, at the 5 % level."""
+    """Return whether a parabola fits significantly better, at the 5 % level."""
     from scipy.special import stdtrit
 
     freedom = len(decades) - 3

@@ -1,8 +1,9 @@
 """Checks of friction tests: each repeat against the others, and all against the film.
 
-A wrong unit changes static and kinetic friction alike, so that their ratio shows nothing: each is
-compared with its own repeats. Grubbs' test finds a small error in repeats that scatter little. Few
-repeats give it little power, so that a limit on the distance from the median finds the gross ones.
+A wrong unit changes static and kinetic friction alike, so their ratio does not reveal it. Each is
+therefore compared with its own repeats. Grubbs' test finds a small error in repeats that scatter
+little. It has little power with few repeats, so a limit on the distance from the median finds gross
+errors.
 """
 
 import math
@@ -21,20 +22,21 @@ from layerjam.verdict import Check, check, interval_check
 
 SPOKEN = {"static": "static friction", "kinetic": "kinetic friction", "speed": "speed"}
 ALARMS = 0.01
-"""Probability that one quantity of repeats without a fault has an outlier, by Grubbs' test."""
+"""Probability that Grubbs' test reports an outlier in one quantity of faultless repeats."""
 LEAST, LIMIT = 1.2, 1.5
-"""Ratio to the others up to which a repeat is never an outlier, and above which it always is. Choi
+"""Ratio to the others below which a repeat is never an outlier, and above which it always is. Choi
 2018, table I: static friction scatters by 8 % (SD), kinetic by 3 %."""
 RATIO = (0.9, 4.0)
-"""Static over kinetic friction. Table I: 1.3 (Kapton) and 2.4 (PTFE)."""
+"""Plausible ratio of static to kinetic friction. Table I: 1.3 (Kapton) and 2.4 (PTFE)."""
 MARGIN = 2.0
-"""Factor below the least and above the greatest friction that the catalogue lists for a film."""
+"""Factor by which the range of a film's friction in the catalogue is widened on both sides."""
 
 
 def film_range(file: BrakeFile) -> tuple[float, float]:
     """Return the range of kinetic friction [-] that is plausible for a brake's film.
 
-    It spans the brake's own value and all of the catalogue for that film, widened by `MARGIN`.
+    It spans the brake's own value and all values of that film in the catalogue, widened by
+    `MARGIN`.
     """
     product = file.known_values.get("film.product")
     values = [file.brake.film.kinetic]
@@ -64,7 +66,7 @@ def friction_checks(
     checks = [check_repeats(names, quantities, "films scatter", advice)]
     for name, mean in means.items():
         if mean is not None and mean.low is not None and mean.high is not None:
-            # as wide as Student's t about the mean; on a log scale more campaigns would fail
+            # as wide as Student's t about the mean; a log scale would reject more campaigns
             reach = mean.mean * math.log(mean.high / mean.mean)
             low = max(mean.mean - reach, mean.low)
             checks.append(interval_check(f"{name} friction", mean.mean, low, mean.mean + reach))
@@ -85,7 +87,7 @@ def check_repeats(
 ) -> Check:
     """Return the check that no repeat differs from the others by more than plausible scatter.
 
-    `scatter` completes "by more than ..."; `advice` says what to look at in an outlier.
+    `scatter` completes "by more than ..."; `advice` names what to examine in an outlier.
     """
     outlier_texts = []
     for quantity, values in quantities.items():
@@ -108,7 +110,7 @@ def check_repeats(
 
 
 def _outliers(logs: np.ndarray) -> list[int]:
-    """Return the places of outliers: both of two values that differ too much."""
+    """Return the indices of outliers: both of two values that differ too much."""
     if len(logs) == 2 and abs(logs[0] - logs[1]) > np.log(LIMIT):
         return [0, 1]
     return list(find_outliers(logs, ALARMS, float(np.log(LEAST)), float(np.log(LIMIT))))

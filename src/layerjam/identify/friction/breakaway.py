@@ -11,11 +11,11 @@ from layerjam.measure.trace import Array
 FALL = 0.02
 """Fall after a maximum that identifies it, relative to the sliding force."""
 STANDS_OUT = 6.0
-"""The same in standard deviations of the noise."""
+"""The same fall in standard deviations of the noise."""
 LEAST = 0.2
-"""Least first maximum, relative to the sliding force; smaller ones are wiggles in the slack."""
+"""Smallest first maximum, relative to the sliding force; smaller ones are wiggles in the slack."""
 RISE = (0.2, 0.8)
-"""Part of the first maximum over which the pull's stiffness is fitted."""
+"""Range of the force, relative to the first maximum, in which the pull's stiffness is fitted."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,10 +37,10 @@ class Breakaway:
 class Inertia:
     """Force from accelerating the sled, SI units.
 
-    A sled of mass m taken from rest to the speed V by a spring k overshoots the friction by at most
-    V sqrt(k m): `bound` [N], which limits the error of the static force. While the sled breaks away
-    the force differs from friction by m a. The record gives the `acceleration` a [m/s^2], or None
-    if the fall is too quick for the sampling.
+    If a spring k takes a sled of mass m from rest to the speed V, the force overshoots the friction
+    by at most V sqrt(k m). This is `bound` [N], the limit of the error of the static force. During
+    breakaway the force differs from friction by m a. The record gives the `acceleration` a [m/s^2],
+    or None if the fall is too quick for the sampling.
     """
 
     stiffness: float
@@ -83,7 +83,7 @@ def _without_peak(force: Array, level: float, noise: float) -> Breakaway:
 
 
 def _under_way(travel: Array, smooth: Array, index: int, noise: float) -> int:
-    """Return the first sample after the maximum with a force at the later level."""
+    """Return the index of the first sample after the maximum with a force at the later level."""
     after = travel - travel[index]
     later = (after >= 2e-3) & (after <= 30e-3)
     if later.sum() < 5:

@@ -1,4 +1,4 @@
-"""Envelope of the repeats that stick and slip."""
+"""Envelope of friction repeats with stick–slip."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from layerjam.identify.stick_slip import SawTeeth
 
 @dataclass(frozen=True, kw_only=True)
 class StickSlip:
-    """Envelope over the repeats that stick and slip, as coefficients [-].
+    """Envelope over the repeats with stick–slip, as coefficients [-].
 
     `period` [s] is None if a record has no time; `spacing` is in m of travel.
     """
@@ -28,7 +28,7 @@ class StickSlip:
 def find_envelope(
     records: Sequence[tuple[str, SawTeeth]], normal_force: float, accepted: bool
 ) -> StickSlip | None:
-    """Return the envelope of (file, teeth) pairs, None without any; `normal_force` [N]."""
+    """Return the envelope of (file, teeth) pairs, or None if there are none; `normal_force` [N]."""
     if not records:
         return None
     files, teeth = zip(*records, strict=True)

@@ -1,9 +1,10 @@
 """Friction tests by the paper's rules (section III-C), ASTM D1894 or ISO 8295.
 
-The paper: static is the greatest force of a repeat, kinetic the mean over 40 to 100 mm of travel.
-The standards: static is the first maximum, kinetic the mean over a travel that begins where the
-films slide. The result has mean, sample standard deviation and 95 % t interval over the repeats. A
-record with stick–slip has no meaningful mean; its envelope is reported instead.
+In the paper, static friction is from the greatest force of a repeat, and kinetic friction from the
+mean over 40 to 100 mm of travel. In the standards, static friction is from the first maximum, and
+kinetic friction from the mean over a travel that begins where the films slide. The result has mean,
+sample standard deviation and 95 % t interval over the repeats. A record with stick–slip has no
+meaningful mean; its envelope is reported instead.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -41,10 +42,10 @@ FEWEST = 10
 class FrictionRepeat:
     """One repeat: coefficients [-], travel at its maximum [m], and its source.
 
-    `kinetic` is None if the record sticks and slips, unless the envelope's middle was accepted.
+    `kinetic` is None if the record shows stick–slip, unless the envelope's middle was accepted.
     `mean` is the mean of the force over the normal force. `window` is the travel of the mean [m],
-    `teeth` the stick–slip in it (forces in N), `ripple` that of the machine. `distinct`:
-    a standard's first maximum is clear; `synthetic`: a program wrote the file.
+    `teeth` the stick–slip in it (forces in N), `ripple` that of the machine. `distinct` states that
+    a standard's first maximum is clear, `synthetic` that a program generated the file.
     """
 
     static: float
@@ -67,7 +68,7 @@ class FrictionRepeat:
 class FrictionResult:
     """Coefficients [-] over all repeats, and statistics of the mean by kind ("static", "kinetic").
 
-    The kinetic one is None if a repeat sticks and slips, unless the middle of the stick–slip was
+    The kinetic one is None if a repeat shows stick–slip, unless the middle of the stick–slip was
     accepted. Standard deviations between repeats are absolute, None for one repeat. `window` is the
     travel of the kinetic mean [m], averaged over the repeats.
     """
@@ -87,7 +88,7 @@ class FrictionResult:
 
     @property
     def means(self) -> dict[str, OverRepeats]:
-        """The known coefficients, by name."""
+        """Return the known coefficients by name."""
         return {name: mean for name, mean in self.over.items() if mean is not None}
 
     def sources(self) -> dict[str, tuple[float, Source]]:
@@ -118,7 +119,7 @@ def _digest(path: str) -> str:
 
 
 def _outward(trace: Trace) -> tuple[Array, Array, Array | None]:
-    """Return travel [m] from the first sample, force [N] and time [s], without the return."""
+    """Return travel [m] from the first sample, force [N] and time [s], up to the return."""
     travel = trace.elongation - trace.elongation[0]
     if travel[-1] < 0:
         travel = -travel
@@ -223,7 +224,7 @@ def _window(
             f"the kinetic mean covers {show(last - begin, 'm')} of sliding, "
             f"{standard.title} asks for {show(run, 'm')}"
         )
-        # the rise is part of the travel stated by the machine, so a full test ends slightly early
+        # the rise is part of the machine's stated travel, so a full test ends slightly early
         return (begin, last), [note] if last < 0.99 * run else []
     if last < end - 0.01 * (end - start):
         raise FileError(
@@ -235,7 +236,7 @@ def _window(
 
 
 def _at_breakaway(breakaway: Breakaway, inertia: Inertia | None, normal_force: float) -> list[str]:
-    """Return the warnings about static friction of a breakaway."""
+    """Return the warnings about the static friction of a breakaway."""
     if not breakaway.distinct:
         return [
             "no clear first maximum: static friction is read where the rise bends into "
@@ -301,7 +302,7 @@ def pool(
     accept_stick_slip: bool,
     span: tuple[float, float] | None = None,
 ) -> FrictionResult:
-    """Return mean, scatter and interval over repeats of `reduce_repeat`, with the files' warnings.
+    """Return mean, scatter and interval over the repeats, with the warnings of their files.
 
     `span` is the plausible range of the kinetic friction [-], None if the film is unknown.
     """
@@ -346,7 +347,7 @@ def _of_ripple(repeat: FrictionRepeat) -> FrictionRepeat:
 
 
 def _group_warnings(repeats: Sequence[FrictionRepeat]) -> list[str]:
-    """Return the warnings of the repeats, each once with its files."""
+    """Return the warnings of the repeats, each once with the files that it concerns."""
     paths_of: dict[str, list[str]] = {}
     for repeat in repeats:
         for sentence in repeat.warnings:
@@ -377,9 +378,9 @@ def with_friction(
 ) -> tuple[str, list[str]]:
     """Return (TOML text, warnings) of the brake with measured friction and a scale factor of 1.
 
-    A scale factor belongs to the friction it was fitted with, so a new friction voids it. The
-    [made_by] table lists files with their SHA-256, standard, window and intervals. Raises FitError
-    if stick–slip leaves the kinetic friction unknown.
+    A scale factor is valid only with the friction with which it was fitted, so a new friction
+    resets it. The [made_by] table lists files with their SHA-256, standard, window and intervals.
+    Raises FitError if stick–slip leaves the kinetic friction unknown.
     """
     if result.kinetic is None:
         raise FitError(

@@ -1,10 +1,10 @@
 """Rules of the friction standards for a test and its record.
 
-The standards' texts are sold, not published. This module has the paper's description of its own
-test (section III-C) and the content of the publishers' abstracts and laboratories' pages. D1894
-uses a sled of 200 g and 63.5 mm square at 150 mm/min; its scope, note 2, warns against a direct
-comparison with ISO 8295. ISO 8295 has a stated time at rest, since static friction grows with it.
-No clause is quoted: compare this table with the edition in force before signing a report.
+The standards' texts are sold, not published. This module is based on the paper's description of its
+own test (section III-C), the publishers' abstracts and laboratories' web pages. D1894 uses a sled
+of 200 g and 63.5 mm square at 150 mm/min; its scope, note 2, warns against a direct comparison with
+ISO 8295. ISO 8295 states a time at rest, since static friction grows with it. No clause is quoted
+here, so compare this table with the current edition before signing a report.
 """
 
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ class Standard:
     """Rules of one friction test, SI units.
 
     `window` is the travel of the kinetic mean [m]. It starts at the record's first sample or, with
-    `from_sliding`, where the films slide and the static peak is over. `first_maximum` takes the
-    static force there, else it is the greatest of the record. `sled_mass` [kg] is None if the test
-    states its own weight; `dwell` [s] is the time at rest before the pull.
+    `from_sliding`, where the films slide and the static peak is over. With `first_maximum` the
+    static force is the first maximum, otherwise the greatest of the record. `sled_mass` [kg] is
+    None if the test states its own weight; `dwell` [s] is the time at rest before the pull.
     """
 
     name: str
@@ -60,7 +60,7 @@ STANDARDS = {s.name: s for s in (PAPER, D1894, ISO8295)}
 
 
 def find_standard(name: str) -> Standard:
-    """Return the standard of a name; UnknownNameError if it does not exist."""
+    """Return the standard with a name; raises UnknownNameError."""
     if name not in STANDARDS:
         raise UnknownNameError("standard", name, STANDARDS)
     return STANDARDS[name]

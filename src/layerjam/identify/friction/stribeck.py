@@ -1,9 +1,9 @@
 """Stribeck laws fitted to forces at several speeds: dry and wet, with errors and a verdict.
 
-For a given v_s both laws are linear in all other parameters. The fit is therefore a search over one
-number with bounded linear least squares inside, and finds the best v_s from any start. v_s is
-seldom well known; a wide prior on its logarithm keeps it finite, and the verdict states whether the
-data add to the prior.
+For a given v_s both laws are linear in all other parameters. The fit therefore searches over one
+number, with bounded linear least squares at each step, and finds the best v_s from any start. The
+data seldom determine v_s well. A wide prior on its logarithm keeps it finite, and the verdict
+states whether the data add to the prior.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,7 +28,7 @@ PRIOR = (np.log(1e-2), 2 * np.log(10.0))
 _RANGE = (1e-7, 1e2)
 _WORST_CONDITION = 100.0
 USUAL = (0.02, 1.5)
-"""Kinetic friction of films."""
+"""Usual range of the kinetic friction of films."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,13 +36,13 @@ class SpeedPoints:
     """Forces of a sliding brake, arrays of shape (N,); build with `speed_points`."""
 
     speed: Array
-    """[m/s]"""
+    """Sliding speeds [m/s]."""
     force: Array
-    """[N]"""
+    """Forces [N]."""
     slip: Array
-    """[m]"""
+    """Slips [m]."""
     vacuum: Array
-    """[Pa]"""
+    """Vacuums [Pa]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,8 +50,8 @@ class SpeedFit:
     """A fitted law: numbers, standard errors, and checks.
 
     `law` is a Stribeck or a WetFilm. Standard errors are None if the parameter is at its bound or
-    the noise is unknown; that of `speed` is relative (of ln v_s). The brake's scale factor is
-    included: friction and factor only appear as a product.
+    the noise is unknown; that of `speed` is relative (of ln v_s). The friction includes the brake's
+    scale factor, because only their product matters.
     """
 
     law: Stribeck | WetFilm
@@ -77,8 +77,8 @@ def speed_points(
 ) -> SpeedPoints:
     """Check and return points of speed [m/s], force [N], slip [m] and vacuum [Pa].
 
-    Slip and vacuum may be one number. Raises FitError for arrays of different length, numbers that
-    are not finite or negative, and slips beyond the overlap.
+    Slip and vacuum may each be one number. Raises FitError for arrays of different length, numbers
+    that are not finite or negative, and slips beyond the overlap.
     """
     try:
         speeds, forces = (np.asarray(a, float).ravel() for a in (speed, force))
@@ -110,7 +110,7 @@ def speed_points(
 def fit_dry(
     points: SpeedPoints, brake: Brake, *, exponent: float = 1.0, viscous: bool = False
 ) -> SpeedFit:
-    """Stribeck law of dry sheets; `viscous` also fits growth with speed. Raises FitError."""
+    """Fit the Stribeck law of dry sheets; `viscous` adds growth with speed. Raises FitError."""
     coulomb, enclosure = _lever(points, brake)
     if not (points.vacuum > 0).all():
         raise FitError("points: dry sheets without vacuum have no friction to fit")
@@ -162,7 +162,7 @@ def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> Spee
 
 
 def _lever(points: SpeedPoints, brake: Brake) -> tuple[Array, Array]:
-    """(force per unit of friction coefficient, enclosure's force) [N]."""
+    """Return (force per unit of friction coefficient, enclosure's force) [N]."""
     brake = straight(brake, "the fit of friction over speed")
     contact = brake.sheets.overlap - points.slip
     per_metre = np.asarray(friction_per_contact(points.vacuum, brake)) / brake.film.kinetic
@@ -195,7 +195,7 @@ class _Search:
             raise FitError("points: forces at three speeds or more are needed")
 
     def solve_at(self, logarithm: float) -> tuple[Array, float]:
-        """Bounded least squares at one ln v_s: (values, sum of squares)."""
+        """Return (values, sum of squares) of bounded least squares at one ln v_s."""
         from scipy.optimize import nnls
 
         table = self.columns(float(np.exp(logarithm)))
@@ -205,7 +205,7 @@ class _Search:
         return values / size, float(residual**2)
 
     def run(self) -> "_Search":
-        """Search without the prior for the noise, then with it for v_s."""
+        """Search first without the prior, to estimate the noise, then with it, to find v_s."""
         grid = np.linspace(np.log(_RANGE[0]), np.log(_RANGE[1]), 240)
         sums = np.array([self.solve_at(g)[1] for g in grid])
         self.freedom = len(self.target) - len(self.names) - 1
@@ -296,7 +296,7 @@ class _Search:
         return check("bounds", not at_bound, sentence)
 
     def _trend(self, residuals: Array, noise: float) -> Check:
-        """Check the residuals over log speed: straight, bent, or like their neighbours."""
+        """Check the residuals over log speed for a slope, a bend, or correlated neighbours."""
         moving = self.points.speed > 0
         x = np.log(self.points.speed[moving])
         worst = 0.0

@@ -1,1 +1,1 @@
-"""Time logs: pressure, acceleration, a vacuum history."""
+"""Analysis of time logs: pressure, acceleration, vacuum."""

@@ -14,11 +14,11 @@ from layerjam.units import show
 from layerjam.verdict import Check, Level, check, interval_check
 
 CLEAN = 3.0
-"""Root mean square of the residuals over the sensor's noise up to which a law describes a log."""
+"""Greatest RMS of the residuals, over the sensor's noise, at which a law describes a log."""
 MISSES = 0.1
-"""The same over the change of the pressure, above which the law does not describe it at all."""
+"""RMS over the change of the pressure above which the law does not describe the log at all."""
 FALLEN = 0.9
-"""Share of the fall to the ultimate pressure that a log of a pump-down contains."""
+"""Share of the fall to the ultimate pressure that a log of a pump-down must contain."""
 GAS_CHANGE, ROOM_CHANGE = 10.0, 0.5
 """Changes of temperature [K] that the log must exceed: of the gas, and of the room."""
 
@@ -44,7 +44,7 @@ def leak_checks(leak: Leak, best: LeakFit, logged: bool) -> Iterator[Check]:
 def pump_down_checks(
     logs: Iterable[PumpDown], intervals: Mapping[str, tuple[float, float, float]]
 ) -> Iterator[Check]:
-    """Return the checks of pump-downs; `intervals` are {quantity: (value, low, high)}."""
+    """Return the checks of pump-downs; `intervals` is {quantity: (value, low, high)}."""
     advice = "the volume or the flow changes with vacuum (try --compliance fit for the first)"
     for log in logs:
         yield _law(log.series, log.curve(log.time), advice)
@@ -73,7 +73,7 @@ def crash_checks(impact: Crash) -> Iterator[Check]:
 
 
 def _law(series: Series, curve: Array, cause: str) -> Check:
-    """Return the check that the best law describes a log; `cause` is the likely one if not."""
+    """Return the check that the best law describes a log; `cause` is the likely reason if not."""
     share = series.rmse / float(np.ptp(curve))
     times = series.rmse / series.noise if series.noise > 0 else 0.0
     level: Level = "failed" if share > MISSES else "warning"

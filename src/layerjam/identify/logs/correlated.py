@@ -43,7 +43,7 @@ class Series:
     whiten: Array
 
     def worse_by(self, rival: "Series") -> float:
-        """Return the excess of this fit's sum of squares over `rival`'s, in the noise of `rival`.
+        """Return the excess of this sum of squares over `rival`'s, relative to `rival`'s noise.
 
         It is twice the difference of the logarithms of the likelihoods.
         """
@@ -58,7 +58,7 @@ class Series:
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     def quantile(self, level: float = 0.95) -> float:
-        """Return half the width of an interval in standard errors (Student's t)."""
+        """Return half the width of an interval, in standard errors (Student's t)."""
         from scipy.stats import t
 
         return float(t.ppf(0.5 + level / 2, self.freedom))
@@ -84,7 +84,7 @@ class Series:
 
 
 def average_runs(values: Array, bins: int = BINS) -> Array:
-    """Return means over `bins` runs of (nearly) equal length; all values if there are fewer."""
+    """Return means over `bins` runs of nearly equal length; all values if there are fewer."""
     edges = np.linspace(0, len(values), min(bins, len(values)) + 1).astype(int)
     return np.asarray(np.add.reduceat(values, edges[:-1]) / np.diff(edges))
 
@@ -98,9 +98,9 @@ def fit_series(
 ) -> Series:
     """Fit the parameters of `model` (parameters to values at every sample, shape (N,)) to a log.
 
-    `scale` is the usual size of each parameter. The model is averaged over the bins as the samples
-    are, so that bins cost no accuracy. Raises FitError for fewer than 20 samples, or if the model
-    has no finite value.
+    `scale` is the usual size of each parameter. The model is averaged over the bins like the
+    samples, so that the bins do not reduce accuracy. Raises FitError for fewer than 20 samples, or
+    if the model has no finite value.
     """
     if len(log_values) < LEAST:
         raise FitError(f"a fit needs {LEAST} samples at least, there are {len(log_values)}")
@@ -130,7 +130,7 @@ def _solve(
     bounds: tuple[Sequence[float], Sequence[float]] | None,
     size: float,
 ) -> tuple[Array, Array]:
-    """Return (values, Jacobian of the bins) at the least sum of squares."""
+    """Return (values, Jacobian of the bins) at the minimum of the sum of squares."""
     from scipy.optimize import least_squares
 
     def residual(values: Array) -> Array:
@@ -184,7 +184,7 @@ class _Noise:
 
     @classmethod
     def estimate(cls, jacobian: Array, left: Array, floor: float, scale: Array) -> "_Noise":
-        """Return it from the bins' residuals `left`, shape (bins,), and the Jacobian, (bins, P)."""
+        """Return it from the residuals `left` of the bins, (bins,), and the Jacobian, (bins, P)."""
         count, unknowns = jacobian.shape
         unit_jacobian = jacobian * scale
         project = np.linalg.pinv(unit_jacobian)

@@ -2,7 +2,7 @@
 
 The offset is the mean of the part before the event. Subtracting it removes the sensor's bias, and
 gravity too if the sensor was at rest. A sensor in free fall reads 0 g before the event, so the
-weight remains in the later signal; `falling` subtracts it from the velocity change.
+weight remains in the later signal. With `falling` it is subtracted from the velocity change.
 """
 
 from collections.abc import Sequence
@@ -31,8 +31,8 @@ def _span(ends: Sequence[float]) -> str:
 class Pulse:
     """Numbers of one impact; accelerations are without offset and keep their sign.
 
-    The pulse is where the filtered signal exceeds 5 % of its peak around the peak. The velocity
-    change is the integral of the unfiltered signal over the same pulse down to zero.
+    The pulse is the part around the peak in which the filtered signal exceeds 5 % of it. The
+    velocity change is the integral of the unfiltered signal over the same pulse down to zero.
     """
 
     peak: float = number("m/s^2", "greatest acceleration")
@@ -60,9 +60,9 @@ class Pulse:
 class Crash(Pulse):
     """One impact with its signal; times [s] on the log's clock, shape (N,).
 
-    `filtered` is `acceleration` [m/s²] behind the class `cfc` (itself if that is None). `whole`
-    states whether the log contains the pulse from its start to its end. `saturation` [m/s²] is the
-    level at which the sensor saturated, or None; a warning states if it is unknown.
+    `filtered` is `acceleration` [m/s²] filtered to the class `cfc`, or unfiltered if that is None.
+    `whole` states whether the log contains the entire pulse. `saturation` [m/s²] is the level at
+    which the sensor saturated, or None; a warning reports it if this is uncertain.
     """
 
     time: Array
@@ -82,8 +82,8 @@ class Crash(Pulse):
 def sampling_rate(time: Array) -> tuple[float, list[str]]:
     """Return the sampling rate [Hz], and notes on uneven steps.
 
-    Raises FitError if the stamps are not evenly spaced: a filter needs equal steps. Stamps rounded
-    to a coarse clock are even if each is within one clock step of its place.
+    Raises FitError if the stamps are not evenly spaced, because a filter needs equal steps. Stamps
+    rounded to a coarse clock count as even if each is within one clock step of its expected time.
     """
     count = len(time)
     if count < 20:
@@ -225,7 +225,7 @@ def _error_of_mean(values: Array) -> float:
 
 
 def _pulse(signal: Array, high: int, share: float) -> tuple[int, int]:
-    """Return the first and last sample around the peak on its side of zero and over its share."""
+    """Return the first and last sample, around the peak, with its sign and above its `share`."""
     below_share = signal * np.sign(signal[high]) <= share * abs(signal[high])
     left, right = np.flatnonzero(below_share[:high]), np.flatnonzero(below_share[high:])
     first = int(left[-1]) if left.size else 0
@@ -234,7 +234,7 @@ def _pulse(signal: Array, high: int, share: float) -> tuple[int, int]:
 
 
 def _foot(signal: Array, high: int, first: int, last: int) -> tuple[int, int]:
-    """Return where the pulse meets zero, if within its own length of its 5 % points; else those."""
+    """Return the pulse's zero crossings if they are near its 5 % points, otherwise those points."""
     start, end = _pulse(signal, high, 0.0)
     length = last - first
     return (
@@ -248,7 +248,7 @@ def _saturation(
 ) -> tuple[float | None, list[str]]:
     """Return the level at which the sensor saturated, or None, and a note if it is unknown.
 
-    It saturated at its range, or at a top flatter than chance and a smooth pulse can be.
+    Saturation is at the sensor's range, or at a top flatter than chance or a smooth pulse allow.
     """
     reach = float(np.max(np.abs(acceleration)))
     if limit is not None and reach >= limit * (1 - 1e-3):
@@ -268,7 +268,7 @@ def _saturation(
 
 
 def _after(signal: Array, last: int, rate: float, offset_se: float) -> list[str]:
-    """Return a note on a drift: the level at the log's end against the level before."""
+    """Return a note about a drift: the level at the log's end against that before the event."""
     tail = signal[last:][-max((len(signal) - last) // 2, 1) :]
     if len(tail) < 20:
         return []
@@ -285,7 +285,8 @@ def _after(signal: Array, last: int, rate: float, offset_se: float) -> list[str]
 def head_injury(signal: Array, rate: float, longest: float) -> tuple[float, tuple[int, int]]:
     """Return HIC = max (t2 - t1) (mean of |a|/g over t1 to t2)^2.5, windows up to `longest` [s].
 
-    Returns the value [s] and the window's samples, from sizes: a resultant is never negative.
+    Returns the value [s] and the window's samples. It uses absolute values, because a resultant is
+    never negative.
     """
     size = np.abs(signal) / STANDARD_GRAVITY
     area = np.concatenate([[0.0], np.cumsum((size[1:] + size[:-1]) / 2 / rate)])

@@ -7,13 +7,14 @@ m shows the code M with the probability
 
 so k samples in a row show M with the product of their p. Near the top of a smooth pulse m is a
 cubic, fitted to the k samples and as many on either side. If that product is below CHANCE, the top
-is flatter than a smooth pulse behind this converter can be: it is cut off or truly flat. The most
-favourable flat top, m = M throughout, has the product p(M)^k. Below CHANCE the noise is gone, which
-only saturation explains. Otherwise the record counts as cut off if q is less than FINE of the
-pulse's height, since no force stays within that by itself. If not, the record does not decide.
+is flatter than a smooth pulse can be with this converter: it is cut off or truly flat. The most
+favourable flat top, m = M throughout, has the product p(M)^k. If this is below CHANCE, the noise
+has vanished, which only saturation explains. Otherwise the record counts as cut off if q is less
+than FINE of the pulse's height, since no force stays that constant by itself. If q is larger, the
+record does not decide.
 
-Correlated noise makes longer runs: with the correlation r of neighbours, k counts for k (1 - r)/(1
-+ r) samples.
+Correlated noise makes longer runs: if neighbours have the correlation r, k counts as k (1 - r)/(1 +
+r) samples.
 """
 
 import math
@@ -28,23 +29,23 @@ LEAST = 3
 CHANCE = 1e-5
 """Probability below which chance does not explain a flat top."""
 FINE = 1 / 64
-"""Part of its height within which a pulse cannot stay constant by itself."""
+"""Relative change of a pulse near its top below which it cannot stay by itself."""
 QUIETEST = 0.1
-"""Least noise over the quantum; a smaller estimate is raised to it."""
+"""Least noise relative to the quantum; a smaller estimate is raised to it."""
 SAME = 1e-9
-"""Part of the span below which two values are equal, apart from rounding errors."""
+"""Difference, relative to the span, below which two values count as equal despite rounding."""
 WHOLE_STEP = 0.1
-"""Part of a quantum by which the steps of a converter's record may be off whole quanta."""
+"""Largest deviation of a converter's steps from whole quanta, relative to the quantum."""
 FEWER = 10
-"""Upper limit, in quanta, of the smallest step of a record without noise."""
+"""Upper limit of the smallest step of a record without noise, in quanta."""
 
 
 @dataclass(frozen=True)
 class FlatTop:
-    """Equal greatest samples that chance does not explain.
+    """Equal greatest samples in a row, more than chance explains.
 
     `level` is their value, in the record's unit, `count` their number in a row. `certain` states
-    that the sensor or converter saturated there; else the pulse may be flat.
+    that the sensor or converter saturated there; otherwise the pulse may be flat.
     """
 
     level: float
@@ -56,7 +57,7 @@ class FlatTop:
 class _Grain:
     """Quantum and noise of a record, in its unit; `correlation` of neighbours in the noise.
 
-    `computed`: it has neither noise nor a converter's steps.
+    `computed` states that the record has neither noise nor a converter's steps.
     """
 
     quantum: float
@@ -100,12 +101,13 @@ def _longest(is_equal: np.ndarray) -> tuple[int, int]:
 def _grain(record: Array, still: Array, span: float) -> _Grain:
     """Return the smallest step between two values of the record, and the quiet part's noise.
 
-    Without noise neighbouring codes may be missing: then the step of which all are multiples.
+    Without noise neighbouring codes may be missing; the result is then the step of which all others
+    are multiples.
     """
     steps = np.diff(np.unique(record))
     steps = steps[steps > SAME * span]
     least = float(steps.min()) if steps.size else span
-    # steps rounded to digits differ in width
+    # steps that are rounded to digits differ in width
     similar_steps = steps[steps < 1.2 * least]
     quantum = float(similar_steps.mean()) if similar_steps.size else span
     noise, is_computed = _noise(still, quantum), False
@@ -123,8 +125,8 @@ def _grain(record: Array, still: Array, span: float) -> _Grain:
 def _noise(still: Array, quantum: float) -> float:
     """Return the standard deviation of the noise behind these codes, 0 if all are equal.
 
-    Fine codes take Sheppard's correction. Coarse codes take the least likely value (likelihood, at
-    the best mean, above 1/8 of the greatest).
+    Fine codes get Sheppard's correction. For coarse codes it is the smallest value whose
+    likelihood, at the best mean, exceeds 1/8 of the greatest.
     """
     variance = float(np.var(still))
     if variance == 0.0:
@@ -141,7 +143,7 @@ def _noise(still: Array, quantum: float) -> float:
 def _judge_run(
     record: Array, level: float, first: int, last: int, height: float, grain: _Grain
 ) -> FlatTop | None:
-    """Return the flat top of the equal samples from `first` to before `last`, None if chance."""
+    """Return the flat top of the equal samples from `first` to before `last`; None if by chance."""
     count = last - first
     share = (1 - grain.correlation) / (1 + grain.correlation)
     quantum = grain.quantum / grain.noise
@@ -156,7 +158,7 @@ def _judge_run(
 
 
 def _curve(record: Array, first: int, last: int) -> Array:
-    """Return the cubic through a run and as many samples on either side, at the run's."""
+    """Return the cubic through a run and as many samples on either side, evaluated at the run."""
     margin = max(last - first, 4)
     begin, end = max(first - margin, 0), min(last + margin, len(record))
     place = (np.arange(begin, end) - (first + last - 1) / 2) / (last - first + margin)
@@ -165,7 +167,7 @@ def _curve(record: Array, first: int, last: int) -> Array:
 
 
 def _log_chance(deviations: Array, quantum: Array | float) -> Array:
-    """Return the log probability that a value at a distance from a code's middle shows this code.
+    """Return the log probability that a value at a distance from a code's centre gives this code.
 
     Both are in units of the noise.
     """

@@ -34,7 +34,7 @@ CLEAR = 6.0
 
 
 def pressure(model: str, time: Array, start: float, rate: float, atmosphere: float) -> Array:
-    """Return the absolute pressure [Pa] at times [s], from `start` [Pa]; `rate` = C/V [1/s]."""
+    """Return the absolute pressure [Pa] at times [s], from `start` [Pa]; `rate` is C/V [1/s]."""
     y0 = start / atmosphere
     if model == "linear":
         return atmosphere * (1 + (y0 - 1) * np.exp(-rate * time))
@@ -61,14 +61,14 @@ def flow(model: str, p: float, rate: float, atmosphere: float) -> float:
     raise UnknownNameError("leak model", model, MODELS)
 
 
-# The clock s of an orifice runs with C/V: ds = dt C/V, zero where it stops being choked.
+# the clock s of an orifice runs with C/V: ds = dt C/V, zero where the flow stops being choked
 def _clock_under(ratio: float) -> float:
     excess = (ratio - CRITICAL) / (1 - CRITICAL)
     return ratio - CRITICAL if excess <= 0 else (1 - CRITICAL) * float(np.arcsin(excess))
 
 
 def _ratio_under(clock: Array) -> Array:
-    """Return inside over outside pressure; 1 once the pressures are equal."""
+    """Return the inside over the outside pressure; 1 once the pressures are equal."""
     angle = np.minimum(clock / (1 - CRITICAL), np.pi / 2)
     return np.where(clock < 0, CRITICAL + clock, CRITICAL + (1 - CRITICAL) * np.sin(angle))
 
@@ -90,7 +90,7 @@ def _clock_over(ratio: float) -> float:
 
 
 def _ratio_over(clock: Array) -> Array:
-    """Return outside over inside pressure; 1 once the pressures are equal."""
+    """Return the outside over the inside pressure; 1 once the pressures are equal."""
     end = (1 - CRITICAL) * (_turn(1.0) - _turn(0.0))
     inside = np.clip(clock, 0.0, end)
     angle = (inside / (1 - CRITICAL) + _turn(0.0)) * _ROOT / 2
@@ -110,7 +110,7 @@ class LeakFit:
     series: Series
 
     def curve(self, time: Array, atmosphere: float) -> Array:
-        """Return the pressure as read [Pa absolute, with zero error] at times [s] in the window."""
+        """Return the reading [Pa absolute, including the zero error] at times [s] in the window."""
         return pressure(self.model, time, self.start, self.rate, atmosphere) + (self.zero or 0.0)
 
     def rate_interval(self) -> tuple[float, float]:
@@ -130,9 +130,10 @@ class LeakFit:
 class Leak:
     """All models on one log; `pressure` [Pa] absolute, `time` [s] from the window's start, (N,).
 
-    `best` is the model of least RMSE (all have as many parameters). `distinct` states that it is
-    clearly better than the others, given the correlation of its residuals. `mean` is the window's
-    mean pressure, `heat` the change of temperature [K] that alone would explain its change.
+    `best` is the model with the smallest RMSE (all have the same number of parameters). `distinct`
+    states that it is clearly better than the others, given the correlation of its residuals. `mean`
+    is the window's mean pressure, `heat` the change of temperature [K] that alone would explain the
+    change of pressure.
     """
 
     fits: Mapping[str, LeakFit]
@@ -231,10 +232,10 @@ def _fit(
     floor = 0.02 * (ends[0] - atmosphere)
     remaining = max((ends[1] - atmosphere) / (ends[0] - atmosphere), 0.02)
     guess = -np.log(remaining) / span
-    if settled:  # counted from the time at which half is gone
+    if settled:  # count from the time at which half is gone
         half = np.abs(p - atmosphere) < 0.5 * abs(ends[0] - atmosphere)
         guess = np.log(2) / max(float(t[int(np.argmax(half))]), span / len(t))
-    if model != "linear":  # the same flow at the start
+    if model != "linear":  # start with the same flow
         guess *= flow("linear", ends[0], 1.0, atmosphere) / flow(model, ends[0], 1.0, atmosphere)
     inside = (1e-6 * atmosphere, atmosphere) if ends[0] < atmosphere else (atmosphere, np.inf)
     parameters = [

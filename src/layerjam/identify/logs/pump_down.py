@@ -58,7 +58,7 @@ def pressure(
 def _stretching(
     time: Array, excess: float, ultimate: float, rate: float, shrink: float, least: float
 ) -> Array:
-    """Return the same for c below zero, by Newton's method in ln u."""
+    """Return the same pressure for c below zero, by Newton's method in ln u."""
     log = np.full(np.shape(time), 0.0) - rate * time / least
     for _ in range(60):
         u = excess * np.exp(log)
@@ -73,8 +73,8 @@ def _stretching(
 class PumpDown:
     """Fit of one log: `rate` = S/V0 [1/s], `ultimate`, `start` [Pa absolute], `shrink` = c/V0.
 
-    `time` [s] from the window's start and `pressure` [Pa absolute], shape (N,). `shrink_fitted`: it
-    is the fourth parameter of `series` (start, ultimate, rate, shrink).
+    `time` [s] from the window's start and `pressure` [Pa absolute], shape (N,). `shrink_fitted`
+    states that it is the fourth parameter of `series` (start, ultimate, rate, shrink).
     """
 
     shrink: float
@@ -101,7 +101,7 @@ class PumpDown:
         return float(self.series.values[2])
 
     def interval(self, index: int) -> tuple[float, float]:
-        """Return the 95 % interval of a parameter of `series`; all are positive by nature.
+        """Return the 95 % interval of a parameter of `series`, all of which are positive.
 
         The ultimate pressure is at most the atmosphere, however uncertain it is.
         """
@@ -132,10 +132,10 @@ class DerivedValue:
 
 
 def window_of(time: Array, absolute: Array, ends: tuple[float | None, float | None]) -> Array:
-    """Return which samples are the pump-down: from the last sample near the start level on.
+    """Return which samples belong to the pump-down, from the last one near the start level on.
 
-    Unless given, it begins one sample before the pressure leaves its highest level by 2 % of the
-    fall for good, and ends with the log.
+    Unless given, it begins one sample before the pressure finally falls below its highest level by
+    2 % of the fall, and ends with the log.
     """
     first, last = ends
     if first is None:
@@ -203,7 +203,7 @@ def fit_pump_down(
 def with_compliance(volume: float | None, flow: float | None, loss: float, fit: PumpDown) -> float:
     """Return c/V0 [1/Pa] for a volume loss c [m³/Pa]; V0 = S/rate if only the flow is known.
 
-    `fit` is a fit at constant volume, whose rate serves as a first guess.
+    `fit` is a fit at constant volume, whose rate is a first guess.
     """
     base = volume if volume is not None else (flow or 0.0) / fit.rate
     if base <= loss * fit.atmosphere:
@@ -233,7 +233,8 @@ def volume_of(fit: PumpDown, flow: float) -> DerivedValue:
 def from_two(single: PumpDown, joint: PumpDown, volume: float) -> tuple[DerivedValue, DerivedValue]:
     """Return (V0, S) from two logs, one with a known volume [m³] added: V0 = ΔV k2/(k1 - k2).
 
-    The volumes are constant. Raises FitError if the two rates do not differ by their uncertainty.
+    The volumes are constant. Raises FitError if the two rates do not differ by more than their
+    uncertainty.
     """
     from scipy.stats import t
 

@@ -12,19 +12,19 @@ from layerjam.measure.trace import Array, Trace, block_means
 from layerjam.units import show
 
 LINEAR = (0.2, 0.8)
-"""Part of the greatest force over which the slope before onset is fitted."""
+"""Range of the force, relative to the greatest, in which the slope before onset is fitted."""
 BENT = 0.1
-"""Part of the greatest force by which the slope's line may miss the first sample."""
+"""Largest distance of the slope's line from the first sample, over the greatest force."""
 SLOPE = 5
-"""Samples needed between these levels to find the slope."""
+"""Number of samples needed between these levels to fit the slope."""
 FEWEST = 10
-"""Samples needed around the peak to calibrate on it."""
+"""Number of samples needed around the peak to calibrate on it."""
 FALL = 0.10
-"""The peak is fitted from onset until the force has fallen by this part."""
+"""Relative fall of the force after the peak up to which the peak is fitted."""
 ABOVE = 0.01
-"""Part of the greatest sample by which the fitted peak may lie above it, between two samples."""
+"""Relative excess of the fitted peak, between two samples, over the greatest sample."""
 ROUGH = 0.02
-"""Noise of one sample above this part of the greatest force is smoothed before levels are read."""
+"""Noise of one sample over the greatest force above which levels are read after smoothing."""
 SLIP = 0.2
 """Noise of one sample relative to the greatest force, above which a rise is smoothed."""
 
@@ -39,8 +39,8 @@ class PullFeatures:
     greatest force (low vacuum); zero elongation is then the start of the record. Or the rise has
     fewer than `SLOPE` samples (`rise_samples`); the peak is then as accurate as ever, and
     `stiffness` is a rough value to place it. `seating` is the logarithm of the ratio of slopes of
-    the upper and the lower half of the rise, or None: 0 for a straight rise, more on a seat that
-    yields at first.
+    the upper and the lower half of the rise, or None. It is 0 for a straight rise, and positive if
+    the seat yields at first.
     """
 
     stiffness: float
@@ -62,11 +62,11 @@ class PullFeatures:
 
     @property
     def sparse(self) -> bool:
-        """Whether too few samples of the rise were recorded to find its slope."""
+        """Return whether the rise has too few samples to find its slope."""
         return self.rise_samples < SLOPE
 
     def thinned(self, limit: int) -> "PullFeatures":
-        """Return the features with a curve of at most `limit` samples, means over neighbours."""
+        """Return the features with a curve of at most `limit` samples, as means over neighbours."""
         return replace(
             self,
             elongation=block_means(self.elongation, limit),
@@ -97,7 +97,7 @@ def _first_rise(smooth: Array) -> int:
 
 
 def _smooth_rise(rise: Array, height: float) -> Array:
-    """Return the rise, smoothed if one sample's noise could pass for another level."""
+    """Return the rise, smoothed if the noise of one sample could be mistaken for another level."""
     noise = noise_of(rise)
     if noise <= ROUGH * height:
         return rise
@@ -118,7 +118,7 @@ def pull_features(trace: Trace) -> PullFeatures:
     smooth = _calm(force, 9)  # one spike of noise is not a peak
     top = _first_rise(smooth)
     height = float(smooth[top])
-    # use the last crossing of each level, so that slack and wiggles before the rise are ignored
+    # take the last crossing of each level, which ignores slack and wiggles before the rise
     steps = _smooth_rise(force[: top + 1], height)
     below = [np.flatnonzero(steps <= part * height) for part in LINEAR]
     low, high = (int(b[-1]) if len(b) else 0 for b in below)
@@ -186,7 +186,7 @@ def _noise(force: Array, top: int) -> float:
 
 
 def _falls(force: Array, noise: float) -> bool:
-    # use means over equal stretches; the greatest of many is a few standard errors too high
+    # use means over equal sections; the greatest of many is a few standard errors too high
     few = max(3, len(force) // 100)
     sums = np.cumsum(force)  # a convolution with `few` steps per sample
     greatest = float(max((sums[few:] - sums[:-few]).max(initial=-np.inf), sums[few - 1])) / few
@@ -226,7 +226,7 @@ def _fit_peak(
     top_basis = np.array([1.0, -top_slip, np.sqrt(top_slip)])
     peak = float(top_basis @ weights)
     if peak > (1 + ABOVE) * float(force[:end].max()):
-        return raw  # the shape of the law does not fit: its top lies outside the samples
+        return raw  # the shape of the law does not fit, because its top is outside the samples
     covariance = variance * np.linalg.pinv(basis.T @ basis)
     return peak_fields | {
         "peak_force": peak,

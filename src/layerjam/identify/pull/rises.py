@@ -12,15 +12,15 @@ BLOCKS = 100
 LEAST_PARTS = 20
 """Fewest parts, of two samples each, that show two rises."""
 FEWEST = 3
-"""Fewest first samples whose mean is the force at the begin."""
+"""Smallest number of first samples whose mean is the force at the beginning."""
 FLAT = 0.15
-"""Slope between the rises, relative to that of the steepest part after and before it."""
+"""Largest slope between the rises, relative to the steepest part before and after."""
 LONG = 0.15
-"""Smallest share of the travel between the rises."""
+"""Smallest share of the travel between the two rises."""
 RAISED = 0.2
 """Smallest force before the only rise, relative to the peak, that hides the foot of the rise."""
 FIRST, SECOND = 0.05, 0.2
-"""Smallest share of each rise in the force."""
+"""Smallest share of each rise in the total force."""
 CLEAR = 6.0
 """Smallest rise, in standard deviations of the mean over the first samples."""
 
@@ -42,7 +42,7 @@ class SecondRise:
 class _Parts:
     """Mean forces [N] of equal parts of the travel to the peak; the first sample's comes first.
 
-    `part` is the part of each sample up to the peak, `few` the number of first samples.
+    `part` is the index of each sample's part up to the peak, `few` the number of first samples.
     """
 
     mean: Array
@@ -61,16 +61,17 @@ class _Parts:
         samples = np.bincount(part, minlength=count)
         if samples.min() < 1:
             return None
-        # a stiff first rise ends within the first part
+        # a steep first rise may end within the first part
         few = max(FEWEST, int(np.median(samples)) // 20)
         mean = np.bincount(part, force[: top + 1], minlength=count) / samples
         return cls(np.r_[float(force[:few].mean()), mean], part, few)
 
 
 def find_raised_lead(elongation: Array, force: Array) -> float | None:
-    """Return the force [N] of a flat part before the only rise if it is above a fifth of the peak.
+    """Return the force [N] of a flat section before the only rise, if above a fifth of the peak.
 
-    The stiffness of a pull is read from that level on, so that such a lead counts as its foot.
+    The stiffness of a pull is read above that level, so that such a section counts as the foot of
+    the rise.
     """
     parts = _Parts.divide(elongation, force)
     if parts is None:
@@ -85,8 +86,8 @@ def find_raised_lead(elongation: Array, force: Array) -> float | None:
 def find_second_rise(elongation: Array, force: Array) -> SecondRise | None:
     """Return the second rise of a loading branch, arrays of shape (N,); None if it has only one.
 
-    A friction force bends off once: a rise, then sliding. Two rises have a flat part between them,
-    much flatter than the steepest part before it and the steepest part after it.
+    A friction force has one rise, then sliding. Two rises have a section between them that is much
+    flatter than the steepest part before it and the steepest part after it.
     """
     parts = _Parts.divide(elongation, force)
     if parts is None:

@@ -21,17 +21,17 @@ from layerjam.measure.trace import Array, Trace
 from layerjam.units import show
 
 MARGIN = 0.05
-"""Part of the rise's length that separates the baseline from the onset."""
+"""Part of the rise's length between the baseline and the onset."""
 FEWEST = 5
-"""Samples before the onset that make a baseline."""
+"""Number of samples before the onset that are needed for a baseline."""
 LEAD = 2
-"""Samples before the onset that show that the rise has not begun."""
+"""Number of samples before the onset that show that the rise has not begun."""
 STEADY = (0.25, 0.98)
-"""Part of the way from the peak to the end of loading that counts as the plateau."""
+"""Range between the peak (0) and the end of loading (1) that counts as the plateau."""
 BLOCKS = 24
-"""Number of means over the plateau; their scatter gives the slope's error, including stick-slip."""
+"""Number of means over the plateau; their scatter (with stick–slip) gives the slope's error."""
 TELLS = 0.002
-"""Smallest preload reported, relative to the peak."""
+"""Smallest preload that is reported, relative to the peak."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +54,7 @@ class Start:
 
 @dataclass(frozen=True, kw_only=True)
 class Steady:
-    """Sliding part after the peak, SI units: a straight line through the force.
+    """Sliding part after the peak, SI units: a straight line fitted to the force.
 
     `slope` [N/m of elongation] with its standard error, `force` in the middle [N], `start` and
     `end` as elongations from the pull's origin.
@@ -89,11 +89,11 @@ class PullSummary:
 
     @property
     def preload(self) -> float:
-        """Force before the load rises [N]; a zero error of the load cell looks the same."""
+        """Force before the load rises [N]; a zero error of the load cell gives the same."""
         return self.start.baseline
 
     def thinned(self, limit: int) -> "PullSummary":
-        """Return the summary with a curve of at most `limit` samples, means over neighbours."""
+        """Return the summary with a curve of at most `limit` samples, as means over neighbours."""
         size = -(-len(self.features.force) // limit)
         marks = self.teeth and replace(
             self.teeth, peaks=self.teeth.peaks // size, troughs=self.teeth.troughs // size
@@ -145,7 +145,7 @@ def pull_summary(trace: Trace, tare: bool = False) -> PullSummary:
     if teeth is None:
         return summarise(None, None)
     as_ripple = summarise(None, teeth)
-    # a stuck tooth rises at the stiffness of the pull; a bent rise or a double rise does not
+    # a stuck tooth rises with the stiffness of the pull; a bent rise or a double rise does not
     certain = features.straight and second_rise is None
     if certain and teeth.stiffness < STUCK * features.stiffness:
         return as_ripple
@@ -165,7 +165,7 @@ def _start(trace: Trace, features: PullFeatures) -> Start:
         margin = min(MARGIN * length, 0.3 * max(onset - first, 0.0))
         before = elongation < onset - margin
         before[int(np.argmax(elongation >= onset)) :] = False
-        if still[:FEWEST].all():  # the crosshead rests before it starts
+        if still[:FEWEST].all():  # the crosshead is at rest before it starts
             before |= still & (np.abs(force - baseline) < 0.1 * height)
         if before.sum() < FEWEST or _rises(elongation[before], force[before], slope):
             return _no_slack(elongation, force, features)
@@ -184,13 +184,13 @@ def _start(trace: Trace, features: PullFeatures) -> Start:
 
 
 def _rises(x: Array, y: Array, slope: float) -> bool:
-    """Return whether the force already rises, by more than a tenth of the slope of the rise."""
+    """Return whether the force already rises, with more than a tenth of the slope of the rise."""
     line = straight_line(x, y)
     return line is not None and line.slope - 3 * line.slope_se > 0.1 * slope
 
 
 def _line_error(elongation: Array, force: Array, features: PullFeatures, crossing: float) -> float:
-    """Return the standard error of the elongation [m] at which the line passes a given force."""
+    """Return the standard error of the elongation [m] at which the line reaches a given force."""
     line = features.stiffness * (elongation - features.origin)
     in_range = (line >= LINEAR[0] * features.peak_force) & (line <= LINEAR[1] * features.peak_force)
     x = elongation[in_range]
@@ -202,10 +202,10 @@ def _line_error(elongation: Array, force: Array, features: PullFeatures, crossin
 
 
 def _no_slack(elongation: Array, force: Array, features: PullFeatures) -> Start:
-    """Return the start of a record that begins on its rise, or a few samples before it.
+    """Return the start of a record that begins on its rise, or at most a few samples before it.
 
-    On the rise, the force of the line at the first samples is the preload. If the force there
-    differs, the first sample's force is.
+    On the rise, the preload is the force of the line at the first samples. If the measured force
+    differs, it is that of the first sample.
     """
     first, slope = float(elongation[0]), features.stiffness
     noise = noise_of(force)
@@ -215,7 +215,7 @@ def _no_slack(elongation: Array, force: Array, features: PullFeatures) -> Start:
         first_force, line = force[:lead], slope * (elongation[:lead] - features.origin)
         offset = float((first_force - line).mean())
         error = noise / lead**0.5
-        # otherwise the line itself starts below zero: the load cell has a zero error
+        # otherwise the line itself starts below zero, so the load cell has a zero error
         if offset > max(4 * error, TELLS * features.peak_force):
             onset = features.origin + float(first_force.mean()) / slope
             return Start(
@@ -260,7 +260,7 @@ def _bent_start(elongation: Array, force: Array) -> Start:
 
 
 def _teeth(trace: Trace, features: PullFeatures) -> SawTeeth | None:
-    """Return the stick-slip of the loading branch after its first rise, with indices into it."""
+    """Return the stick–slip of the loading branch after its first rise; indices into the branch."""
     force = features.force
     near_peak = np.flatnonzero(force >= 0.8 * features.peak_force)
     begin = int(near_peak[0]) if len(near_peak) else 0
@@ -274,7 +274,7 @@ def _teeth(trace: Trace, features: PullFeatures) -> SawTeeth | None:
 def _first_slip(features: PullFeatures, teeth: SawTeeth, noise: float) -> PullFeatures:
     """Return the features with the greatest force before the first slip as their peak.
 
-    The smooth law fitted around a peak does not pass through teeth.
+    The smooth law around a peak cannot be fitted to teeth.
     """
     before_slip = features.elongation <= features.peak_elongation + teeth.spacing / 2
     top = int(np.argmax(np.where(before_slip, features.force, -np.inf)))
@@ -296,7 +296,7 @@ def _steady(features: PullFeatures) -> Steady | None:
     x, y = features.elongation[inside], features.force[inside]
     if len(x) < 3 * BLOCKS:
         return None
-    # means over blocks: a feature within a block (a tooth, a patch of film) counts once
+    # use means over blocks, so that a feature within a block (a tooth, a patch of film) counts once
     blocks = [[part.mean() for part in np.array_split(values, BLOCKS)] for values in (x, y)]
     line = straight_line(np.array(blocks[0]), np.array(blocks[1]))
     if line is None:
@@ -306,7 +306,7 @@ def _steady(features: PullFeatures) -> Steady | None:
 
 
 def off_zero(start: Start, features: PullFeatures) -> bool:
-    """Return whether the force before the rise is significant and larger than chance explains."""
+    """Return whether the force before the rise is large, and larger than chance explains."""
     certain = abs(start.baseline) > 4 * (start.baseline_se or 0.0)
     return certain and abs(start.baseline) > TELLS * abs(features.peak_force)
 
@@ -318,7 +318,7 @@ def _notes(
     ripple: SawTeeth | None,
     tare_force: float | None,
 ) -> list[str]:
-    """Return the notes that a reader needs before using the numbers."""
+    """Return notes about circumstances that the user of the numbers must know."""
     out = []
     if tare_force is not None:
         out.append(f"{show(tare_force, 'N')} was subtracted from the force (tare)")
@@ -350,7 +350,7 @@ def _notes(
 
 
 def _not_used(trace: Trace, unloading: Unloading | None) -> list[str]:
-    """Return a notice about the samples after the return, or after the greatest elongation."""
+    """Return a notice about unused samples after the return, or after the greatest elongation."""
     turn = len(trace) - 1 - int(np.argmax(trace.elongation[::-1]))
     used = turn + 1 if unloading is None else turn + int(np.argmin(trace.elongation[turn:])) + 1
     unused = len(trace) - used

@@ -80,7 +80,7 @@ def find_unloading(
 
 
 def _steep(return_path: Array, fall: Array, top: float, baseline: float) -> StraightLine | None:
-    """Return the line through the beginning of the return; None if it has too few samples."""
+    """Return the line through the first part of the return; None if it has too few samples."""
     high, low = (baseline + part * (top - baseline) for part in PART)
     below_high, below_low = np.flatnonzero(fall <= high), np.flatnonzero(fall <= low)
     if top <= baseline or not len(below_low):
@@ -97,6 +97,6 @@ def _area(x: Array, y: Array) -> float:
 
 
 def _weight(x: Array) -> float:
-    """Return the norm of the weights that a trapezoidal sum gives its samples."""
+    """Return the norm of the weights of the samples in a trapezoidal sum."""
     step = np.diff(x)
     return float(np.sqrt(np.sum((np.r_[step, 0.0] + np.r_[0.0, step]) ** 2))) / 2

@@ -1,1 +1,1 @@
-"""The enclosure's silicone from a tensile test."""
+"""Analysis of tensile tests of the enclosure's silicone."""

@@ -11,11 +11,11 @@ from layerjam.units import show
 from layerjam.verdict import Check, Level, check, interval_check
 
 SILICONES = (5e3, 2e7)
-"""100 % modulus [Pa] of silicone rubbers, from a gel of Shore 000 to Shore A 80, widened by two."""
+"""Range of the 100 % modulus [Pa] of silicones from Shore 000 to Shore A 80, widened by two."""
 LIKELY, POSSIBLE = 1.5, 3.0
 """Ratios to the maker's data sheet that raise a warning and a failure."""
 MEETS = 0.15
-"""Largest error of the fitted model at 100 % strain."""
+"""Largest error of the fitted model at 100 % strain that passes."""
 
 
 def specimen_checks(
@@ -23,8 +23,8 @@ def specimen_checks(
 ) -> Iterator[Check]:
     """Return the checks of specimens, {path: row}, and of the values `pooled` over them, SI.
 
-    `pooled` is empty if the files are of several materials. `writes_model` says whether the fitted
-    model goes into a brake's file.
+    `pooled` is empty if the files are of several materials. `writes_model` states whether the
+    fitted model is written to a brake's file.
     """
     for path, row in rows.items():
         if (modulus := row["modulus_100"]) is not None:

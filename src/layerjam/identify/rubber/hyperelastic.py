@@ -23,7 +23,7 @@ from layerjam.errors import FitError, UnknownNameError
 from layerjam.measure.trace import Array
 
 PARAMETERS = {model: tuple(names) for model, names in NAMES.items()}
-"""Models and their parameters, from few to many; C and mu in Pa, alpha is a pure number."""
+"""{model: its parameters}, from few to many; C and mu in Pa, alpha has no unit."""
 FOLDS = 8
 BINS = 400
 _EXPONENTS = np.concatenate([np.arange(-10.0, 0.0, 0.5), np.arange(0.5, 14.1, 0.5)])
@@ -34,9 +34,9 @@ _LIMITS = (-15.0, 20.0)
 class Fit:
     """One model fitted to a curve.
 
-    `rmse` and `cv_rmse` [Pa] are over the curve, and over blocks of strain excluded in turn
-    (geometric mean over the blocks). `stable_to` is the strain of each mode up to which Drucker's
-    condition holds in the fitted range, `error_at_100` the relative error at 100 % strain or None.
+    `rmse` [Pa] is over the curve, `cv_rmse` [Pa] over blocks of strain excluded in turn (geometric
+    mean over the blocks). `stable_to` is the strain of each mode up to which Drucker's condition
+    holds in the fitted range, `error_at_100` the relative error at 100 % strain or None.
     """
 
     model: str
@@ -65,7 +65,7 @@ def basis(model: str, stretch: Array, exponents: Sequence[float] | Array = ()) -
 
 
 def stress(model: str, parameters: Mapping[str, float], strain: object) -> Array:
-    """Engineering stress [Pa] at engineering strains, any shape; incompressible, uniaxial."""
+    """Return the engineering stress [Pa] at strains of any shape; incompressible, uniaxial."""
     if model not in PARAMETERS:
         raise UnknownNameError("hyperelastic model", model, PARAMETERS)
     rubber = {ours: parameters[name] for name, ours in NAMES[model].items()}
@@ -74,7 +74,7 @@ def stress(model: str, parameters: Mapping[str, float], strain: object) -> Array
 
 
 def initial_modulus(model: str, parameters: Mapping[str, float]) -> float:
-    """Young's modulus at rest [Pa], three times the shear modulus."""
+    """Return Young's modulus at rest [Pa], three times the shear modulus."""
     if model.startswith("ogden"):
         count = len(parameters) // 2
         return 1.5 * sum(
@@ -86,7 +86,7 @@ def initial_modulus(model: str, parameters: Mapping[str, float]) -> float:
 def stable_until(
     model: str, parameters: Mapping[str, float], top: float, points: int = 400
 ) -> dict[str, float]:
-    """Strains [-] up to which Drucker's condition holds, at most `top`, per mode of loading.
+    """Return the strains [-] up to which Drucker's condition holds, at most `top`, by loading mode.
 
     dτ:dε > 0 for every increment of strain at constant volume: the second derivatives of W by the
     logarithmic strains (h1, h2; h3 = -h1 - h2) are positive definite. Modes: uniaxial tension,
@@ -105,7 +105,7 @@ def stable_until(
 def _curvature(
     model: str, parameters: Mapping[str, float], h1: Array, h2: Array
 ) -> tuple[Array, Array, Array]:
-    """W11, W12 and W22, the second derivatives of the energy by the logarithmic strains."""
+    """Return W11, W12 and W22, the second derivatives of the energy by the logarithmic strains."""
 
     def powers(a: float) -> tuple[Array, Array, Array]:
         return np.exp(a * h1), np.exp(a * h2), np.exp(-a * (h1 + h2))
@@ -136,13 +136,13 @@ def _curvature(
 
 
 def _solve(columns: Array, stress: Array) -> Array:
-    """Linear parameters by least squares, columns scaled so that no power of λ drowns another."""
+    """Return linear parameters by least squares, scaled because powers of λ vary widely."""
     size = np.linalg.norm(columns, axis=0)
     return np.asarray(np.linalg.lstsq(columns / size, stress, rcond=None)[0] / size)
 
 
 def _solve_positive(exponents: Array, stretch: Array, stress: Array) -> Array:
-    """Ogden's mu, one or two, for given exponents, with mu times alpha zero or more."""
+    """Return Ogden's mu, one or two, for given exponents, with mu times alpha not below zero."""
     columns = basis("ogden-n", stretch, exponents) * np.sign(exponents)
     size = np.linalg.norm(columns, axis=0)
     columns = columns / size
@@ -159,10 +159,11 @@ def _solve_positive(exponents: Array, stretch: Array, stress: Array) -> Array:
 def least_squares(
     model: str, strain: Array, stress: Array, guess: Mapping[str, float] | None = None
 ) -> dict[str, float]:
-    """Return the parameters of least squared residuals of engineering stress.
+    """Return the parameters with the least squared residuals of engineering stress.
 
-    Ogden's exponents are first searched over a grid, because the sum has several minima, then
-    refined with the linear parameters solved for at each step. `guess` replaces the grid.
+    Ogden's exponents are first searched over a grid, because the sum of squares has several minima.
+    They are then refined, solving for the linear parameters at each step. `guess` replaces the
+    grid.
     """
     stretch = 1 + strain
     if not model.startswith("ogden"):
@@ -193,7 +194,7 @@ def least_squares(
 
 
 def _starts(stretch: Array, stress: Array, terms: int, count: int = 3) -> list[Array]:
-    """The best few combinations of exponents of the grid, with mu times alpha zero or more."""
+    """Return the best few grid points of exponents, with mu times alpha not below zero."""
     columns = basis("ogden-n", stretch, list(_EXPONENTS)) * np.sign(_EXPONENTS)
     columns = columns / np.linalg.norm(columns, axis=0)
     project = columns.T @ stress
@@ -211,7 +212,7 @@ def _starts(stretch: Array, stress: Array, terms: int, count: int = 3) -> list[A
 
 
 def bin_by_strain(strain: Array, stress: Array, bins: int = BINS) -> tuple[Array, Array]:
-    """Return means over at most `bins` equal parts of strain, so dense sampling has no weight."""
+    """Return means over at most `bins` equal parts of strain; dense sampling has no weight."""
     order = np.argsort(strain, kind="stable")
     strain, stress = strain[order], stress[order]
     if len(strain) <= bins:
@@ -229,8 +230,8 @@ def bin_by_strain(strain: Array, stress: Array, bins: int = BINS) -> tuple[Array
 def fit(model: str, strain: Array, stress_measured: Array) -> Fit:
     """Fit one model to a curve (shape (N,), N at least 20, rising strain), cross-validated.
 
-    Raises FitError for fewer samples. The corrected Akaike criterion treats residuals as
-    independent, which misfit never is; it is reported, but the excluded blocks decide.
+    Raises FitError for fewer samples. The corrected Akaike criterion assumes independent residuals,
+    which those of a misfit never are. It is reported, but the excluded blocks decide.
     """
     if len(strain) < 20:
         raise FitError(f"a hyperelastic fit needs 20 samples at least, there are {len(strain)}")
@@ -267,12 +268,12 @@ def fit(model: str, strain: Array, stress_measured: Array) -> Fit:
 
 
 def fit_all(strain: Array, stress_measured: Array) -> dict[str, Fit]:
-    """Every model on one curve, from few parameters to many."""
+    """Fit every model to one curve, from few parameters to many."""
     return {model: fit(model, strain, stress_measured) for model in PARAMETERS}
 
 
 def choose(fits: Mapping[str, Fit]) -> tuple[str, str]:
-    """Return (model, reason): the simplest stable one that predicts excluded blocks as well as any.
+    """Return (model, reason): the simplest stable one that predicts excluded blocks well.
 
     As well: the mean of log(error/error of the best) over the blocks is within two of its standard
     errors.

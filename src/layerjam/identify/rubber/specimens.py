@@ -17,10 +17,10 @@ from layerjam.toml_files.toml import parse_toml
 from layerjam.units import parse
 
 Read = tuple[rubber.Specimen, rubber.Moduli, dict[str, hyperelastic.Fit], str]
-"""A specimen, its moduli, the models fitted to it, and the name of the chosen one."""
+"""A specimen, its moduli, the models fitted to it, and the name of the chosen model."""
 Sheets = Mapping[str, tuple[str, float]]
 FEWEST = 20
-"""Fewest samples of a model fit."""
+"""Smallest number of samples for a model fit."""
 
 
 def data_sheets() -> dict[str, tuple[str, float]]:
@@ -66,7 +66,7 @@ def fit_models(strain: Array, stress: Array, limit: float | None) -> dict[str, h
 def material_of(
     specimen: rubber.Specimen, material: str | None, sheets: Sheets
 ) -> tuple[str, str] | None:
-    """Return (silicone of the catalogue, how it is known), None if it is unknown."""
+    """Return (silicone of the catalogue, how it is known); None if it is unknown."""
     if material is not None:
         return material, "as given"
     return rubber.material_of(specimen, {k: name for k, (name, _) in sheets.items()})
@@ -111,7 +111,7 @@ def row_of(specimen_read: Read, name: tuple[str, str] | None, sheets: Sheets) ->
 
 
 def _relative_difference(value: float | None, sheet: float | None) -> float | None:
-    """Return the relative excess of a modulus over the data sheet's."""
+    """Return the relative difference of a modulus from the data sheet's."""
     return value / sheet - 1 if value is not None and sheet else None
 
 

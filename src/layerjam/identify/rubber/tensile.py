@@ -1,4 +1,4 @@
-"""The enclosure's silicone in a tensile test to ASTM D412: moduli of the first loading.
+"""Moduli of the enclosure's silicone from the first loading of a tensile test (ASTM D412).
 
 The "100 % modulus" of D412 and of data sheets is the engineering stress at 100 % elongation. It
 equals `enclosure.modulus`, stress over strain, because the strain is 1.
@@ -22,7 +22,7 @@ from layerjam.measure.trace import Array
 from layerjam.units import show
 
 WINDOW = (0.05, 0.20)
-"""Strain over which the initial modulus is the slope of a straight line."""
+"""Range of strain in which the initial modulus is the slope of a straight line."""
 _TRUE = r"\btrue\b|wahre|\bvraie?\b"
 _STRAIN, _STRESS = r"\bstrain\b|dehnung\b|\bdeformation\b", r"\bstress\b|spannung\b|\bcontrainte\b"
 _NOT_TRUE = r"^(?!.*true)"
@@ -40,7 +40,7 @@ WANTS = tuple(replace(want, optional=True) for want in _WANTED)
 
 @dataclass(frozen=True, kw_only=True)
 class Specimen:
-    """First loading of one specimen: engineering strain [-], rising, and stress [Pa], (N,).
+    """First loading of one specimen: ascending engineering strain [-] and stress [Pa], (N,).
 
     `head` is the text above the file's table, `understood` the interpretation of its columns.
     """
@@ -52,7 +52,7 @@ class Specimen:
     understood: tuple[str, ...]
     warnings: tuple[str, ...] = ()
     synthetic: bool = False
-    """Whether a program wrote the file."""
+    """Whether a program generated the file."""
 
     @property
     def name(self) -> str:
@@ -62,7 +62,7 @@ class Specimen:
 
 @dataclass(frozen=True, kw_only=True)
 class Moduli:
-    """Moduli of one specimen; stresses in Pa. None if the record ends before.
+    """Moduli of one specimen; stresses in Pa, None if the record ends earlier.
 
     `initial` is the slope over `window`, `initial_se` its standard error from the residuals;
     `modulus_100` and `modulus_300` are the engineering stress at that strain in percent.
@@ -146,7 +146,7 @@ def read_rubber(
 def _know_strain(log: Log) -> None:
     """Raise FileError unless the file or the user states the unit of strain.
 
-    True strain in the file decides if it is ln(1 + strain).
+    A column of true strain decides it, if that equals ln(1 + strain).
     """
     role = "strain" if "strain" in log else "true_strain"
     column = log.taken[role]
@@ -167,11 +167,11 @@ _SIZES = {
     "m^2": (r"cross.?section|\barea\b|querschnitt", "forces", "cross-section (--area)"),
     "m": (r"gau?ge length|specimen length|\blength\b", "elongations", "length (--gauge-length)"),
 }
-"""Sizes of a specimen: their words in a file's head, the quantity they divide, their option."""
+"""Sizes of a specimen: their words in a file's head, the quantity they divide, and their option."""
 
 
 def _find_size(log: Log, si: str, size: float | None) -> float:
-    """Return a size of the specimen, given or from the head, as in 'Specimen Length (mm);33'."""
+    """Return a size of the specimen, given or read from the head: 'Specimen Length (mm);33'."""
     words, holds, option = _SIZES[si]
     if size:
         return size
@@ -184,10 +184,10 @@ def _find_size(log: Log, si: str, size: float | None) -> float:
 
 
 def first_loading(strain: Array, stress: Array) -> tuple[int, int, list[str]]:
-    """Return (first, end, notes): up to the first turn of strain, or to the break.
+    """Return (first, end, notes) of the loading, up to the first reversal of strain or the break.
 
-    At a turn the strain falls by more than 2 % of the range below its maximum so far. At a break
-    the stress falls below half of its peak within the loading and does not recover.
+    At a reversal the strain falls by more than 2 % of the range below its maximum so far. At a
+    break the stress falls below half of its peak within the loading and does not recover.
     """
     reach = np.maximum.accumulate(strain)
     span = float(strain.max() - strain[0])
@@ -208,7 +208,7 @@ def first_loading(strain: Array, stress: Array) -> tuple[int, int, list[str]]:
 
 
 def moduli(specimen: Specimen, window: tuple[float, float] = WINDOW) -> Moduli:
-    """Moduli of a first loading; raises FitError for an empty window."""
+    """Return the moduli of a first loading; raises FitError for an empty window."""
     low, high = window
     if not 0 <= low < high:
         raise FitError(f"initial modulus: the window from {low:.3g} to {high:.3g} is empty")
@@ -264,8 +264,8 @@ def _stress_at(x: Array, y: Array, strain: float) -> tuple[float | None, float |
 def material_of(specimen: Specimen, names: Mapping[str, str]) -> tuple[str, str] | None:
     """Return (catalogue key, source) of the silicone that a file names; None if none is found.
 
-    `names` maps the catalogue's keys to the makers' names. Links and words of the file's head count
-    first, then the file's name. The longest matching name wins.
+    `names` maps the catalogue's keys to the makers' names. The links and the words of the file's
+    head have priority over the file's name. The longest matching name wins.
     """
     head = [text for values in specimen.head.values() for text in values]
     places = [("the file's head", t) for t in head] + [("the file's name", specimen.name)]

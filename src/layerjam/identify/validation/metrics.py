@@ -2,9 +2,9 @@
 
 The window is the loading branch from the peak to the end, 200 points equally spaced in elongation,
 with a measured force of at least 5 % of the peak (a relative error means nothing near zero force).
-A pull without a peak starts where it leaves its straight rise. Without such a rise (low or no
-vacuum) it is used whole. Its note states this. Both curves start where the straight line before
-onset meets zero force.
+For a pull without a peak the window starts where the force leaves its straight rise. Without such a
+rise (low or no vacuum) the whole pull is used, and a note states this. Both curves start where the
+straight line before onset meets zero force.
 
 Over the points of the window, with y measured and m the model's force:
 
@@ -64,7 +64,7 @@ class Errors:
 
 @dataclass(frozen=True, kw_only=True)
 class CurveError(Errors):
-    """One measured pull against the model; arrays have shape (M,), M <= 200."""
+    """Errors of the model for one measured pull; arrays have shape (M,), M <= 200."""
 
     elongation: np.ndarray
     measured: np.ndarray
@@ -89,7 +89,7 @@ class CurveError(Errors):
 
 @dataclass(frozen=True, kw_only=True)
 class Split:
-    """Mean squared error [N^2] in two parts: the model's own and the scatter between repeats.
+    """Mean squared error [N^2] in two parts: the model's own error and the scatter between repeats.
 
     `mse` = `model_mse` + `scatter_mse`. If `model_mse` is negative, the scatter's `share` [-] is
     above 1. The share is None if there is no error at all.
@@ -163,7 +163,8 @@ class Validation(PooledErrors):
 def uncalibrated(brake: Brake) -> Brake:
     """Return the brake before calibration: scale factor 1, stiffness of the stuck sheets (eq. 1).
 
-    A fitted dependence on pressure or speed goes too; friction and enclosure stay as in the file.
+    A fitted dependence on pressure or speed is removed too; friction and enclosure stay as in the
+    file.
     """
     return replace(
         brake,
@@ -213,7 +214,7 @@ def _errors(forces: np.ndarray, model: np.ndarray) -> dict[str, Any]:
     """Return the fields of `Errors` over some points [N]."""
     error, mean = model - forces, float(forces.mean())
     r_squared = None
-    if np.ptp(forces) > 1e-12 * abs(mean):  # a mean of equal values differs by rounding
+    if np.ptp(forces) > 1e-12 * abs(mean):  # rounding makes a mean of equal values differ
         r_squared = 1 - float((error**2).sum() / ((forces - mean) ** 2).sum())
     return {
         "mape": float(np.mean(np.abs(error) / forces)),
@@ -289,7 +290,7 @@ def _split(curves: Sequence[CurveError], brake: Brake) -> Split | None:
 
 
 def _pool_errors(curves: Sequence[CurveError]) -> dict[str, Any]:
-    """Return the fields of `PooledErrors` but the split: errors over points, MAPE over files."""
+    """Return the fields of `PooledErrors` except the split: errors over points, MAPE over files."""
     forces = np.concatenate([c.measured for c in curves])
     model = np.concatenate([c.model for c in curves])
     mape, mape_sd = _mean_sd([c.mape for c in curves])
@@ -312,7 +313,7 @@ def _condition(curves: Sequence[CurveError], brake: Brake) -> ConditionError:
 
 
 def assemble(conditions: Sequence[ConditionError], curves: Sequence[CurveError]) -> Validation:
-    """Return the errors of all pulls; every file counts equally, in the split every condition."""
+    """Return the errors of all pulls; files count equally, and in the split conditions do."""
     mape, mape_sd = _mean_sd([c.mape for c in conditions])
     splits = [c.scatter for c in conditions if c.scatter is not None]
     split = None
@@ -354,5 +355,5 @@ def validate_curves(curves: Sequence[Curve], brake: Brake) -> Validation:
 
 
 def validate_pulls(pulls: Sequence[tuple[PullFeatures, float]], brake: Brake) -> Validation:
-    """`validate_curves` for pulls given with their vacuum [Pa] alone."""
+    """Return `validate_curves` for pulls with a known vacuum [Pa] and nothing else."""
     return validate_curves([curve_of(pull, vacuum) for pull, vacuum in pulls], brake)

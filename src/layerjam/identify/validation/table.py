@@ -1,4 +1,4 @@
-"""Validations as tables: several brakes as one result, and rows for JSON, CSV and the report."""
+"""Validations as tables: several brakes as one result, and rows for JSON, CSV and report."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, replace
@@ -25,10 +25,10 @@ from layerjam.identify.validation.metrics import (
 
 
 def pool(results: Sequence[Validation]) -> Validation:
-    """Join several brakes' validations, such as those of the paper's two films.
+    """Join the validations of several brakes, such as those of the paper's two films.
 
-    Each uses the model of its own brake; pulls of different brakes are never repeats of one
-    another. Raises FitError if no validation is given.
+    Each uses the model of its own brake; pulls of different brakes are never repeats. Raises
+    FitError if no validation is given.
     """
     if not results:
         raise FitError("pool: no validation was given")
@@ -39,7 +39,7 @@ def pool(results: Sequence[Validation]) -> Validation:
 
 
 def with_pulls(result: Validation, curves: Sequence[Curve], brake: Brake) -> Validation:
-    """Return the validation with the table pull by pull of the same curves."""
+    """Return the validation with the table of the same curves, pull by pull."""
     gross = gross_pulls([(curve.pull, curve.vacuum) for curve in curves], brake)
     reasons = {curves[index].name: reason for index, reason in gross.items()}
     table = pull_table(curves, fits_of(curves, brake), brake)
@@ -96,7 +96,7 @@ def validation_checks(result: Validation, calibrated_on: int) -> tuple[Check, ..
 
 
 def _drift(curve: CurveError) -> float:
-    """Change of the residual's straight line over the window, relative to the mean force."""
+    """Return the change of the residual's line over the window, relative to the mean force."""
     line = straight_line(curve.elongation, curve.model - curve.measured)
     slope = 0.0 if line is None else line.slope
     return slope * float(np.ptp(curve.elongation)) / float(curve.measured.mean())
