@@ -78,8 +78,7 @@ def _complete(fit: BayesFit) -> Check | None:
 
 
 def _check_convergence(fit: BayesFit) -> Check:
-    # predictions use some numbers, which get the strict bound; of the many others some exceed it by
-    # chance
+    # numbers used in predictions get the strict bound; among the others some exceed it by chance
     hats = {n: agreement_of(v)[0] for n, v in _scalars(fit).items()}
     worst = max((n for n in hats if "curve" not in n), key=lambda n: hats[n])
     worst_curve = max((n for n in hats if "curve" in n), key=lambda n: hats[n])

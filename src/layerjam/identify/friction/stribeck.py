@@ -134,7 +134,7 @@ def fit_dry(
 
 
 def fit_wet(points: SpeedPoints, brake: Brake, *, exponent: float = 1.0) -> SpeedFit:
-    """Wet Stribeck law with adhesion and viscous part. Needs several vacuums; raises FitError."""
+    """Fit the wet law, with adhesion and viscous part, to several vacuums; raises FitError."""
     coulomb, enclosure = _lever(points, brake)
     if np.ptp(points.vacuum) <= 0.05 * points.vacuum.max(initial=0.0):
         raise FitError(
