@@ -800,10 +800,10 @@ def array(
 ) -> _ArrayPullResult:
     """Pull equal brakes, in parallel and in series, once and slowly.
 
-    Uses full vacuum of the site unless another is given. Pulls to the elongation `until`, or to the
-    end of the travel. `outcome` is how the pull ends: FINISHED, BOTTOMED_OUT, or SNAPS if the force
-    of a slipping brake falls faster than the brakes in series with it relax. `travel` and `energy`
-    count slip only. An even share is assumed.
+    The default is the site's full vacuum. The pull ends at the elongation `until`, or at the end of
+    the travel. `outcome` is FINISHED, BOTTOMED_OUT, or SNAPS if the force of a slipping brake falls
+    faster than the brakes in series with it relax. `travel` and `energy` count slip only. Parallel
+    brakes are assumed to share the force equally.
     """
 
 def bench_clear(
@@ -850,9 +850,9 @@ def bench_check(
 ) -> _BenchCheckedResult:
     """Check the wiring of a bench, and measure pump, leak, vent and the sensor's lag.
 
-    Pump and vent are driven for ten seconds; the brake must carry no load. The values of `line` are
-    those that `bench run` tunes the regulator to. `tune` writes that line with the measured values.
-    Raises QuantityError if the valve's rest position is unknown or a value for `tune` is missing,
+    Pump and vent are driven for ten seconds; the brake must carry no load. The regulator of `bench
+    run` is tuned for the values of `line`. `tune` writes that line with the measured values. Raises
+    QuantityError if the valve's rest position is unknown or a value for `tune` is missing,
     LockedError if another client has the lock, InstrumentError for a bench that is not in SAFE.
     """
 
@@ -863,10 +863,10 @@ def bench_zero(
 ) -> _BenchZeroed:
     """Measure the zero of the sensor with the brake vented, and store it on the board.
 
-    The vent is open for 4.5 s; the mean of the last second is the zero. The board keeps it, and the
-    date in the calibration's name. Raises QuantityError if the reading is not steady or far from
-    zero, LockedError if another client has the lock, InstrumentError for a bench that is not in
-    SAFE.
+    The vent is open for 4.5 s; the mean of the last second is the zero. The board stores it, with
+    the date in the calibration's name. Raises QuantityError if the reading is not steady or far
+    from zero, LockedError if another client has the lock, InstrumentError for a bench that is not
+    in SAFE.
     """
 
 def bench_faults(
@@ -881,11 +881,11 @@ def bench_faults(
     """Inject every fault into a virtual board many times, and time how it becomes safe.
 
     For each run, the seed determines a line near that of the address, a regulator, a target and a
-    time. With `mismatch`, pump, vent, zero, lag and noise of the line differ from the model, leak
-    and vent are orifices, the pump flow ripples and the supply dips. Each round of faults includes
-    ten runs without a fault. The firmware is the board's own; its clock advances as fast as samples
-    are computed. Raises UnknownNameError for an unknown fault, QuantityError for an address that is
-    not a virtual board.
+    time. With `mismatch`, pump, vent, zero, lag and noise of the line differ from the model. Leak
+    and vent are then orifices, the pump flow ripples and the supply dips. Each round of faults
+    includes ten runs without a fault. The firmware is the board's own; its clock advances as fast
+    as samples are computed. Raises UnknownNameError for an unknown fault, QuantityError for an
+    address that is not a virtual board.
     """
 
 def bench_soak(
@@ -928,8 +928,8 @@ def bench_export(
 
     Friction, calibrate, leak, pump-down and regulate read the CSV directly. Each drop in the run
     becomes a separate file in the same folder, FILE-shot1.csv, which `crash` reads; NetCDF contains
-    the drops. A run that was not closed is `interrupted`; its file is read in place, together with
-    its `-wal` file.
+    the drops. A run that was not closed has the outcome `interrupted`; its file is read in place,
+    together with its `-wal` file.
     """
 
 def bench_log(
@@ -1051,7 +1051,7 @@ def calibrate(
     pull; "curves" fits all whole curves at once, including the enclosure's factor and any
     quantities in `free`: "pressure_exponent", "speed", "force_offset"; "bayesian" samples the same
     parameters (`draws` of each of `chains`, from `seed`). `vacuum` applies to files whose sidecar
-    does not state it. With `out` the calibrated brake is written. `exclude` excludes files or
+    does not state it. With `out` the calibrated brake is written. `exclude` leaves out files or
     specimens, each with its reason in `because` (in Python also {file: reason}). Both are stored in
     the result and in the brake. `within` requests how many more pulls, at which conditions, narrow
     each interval to plus or minus this share of its value. If a check fails, nothing is written;
@@ -1088,7 +1088,7 @@ def crash(
     """Compute peak, filtered peak, velocity change and duration of an impact from its log.
 
     The greatest pulse of the log is used. `filter_class` is none, cfc60, cfc180, cfc600 or cfc1000;
-    `before` is the length of the quiet part at the beginning. `falling`: the sensor was in free
+    `before` is the length of the quiet part at the beginning. With `falling` the sensor was in free
     fall before, so gravity is subtracted from the velocity change. `hic` is the longest window of
     the head injury criterion. The file may be a run that `bench run --shot` recorded; such a run
     already states rate and range.
@@ -1103,9 +1103,9 @@ def design_brake(
     """Find the best brake for a set of requirements.
 
     Also returns the front, the runner-up and why it lost, and the constraints that exclude better
-    ones. `feasible` is False with `reason`, `killed_by` and `reachable` if no design meets the
-    constraints; contradictions that follow from bounds are found before anything is swept. `chosen`
-    is the best design of the grid, `refined` the best between its steps.
+    designs. If no design meets the constraints, `feasible` is False, with `reason`, `killed_by` and
+    `reachable`; contradictions between bounds are found before the sweep. `chosen` is the best
+    design of the grid, `refined` the best between its steps.
     """
 
 def enclosure(
@@ -1220,14 +1220,14 @@ def friction(
     progress: _Callable[[str, float], None] | None = ...,
     overwrite: bool = ...,
 ) -> _FrictionResult:
-    """Static and kinetic friction from friction tests: as the paper, ASTM D1894 or ISO 8295 has it.
+    """Static and kinetic friction from friction tests, as in the paper, ASTM D1894 or ISO 8295.
 
     `files` are paths or traces, several or one. `normal_force` may come from the files' sidecars,
     or from the 200 g of the two standards; `start` and `end` bound the displacement of the kinetic
     mean, counted from the record's first sample; `area` is that under the sled, for the pressure of
-    the test. If a record sticks and slips, kinetic is None; `accept_stick_slip` uses the middle of
-    the stick–slip. With `brake` and `out` the result is written into a copy of the brake's file. If
-    a check fails, nothing is written; `accept` accepts failed checks by name, {check: reason}.
+    the test. If a record shows stick–slip, `kinetic` is None; `accept_stick_slip` uses the middle
+    of the stick–slip. With `brake` and `out` the result is written into a copy of the brake's file.
+    If a check fails, nothing is written; `accept` accepts failed checks by name, {check: reason}.
     """
 
 def drop(
@@ -1263,7 +1263,7 @@ def drop(
     (absolute, gauge or vacuum) if its column does not state it; `columns` and `decimal` are as for
     every log. The share `vacuum_share` of the gauge's reading presses the sheets. With `leak_time`
     the line is shut off `held` before the rope is taut, and the vacuum leaks away. A mass that has
-    not stopped when `duration` is over has the outcome FINISHED and no `stopping_time`; one that
+    not stopped when `duration` is over has the outcome FINISHED and no `stopping_time`. A mass that
     creeps to rest on an overdamped rope has no `stopping_time` either.
     """
 
@@ -1280,8 +1280,9 @@ def lab(
 
     The files of a campaign and the true values are written into the folder `out`. `spec` is the
     path of a TOML file, a Spec, or "practice", which is built in; `seed` replaces the seed in it.
-    Every file says that it is synthetic. Stopped by the keyboard, the files written are whole and
-    the result says so. Raises FileError if `out` is not empty and `overwrite` is not set.
+    Every file states that it is synthetic. After an interrupt from the keyboard all written files
+    are complete, and the result reports the interrupt. Raises FileError if `out` is not empty and
+    `overwrite` is not set.
     """
 
 def write_campaign(
@@ -1297,8 +1298,9 @@ def write_campaign(
 
     The files of a campaign and the true values are written into the folder `out`. `spec` is the
     path of a TOML file, a Spec, or "practice", which is built in; `seed` replaces the seed in it.
-    Every file says that it is synthetic. Stopped by the keyboard, the files written are whole and
-    the result says so. Raises FileError if `out` is not empty and `overwrite` is not set.
+    Every file states that it is synthetic. After an interrupt from the keyboard all written files
+    are complete, and the result reports the interrupt. Raises FileError if `out` is not empty and
+    `overwrite` is not set.
     """
 
 def leak(
@@ -1391,7 +1393,7 @@ def new(
 ) -> _NewBrake:
     """Write a commented brake file to edit, starting from another brake.
 
-    Raises FileError if `out` exists and `overwrite` is not set, or the name will not do.
+    Raises FileError if `out` exists and `overwrite` is not set, or if the name is not allowed.
     """
 
 def show(
@@ -1419,7 +1421,7 @@ def vacuum(
     sliding_speed: float | str | _HasUnit | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _VacuumForForceArray:
-    """Vacuum that makes the sliding brake resist with a force at a slip.
+    """Vacuum at which the sliding brake resists with a force at a slip.
 
     `feasible` is False, with a `reason`, for a force below the enclosure's own or above that at
     the site's full vacuum. Arrays of slip and force broadcast; the vacuum is NaN for elements
@@ -1467,11 +1469,11 @@ def recompute(
     """Compute a published dataset again from its raw files, and list everything that differs.
 
     Numbers, tables, page, PDF, figures, calibrated brake and description are derived again. Two
-    numbers are the same up to a relative difference of 1e-6. A file whose content does not match
-    its checksum, that has no checksum, or that is missing is reported in any case. If other
-    versions of the programs wrote the dataset, text and drawings may differ; then only their
-    numbers are compared, and `not_compared` lists the rest. Nothing is written. Raises FileError
-    for a folder that is not a dataset.
+    numbers are the same up to a relative difference of 1e-6. A file that does not match its
+    checksum, has no checksum or is missing is always reported. If other versions of the programs
+    wrote the dataset, text and drawings may differ; then only their numbers are compared, and
+    `not_compared` lists the rest. Nothing is written. Raises FileError for a folder that is not a
+    dataset.
     """
 
 def pull(
@@ -1531,7 +1533,7 @@ def records_list(
     *,
     db: str | None = ...,
 ) -> _RecordsListed:
-    """Every record, oldest first.
+    """List every record, oldest first.
 
     Raises RecordsError for the database.
     """
@@ -1541,7 +1543,7 @@ def records_show(
     *,
     db: str | None = ...,
 ) -> _RecordShown:
-    """One record, its sources and the records derived from it.
+    """Show one record, its sources and the records derived from it.
 
     Raises RecordsError if none or several have that name.
     """
@@ -1553,8 +1555,8 @@ def records_verify(
 ) -> _RecordsVerified:
     """Check whether every file is unchanged.
 
-    Withdrawn files are not looked for. Exits with Exit code: 1 if a file has changed or is missing.
-    Raises RecordsError for the database.
+    Withdrawn files are not checked. The exit code is 1 if a file has changed or is missing. Raises
+    RecordsError for the database.
     """
 
 def records_withdraw(
@@ -1596,8 +1598,8 @@ def regulate(
     With a recorded `step`, gains, detectors and the simulated line are identified from the log
     (`identified`), and its scatter is used as the noise unless that is given. `detection` is the
     longest time [s] until each fault is reported at this vacuum (None: never). `fault` is injected
-    into the line or the sensor at `fault_at`; `said_after` is None if it was not reported, or
-    reported before that time.
+    into the line or the sensor at `fault_at`; `said_after` is None if it was not reported, or if it
+    was reported before that time.
     """
 
 def write_report(
@@ -1619,7 +1621,7 @@ def write_report(
     names: _Mapping[str, str] | None = ...,
     progress: _Callable[[str, float], None] | None = ...,
 ) -> _ReportResult:
-    """Measurements of one brake as a page: friction, calibration, validation, HTML and PDF.
+    """Report the measurements of one brake as HTML and PDF: friction, calibration, validation.
 
     Writes report.html, report.pdf, figures, numbers.csv and results.json into the folder `out`.
     `friction` are friction tests, `pulls` calibrate the brake, and `validate` are pulls to compare
@@ -1628,8 +1630,8 @@ def write_report(
     vacuum ("46.1 kPa"), a speed ("19 mm/s") or a repeat ("repeat 3"). Otherwise the brake is
     compared with its calibration pulls, and the page states this. `vacuum` applies to files without
     a sidecar; the options of friction tests, `depth` and `exclude` are as in `friction` and
-    `calibrate`. `command` is printed as the command that created the page; `date` (ISO) defaults to
-    today. `names` {file name: name in the report} is for files stored under other names.
+    `calibrate`. `command` is printed as the command that created the page; `date` (ISO) is today by
+    default. `names` {file name: name in the report} is for files stored under other names.
     `report_number` and `customer` appear on the pages; sidecars may state them instead. If a check
     fails, nothing is written; `accept` accepts failed checks by name, {check: reason}. Raises
     FileError if a report exists and `overwrite` is not set.
@@ -1680,7 +1682,7 @@ def stick_slip(
     travel: float | str | _HasUnit | None = ...,
     atmosphere: float | str | _HasUnit | None = ...,
 ) -> _StickSlipResult:
-    """Simulate a pull at one speed: whether the brake sticks and slips, and the remedies.
+    """Simulate a pull at one speed: whether the brake shows stick–slip, and the remedies.
 
     It starts from rest at `slip`. Amplitude and forces are those of the last slip of the run.
     `critical_speed`, `stable_speed` and `stiffness_needed` assume the friction at `slip`.
@@ -1699,11 +1701,11 @@ def sweep(
 ) -> _DesignSweepResult:
     """Compute every design of a specification, in blocks on disk.
 
-    The folder is new, empty or that of the same sweep, which then resumes: `blocks_found` of its
-    blocks were there already. `block` is the number of designs in one, `scheduler` the address of a
-    Dask cluster. If interrupted, `complete` is False and the same call resumes. Raises FileError
-    for a folder with other content, MissingExtraError if pyarrow or Dask is missing, and
-    ClusterError.
+    The folder is new, empty or that of the same sweep. Such a sweep is resumed: `blocks_found` is
+    the number of blocks that exist already. `block` is the number of designs in a block,
+    `scheduler` the address of a Dask cluster. If interrupted, `complete` is False and the same call
+    resumes. Raises FileError for a folder with other content, MissingExtraError if pyarrow or Dask
+    is missing, and ClusterError.
     """
 
 def tensile(
@@ -1728,15 +1730,15 @@ def tensile(
 ) -> _TensileResult:
     """Pull a brake in a simulated test machine.
 
-    Either vacuum, speed and travel (elongation of the crosshead), or a procedure. Only for the
-    model "stack": `static` uses static friction before an interface slides. With `one_by_one`,
-    overloaded interfaces slip one at a time, the most overloaded first. `interfaces` may differ, a
-    `housing` may rub. `scatter` is the relative SD of the interfaces' friction: `samples` (1000)
-    stacks, drawn from `seed` (1), then give mean and SD of peak, stiffness and onset; if
-    interrupted, those of the stacks done so far. `vacuum_share` of the gauge's reading presses the
-    sheets. With `leak_time` the line is shut off after every evacuation and the vacuum leaks away
-    from then on; not in the model "stack", which keeps its initial vacuum. Raises ProcedureError or
-    QuantityError for contradictions.
+    Takes either vacuum, speed and travel (elongation of the crosshead), or a procedure. The
+    following options are for the model "stack". `static` uses static friction before an interface
+    slides. With `one_by_one`, overloaded interfaces slip one at a time, the most overloaded first.
+    `interfaces` may differ, a `housing` may rub. `scatter` is the relative SD of the interfaces'
+    friction: `samples` (1000) stacks, drawn from `seed` (1), then give mean and SD of peak,
+    stiffness and onset; if interrupted, those of the stacks done so far. `vacuum_share` of the
+    gauge's reading presses the sheets. With `leak_time` the line is shut off after every evacuation
+    and the vacuum leaks away from then on, except in the model "stack", which keeps its initial
+    vacuum. Raises ProcedureError or QuantityError for contradictions.
     """
 
 def tune(
@@ -1753,8 +1755,9 @@ def tune(
     """Vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
 
     The mass arrives with `speed` or falls from `height`. If there is no such vacuum, `reason`
-    explains why and lists alternatives: the speeds that can be stopped so, another travel, another
-    number of sheets, more brakes side by side, each by itself. Each was tuned before it is named.
+    explains why and lists alternatives: the speeds that can be stopped, another travel, another
+    number of sheets, or more brakes in parallel, each as the only change. Each alternative has been
+    checked by tuning it.
     """
 
 def rise(
@@ -1790,8 +1793,8 @@ def validate(
 
     `files` are paths or traces, several or one. See identify.validation.metrics for the window.
     `uncalibrated` holds the same errors of the brake with a scale factor of 1 and the sheets' own
-    stiffness. A warning names files that were also used for the calibration. `exclude` leaves files
-    out, each with its reason in `because` (in Python also {file: reason}).
+    stiffness. A warning names files that were also used for the calibration. `exclude` leaves out
+    files, each with its reason in `because` (in Python also {file: reason}).
     """
 
 def reproduce(

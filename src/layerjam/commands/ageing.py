@@ -43,13 +43,13 @@ class Ageing(FromFiles):
     pulls_table: Sequence[Mapping[str, Any]] = fact("each pull", listed=False)
 
     def lines(self) -> Iterator[str]:
-        """One line a pull."""
+        """Yield one line per pull."""
         yield from ("", "file: hold, static")
         for row in self.pulls_table:
             yield f"  {Path(row['file']).name}: {show(row['hold'], 's')}, {row['static']:.4f}"
 
     def draw(self) -> Figure:
-        """Static friction over the hold, with the line."""
+        """Return the figure of static friction over the hold, with the fitted line."""
         from layerjam.report import measurement_figures
         from layerjam.report.style import of_synthetic
 

@@ -1,4 +1,4 @@
-"""Arguments of a call by name, their errors, and the members of an annotation."""
+"""Arguments of a call by name, their errors, and the types that an annotation allows."""
 
 import difflib
 import inspect
@@ -22,8 +22,8 @@ def bind(
 ) -> dict[str, Any]:
     """Return the arguments of a call by name.
 
-    `record_fields` are names of parameters that stand for fields of others, `required` is
-    {required parameter: its meaning}. Raises ArgumentError for an unknown name, with the nearest
+    `record_fields` are the names of fields that may be given instead of a whole record, `required`
+    is {required parameter: its meaning}. Raises ArgumentError for an unknown name, with the nearest
     ones, and for missing arguments, with their meaning.
     """
     names = [*signature.parameters, *record_fields]
@@ -78,7 +78,7 @@ def settings_of(
 
 
 def as_list(value: Any, kind: Any) -> Any:
-    """Return an iterator as a list, and one member too if only a list of them is allowed."""
+    """Return an iterator as a list; wrap a single member if only a list of them is allowed."""
     if isinstance(value, Iterator):
         return list(value)
     return [value] if not fits(value, kind) and fits([value], kind) else value
@@ -137,7 +137,7 @@ def describe(kind: Any) -> str:
 
 
 def union(kind: Any) -> Iterator[Any]:
-    """The members of an annotation: those of a union, or itself."""
+    """Return the members of a union, or the annotation itself."""
     if get_origin(kind) in (typing.Union, types.UnionType):
         for inner in get_args(kind):
             yield from union(inner)
@@ -146,6 +146,6 @@ def union(kind: Any) -> Iterator[Any]:
 
 
 def command_line_name(python_name: str, group: str = "") -> str:
-    """Return the name on the command line of a function, after the word `group`: "export c"."""
+    """Return the command line name of a function, after the word `group`: "export c"."""
     words = python_name.removeprefix(f"{group.replace('-', '_')}_") if group else python_name
     return f"{group} {words.replace('_', '-')}".lstrip()

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 PARALLEL = QuantitySpec("1", "chains of brakes in parallel", lo=1, hi=100, whole=True)
 SERIES = QuantitySpec("1", "brakes in series in a chain", lo=1, hi=100, whole=True)
 BRAKES_LIMIT = 1000
-"""Largest number of brakes in one array; `layerjam.Array` accepts more, and unequal ones."""
+"""Largest number of brakes in one array; `layerjam.Array` accepts more, also unequal ones."""
 
 
 @result
@@ -44,7 +44,7 @@ class ArrayPull(Result):
     force_density: float = number("N/kg", "greatest force over mass")
 
     def panes(self) -> "Sequence[Pane]":
-        """Force over elongation."""
+        """Return the pane of force over elongation."""
         from layerjam.report import force_figures
 
         words = f"{self.parallel} × {self.series} {self.brake}: {self.record.outcome}"
@@ -71,10 +71,10 @@ def array(
 ) -> ArrayPull:
     """Pull equal brakes, in parallel and in series, once and slowly.
 
-    Uses full vacuum of the site unless another is given. Pulls to the elongation `until`, or to the
-    end of the travel. `outcome` is how the pull ends: FINISHED, BOTTOMED_OUT, or SNAPS if the force
-    of a slipping brake falls faster than the brakes in series with it relax. `travel` and `energy`
-    count slip only. An even share is assumed.
+    The default is the site's full vacuum. The pull ends at the elongation `until`, or at the end of
+    the travel. `outcome` is FINISHED, BOTTOMED_OUT, or SNAPS if the force of a slipping brake falls
+    faster than the brakes in series with it relax. `travel` and `energy` count slip only. Parallel
+    brakes are assumed to share the force equally.
     """
     import numpy as np
 

@@ -24,7 +24,7 @@ from layerjam.toml_files.source import Source
 from layerjam.units import build, show
 
 MEASURED = MappingProxyType({"rate": "1/s", "top": "Pa", "leak": "1/s", "vent": "1/s", "lag": "s"})
-"""Values of a line that `bench check` measures, and their units."""
+"""Values of a line that `bench check` measures, with their units."""
 REPLACED = (
     "pump.flow",
     "pump.ultimate",
@@ -33,14 +33,14 @@ REPLACED = (
     "sensor.lag",
     "sensor.noise",
 )
-"""Fields of a line file that they replace."""
+"""Fields of a line file that these values replace."""
 FIRST_RUN = (
     *("--procedure", "evacuate to 20 kPa and hold 5 s; vent"),
     *("--brake", "choi2018-kapton", "--out", "first-run.ljrun"),
 )
 """Options of a first run that do not depend on the bench."""
 DIGITS = 4
-"""Significant digits of the values written; the fits are accurate to about 1 %."""
+"""Significant digits of the written values; the fits are accurate to about 1 %."""
 
 
 @result
@@ -51,7 +51,7 @@ class BenchChecked(Result, Checked):
     next_step: str | None = fact("command to type next", listed=False, default=None)
 
     def lines(self) -> Iterator[str]:
-        """Each measured value with the value that the regulator is tuned to."""
+        """Yield each measured value with the value for which the regulator is tuned."""
         if self.expected is not None:
             yield ""
             for name, unit in MEASURED.items():
@@ -83,10 +83,10 @@ class BenchZeroed(Result, Zero):
 def bench_zero(address: BenchAddress, *, vent_rest: VentRest = None) -> BenchZeroed:
     """Measure the zero of the sensor with the brake vented, and store it on the board.
 
-    The vent is open for 4.5 s; the mean of the last second is the zero. The board keeps it, and the
-    date in the calibration's name. Raises QuantityError if the reading is not steady or far from
-    zero, LockedError if another client has the lock, InstrumentError for a bench that is not in
-    SAFE.
+    The vent is open for 4.5 s; the mean of the last second is the zero. The board stores it, with
+    the date in the calibration's name. Raises QuantityError if the reading is not steady or far
+    from zero, LockedError if another client has the lock, InstrumentError for a bench that is not
+    in SAFE.
     """
     from layerjam.rig.check import limit_speed, measure_zero
     from layerjam.rig.driver import open_bench
@@ -129,9 +129,9 @@ def bench_check(
 ) -> BenchChecked:
     """Check the wiring of a bench, and measure pump, leak, vent and the sensor's lag.
 
-    Pump and vent are driven for ten seconds; the brake must carry no load. The values of `line` are
-    those that `bench run` tunes the regulator to. `tune` writes that line with the measured values.
-    Raises QuantityError if the valve's rest position is unknown or a value for `tune` is missing,
+    Pump and vent are driven for ten seconds; the brake must carry no load. The regulator of `bench
+    run` is tuned for the values of `line`. `tune` writes that line with the measured values. Raises
+    QuantityError if the valve's rest position is unknown or a value for `tune` is missing,
     LockedError if another client has the lock, InstrumentError for a bench that is not in SAFE.
     """
     from layerjam.control.plant import plant_of

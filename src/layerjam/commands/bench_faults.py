@@ -27,7 +27,7 @@ TABLE_UNITS = {
     "doubted_after": "s",
 }
 FALSE = 0.01
-"""Share of healthy runs in which a fault may be reported."""
+"""Largest share of healthy runs in which a fault may be reported."""
 Row = Mapping[str, Any]
 
 
@@ -36,9 +36,10 @@ class FaultCampaign(Result):
     """Results of each fault; `record` holds the runs.
 
     Each row shows the run that came nearest to its deadline: `onset` is the time from the pump's
-    start to the fault, `safe_after` the time from the fault to safe outputs in the plant's log,
-    `vacuum_after` the true vacuum when a sound vent would have released it. `named` counts the
-    faults that the board reported, by name. `deadline` is null if there is no deadline.
+    start to the fault, `safe_after` the time from the fault to safe outputs in the plant's log.
+    `vacuum_after` is the true vacuum at the time when a working vent would have released it.
+    `named` counts the faults that the board reported, by name. `deadline` is null if there is no
+    deadline.
     """
 
     record: "tuple[Trial, ...]"
@@ -68,11 +69,11 @@ class FaultCampaign(Result):
 
     @classmethod
     def table_units(cls) -> Mapping[str, str]:
-        """Units of the rows' keys."""
+        """Return the units of the rows' keys."""
         return TABLE_UNITS
 
     def lines(self) -> Iterator[str]:
-        """A line for each fault."""
+        """Yield a line for each fault."""
         yield ""
         wide = max((len(row["fault"]) for row in self.faults), default=0)
         for row in self.faults:
@@ -139,11 +140,11 @@ def bench_faults(
     """Inject every fault into a virtual board many times, and time how it becomes safe.
 
     For each run, the seed determines a line near that of the address, a regulator, a target and a
-    time. With `mismatch`, pump, vent, zero, lag and noise of the line differ from the model, leak
-    and vent are orifices, the pump flow ripples and the supply dips. Each round of faults includes
-    ten runs without a fault. The firmware is the board's own; its clock advances as fast as samples
-    are computed. Raises UnknownNameError for an unknown fault, QuantityError for an address that is
-    not a virtual board.
+    time. With `mismatch`, pump, vent, zero, lag and noise of the line differ from the model. Leak
+    and vent are then orifices, the pump flow ripples and the supply dips. Each round of faults
+    includes ten runs without a fault. The firmware is the board's own; its clock advances as fast
+    as samples are computed. Raises UnknownNameError for an unknown fault, QuantityError for an
+    address that is not a virtual board.
     """
     from layerjam.rig.campaign import campaign
     from layerjam.rig.kinds import KINDS, NOT_HERE, NOTHING
@@ -185,7 +186,7 @@ def bench_faults(
 
 
 def row_of(name: str, trials: "Sequence[Trial]") -> Row:
-    """One fault's runs as a row, the worst of them in full."""
+    """Return the runs of one fault as a row, with the worst run in full."""
     worst = max(trials, key=lambda trial: trial.share)
     misses = sum(not trial.met for trial in trials)
     return {

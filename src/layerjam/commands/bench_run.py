@@ -50,7 +50,7 @@ class DropRigOptions:
     ] = None
 
     def rig(self, brake: BrakeFile) -> "DropRig | None":
-        """Return the drop rig, or None without a shot; QuantityError for options that need one."""
+        """Return the drop rig; without a shot None, or QuantityError for options that need one."""
         from layerjam.rig.shots import DropRig
 
         if not self.shot:
@@ -107,7 +107,7 @@ class RunRecorded(Judged):
         return {"started": "s", "ended": "s", "time": "s", "rate": "Hz"}
 
     def lines(self) -> Iterator[str]:
-        """One line for each step and each shot."""
+        """Yield one line for each step and each shot."""
         yield ""
         for step in self.steps:
             if step["started"] is None:
@@ -240,7 +240,7 @@ def _verdict(
 
 
 def _not_begun(steps: Procedure, verdict: Verdict, address: str, notices: list[str]) -> RunRecorded:
-    """Return the result of a run that a failed check forbids."""
+    """Return the result of a run that was not started because a check failed."""
     waiting = {"started": None, "ended": None, "reached": False}
     return RunRecorded.of(
         verdict,
@@ -291,9 +291,9 @@ def _crosshead(
 
 
 def _resolve_address(address: str, steps: Procedure) -> Address:
-    """Return the address.
+    """Return the address, with the vacuum at which a virtual line is linearised.
 
-    A virtual line is linearised where the regulator is, unless the address states a vacuum.
+    That is the regulator's vacuum, unless the address states another.
     """
     target = address_of(address)
     highest = steps.highest_vacuum()
@@ -307,7 +307,7 @@ def _report(sentence: str) -> None:
 
 
 def companion_notice(file: Path) -> list[str]:
-    """Return a notice about the file of unmerged samples that a full disk leaves with a run."""
+    """Return a notice about the file of unmerged samples that a run leaves if the disk is full."""
     companion = Path(f"{file}-wal")
     if not companion.exists():
         return []
@@ -385,8 +385,8 @@ def bench_export(
 
     Friction, calibrate, leak, pump-down and regulate read the CSV directly. Each drop in the run
     becomes a separate file in the same folder, FILE-shot1.csv, which `crash` reads; NetCDF contains
-    the drops. A run that was not closed is `interrupted`; its file is read in place, together with
-    its `-wal` file.
+    the drops. A run that was not closed has the outcome `interrupted`; its file is read in place,
+    together with its `-wal` file.
     """
     from layerjam.rig.export import export
 

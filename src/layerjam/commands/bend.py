@@ -80,7 +80,7 @@ class Bend(Result):
     end_force_ratio: float | None = number("1", "ratio of the pulls at the two caps")
 
     def draw(self) -> "Figure":
-        """Moment over the angle, and the pull over the angle of a joint."""
+        """Return the figure of moment over angle, and of the pull over the joint's angle."""
         from layerjam.report import force_figures
 
         return force_figures.bend(*self.record)
@@ -174,7 +174,7 @@ def _turned_numbers(device: Brake, vacuum: float, angle: float, slip: float) -> 
 
 
 def _buckling_notices(moment: float, buckling: float) -> list[Notice]:
-    """Whether compressed sheets buckle before the moment is reached."""
+    """Yield a notice if compressed sheets buckle before the moment is reached."""
     if moment <= buckling:
         return []
     text = (

@@ -1,4 +1,4 @@
-"""`build`: from a brake file to everything a workshop needs to build the brake."""
+"""`build`: from a brake file to everything that a workshop needs to build the brake."""
 
 from __future__ import annotations
 
@@ -90,11 +90,11 @@ class Built(Result):
 
     @classmethod
     def table_units(cls) -> Mapping[str, str]:
-        """{key: SI unit} inside the tables; each check states its own unit."""
+        """Return {key: SI unit} of the tables; each check states its own unit."""
         return {"each": "kg", "silicone_parts": "kg"}
 
     def lines(self) -> Iterator[str]:
-        """The checks and the number of assumptions."""
+        """Yield the checks and the number of assumptions."""
         yield from ("", "checks")
         for check in self.checks:
             mark = "--  " if check["ok"] is None else MARKS[check["level"]]
@@ -284,7 +284,7 @@ def _content(
 
 
 def _counts(rows: int, row: int) -> tuple[int, int]:
-    """Number of chains in parallel, and of brakes in each."""
+    """Return the number of chains in parallel, and of brakes in each chain."""
     if rows * row > BRAKES_LIMIT:
         raise QuantityError(
             f"build: {rows} by {row} are {rows * row} brakes; at most {BRAKES_LIMIT} are allowed"
@@ -307,7 +307,7 @@ def _draw_brake(file: BrakeFile, choices: Choices, parallel: int, series: int) -
 
 
 def _cannot(error: Any, file: BrakeFile, brakes: int) -> Built:
-    """Return the result if there are no lengths to check."""
+    """Return the result for a brake whose lengths are unknown, so that nothing can be checked."""
     check = {
         "code": "C4",
         "ok": False,
@@ -330,7 +330,7 @@ def _cannot(error: Any, file: BrakeFile, brakes: int) -> Built:
 
 
 def _facts(drawing: Drawing) -> dict[str, Any]:
-    """Return the values of the result's keys; masses, film and silicone cover all brakes."""
+    """Return the values of the result's keys; masses, film and silicone are for all brakes."""
     from layerjam.fabricate.masses import UNWEIGHED, screw_name
     from layerjam.fabricate.silicone import cavity
 

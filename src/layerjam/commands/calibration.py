@@ -52,7 +52,7 @@ Within = Annotated[
 
 
 def more_pulls(calibration: Calibration, precision: float | None) -> dict[str, Any] | None:
-    """{value: half width now, half width after one more pull at each condition, pulls needed}.
+    """Return {value: (half width now, after one more pull by condition, pulls needed)}.
 
     None if not requested; a value is None if the pulls so far give no interval. Widths are relative
     to the value.
@@ -71,7 +71,7 @@ def more_pulls(calibration: Calibration, precision: float | None) -> dict[str, A
 
 
 def more_lines(further: Mapping[str, Any]) -> Iterator[str]:
-    """For each value: its current interval, and the number of pulls needed."""
+    """Yield for each value its current interval and the number of pulls needed."""
     if further:
         yield ""
     for name, row in further.items():
@@ -114,7 +114,7 @@ Depth = Annotated[
 
 @options
 class Sampling:
-    """Settings of the sampling of the posterior."""
+    """Settings for sampling the posterior."""
 
     draws: Annotated[int, DRAWS, Help("Draws per chain (depth bayesian).")] = 1000
     chains: Annotated[int, CHAINS, Help("Number of chains (depth bayesian).")] = 2
@@ -169,7 +169,7 @@ class BrakeCalibration(FromFiles, Judged):
     traces: Sequence[Trace] = ()
 
     def rows(self) -> list[tuple[str, str]]:
-        """The fitted numbers with their intervals."""
+        """Yield the fitted numbers with their intervals."""
         values = {name.replace("_", " "): self._number_text(name) for name in self.intervals}
         return [(name, values.get(name, text)) for name, text in super().rows()]
 
@@ -188,7 +188,7 @@ class BrakeCalibration(FromFiles, Judged):
         return value if error is None else f"{value} ± {show(error, unit, 2)} standard error"
 
     def lines(self) -> Iterator[str]:
-        """Return the basis of the errors, the most influential file, and the checks."""
+        """Yield the basis of the errors, the most influential file, and the checks."""
         yield from ("", f"standard errors are based on {self.standard_errors['rests_on']}")
         found = (self.leave_one_out or {}).get("scale_factor") or {}
         file_name = found.get("most_influential")
@@ -200,7 +200,7 @@ class BrakeCalibration(FromFiles, Judged):
         yield from excluded_lines(self.excluded)
 
     def draw(self) -> Figure:
-        """The pulls, the fitted law and the residuals."""
+        """Return the figure of the pulls, the fitted law and the residuals."""
         from layerjam.report import figures
 
         file, fit = self.record
@@ -242,7 +242,7 @@ def calibrate(
     pull; "curves" fits all whole curves at once, including the enclosure's factor and any
     quantities in `free`: "pressure_exponent", "speed", "force_offset"; "bayesian" samples the same
     parameters (`draws` of each of `chains`, from `seed`). `vacuum` applies to files whose sidecar
-    does not state it. With `out` the calibrated brake is written. `exclude` excludes files or
+    does not state it. With `out` the calibrated brake is written. `exclude` leaves out files or
     specimens, each with its reason in `because` (in Python also {file: reason}). Both are stored in
     the result and in the brake. `within` requests how many more pulls, at which conditions, narrow
     each interval to plus or minus this share of its value. If a check fails, nothing is written;
@@ -312,14 +312,14 @@ def _free_parameters(free: Sequence[str] | str, depth: str) -> list[str]:
 
 
 def _notices(brake: BrakeFile, calibration: Calibration, exact: bool) -> Iterator[str]:
-    """Notices about the brake's other numbers and about single pulls."""
+    """Yield notices about the brake's other numbers and about single pulls."""
     yield from brake.warnings(without=SHEETS if exact else (*SHEETS, *ENCLOSURE))
     yield from _without_slope(calibration)
     yield from one_of_all(calibration.pulls)
 
 
 def _without_slope(calibration: Calibration) -> Iterator[Notice]:
-    """Notices about pulls used for the scale factor only, and about a fit over speed."""
+    """Yield notices about pulls used for the scale factor only, and about a fit over speed."""
     from layerjam.identify.calibration.speed_law import on_speed
 
     yield from on_speed(calibration)

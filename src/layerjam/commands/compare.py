@@ -75,11 +75,11 @@ class Comparison(Result):
 
     @classmethod
     def table_units(cls) -> Mapping[str, str]:
-        """Units of the rows' keys."""
+        """Return the units of the rows' keys."""
         return TABLE_UNITS
 
     def lines(self) -> Iterator[str]:
-        """Devices with sources, the effect of one more sheet, and classes without a device."""
+        """Yield devices with sources, the effect of one more sheet, and classes without one."""
         yield "mass, greatest force, force over mass"
         for row in self.devices:
             yield ""
@@ -109,7 +109,7 @@ class Comparison(Result):
         return show(self.sheet[name], TABLE_UNITS[name]) if name in TABLE_UNITS else ""
 
     def draw(self) -> "Figure":
-        """Force over mass on logarithmic axes, with lines of equal force density."""
+        """Return force over mass on logarithmic axes, with lines of equal force density."""
         from layerjam.report import density_figures
 
         rows, lines, _ = self.record

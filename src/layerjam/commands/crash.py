@@ -31,7 +31,7 @@ RANGE = replace(spec_of(Accelerometer, "range"), text="range of the sensor", exa
 BEFORE = QuantitySpec("s", "time before the event", open_lo=True, hi=1e6, example="50ms")
 SHOT = QuantitySpec("1", "number of the drop in a run", lo=1, hi=1e6, whole=True)
 LEAST = 20
-"""Samples that a pulse needs."""
+"""Number of samples needed in a pulse."""
 HIC = QuantitySpec(
     "s", "longest window of the head injury criterion", lo=1e-3, hi=0.1, example="15ms"
 )
@@ -110,7 +110,7 @@ class CrashFound(Judged, Pulse):
     understood: Sequence[str] = fact("how the file was read", listed=False)
 
     def draw(self) -> "Figure":
-        """Acceleration and velocity over time."""
+        """Return the figure of acceleration and velocity over time."""
         from layerjam.report import measurement_figures
         from layerjam.report.style import of_synthetic
 
@@ -151,7 +151,7 @@ def crash(
     """Compute peak, filtered peak, velocity change and duration of an impact from its log.
 
     The greatest pulse of the log is used. `filter_class` is none, cfc60, cfc180, cfc600 or cfc1000;
-    `before` is the length of the quiet part at the beginning. `falling`: the sensor was in free
+    `before` is the length of the quiet part at the beginning. With `falling` the sensor was in free
     fall before, so gravity is subtracted from the velocity change. `hic` is the longest window of
     the head injury criterion. The file may be a run that `bench run --shot` recorded; such a run
     already states rate and range.

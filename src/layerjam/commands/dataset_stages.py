@@ -1,4 +1,4 @@
-"""The stages of a dataset, computed from its own files, which `publish` and `recompute` share."""
+"""The stages of a dataset, computed from its own files for `publish` and `recompute`."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
@@ -33,9 +33,9 @@ STAGES = ("friction", "calibration", "validation")
 def derive(root: Path, recipe: Recipe, out: Path, tell: Progress) -> "tuple[Recipe, BrakeReport]":
     """Write the results of a dataset in `root` into the folder `out`.
 
-    These are report, calibrated brake, recipe and README. Returns the recipe, with rejected files
-    and measurements that no stage uses, and the report. Raises LayerjamError for inputs that give
-    no result.
+    These are report, calibrated brake, recipe and README. Returns the recipe, including rejected
+    files and measurements that no stage uses, and the report. Raises LayerjamError for inputs that
+    give no result.
     """
     from layerjam.report import brake_files
 
@@ -78,7 +78,7 @@ def derive(root: Path, recipe: Recipe, out: Path, tell: Progress) -> "tuple[Reci
 def describe(
     root: Path, files: Iterable[str], recipe: Recipe, details: Details, content: "BrakeReport"
 ) -> str:
-    """Text of ro-crate-metadata.json for these files of a dataset in `root`."""
+    """Return the text of ro-crate-metadata.json for these files of a dataset in `root`."""
     brake, synthetic = content.file.name, content.synthetic
     return json_text(crate.metadata(root, files, recipe, details, brake, synthetic))
 
@@ -123,9 +123,9 @@ def options_of(methods: HowTested) -> dict[str, Any]:
 
 
 def how_of(recipe: Recipe, root: Path) -> HowTested:
-    """Settings with which the files of a dataset were read and fitted.
+    """Return the settings with which the files of a dataset were read and fitted.
 
-    FileError for invalid ones.
+    Raises FileError for invalid settings.
     """
     options = dict(recipe.options)
     own_names = {f.name for f in fields(HowTested)} | {"exclude"}

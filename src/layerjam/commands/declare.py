@@ -4,7 +4,7 @@
     def force(brake: BrakeInput, *, slip: Slip, vacuum: Vacuum) -> Force: ...
 
 A parameter is annotated with a quantity's specification (`Annotated[float, QuantitySpec]`), a
-`Help`, an `Input` that is converted, or a record made by `options` that flattens into options. The
+`Help`, an `Input` that is converted, or a record of `options` whose fields become options. The
 annotation states the type that the function receives; `__init__.pyi` the types that a caller may
 give. The annotations define the checks of every call, the command line, the page's controls, the
 copied code, the reference and the JSON Schema (`commands/schema.py`).
@@ -50,16 +50,16 @@ GROUPS = {
     "bench": "Run the bench",
     "share": "Report and share",
 }
-"""Tasks, in the order of `layerjam --help`."""
+"""Groups of commands by task, in the order of `layerjam --help`."""
 
 
 @dataclass(frozen=True)
 class Help:
     """Parameter that is not a quantity: its meaning and its form on the command line.
 
-    `option` is the command line name if it differs from the parameter's. `old` are former names;
-    they stay hidden, and using one prints the new name. A `greedy` option of several values takes
-    all words up to the next option, so that a shell's pattern can follow it.
+    `option` is the command line name if it differs from the parameter's. `old` are former names,
+    which are hidden; using one prints the new name. A `greedy` option of several values takes all
+    words up to the next option, so that a shell's pattern can follow it.
     """
 
     text: str = ""
@@ -71,7 +71,7 @@ class Help:
 
 @dataclass(frozen=True)
 class PythonOnly(Help):
-    """A parameter without an option or a control; `typed` receives the command line as typed."""
+    """A parameter without an option or a control; `typed` receives the typed command line."""
 
     typed: bool = False
 
@@ -109,7 +109,7 @@ FLATTENED = "__layerjam_options__"
 
 @typing.dataclass_transform(kw_only_default=True, frozen_default=True)
 def options(cls: type[T]) -> type[T]:
-    """A frozen record of parameters that belong together; each becomes an option of a command."""
+    """Make a frozen record of parameters that belong together; each becomes an option."""
     record = explain_arguments(dataclass(frozen=True, kw_only=True)(cls))
     setattr(record, FLATTENED, True)
     return record
@@ -149,7 +149,7 @@ class Parameter:
 
     @property
     def sentence(self) -> str:
-        """Its meaning, what is allowed and an example, for the help."""
+        """Return its meaning, the allowed values and an example, for the help."""
         if self.spec is None:
             return self.help.text
         text = self.help.text or self.spec.text
@@ -159,7 +159,7 @@ class Parameter:
 
     @property
     def default_text(self) -> str:
-        """The default as typed; empty if there is none."""
+        """The default as it would be typed; empty if there is none."""
         if self.spec is not None and isinstance(self.default, float):
             return show(self.default, self.spec.unit)
         return "" if self.default in (None, ()) else str(self.default)
@@ -176,7 +176,7 @@ class Parameter:
         return "N" if self.spec.whole else "NUMBER" if self.spec.unit == "1" else "Q"
 
     def read(self, value: Any, arguments: Mapping[str, Any], notices: list[Notice]) -> Any:
-        """The value for the function: SI floats, checked."""
+        """Return the value for the function, checked and in SI units."""
         if value is None:
             if self.required or not (self.optional or self.default is None):
                 raise QuantityError.of(self.label, f"missing; {self.sentence}")
@@ -215,7 +215,7 @@ class Parameter:
 
 
 def parameter(name: str, kind: Any, default: Any, **more: Any) -> Parameter:
-    """The declaration behind one annotation."""
+    """Return the parameter that one annotation declares."""
     spec: QuantitySpec | None = None
     help_note, optional, array = Help(), False, False
     words: list[str] = []
@@ -275,7 +275,7 @@ PYTHON_ONLY = object()
 """Type of a parameter that only type checkers see; it has no option and no control."""
 
 ARRAY = object()
-"""Annotation in addition to a specification: arrays are also accepted, and broadcast."""
+"""Additional annotation of a specification: arrays are also accepted, and broadcast."""
 
 
 class Command:
@@ -319,7 +319,7 @@ class Command:
         if not isinstance(text, str):
             return text
         try:
-            return eval(text, vars(sys.modules[self.module]))  # never a user's text
+            return eval(text, vars(sys.modules[self.module]))  # the text is from this package
         except (NameError, TypeError):
             return PYTHON_ONLY
 
@@ -351,7 +351,7 @@ class Command:
 
     @functools.cached_property
     def records(self) -> dict[str, type]:
-        """{parameter: class} of the records that flatten into options."""
+        """Return {parameter: class} of the records whose fields become options."""
         kinds = {n: self._annotation(p.annotation) for n, p in self.signature.parameters.items()}
         return {n: m for n, kind in kinds.items() for m in union(kind) if hasattr(m, FLATTENED)}
 
@@ -387,10 +387,10 @@ class Command:
         return bindings
 
     def _grid(self, values: dict[str, Any]) -> "Grid | None":
-        """Return the grid of the array arguments, None if all are single numbers."""
+        """Return the grid of the array arguments; None if all are single numbers."""
         units = {p.name: p.spec.unit for p in self.parameters if p.array and p.spec is not None}
         if all(isinstance(values.get(name, 0), int | float) for name in units):
-            return None  # without loading NumPy
+            return None  # this test must not load NumPy
         from layerjam.commands.labels import align
 
         return align(values, units)
@@ -407,7 +407,7 @@ class Command:
 
 
 def precision() -> contextlib.AbstractContextManager[None]:
-    """Return a context of double precision; JAX is loaded when something is computed."""
+    """Return a context of double precision; it loads JAX only if something is computed."""
     from layerjam.mechanics.law import double_precision
 
     return double_precision()

@@ -35,7 +35,7 @@ Row = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Designed:
-    """Data behind a result: specification, search, and the best design between grid steps."""
+    """Data of a result: specification, search, and the best design between grid steps."""
 
     spec: DesignSpecification
     search: Search
@@ -44,7 +44,7 @@ class Designed:
 
 @result
 class DesignResult(Judged):
-    """The best design, the front, the runner-up and why it lost; or the reason why there is none.
+    """The best design, the front, the runner-up and why it lost, or the reason why none exists.
 
     `record` is a Designed.
     """
@@ -78,18 +78,18 @@ class DesignResult(Judged):
 
     @classmethod
     def table_units(cls) -> Mapping[str, str]:
-        """Units of a design's variables and merits."""
+        """Return the units of a design's variables and merits."""
         from layerjam.design.merit import MERITS, VARIABLES
 
         return {name: spec.unit for name, spec in {**VARIABLES, **MERITS}.items()}
 
     @property
     def has_curve(self) -> bool:
-        """Whether there is a front."""
+        """Whether there is a front to draw."""
         return self.feasible is True
 
     def draw(self) -> Figure:
-        """The front, seen from the first two objectives, with the chosen design."""
+        """Return the figure of the front over the first two objectives, with the chosen design."""
         from layerjam.report import design_figures
 
         if not self.has_curve:
@@ -97,7 +97,7 @@ class DesignResult(Judged):
         return design_figures.front(self)
 
     def lines(self) -> Iterator[str]:
-        """The design, the runner-up, constraints that exclude better ones, and margins."""
+        """Yield the design, the runner-up, constraints that exclude better designs, and margins."""
         if not self.feasible:
             return
         yield from self._choice()
@@ -175,9 +175,9 @@ def design(
     """Find the best brake for a set of requirements.
 
     Also returns the front, the runner-up and why it lost, and the constraints that exclude better
-    ones. `feasible` is False with `reason`, `killed_by` and `reachable` if no design meets the
-    constraints; contradictions that follow from bounds are found before anything is swept. `chosen`
-    is the best design of the grid, `refined` the best between its steps.
+    designs. If no design meets the constraints, `feasible` is False, with `reason`, `killed_by` and
+    `reachable`; contradictions between bounds are found before the sweep. `chosen` is the best
+    design of the grid, `refined` the best between its steps.
     """
     from layerjam.design.bounds import impossible
     from layerjam.design.search import Search
@@ -236,7 +236,7 @@ def brake_of(result: DesignResult, number: int | None = None) -> BrakeFile:
 def infeasible(
     make: Callable[..., R], search: Search, exclusion: Exclusion, sweep: SweepResult | None = None
 ) -> R:
-    """Return the result if nothing meets the specification, by bounds or by a full sweep."""
+    """Return the result if bounds or a full sweep show that no design meets the specification."""
     return make(
         name=search.spec.name,
         feasible=False,
@@ -307,7 +307,7 @@ def best(
 
 
 def _of_the_chosen(spec: DesignSpecification, file: BrakeFile) -> Iterator[Notice]:
-    """Return notices about spacers for the chosen brake, and whether its film is sold."""
+    """Return notices about the chosen brake's spacers, and about the gauges of its film."""
     from layerjam.device.gauge import notices_of_gauge
 
     keys = {notice.key for notice in spec.brake.fanning()}

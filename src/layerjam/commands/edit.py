@@ -1,4 +1,4 @@
-"""Edits of the numbers of a brake or line in the text of its file, keeping comments and sources."""
+"""Edits of numbers in the text of a brake's or line's file, keeping comments and sources."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -20,11 +20,11 @@ Fields = dict[str, tuple[QuantitySpec, bool]]
 BRAKE_FIELDS: Fields = {path: (spec, is_required) for path, spec, is_required in quantities(Brake)}
 """{dotted path: (specification, required)} of every number of a brake."""
 LINE_FIELDS: Fields = {path: (spec, is_required) for path, spec, is_required in quantities(Line)}
-"""The same for a line; a flow curve is not a number."""
+"""The same for a line; a flow curve is not included, because it is not a number."""
 BY_HAND = "set by hand"
 GEOMETRY = ("sheets", "film", "enclosure", "mount")
 OF_THE_BRAKE = ("scale_factor", "stiffness_measured", "weighed_mass", "fittings_mass")
-"""Numbers measured or fitted on one brake, which are valid for no other."""
+"""Numbers measured or fitted on one brake, which are not valid for any other."""
 
 
 @result
@@ -45,9 +45,9 @@ def edit(
     kind: str = "assumed",
     source: str = "",
 ) -> EditedFile:
-    """A brake with another name and other numbers.
+    """Return a brake with another name and other numbers.
 
-    `changes` maps a dotted path to text with a unit, an SI number, or None, which means unknown, or
+    `changes` maps a dotted path to text with a unit, an SI number or None. None means unknown, or
     the value of the material or the default. `kind` and `source` state the source of the new
     numbers; if no source is given, the previous one is kept. Raises QuantityError for a bad value
     or path, FileError for values that contradict each other.
@@ -68,7 +68,7 @@ def edit_line(
     kind: str = "assumed",
     source: str = "",
 ) -> EditedFile:
-    """A line with other numbers or parts; `changes`, `kind` and `source` as in `edit`.
+    """Return a line with other numbers or parts; `changes`, `kind` and `source` as in `edit`.
 
     `takes` maps a table to a part of the catalogue, which replaces the whole table, or to None if
     the line has no such part; parts are set before numbers. Raises UnknownNameError, QuantityError
@@ -93,7 +93,7 @@ def _set(
     kind: str,
     source: str,
 ) -> dict[str, tuple[Any, Source] | None]:
-    """{dotted path: (SI value, its source), or None} of numbers to set in a file."""
+    """Return {dotted path: (SI value, its source), or None} of the numbers to change in a file."""
     if kind not in KINDS:
         raise UnknownNameError("kind", kind, KINDS)
     entries: dict[str, tuple[Any, Source] | None] = {}

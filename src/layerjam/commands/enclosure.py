@@ -51,8 +51,8 @@ def _parameters(values: Mapping[str, float]) -> str:
 class SiliconeFit(FromFiles, Judged):
     """Means over the specimens of one silicone, and the model fitted to all their curves.
 
-    Numbers without a mean, for files of several materials, are None; `files` has each. `record` is
-    {path: (Specimen, Moduli, {model: Fit}, model)}.
+    If the files are of several materials, numbers without a mean are None; `files` has those of
+    each file. `record` is {path: (Specimen, Moduli, {model: Fit}, model)}.
     """
 
     record: "dict[str, tuple[Specimen, Moduli, dict[str, Fit], str]]"
@@ -82,7 +82,7 @@ class SiliconeFit(FromFiles, Judged):
     files: Mapping[str, Mapping[str, Any]] = fact("each specimen", listed=False)
 
     def lines(self) -> Iterator[str]:
-        """One line per file: its 100 % modulus next to that of the data sheet, and its model."""
+        """Yield one line per file: its 100 % modulus, that of the data sheet, and its model."""
         yield ""
         for path, row in self.files.items():
             text = f"{Path(path).name}: 100 % modulus {show(row['modulus_100'], 'Pa')}"
@@ -96,7 +96,7 @@ class SiliconeFit(FromFiles, Judged):
             yield f"{text}; {row['model']}"
 
     def draw(self) -> "Figure":
-        """Stress over strain of every specimen with its model."""
+        """Return the figure of stress over strain of every specimen with its model."""
         from layerjam.report import measurement_figures as figures
         from layerjam.report.style import of_synthetic
 

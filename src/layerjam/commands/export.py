@@ -18,7 +18,7 @@ Strict = Annotated[bool, Help("Write nothing if the brake could snap on its stif
 
 
 def in_words(parameters: Mapping[str, float]) -> str:
-    """The eight numbers with their units, for people."""
+    """Return the eight numbers with their units as text."""
     from layerjam.kernel.parameters import UNITS
 
     return ", ".join(f"{key} {show(value, UNITS[key])}" for key, value in parameters.items())
@@ -45,7 +45,7 @@ class ExportedNumbers(Result, Export):
 
     @classmethod
     def table_units(cls) -> Mapping[str, str]:
-        """{parameter: SI unit}."""
+        """Return {parameter: SI unit}."""
         from layerjam.kernel.parameters import UNITS
 
         return UNITS
@@ -314,7 +314,7 @@ class _CompiledPlugin:
 
 
 def _library() -> tuple[_CompiledPlugin, str]:
-    """The compiled plugin and MuJoCo's version."""
+    """Return the compiled plugin and the version of MuJoCo."""
     from layerjam.interop.plugin import import_mujoco, plugin
 
     try:

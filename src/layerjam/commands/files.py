@@ -35,7 +35,7 @@ SpecimenReaders = Sequence[tuple[str, Callable[[], T] | None]]
 CURVE, PICTURE = 10_000, 2_000
 """Number of samples kept of a pull, and of a record that is only drawn, after it has been read, so
 that a gigabyte of files need not fit into memory. They are means over neighbours; maxima, slopes
-and noise are taken from all samples before.
+and noise are computed from all samples beforehand.
 """
 
 
@@ -55,9 +55,9 @@ def read_each(
     progress: Progress | None = None,
     left_out: Mapping[str, Collection[str]] | None = None,
 ) -> tuple[list[T], dict[str, str]]:
-    """Return `use` of every usable trace and file, and {file: reason} of the others.
+    """Return `use` of every usable trace and file, and {file: reason} of the rejected ones.
 
-    The results of `use` are kept, so they should not contain a long record. `left_out` names
+    The results of `use` stay in memory, so they should not contain a long record. `left_out` names
     specimens of files that are left out. A record that was exported twice is counted once; the
     second file is rejected.
     """
@@ -102,9 +102,9 @@ def use_each(
 ) -> tuple[list[T], dict[str, str]]:
     """Return the results of each specimen of each source, and {source: reason} of those refused.
 
-    `open_source` yields the specimens of a source with a function that reads each, None for one
-    left out. If none can be used, the reason of the first is raised. Ctrl-C continues with the
-    results so far; the other sources count as rejected.
+    `open_source` yields the specimens of a source with a function that reads each, or None if it is
+    left out. If no source can be used, the error of the first is raised. After Ctrl-C the results
+    so far are returned; the other sources count as rejected.
     """
     results: list[T] = []
     refusals: dict[str, str] = {}
@@ -179,7 +179,7 @@ def _digest(source: Measured) -> str:
 
 
 def _reason(error: LayerjamError, path: str) -> str:
-    """Return only the reason if the error concerns that file, otherwise the whole sentence."""
+    """Return only the reason if the error concerns that file, otherwise the full message."""
     if not isinstance(error, FileError | FitError) or error.path != path:
         return str(error)
     line = f"line {error.line}: " if isinstance(error, FileError) and error.line else ""

@@ -35,12 +35,12 @@ SLIP_COLUMN = Want("slip", "m", r"\b(slip|travel|weg|x|s)\b", ("mm", "m"), optio
 HELD_AT = 0.6
 """Share of the atmosphere at which leak and valve are linearised."""
 FREQUENCIES = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
-"""Frequencies tried [Hz]; those with fewer than twenty samples per period are skipped."""
+"""Frequencies that are tried [Hz]; those with fewer than twenty samples per period are skipped."""
 
 
 @options
 class ScheduledSettings(RegulatorSettings):
-    """The same; the gain follows the vacuum unless another law is chosen."""
+    """Settings of the regulator; its gain follows the vacuum unless another law is chosen."""
 
     kind: Annotated[Literal["bang-bang", "pi", "scheduled"], Help("The control law.")] = "scheduled"
 
@@ -87,7 +87,7 @@ class FollowedForce(Result):
             yield from ("", *(f"cannot: {reason}" for reason in self.reasons))
 
     def draw(self) -> "Figure":
-        """Target and true force over time, the vacuum, and the frequency response."""
+        """Return the figure of target and true force over time, vacuum, and frequency response."""
         from layerjam.report import control_figures
 
         return control_figures.following(*self.record)
@@ -174,7 +174,7 @@ def _rows(bode: "Bode") -> list[dict[str, float]]:
 
 
 def _read_profile(profile: str, dt: float, swing: Swing) -> tuple[Any, Any]:
-    """Wanted force [N] and slip [m] at the samples."""
+    """Return the target force [N] and the slip [m] at the samples."""
     from layerjam.control.follow import rehabilitation
 
     missing = [name for name, value in vars(swing).items() if value is None]
@@ -197,7 +197,7 @@ def _read_profile(profile: str, dt: float, swing: Swing) -> tuple[Any, Any]:
 
 
 def _from_file(path: str | Path, dt: float) -> tuple[Any, Any]:
-    """The same from a file with time, force and slip, joined by straight lines."""
+    """Return the same from a file with time, force and slip, interpolated linearly."""
     log = read_log(path, (TIME, FORCE_COLUMN, SLIP_COLUMN))
     if "slip" not in log:
         raise FileError(path, "has no slip column, on which the force depends")

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 DISPLACEMENT = QuantitySpec("m", "displacement of the sled", hi=10)
 ALIKE = 1.5
-"""Ratio of pressures up to which no notice is given."""
+"""Largest ratio of pressures without a notice."""
 
 
 @options
@@ -59,7 +59,7 @@ class FrictionTest:
     ] = False
 
     def window(self, rule: Standard) -> tuple[float, float] | None:
-        """Window of the kinetic mean [m]; the standard sets an open end; None if not given."""
+        """Return the window of the kinetic mean [m], open ends from the standard, or None."""
         if self.start is None and self.end is None:
             return None
         low, high = (
@@ -89,7 +89,7 @@ class Friction(FromFiles, Judged):
     repeats_table: Sequence[Mapping[str, Any]] = fact("each repeat", listed=False)
 
     def lines(self) -> Iterator[str]:
-        """Intervals of the means, the stick–slip, and one line a repeat."""
+        """Yield intervals of the means, the stick–slip, and one line per repeat."""
         yield ""
         for name, interval in self.intervals.items():
             if interval is not None and interval["low"] is not None:
@@ -110,7 +110,7 @@ class Friction(FromFiles, Judged):
             yield f"  {Path(row['file']).name}: {row['static']:.4f}, {kinetic}, {start} to {end}"
 
     def draw(self) -> Figure:
-        """Friction coefficient over displacement of every repeat."""
+        """Return the figure of the friction coefficient over the displacement of every repeat."""
         from layerjam.report import figures
 
         return figures.friction(*self.record)
@@ -134,14 +134,14 @@ def friction(
     progress: Progress | None = None,
     overwrite: Overwrite = False,
 ) -> Friction:
-    """Static and kinetic friction from friction tests: as the paper, ASTM D1894 or ISO 8295 has it.
+    """Static and kinetic friction from friction tests, as in the paper, ASTM D1894 or ISO 8295.
 
     `files` are paths or traces, several or one. `normal_force` may come from the files' sidecars,
     or from the 200 g of the two standards; `start` and `end` bound the displacement of the kinetic
     mean, counted from the record's first sample; `area` is that under the sled, for the pressure of
-    the test. If a record sticks and slips, kinetic is None; `accept_stick_slip` uses the middle of
-    the stick–slip. With `brake` and `out` the result is written into a copy of the brake's file. If
-    a check fails, nothing is written; `accept` accepts failed checks by name, {check: reason}.
+    the test. If a record shows stick–slip, `kinetic` is None; `accept_stick_slip` uses the middle
+    of the stick–slip. With `brake` and `out` the result is written into a copy of the brake's file.
+    If a check fails, nothing is written; `accept` accepts failed checks by name, {check: reason}.
     """
     from layerjam.identify.friction.reduction import GRAVITY, pool, reduce_repeat, with_friction
     from layerjam.identify.friction.standards import find_standard
@@ -217,7 +217,7 @@ def _film_range(traces: Sequence[Trace], brake: BrakeFile | None) -> tuple[float
 def _odd_loads(
     traces: Sequence[Trace], load: float, assumed: bool, rule: Standard
 ) -> Iterator[Notice]:
-    """Notices about normal forces that sidecars contradict, or that are not stated."""
+    """Yield notices about normal forces that sidecars contradict, or that are not stated."""
     for trace in traces:
         own_load = trace.facts.normal_force
         if own_load is not None and abs(own_load - load) > 1e-3 * load:

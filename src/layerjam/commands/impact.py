@@ -90,10 +90,10 @@ class Stop(Reading, Heating):
     slip_at_end: float | None = number("m", "slip when `duration` is over", default=None)
     outcome_at_end: str | None = fact("outcome of the time after it", default=None)
     crash: Crash | None = None
-    """Crash after the end of the travel, or None if it is unknown."""
+    """Outcome of a crash at the end of the travel, or None if it is unknown."""
 
     def rows(self) -> list[tuple[str, str]]:
-        """Without values that were only assumed, and without an ideal sensor."""
+        """Return the rows without values that were only assumed, and without an ideal sensor."""
         left_out: tuple[str, ...] = ASSUMED if self.feasible else ()
         if (self.accelerometer, self.filter, self.measured_rate) == ("ideal", "none", None):
             left_out += IDLE_SENSOR
@@ -101,7 +101,7 @@ class Stop(Reading, Heating):
         return [(name, text) for name, text in super().rows() if name not in names]
 
     def panes(self) -> Sequence[Pane]:
-        """Force, speed and slip over time; without a brake, force over time and displacement."""
+        """Return force, speed and slip over time, or the rope's force if there is no brake."""
         from layerjam.report import impact_figures
 
         if isinstance(self.record, BareDrop):
@@ -111,7 +111,7 @@ class Stop(Reading, Heating):
         return impact_figures.drop(self.record, self.crash)
 
     def quiet_curves(self) -> Sequence[Curve]:
-        """For a drop without a brake: only force over time."""
+        """Return the main curves; for a drop without a brake, only force over time."""
         return super().quiet_curves()[: 1 if isinstance(self.record, BareDrop) else None]
 
 
@@ -160,7 +160,7 @@ def drop(
     (absolute, gauge or vacuum) if its column does not state it; `columns` and `decimal` are as for
     every log. The share `vacuum_share` of the gauge's reading presses the sheets. With `leak_time`
     the line is shut off `held` before the rope is taut, and the vacuum leaks away. A mass that has
-    not stopped when `duration` is over has the outcome FINISHED and no `stopping_time`; one that
+    not stopped when `duration` is over has the outcome FINISHED and no `stopping_time`. A mass that
     creeps to rest on an overdamped rope has no `stopping_time` either.
     """
     site = brake.brake.site
@@ -201,7 +201,7 @@ def not_tuned(tuning: TunedVacuum, speed: float | None = None) -> Stop:
 
 
 def _not_tuned_for(damping: bool, leak: bool, stop: Stop, travel: float) -> Stop:
-    """Return the stop with a notice of the effects that its tuned vacuum ignores."""
+    """Return the stop with a notice of the effects that its tuned vacuum neglects."""
     for is_there, key, words in (
         (damping, "damping", "for a rope without damping"),
         (leak, "leak", "without the leak"),
@@ -245,7 +245,7 @@ def _check(
 
 
 def _check_leak(values: tuple[Any, Any, Any], history: Any, no_brake: bool) -> None:
-    """Check that share, leak time and held are given only with a brake and one vacuum."""
+    """Check that share, leak time and `held` are given only with a brake and one vacuum."""
     values_by_name = dict(zip(("vacuum share", "leak time", "held"), values, strict=True))
     for name, value in values_by_name.items():
         if value is not None and no_brake:
@@ -311,7 +311,7 @@ def _with_brake(
         end_speed=end.end_speed,
         dissipated_energy=end.heat,
         stopping_time=None if end.outcome is Outcome.FINISHED else end.time,
-        # friction that grows with speed is stable on any spring
+        # if friction grows with speed, sliding is stable on any spring
         least_stiffness=None
         if follows_speed(brake.brake)
         else float(least_stiffness(record.vacuum, brake.brake)),
@@ -344,7 +344,7 @@ def _crash(record: DropRecord, g: float) -> tuple[Crash | None, dict[str, Any], 
 
 
 def _peaks(force: float, mass: float, gravity: float, g: float) -> dict[str, Any]:
-    """Return a peak force [N] and its decelerations of a mass [kg]; `gravity` is along the pull."""
+    """Return a peak force [N] and decelerations of a mass [kg]; `gravity` is along the pull."""
     return {
         "peak_force": force,
         "peak_deceleration": force / mass - gravity,
@@ -398,9 +398,9 @@ def observed(
     warmth: Warmth | None = None,
     accept: Mapping[str, str] | None = None,
 ) -> Stop:
-    """Return the same stop with the reading of another accelerometer and another allowed rise.
+    """Return the same stop with another accelerometer's reading and another allowed rise.
 
-    Return the stop with the temperature rise of the sheets; an impossible stop is unchanged.
+    The result includes the temperature rise of the sheets; an impossible stop is unchanged.
     """
     if not stop.feasible or stop.record is None:
         return stop
@@ -419,8 +419,7 @@ def observed(
         )
     record = stop.record
     if stop.outcome_at_end:
-        # the force after the end of travel depends on the outcome of the record, not on that of the
-        # stop
+        # the force after the end of travel depends on the record's outcome, not on that of the stop
         record = replace(record, outcome=Outcome(stop.outcome_at_end))
     signal = reading(record, sensing, accept=accept)
     warm = heating(float(stop.dissipated_energy or 0.0), stop.record.brake, warmth)

@@ -27,7 +27,7 @@ HEAD = re.compile(
 
 @dataclass(frozen=True)
 class Entry:
-    """Entry of a command in the list of commands."""
+    """Entry of one command in the list of commands."""
 
     name: str
     python_name: str
@@ -39,14 +39,14 @@ class Entry:
     old: tuple[str, ...]
 
     def load(self) -> Command:
-        """The declaration; imports its module."""
+        """Return the declaration, after importing its module."""
         if self.module:
             importlib.import_module(self.module)
         return REGISTRY[self.name]
 
 
 def _in_source(path: Path) -> Iterator[Entry]:
-    """Entries of a file; raises RuntimeError for a command whose head is not understood."""
+    """Return the entries of a file; RuntimeError if the head of a command cannot be parsed."""
     text = path.read_text(encoding="utf-8")
     heads, count = HEAD.findall(text), len(DECORATOR.findall(text))
     if len(heads) != count:
@@ -80,7 +80,7 @@ def _source_entries() -> tuple[Entry, ...]:
 
 
 def commands() -> dict[str, Entry]:
-    """{name: Entry} of every command, by group and then by place."""
+    """Return {name: Entry} of every command, sorted by group and then by place."""
     entries = {entry.name: entry for entry in _source_entries()}
     for name, c in REGISTRY.items():
         if name not in entries:
@@ -93,7 +93,7 @@ def commands() -> dict[str, Entry]:
 
 
 def find(name: str) -> Entry | None:
-    """Return the command of a name, as typed or as in Python; former names work too."""
+    """Return the command with a name, as typed or as in Python; former names work too."""
     typed_name = name.replace("_", "-")
     return next(
         (e for e in commands().values() if typed_name in (e.name, *e.old) or name == e.python_name),
@@ -102,14 +102,14 @@ def find(name: str) -> Entry | None:
 
 
 def family(word: str) -> tuple[str, ...]:
-    """Names of the commands of two words whose first is `word`."""
+    """Return the names of the two-word commands that start with `word`."""
     return tuple(name for name in commands() if name.startswith(f"{word} "))
 
 
 def load(name: str) -> Command:
     """Return the declaration of the command that `find` returns.
 
-    UnknownNameError if there is none.
+    Raises UnknownNameError if there is none.
     """
     entry = find(name)
     if entry is None:

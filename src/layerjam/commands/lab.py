@@ -1,4 +1,4 @@
-"""`lab`: practice files of a whole campaign, from stated true values and a machine with faults."""
+"""`lab`: practice files of a whole campaign, from known true values and a machine with faults."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -54,11 +54,11 @@ class PracticeFiles(Result):
         yield from ("", "try:", *(f"  {line}" for line in self.next or ()))
 
     def table(self, width: int = 80) -> str:
-        """The example itself, or the table."""
+        """Return the example itself, or the table."""
         return self.text.rstrip("\n") or super().table(width)
 
     def json(self) -> str:
-        """The contract's JSON; for an example its text."""
+        """Return the JSON of the contract; for an example, its text."""
         if not self.text:
             return super().json()
         return json.dumps({"example": self.text, "units": {}, "warnings": []}, indent=2)
@@ -66,13 +66,13 @@ class PracticeFiles(Result):
 
 @takes_force
 def lab_example(out: str | Path | None = None, *, overwrite: bool = False) -> str:
-    """The built-in campaign as commented TOML to edit; written to the file `out` if it is given.
+    """Write the built-in campaign as commented TOML to edit, into the file `out` if it is given.
 
     Raises FileError if that exists and `overwrite` is not set.
     """
     from layerjam.campaigns.text import example, spec_text
 
-    # plain ASCII, because `>` in Windows shells garbles other letters
+    # replace µ, because Windows shells garble it after `>`
     text = spec_text(example()).replace("µ", "u")
     if out is not None:
         if Path(out).suffix != ".toml":
@@ -107,8 +107,9 @@ def lab(
 
     The files of a campaign and the true values are written into the folder `out`. `spec` is the
     path of a TOML file, a Spec, or "practice", which is built in; `seed` replaces the seed in it.
-    Every file says that it is synthetic. Stopped by the keyboard, the files written are whole and
-    the result says so. Raises FileError if `out` is not empty and `overwrite` is not set.
+    Every file states that it is synthetic. After an interrupt from the keyboard all written files
+    are complete, and the result reports the interrupt. Raises FileError if `out` is not empty and
+    `overwrite` is not set.
     """
     from layerjam.campaigns.campaign import campaign
     from layerjam.campaigns.campaign_files import commands, write_campaign

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from layerjam.report.chart import Pane
 
 ROWS = 12
-"""Most rows of an array result that are printed."""
+"""Largest number of rows of an array result that are printed."""
 MOST_CURVES = 24
-"""Most curves of an array result that one figure shows."""
+"""Largest number of curves of an array result in one figure."""
 MOST_ELEMENTS = 10_000_000
-"""Largest number of combinations of array arguments in one call; more would not fit into memory."""
+"""Largest number of combinations of array arguments in one call, limited by memory."""
 
 
 Coordinate = tuple[tuple[str, ...], Any, Mapping[str, Any]]
@@ -45,7 +45,7 @@ class Grid:
     labelled: bool = False
 
     def label(self, values: Mapping[str, Any], units: Mapping[str, str]) -> dict[str, Any]:
-        """Return those of some values that have the shape of the grid, as labelled arrays."""
+        """Return the values that have the grid's shape, as labelled arrays."""
         import xarray
 
         return {
@@ -61,7 +61,7 @@ class Grid:
         }
 
     def to_frame(self, values: Mapping[str, Any]) -> "pandas.DataFrame":
-        """Return one row for each element: inputs first, then the numbers that were computed."""
+        """Return one row for each element: first the inputs, then the computed numbers."""
         import pandas
 
         columns = {
@@ -105,7 +105,7 @@ class Grid:
             yield "  ".join(f"{cell:>{width}}" for cell, width in zip(row, wide, strict=True))
 
     def panes(self, name: str, value: Any, unit: str) -> "list[Pane]":
-        """Return a number over the first dimension, one curve for each case of the others."""
+        """Return a number over the first dimension, with one curve for each case of the others."""
         from layerjam.report.chart import Curve, Pane
         from layerjam.report.style import CYCLE
 
@@ -142,7 +142,7 @@ class Grid:
 
 
 def sizes(value: np.ndarray, shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the sizes of an array along the axes of the shape that it broadcasts to."""
+    """Return the sizes of an array along the axes of the shape to which it broadcasts."""
     return (1,) * (len(shape) - value.ndim) + value.shape
 
 
@@ -153,11 +153,11 @@ def usual_factor(si: str) -> float:
 
 
 def align(arguments: dict[str, Any], units: Mapping[str, str]) -> Grid | None:
-    """Return the grid that those arguments span that have units, None if all are single numbers.
+    """Return the grid of the arguments that have units; None if all are single numbers.
 
     Labelled arrays among the arguments are replaced by plain ones of the grid's shape. They
-    broadcast by the names of their dimensions, others by NumPy's rules. Raises
-    QuantityError for arrays that do not fit each other, or of which only some are labelled.
+    broadcast by the names of their dimensions, others by NumPy's rules. Raises QuantityError if
+    arrays do not fit each other, or if only some of them are labelled.
     """
     values = {n: arguments[n] for n in units if arguments.get(n) is not None}
     arrays = {name: value for name, value in values.items() if np.ndim(value)}

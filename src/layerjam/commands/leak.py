@@ -62,14 +62,14 @@ class LeakFound(Judged):
     understood: Sequence[str] = fact("how the file was read", listed=False)
 
     def lines(self) -> Iterator[str]:
-        """One line a law."""
+        """Yield one line per law."""
         yield ""
         for name, fit in self.models.items():
             constant = f"{fit['time_constant']:.4g} s" if fit["time_constant"] else "none"
             yield f"{name}: time constant {constant}, RMSE {fit['rmse']:.3g} Pa"
 
     def draw(self) -> Figure:
-        """Pressure over time with the laws."""
+        """Return the figure of pressure over time with the laws."""
         from layerjam.report import measurement_figures
         from layerjam.report.style import of_synthetic
 

@@ -16,7 +16,7 @@ from layerjam.measure.trace import Trace
 
 Name = TypeVar("Name", str, tuple[str, str])
 SEPARATOR = ", specimen "
-"""Between a file and its specimen."""
+"""Text between a file and its specimen."""
 Specimens = Mapping[str, Collection[str]]
 """{file: its excluded specimens}."""
 
@@ -61,12 +61,12 @@ class LeftOut:
     def split_excluded(
         self, files: Sequence[Measured] | Measured, options: ReadingOptions
     ) -> tuple[list[Measured], Specimens, list[dict[str, Any]]]:
-        """Return the other files, specimens left out of these, and a list of everything left out.
+        """Return the remaining files, their excluded specimens, and a list of everything excluded.
 
         The list gives `file` (with its specimen), `because` and `sha256`. A file is named by its
-        path, or by its name if it is unique. Raises QuantityError for a name that matches no file,
-        a specimen that the file does not contain, or if nothing is left; FileError if a specimen is
-        named in a file that cannot be read.
+        path, or by its name if that is unique. Raises QuantityError if a name matches no file, if
+        the file does not contain the specimen, or if nothing is left. Raises FileError if a file
+        with a named specimen cannot be read.
         """
         sources, meanings = several(files), self._reasons_of(several(files))
         by_name = {_name_of(f): f for f in sources}
@@ -89,7 +89,7 @@ class LeftOut:
         return sources_left, labels_of, out
 
     def among(self, *groups: Sequence[Measured]) -> "Iterator[LeftOut]":
-        """Return the same for several groups of files; each name must be in one of them."""
+        """Return the same for several groups of files; each name must occur in one of them."""
         meanings = self._reasons_of([*{_name_of(f): f for group in groups for f in group}.values()])
         for group in groups:
             paths = {_name_of(f) for f in group}
@@ -100,7 +100,7 @@ class LeftOut:
             )
 
     def _reasons_of(self, files: Sequence[Measured]) -> dict[tuple[str, str], str]:
-        """{(path, specimen or "" for the whole file): why}."""
+        """Return {(path, specimen or "" for the whole file): reason}."""
         return _unique((_source_of(name, files), reason) for name, reason in self.reasons().items())
 
 
@@ -153,7 +153,7 @@ def _source_of(name: str, files: Sequence[Measured]) -> tuple[str, str]:
 
 
 def _path(name: str, files: Sequence[Measured]) -> str | None:
-    """Return the file with that path or unique name; None if there is none."""
+    """Return the file with that path or unique name; None if it does not exist."""
     same = [f for f in files if _name_of(f) == name]
     same = same or [f for f in files if Path(_name_of(f)).name == name]
     if len(same) > 1:

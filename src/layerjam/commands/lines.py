@@ -18,7 +18,7 @@ ONLY_COMPLIANCE = Notice(
 
 
 def line_file(line: AnyLine, atmosphere: float | str | None = None) -> LineFile:
-    """The line with its name and sources, at the site's atmosphere if one is given.
+    """Return the line with its name and sources, at the given atmosphere if there is one.
 
     A record created in Python is checked like a file. Raises UnknownNameError, FileError or
     QuantityError.

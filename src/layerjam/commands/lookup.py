@@ -12,7 +12,7 @@ class _PrefixedRecords:
 
 
 def add_prefix(prefix: str, *records: object) -> object:
-    """Records for `Result.of` whose field `slip` is the key `tuned_slip`, with "tuned_"."""
+    """Return records whose fields get a prefix: with "tuned_", `slip` is the key `tuned_slip`."""
     return _PrefixedRecords(prefix, records)
 
 

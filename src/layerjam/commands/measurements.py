@@ -15,7 +15,7 @@ from layerjam.units import QuantitySpec, show
 
 SPEED = QuantitySpec("m/s", "speed of the crosshead", open_lo=True)
 SAME_SHARE = 0.03
-"""Relative tolerance between a reserved vacuum or speed and the one given."""
+"""Relative tolerance between a reserved vacuum or speed and the measured one."""
 Paths = Sequence[Measured] | Measured
 
 
@@ -46,7 +46,7 @@ class Measurements:
     def split_pulls(
         self, reading: FileOptions, tell: Progress
     ) -> tuple[Sequence[Measured], Sequence[Measured]]:
-        """Which pulls to calibrate on, and which to validate on."""
+        """Return the pulls for calibration, and those for validation."""
         pulls, others = several(self.pulls), several(self.validate)
         choice = several(self.calibrate_on)
         holdout = [self.holdout] if isinstance(self.holdout, str) else list(self.holdout)
@@ -88,7 +88,7 @@ def _held_back(
         try:
             trace = source if isinstance(source, Trace) else read_trace(source, reading)
         except LayerjamError:
-            kept_pulls.append(source)  # rejected later, with a reason, where it is used
+            kept_pulls.append(source)  # it is rejected later, with a reason, when it is used
             continue
         facts = asdict(replace(trace.facts, speed=speed_of(trace)))
         if facts["vacuum"] is not None:

@@ -21,9 +21,9 @@ UNITS = {
 class PartList(Result):
     """Parts of the catalogue; `record` contains them as Part.
 
-    Each is a mapping: `name` (what a line's file calls it), `title`, `kind`, `numbers` (fields of
-    the line, assumed ones among them), `printed` (other published data), `sources` (a sentence for
-    each), `missing` (the number that a line needs in addition, or None) and `note`.
+    Each is a mapping: `name` (as in a line's file), `title`, `kind`, `numbers` (fields of the line,
+    including assumed ones), `printed` (other published data), `sources` (a sentence for each),
+    `missing` (the number that a line needs in addition, or None) and `note`.
     """
 
     record: list[Part]
@@ -34,12 +34,12 @@ class PartList(Result):
 
     @property
     def units(self) -> dict[str, str]:
-        """{key: SI unit} of every number of these parts."""
+        """Return {key: SI unit} of every number of these parts."""
         used = {key for part in self.record for key in (*part.values, *part.printed)}
         return {key: unit for key, unit in UNITS.items() if key in used}
 
     def lines(self) -> Iterator[str]:
-        """A line or two for each part; one part alone with all its sources."""
+        """Yield a line or two for each part; a single part is listed with all its sources."""
         if self.full:
             for part in self.record:
                 yield from _number_lines(part)
@@ -95,7 +95,7 @@ def _part_row(part: Part) -> dict[str, Any]:
 
 
 def _summary_lines(part: Part) -> Iterator[str]:
-    """Name, known values and assumptions of a part."""
+    """Yield name, known values and assumptions of a part."""
     yield f"  {part.name}: {part.title}"
     numbers, assumed_numbers = _numbers(part, False), _numbers(part, True)
     missing_number = [] if part.missing is None else [f"{part.missing} not published"]
@@ -121,7 +121,7 @@ def _numbers(part: Part, guessed: bool) -> list[str]:
 
 
 def _number_lines(part: Part) -> Iterator[str]:
-    """Every number with its source."""
+    """Yield every number with its source."""
     yield f"{part.title} ({part.name}, {part.kind})"
     for key, value in {**part.values, **part.printed}.items():
         yield f"  {key.replace('_', ' ')}: {_number(key, value)}"

@@ -1,4 +1,4 @@
-"""`plan`: whether the vacuum is reached before a collision, and what to build if not."""
+"""`plan`: whether the vacuum is reached before a collision, and the changes needed if not."""
 
 from __future__ import annotations
 
@@ -58,11 +58,12 @@ class CollisionPlan(Judged):
 
     `record` is the Plan.
 
-    No prefix: with all the vacuum that is reached in time. `tuned_`: the vacuum that just stops the
-    estimate within the travel, capped by it. `full_` and `tuned_` are probabilities for log-normal
-    mass and speed: `_beyond` of needing more slip than the travel, `_out` of more than the brake
-    has. `expected_g` covers the stops that succeed. `_needed` are sufficient sizes, each changed
-    alone. None if no size is sufficient or none is needed, with the reason next to it.
+    Keys without a prefix use all the vacuum that is reached in time. Those with `tuned_` use the
+    vacuum that just stops the estimate within the travel, limited to that reached in time. `full_`
+    and `tuned_` are probabilities for log-normal mass and speed: `_beyond` of needing more slip
+    than the travel, `_out` of needing more than the brake has. `expected_g` covers the stops that
+    succeed. `_needed` are sufficient sizes if each is changed alone. They are None, with a reason,
+    if no size is sufficient or needed.
     """
 
     record: Plan
@@ -143,7 +144,7 @@ class CollisionPlan(Judged):
     certain: bool = False
 
     def rows(self) -> list[tuple[str, str]]:
-        """Omits probabilities if nothing is uncertain, and reasons if nothing is missing."""
+        """Return the rows without probabilities of certain values and without empty reasons."""
         left_out = set()
         if self.needed is None or self.feasible:
             left_out |= {f.name for f in self.keys() if f.name.endswith("_needed_reason")}
@@ -160,7 +161,7 @@ class CollisionPlan(Judged):
         """Return the text of a quantity that must not be rounded down; None for any other."""
         key = name.replace(" ", "_")
         if key not in LEAST_SIZES or (key == "tuned_vacuum" and self.tuned_capped):
-            return None  # if capped, it is the vacuum that is reached
+            return None  # a capped value is the vacuum that is reached
         limit = math.inf
         if key == "standing_needed":
             limit = self.reachable
@@ -169,7 +170,7 @@ class CollisionPlan(Judged):
         return show_at_least(getattr(self, key), self.units[key], limit)
 
     def draw(self) -> Figure:
-        """The vacuum during the warning, the stops, and the chances."""
+        """Return the figure of the vacuum during the warning, the stops, and the probabilities."""
         from layerjam.report import control_figures
 
         return control_figures.plan_figure(self.record)
@@ -179,7 +180,7 @@ LEAST_SIZES = {
     *("needed", "tuned_vacuum", "warning_needed", "reservoir_needed", "conductance_needed"),
     *("standing_needed", "cv_needed"),
 }
-"""Least values: rounded down they would not do."""
+"""Keys that are minimum values and must therefore not be rounded down."""
 SPREAD = ("expected_g", "g_95", "beyond", "out")
 _UNCERTAIN = {f"{mode}_{key}" for mode in ("full", "tuned") for key in SPREAD} | {
     *("expected_g_error", "chance_error", "samples", "seed")
@@ -267,7 +268,7 @@ def plan(
 
 
 def _stops(plan: Plan) -> tuple[Any, ...]:
-    """Both stops, and the iteration of each with the line."""
+    """Return both stops, and the iteration of each with the line."""
     full, tuned_coupling = plan.full.coupled, plan.tuned.coupled
     later_stop = add_prefix(
         "tuned_", plan.tuned, tuned_coupling, add_prefix("coupling_", tuned_coupling)
@@ -276,7 +277,7 @@ def _stops(plan: Plan) -> tuple[Any, ...]:
 
 
 def _leaking(line: LineFile, leak_time: Any, water: bool) -> LineFile:
-    """The line with a leak of the chamber that empties it with this time constant [s]."""
+    """Return the line with a chamber leak that empties it with this time constant [s]."""
     if leak_time is None:
         return line
     if water:
@@ -292,7 +293,7 @@ def _leaking(line: LineFile, leak_time: Any, water: bool) -> LineFile:
 
 
 def _reservoir_pressure(vacuum: float, line: Line) -> float:
-    """Absolute pressure of the reservoir [Pa]."""
+    """Return the absolute pressure of the reservoir [Pa]."""
     if line.reservoir is None:
         raise QuantityError.of("stored", "the line has no reservoir; omit this option")
     vacuum_within(vacuum, line, "stored")
@@ -332,7 +333,7 @@ def _check(case: Arrival, line: LineFile, brake: BrakeFile, water: bool) -> floa
 
 
 def _reason(plan: Plan) -> str:
-    """Why the estimate does not stop within the travel."""
+    """Return why the estimate does not stop within the travel."""
     case = plan.case
     if plan.needed is None:
         numbers = {k: getattr(case, k) for k in ("mass", "speed", "travel", "rope_stiffness")}
@@ -352,7 +353,7 @@ def _reason(plan: Plan) -> str:
 
 
 def _build(plan: Plan) -> Build | None:
-    """Return changes to build if too little vacuum comes in time and more would do."""
+    """Return possible changes if the vacuum reached in time is too low and more suffices."""
     from layerjam.control.plan_build import what_to_build
 
     stops = plan.full.stops_within(plan.case.travel)
@@ -362,7 +363,7 @@ def _build(plan: Plan) -> Build | None:
 
 
 def _spreads(plan: Plan, samples: int, seed: int) -> tuple[Spread, Spread]:
-    """Return the uncertain collision at all the vacuum in time, and at the tuned one."""
+    """Return the uncertain collision at the full vacuum reached in time, and at the tuned one."""
     from layerjam.control.plan_spread import spread
 
     full = spread(plan.reached, plan.brake.brake, plan.case, samples, seed)
@@ -372,7 +373,7 @@ def _spreads(plan: Plan, samples: int, seed: int) -> tuple[Spread, Spread]:
 
 
 def _chances(full: Spread, later: Spread) -> dict[str, float]:
-    """Expected peaks and chances of both, and the greater of their errors."""
+    """Return expected peaks and probabilities of both, and the greater of their errors."""
     out: dict[str, float] = {
         "samples": full.tried,
         "expected_g_error": max(full.peak_g_error, later.peak_g_error),
@@ -385,7 +386,7 @@ def _chances(full: Spread, later: Spread) -> dict[str, float]:
 
 
 def _sizes(plan: Plan, build: Build | None) -> dict[str, Any]:
-    """Return sizes that would do, or a reason for each; one reason for all without a build."""
+    """Return sufficient sizes, or a reason for each; one reason for all if `build` is None."""
     from layerjam.control.plan_build import Size, valve_cv
     from layerjam.mechanics.pull import brake_force
 
@@ -408,7 +409,7 @@ def _sizes(plan: Plan, build: Build | None) -> dict[str, Any]:
 
 
 def _waiting(head: str, vacuum: float, standby: Standby) -> dict[str, float | None]:
-    """Return the power to hold an idle vacuum [Pa] in air."""
+    """Return the power to hold a vacuum [Pa] in air while waiting."""
     from layerjam.fluid.energy import holding
 
     if standby.water:
@@ -418,7 +419,7 @@ def _waiting(head: str, vacuum: float, standby: Standby) -> dict[str, float | No
 
 
 def _cost(plan: Plan) -> dict[str, Any]:
-    """Heat of the stop, work of this jam and power of waiting."""
+    """Return the heat of the stop, the work of this jam and the power of waiting."""
     from layerjam.fluid import energy
     from layerjam.fluid.network import RESERVOIR
 

@@ -1,4 +1,4 @@
-"""Notices of `plan`: assumptions and effects left out."""
+"""Notices of `plan`: assumptions and neglected effects."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def plan_notices(plan: "Plan", build: "Build | None") -> Iterator[Notice]:
-    """Return the assumptions of a plan, and effects that it leaves out."""
+    """Return the assumptions of a plan and the effects that it neglects."""
     from layerjam.control.plan_spread import SHIFTS
     from layerjam.fluid.closed_forms import lowest
     from layerjam.simulate.coupled import MATTERS

@@ -46,7 +46,7 @@ RESTS_ON = {
     ),
     "peak_vacuum": (*FRICTION, *ENCLOSURE),
 }
-"""Numbers of a brake's file behind each measured key of `show`."""
+"""{measured key of `show`: numbers of a brake's file on which it depends}."""
 
 
 @result
@@ -76,9 +76,9 @@ def new(
 ) -> NewBrake:
     """Write a commented brake file to edit, starting from another brake.
 
-    Raises FileError if `out` exists and `overwrite` is not set, or the name will not do.
+    Raises FileError if `out` exists and `overwrite` is not set, or if the name is not allowed.
     """
-    # the title names the original brake; the owner chooses the name of the new one
+    # the title names the original brake; the user chooses the name of the new one
     file = replace(load(start), title="")
     text = file.render(name)
     BrakeFile.read(text, f"brake named '{name[:80]}'")
@@ -114,7 +114,7 @@ class BrakeSummary(Result):
     sources: Mapping[str, str] = fact("source of each number", listed=False)
 
     def rows(self) -> list[tuple[str, str]]:
-        """The numbers; those that depend on an accepted failed check name it."""
+        """Yield the numbers; those that depend on an accepted failed check name the check."""
         rows = []
         for name, text in super().rows():
             paths = RESTS_ON.get(name.replace(" ", "_"), ())
@@ -127,13 +127,13 @@ class BrakeSummary(Result):
         return rows
 
     def draw(self) -> "Figure":
-        """The brake with every named length and force."""
+        """Return the figure of the brake with every named length and force."""
         from layerjam.report.device_drawing import device
 
         return device(self.record)
 
     def lines(self) -> Iterator[str]:
-        """Sources of the numbers."""
+        """Yield the sources of the numbers."""
         yield from ("", "where the numbers come from")
         for path, text in self.sources.items():
             yield f"  {path}: {text}"
@@ -208,7 +208,7 @@ class BrakeForce(Result):
     force: float = number("N", "force of the brake, both together")
 
     def draw(self) -> "Figure":
-        """Force over slip, with this slip marked; for arrays, over their first dimension."""
+        """Return force over slip with this slip marked; for arrays, over their first dimension."""
         from layerjam.report import figures
 
         if self.grid is not None:
@@ -259,7 +259,7 @@ def force(
 
 
 def _within_fitted(enclosure: Any, vacuum: Any, device: Any) -> None:
-    """That a hyperelastic enclosure is not stretched beyond the strain it was fitted to."""
+    """Raise an error if a hyperelastic enclosure is stretched beyond the fitted strain."""
     import numpy as np
 
     if device.hyperelastic is None or np.isfinite(enclosure).all():
@@ -284,7 +284,7 @@ def _numbers(value: Any) -> Any:
 
 @result
 class VacuumForForce(Result):
-    """The vacuum that makes the brake resist with a force, or why there is none.
+    """The vacuum at which the brake resists with a force, or why there is none.
 
     `record` is (BrakeFile, slip, force, vacuum).
     """
@@ -297,7 +297,7 @@ class VacuumForForce(Result):
     greatest_force: float = number("N", "force at the site's full vacuum at that slip")
 
     def draw(self) -> "Figure":
-        """Force over vacuum at the slip, with the force marked; for arrays, vacuum over force."""
+        """Return force over vacuum, with the given force marked; for arrays, vacuum over force."""
         from layerjam.report import figures
 
         if self.grid is not None:
@@ -319,7 +319,7 @@ def vacuum(
     sliding_speed: SlidingSpeed = None,
     atmosphere: Atmosphere = None,
 ) -> VacuumForForce:
-    """Vacuum that makes the sliding brake resist with a force at a slip.
+    """Vacuum at which the sliding brake resists with a force at a slip.
 
     `feasible` is False, with a `reason`, for a force below the enclosure's own or above that at
     the site's full vacuum. Arrays of slip and force broadcast; the vacuum is NaN for elements
@@ -349,14 +349,14 @@ def vacuum(
 
 
 def _sliding(file: BrakeFile, speed: Any) -> BrakeFile:
-    """The file with the friction of sheets that slide at a speed [m/s], if one is given."""
+    """Return the file with the friction of sheets that slide at a speed [m/s], if given."""
     from layerjam.mechanics.friction import at_speed
 
     return file if speed is None else replace(file, brake=at_speed(speed, file.brake))
 
 
 def _why_not(device: Any, slip: Any, force: Any, pressure: Any, low: Any, high: Any) -> str:
-    """Return the reason for the first case without a vacuum."""
+    """Return the reason for the first case in which no vacuum exists."""
     import numpy as np
 
     missing = np.flatnonzero(~np.isfinite(np.ravel(pressure)))[0]

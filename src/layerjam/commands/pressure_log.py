@@ -1,4 +1,4 @@
-"""Pressure logs as arguments of commands: pressure reference, and the part used."""
+"""Pressure logs as arguments of commands: the pressure reference, and the part that is used."""
 
 import re
 from collections.abc import Sequence
@@ -21,11 +21,11 @@ from layerjam.units import QuantitySpec, show
 VOLUME = QuantitySpec("m^3", "volume", lo=1e-10, hi=1e3, example="120mL")
 ZERO = QuantitySpec("Pa", "reading of the sensor at the atmosphere", lo=-1e6, hi=1e6)
 ROOM = 293.15
-"""Default temperature [K] of the gas: 20 °C, assumed."""
+"""Default temperature [K] of the gas, assumed: 20 °C."""
 
 
 def temperature_of(text: float | str | None, _arguments: object = None) -> float | None:
-    """Return [K] from "23 °C", "296 K" or a number of kelvin; QuantityError otherwise."""
+    """Return the kelvins of "23 °C", "296 K" or a number; QuantityError for other text."""
     if text is None:
         return None
     value = float(text) if isinstance(text, int | float) else None

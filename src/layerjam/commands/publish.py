@@ -1,4 +1,4 @@
-"""`publish` and `recompute`: a campaign as a dataset, and its numbers computed once more."""
+"""`publish` and `recompute`: a campaign as a dataset, and a check of its numbers."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
@@ -54,7 +54,7 @@ class Published(Result):
     refused: Mapping[str, str] = fact("files not used, with reasons", listed=False)
 
     def lines(self) -> Iterator[str]:
-        """How others check it."""
+        """Yield the command with which others can check the dataset."""
         if self.folder is not None:
             line = typed_line(("layerjam", "recompute", self.folder))
             yield from ("", "anyone can check it:", f"  {line}")
@@ -199,11 +199,11 @@ def recompute(
     """Compute a published dataset again from its raw files, and list everything that differs.
 
     Numbers, tables, page, PDF, figures, calibrated brake and description are derived again. Two
-    numbers are the same up to a relative difference of 1e-6. A file whose content does not match
-    its checksum, that has no checksum, or that is missing is reported in any case. If other
-    versions of the programs wrote the dataset, text and drawings may differ; then only their
-    numbers are compared, and `not_compared` lists the rest. Nothing is written. Raises FileError
-    for a folder that is not a dataset.
+    numbers are the same up to a relative difference of 1e-6. A file that does not match its
+    checksum, has no checksum or is missing is always reported. If other versions of the programs
+    wrote the dataset, text and drawings may differ; then only their numbers are compared, and
+    `not_compared` lists the rest. Nothing is written. Raises FileError for a folder that is not a
+    dataset.
     """
     from layerjam.commands.recomputing import recompute_dataset
 

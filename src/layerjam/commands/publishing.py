@@ -88,7 +88,7 @@ def write(
 
 
 def _where_it_lies(error: FileError, staging: Path, folder: Path) -> FileError:
-    """Return the error about a copied file, worded for the user's own file."""
+    """Return the error about a copied file, reworded for the user's own file."""
     try:
         relative = Path(error.path).relative_to(staging / RAW)
     except ValueError:
@@ -97,7 +97,7 @@ def _where_it_lies(error: FileError, staging: Path, folder: Path) -> FileError:
 
 
 def _notices(content: "BrakeReport") -> Iterator[Notice]:
-    """Notices about the numbers, for whoever publishes them."""
+    """Yield notices about the numbers, for the person who publishes them."""
     if content.synthetic:
         yield Notice("synthetic: written by a program, not measured", "synthetic")
     if content.seen:
@@ -116,7 +116,7 @@ def _derive(
     details: Details,
     tell: Progress,
 ) -> "tuple[Recipe, BrakeReport]":
-    """Results computed from the raw files, written next to them."""
+    """Compute the results from the raw files, and write them next to those."""
     options = options_of(methods)
     if "exclude" in options:
         exclusions = options["exclude"].items()
@@ -141,7 +141,7 @@ def _derive(
 
 
 def _inside(campaign: campaigns.Campaign, name: str) -> str:
-    """A file, or a specimen of one, by its path inside the dataset; a bare name stays as it is."""
+    """Return the path of a file or specimen inside the dataset; a bare name is unchanged."""
     path, separator, specimen = name.partition(SEPARATOR)
     try:
         (relative,) = campaigns.relative_paths(campaign.folder, [path])
@@ -176,7 +176,7 @@ def _brake_of(
 
 
 def _relative_uses(campaign: campaigns.Campaign, request: Measurements) -> Measurements:
-    """The files by their use, as paths inside the campaign's folder."""
+    """Return the files by their use, as paths inside the campaign's folder."""
     lists = {
         f.name: list(campaigns.relative_paths(campaign.folder, _as_list(getattr(request, f.name))))
         for f in fields(request)

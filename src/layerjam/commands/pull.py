@@ -36,7 +36,7 @@ _OF_UNIT = {
     "unloading_stiffness_se stick_slip_stiffness",
 }
 UNITS_OF_A_PULL = {name: unit for unit, names in _OF_UNIT.items() for name in names.split()}
-"""Unit of each key of one pull's table."""
+"""{key of one pull's table: its unit}."""
 
 
 @result
@@ -50,20 +50,20 @@ class Pulls(Judged):
     refused: Mapping[str, str] = fact("files not used, with reasons", listed=False)
 
     def lines(self) -> Iterator[str]:
-        """A paragraph a pull."""
+        """Yield a paragraph per pull."""
         for number, row in enumerate(self.pulls):
             if number:
                 yield ""
             yield from _paragraph(row)
 
     def draw(self) -> Figure:
-        """Force over elongation with the features read from it."""
+        """Return the figure of force over elongation with the features of the pulls."""
         from layerjam.report import pull_figures
 
         return pull_figures.pulls(self.record)
 
     def quiet_curves(self) -> Sequence[Curve]:
-        """Force [N] over elongation [mm] from the onset of every pull, one after the other."""
+        """Return force [N] over elongation [mm] of all pulls from their onsets, in one series."""
         import numpy as np
 
         from layerjam.report.chart import Curve
@@ -76,7 +76,7 @@ class Pulls(Judged):
 
     @classmethod
     def takes_beside(cls, kind: type[Result]) -> bool:
-        """None, because each file has its own panel."""
+        """Return False, because each file has its own panel."""
         return False
 
 
@@ -131,7 +131,7 @@ def pull(
 
 
 def _cut(trace: Trace, span: tuple[float | None, float | None]) -> Trace:
-    """The part of the trace within a span of its time [s]; the trace itself without one."""
+    """Return the part of the trace in a span of time [s]; the whole trace without a span."""
     if span == (None, None):
         return trace
     if trace.time is None:
@@ -140,7 +140,7 @@ def _cut(trace: Trace, span: tuple[float | None, float | None]) -> Trace:
 
 
 def _second_rise_time(trace: Trace, summary: PullSummary) -> float | None:
-    """Time [s] at which the second rise begins; None without one, or without time."""
+    """Return the time [s] at which the second rise begins; None without a second rise or time."""
     second = summary.second_rise
     if second is None or trace.time is None:
         return None
@@ -149,7 +149,7 @@ def _second_rise_time(trace: Trace, summary: PullSummary) -> float | None:
 
 
 def _rises(used: list[tuple[Trace, PullSummary]]) -> Check:
-    """Whether each record has one rise: stiffness and onset of two rises describe neither."""
+    """Check that each record has one rise; stiffness and onset are meaningless for two."""
     places = []
     for trace, summary in used:
         if summary.second_rise is not None:
@@ -174,7 +174,7 @@ def _trace_name(trace: Trace) -> str:
 
 
 def _row(trace: Trace, summary: PullSummary) -> dict[str, Any]:
-    """One pull, every key; None if the record does not show it."""
+    """Return the row of one pull with every key; None if the record does not show a value."""
     from layerjam.identify.stick_slip import CAUSE
 
     features, start, steady = summary.features, summary.start, summary.steady

@@ -1,4 +1,4 @@
-"""The table pull by pull as printed by commands: rows for JSON, lines for people, and remarks."""
+"""The table of pulls as printed by commands: rows for JSON, lines of text, and notices."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
@@ -16,12 +16,12 @@ NONE = "-"
 
 
 def as_rows(pulls: "Sequence[SinglePull]") -> list[dict[str, Any]]:
-    """The rows as the key `pulls` has them, SI."""
+    """Return the rows in the form of the key `pulls`, SI."""
     return [{**asdict(pull), "odd": pull.odd} for pull in pulls]
 
 
 def cells(row: Mapping[str, Any]) -> list[str]:
-    """A row as people read it, in the order of `HEADS`."""
+    """Return a row as text, in the order of `HEADS`."""
 
     def part(value: float | None) -> str:
         return NONE if value is None else f"{value:+.1%}"
@@ -41,7 +41,7 @@ def cells(row: Mapping[str, Any]) -> list[str]:
 
 
 def pull_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """Yield the lines of the table; none for a single pull, which has no others to compare with."""
+    """Yield the lines of the table; none for a single pull, which has no others to match."""
     if len(rows) < 2:
         return
     table = [list(HEADS), *(cells(row) for row in rows)]
@@ -53,7 +53,7 @@ def pull_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 
 def one_of_all(pulls: "Sequence[SinglePull]") -> Iterator[Notice]:
-    """That one vacuum, or one speed, is all there is."""
+    """Yield a notice if all pulls have the same vacuum or speed."""
     from layerjam.identify.single_pulls import alike
 
     words = {"vacuum": ("Pa", "vacuums"), "speed": ("m/s", "speeds")}

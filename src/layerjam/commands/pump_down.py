@@ -53,10 +53,10 @@ NO_COMPLIANCE = (
 
 @result
 class PumpFound(Judged):
-    """Volume and pump flow, as far as the logs tell them.
+    """Volume and pump flow, as far as the logs determine them.
 
-    `record` is (PumpDown, PumpDown with the volume added or None, the PumpDown of a constant volume
-    where a compliance counts or None).
+    `record` is (PumpDown, PumpDown with the added volume or None, PumpDown of a constant volume or
+    None). The last is given if a compliance is used.
     """
 
     record: tuple[PumpDown, PumpDown | None, PumpDown | None]
@@ -81,7 +81,7 @@ class PumpFound(Judged):
     understood: Sequence[str] = fact("how the file was read", listed=False)
 
     def draw(self) -> Figure:
-        """Pressure over time with the fit."""
+        """Return the figure of pressure over time with the fit."""
         from layerjam.report import measurement_figures
         from layerjam.report.style import of_synthetic
 
@@ -185,7 +185,7 @@ def _shrinking(
     flow: float | None,
     fit_with: Callable[[float | None], PumpDown],
 ) -> PumpDown:
-    """The fit with a volume that shrinks with vacuum, by `compliance` [m^3/Pa] or "fit"."""
+    """Return the fit with a volume that shrinks with vacuum, by `compliance` [m^3/Pa] or "fit"."""
     from layerjam.identify.logs.pump_down import with_compliance
 
     if compliance == "fit":

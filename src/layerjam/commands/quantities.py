@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 else:
-    Array = Sequence[float]  # help is shown without loading NumPy
+    Array = Sequence[float]  # help must be shown without loading NumPy
 
 T = TypeVar("T")
 F = TypeVar("F", bound=RecordFile[Any])
@@ -103,7 +103,7 @@ Accept = Annotated[
 
 
 def brake_file(brake: AnyBrake, atmosphere: float | str | None = None) -> BrakeFile:
-    """The brake with its name and sources, at the site's atmosphere if one is given.
+    """Return the brake with its name and sources, at the given atmosphere if there is one.
 
     A record created in Python is checked like a file. Raises UnknownNameError, FileError or
     QuantityError.
@@ -143,7 +143,7 @@ def record_file(
 
 
 EXPORTS = (".csv", ".txt", ".tra", ".tsv", ".dat", ".xls", ".xlsx", ".ods")
-"""Endings of measurements."""
+"""File extensions of measurements."""
 
 
 def _brake(value: AnyBrake, arguments: Mapping[str, Any]) -> BrakeFile:
@@ -165,7 +165,7 @@ TargetBrake = Annotated[
 
 
 def with_share(file: BrakeFile, share: Any) -> BrakeFile:
-    """The file with the share of the vacuum that a command was given, if any."""
+    """Return the file with a command's share of the vacuum, if one is given."""
     if share is None:
         return file
     sources = {"vacuum_share": Source(kind="unstated", text="given with the command")}

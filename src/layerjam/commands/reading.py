@@ -30,12 +30,12 @@ AnyFiles = Sequence[Measured | DataFrame] | Measured | DataFrame
 
 
 def several(files: AnyFiles) -> list[Measured]:
-    """Return the files as a list; one path, trace or data frame alone makes a list of one."""
+    """Return the files as a list; a single path, trace or data frame becomes a list of one."""
     return _as_measurements(files, {})
 
 
 def _as_measurements(files: AnyFiles, arguments: Mapping[str, Any]) -> list[Measured]:
-    """Return paths and traces; data frames are read as `arguments` options say."""
+    """Return paths and traces; data frames are read with the options in `arguments`."""
     options = next(
         (source for source in arguments.values() if isinstance(source, ReadingOptions)), None
     )

@@ -1,4 +1,4 @@
-"""`recompute`: derive everything in a published dataset again, and compare file by file."""
+"""`recompute`: computes a published dataset again and compares it file by file."""
 
 import json
 import tempfile
@@ -29,7 +29,7 @@ from layerjam.verdict import Acceptance
 
 @dataclass
 class _Comparison:
-    """Comparison of a dataset in `root` with its recomputed files, as far as completed."""
+    """Comparison of a dataset in `root` with its recomputed files, as far as it has come."""
 
     root: Path
     recipe: Recipe
@@ -39,7 +39,7 @@ class _Comparison:
     not_compared: dict[str, str] = field(default_factory=dict)
 
     def file(self, name: str, content: bytes) -> None:
-        """Compare a published file; by its numbers alone if other versions wrote it."""
+        """Compare a published file, but only its numbers if other versions wrote it."""
         path = self.root / name
         if not path.is_file():
             if self.recipe.format == FORMAT and name not in self.changed:
@@ -76,7 +76,7 @@ class _Comparison:
         return differences(was, local, name)
 
     def _others(self) -> str:
-        """Return a phrase with the other versions that wrote the dataset.
+        """Return the other versions that wrote the dataset, in words.
 
         Empty if there are none.
         """

@@ -9,7 +9,7 @@ from layerjam.commands.results import Result, fact, result
 from layerjam.errors import MissingExtraError, Notice
 
 RecordsDatabase = Annotated[
-    str | None,  # as a path, a URL would lose a slash
+    str | None,  # a Path type would remove a slash from a URL
     Help(
         (
             "File of the records, or URL of a PostgreSQL database; by default, a file in "
@@ -20,7 +20,7 @@ RecordsDatabase = Annotated[
 ]
 RecordId = Annotated[str, Help("ID, first characters of the ID, or name.", metavar="ID")]
 SHORT = 8
-"""Characters of an id that people are shown."""
+"""Number of characters of an id that are displayed."""
 
 
 @result
@@ -33,7 +33,7 @@ class RecordsAdded(Result):
     database: str = fact("location of the records")
 
     def lines(self) -> Iterator[str]:
-        """One line a record."""
+        """Yield one line per record."""
         if self.ids:
             yield ""
         for path, ident in self.ids.items():
@@ -50,7 +50,7 @@ class RecordsListed(Result):
     database: str = fact("location of the records")
 
     def lines(self) -> Iterator[str]:
-        """One line a record."""
+        """Yield one line per record."""
         yield ""
         for row in self.rows_:
             yield _line(row)
@@ -104,7 +104,7 @@ class RecordsVerified(Result):
         return 1 if self.changed or self.missing else 0
 
     def lines(self) -> Iterator[str]:
-        """One line for each changed file."""
+        """Yield one line for each changed file."""
         for word, records in (("changed", self.changed), ("missing", self.missing)):
             for row in records:
                 folder = f", {row['folder']} on {row['host']}" if row["folder"] else ""
@@ -120,7 +120,7 @@ class RecordWithdrawn(Result):
 
 
 def _text(value: Any) -> str:
-    """Return a value for people; "" if it is unknown or does not fit on a line."""
+    """Return a value as text; "" if it is unknown or does not fit on a line."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, Mapping):
@@ -204,7 +204,7 @@ def records_add(
     computes=False,
 )
 def records_list(*, db: RecordsDatabase = None) -> RecordsListed:
-    """Every record, oldest first.
+    """List every record, oldest first.
 
     Raises RecordsError for the database.
     """
@@ -232,7 +232,7 @@ def _none_yet(database: Any, records: Sequence[Any]) -> list[Notice]:
     computes=False,
 )
 def records_show(ident: RecordId, *, db: RecordsDatabase = None) -> RecordShown:
-    """One record, its sources and the records derived from it.
+    """Show one record, its sources and the records derived from it.
 
     Raises RecordsError if none or several have that name.
     """
@@ -259,8 +259,8 @@ def records_verify(
 ) -> RecordsVerified:
     """Check whether every file is unchanged.
 
-    Withdrawn files are not looked for. Exits with Exit code: 1 if a file has changed or is missing.
-    Raises RecordsError for the database.
+    Withdrawn files are not checked. The exit code is 1 if a file has changed or is missing. Raises
+    RecordsError for the database.
     """
     database = _database(db)
     from layerjam.records.view import verify

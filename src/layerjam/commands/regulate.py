@@ -45,7 +45,7 @@ UNSEEN = {
     "sensor-offset": "; an offset shows only if the line is vented, and here the vacuum is held",
     "sensor-stuck": "; a sensor without noise shows one constant number at the target in any case",
 }
-"""Why the detector may not see a fault."""
+"""{fault: why the detector may not see it}."""
 
 
 @result
@@ -99,14 +99,14 @@ class Regulation(Judged):
             yield f"  {name}: {'not detected' if time is None else f'{time:.3g} s'}"
 
     def panes(self) -> Sequence[Pane]:
-        """Vacuum, reading and target over time, and the pump command."""
+        """Return vacuum, reading and target over time, and the pump command."""
         from layerjam.report import control_figures
 
         regulator, loop = self.record
         return control_figures.loop(regulator, loop, self.fault_at)
 
     def quiet_curves(self) -> Sequence[Curve]:
-        """Vacuum [kPa] over time [s]."""
+        """Return the curve of vacuum [kPa] over time [s]."""
         return super().quiet_curves()[:1]
 
 
@@ -137,8 +137,8 @@ def regulate(
     With a recorded `step`, gains, detectors and the simulated line are identified from the log
     (`identified`), and its scatter is used as the noise unless that is given. `detection` is the
     longest time [s] until each fault is reported at this vacuum (None: never). `fault` is injected
-    into the line or the sensor at `fault_at`; `said_after` is None if it was not reported, or
-    reported before that time.
+    into the line or the sensor at `fault_at`; `said_after` is None if it was not reported, or if it
+    was reported before that time.
     """
     from layerjam.control.checks import regulation_checks
     from layerjam.control.closed_loop import simulate

@@ -1,4 +1,4 @@
-"""Regulator of a vacuum line as command options, and its plant from a recorded step."""
+"""Regulator of a vacuum line from command options, and its plant from a recorded step."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -23,11 +23,11 @@ SENSOR_RANGE = replace(spec_of(Sensor, "range"), example="103kPa")
 NOISE = replace(spec_of(Sensor, "noise"), example="50Pa")
 LEAST_RUN = replace(spec_of(Regulator, "minimum_on"), example="0.2s")
 FAR_OFF = 1.2
-"""Ratio of identified to expected rate beyond which a notice is given."""
+"""Ratio of identified to expected rate above which a notice is given."""
 FELT = 1.05
 """Ratio of the time constants with and without tube above which a step is not exponential."""
 FEWEST = 20
-"""Samples that a step needs."""
+"""Number of samples needed in a step."""
 
 
 @options
@@ -81,7 +81,7 @@ class RecordedStep:
 def regulator_of(
     file: LineFile, vacuum: float, settings: RegulatorSettings
 ) -> tuple[Regulator, list[str]]:
-    """Return a regulator for a line linearised at a vacuum [Pa], and the assumptions."""
+    """Return a regulator for a line linearised at a vacuum [Pa], and its assumptions."""
     notices = [*file.warnings()]
     plant = plant_of(file.line, vacuum=vacuum, water=settings.fluid == "water")
     sensor = sensor_of(file, settings.sensor_range, settings.noise)
@@ -100,7 +100,7 @@ def regulator_of(
         sensor=sensor,
         kind=settings.kind,
         safe_state=settings.safe_state or "",
-        # without a valve the vacuum cannot be lowered otherwise
+        # without a valve the vacuum cannot be lowered in another way
         reversible=settings.reversible or (file.line.valve is None and plant.backwards > 0),
         tuned_at=vacuum,
         **_drop_none(sample_time=settings.sample_time, minimum_on=run, minimum_off=run),
@@ -150,7 +150,7 @@ def _drop_none(**values: Any) -> dict[str, Any]:
 
 
 def _check_step(plant: Plant) -> None:
-    """Raise QuantityError if a tube keeps a step from being one exponential."""
+    """Raise QuantityError if the tube changes a step so that it is not a single exponential."""
     tube = plant.passage
     if tube is None or plant.time_constant(tube.vacuum) < FELT / (plant.rate + plant.leak):
         return

@@ -1,4 +1,4 @@
-"""`report`: measurements of one brake as a page for the appendix."""
+"""`report`: measurements of one brake as a page for an appendix."""
 
 from __future__ import annotations
 
@@ -80,14 +80,14 @@ class Report(Result):
 
 @dataclass(frozen=True, kw_only=True)
 class _Work:
-    """Inputs of the stages, and the report that they fill."""
+    """Inputs of the stages, and the report that they complete."""
 
     report: BrakeReport
     how: HowTested
     tell: Progress
 
     def judge(self, stage: str, checks: Sequence[Check], numbers: Sequence[str] = ()) -> Verdict:
-        """Return the verdict of a stage, whose checks concern `numbers`; the report adds it."""
+        """Return the verdict of a stage with checks on `numbers`, and add it to the report."""
         failed_keys = {key_of(c.name) for c in checks if c.level == "failed"}
         accepted_here = {
             name: reason
@@ -105,7 +105,7 @@ class _Work:
         return verdict
 
     def keep(self, stage: str, result: Result, traces: Sequence[Trace], *left_out: str) -> None:
-        """Take a command's result into the report, without warnings of the keys left out."""
+        """Add a command's result to the report, without warnings with the keys `left out`."""
         from layerjam.report.brake_tables import file_used
 
         report = self.report
@@ -124,7 +124,7 @@ class _Work:
         report.files += [file_used(trace, stage) for trace in traces]
 
     def take_over(self, file: BrakeFile) -> None:
-        """Return the brake from a stage, at the site's atmosphere."""
+        """Take the brake from a stage, at the site's atmosphere."""
         self.report.file = brake_file(file, self.how.atmosphere)
 
 
@@ -161,7 +161,7 @@ def report(
     ] = None,
     progress: Progress | None = None,
 ) -> Report:
-    """Measurements of one brake as a page: friction, calibration, validation, HTML and PDF.
+    """Report the measurements of one brake as HTML and PDF: friction, calibration, validation.
 
     Writes report.html, report.pdf, figures, numbers.csv and results.json into the folder `out`.
     `friction` are friction tests, `pulls` calibrate the brake, and `validate` are pulls to compare
@@ -170,8 +170,8 @@ def report(
     vacuum ("46.1 kPa"), a speed ("19 mm/s") or a repeat ("repeat 3"). Otherwise the brake is
     compared with its calibration pulls, and the page states this. `vacuum` applies to files without
     a sidecar; the options of friction tests, `depth` and `exclude` are as in `friction` and
-    `calibrate`. `command` is printed as the command that created the page; `date` (ISO) defaults to
-    today. `names` {file name: name in the report} is for files stored under other names.
+    `calibrate`. `command` is printed as the command that created the page; `date` (ISO) is today by
+    default. `names` {file name: name in the report} is for files stored under other names.
     `report_number` and `customer` appear on the pages; sidecars may state them instead. If a check
     fails, nothing is written; `accept` accepts failed checks by name, {check: reason}. Raises
     FileError if a report exists and `overwrite` is not set.
@@ -231,7 +231,7 @@ def stages(
     date: str | None = None,
     names: Mapping[str, str] | None = None,
 ) -> BrakeReport:
-    """The stages of a report, computed but not written; also used by `publish` and `recompute`.
+    """Return the computed stages of a report; `publish` and `recompute` use them too.
 
     `command`, `date` and `names` as in `report`. Raises FitError if no file is given, and
     QuantityError or UnknownNameError for an accepted check that did not fail.
@@ -263,7 +263,7 @@ def stages(
 
 
 def _result(content: BrakeReport, files: ReportFiles | None) -> Report:
-    """Paths of the files, and the keys of each stage (None for a stage that was omitted)."""
+    """Return the paths of the files, and the keys of each stage (None if it was omitted)."""
     warnings: list[str] = [w for notices in content.warnings.values() for w in notices]
     if content.synthetic:
         sentence = "synthetic: written by a program, not measured"
@@ -337,7 +337,7 @@ def _calibration(work: _Work, files: Sequence[Measured], exclusions: LeftOut) ->
 
 
 def _validation(work: _Work, files: Sequence[Measured], exclusions: LeftOut) -> None:
-    """Add the validation to the report, also before calibration, and the files calibrated on."""
+    """Add to the report the validation before and after calibration, and the files used twice."""
     from layerjam.identify.validation.table import validation_checks
 
     work.tell(f"validation: {count_of(len(files), 'pull')}", 0.6)

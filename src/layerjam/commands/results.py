@@ -41,14 +41,14 @@ STOPPED = 130
 FAILED = 4
 """Exit code if a check failed and was not accepted."""
 JUDGED = ("verdict", "failed_checks", "accepted", "refitted")
-"""Fields that `Result.of` takes from a Verdict by their names."""
+"""Fields that `Result.of` copies from a Verdict by name."""
 
 
 @dataclass_transform(
     kw_only_default=True, frozen_default=True, field_specifiers=(number, fact, field)
 )
 def result(cls: type[T]) -> type[T]:
-    """A frozen, keyword-only record; fields by `number` and `fact` are the keys of the JSON."""
+    """Make a frozen, keyword-only record whose `number` and `fact` fields are keys of the JSON."""
     return dataclass(frozen=True, kw_only=True, repr=False, eq=False)(declare(cls))
 
 
@@ -70,15 +70,15 @@ class Result:
     accepted: Sequence[Mapping[str, Any]] = ()
     refitted: Sequence[str] = ()
     grid: Grid | None = None
-    """Array arguments from which it was computed; None if all were single numbers."""
+    """Array arguments of the computation; None if all were single numbers."""
 
     @classmethod
     def of(cls, *known: object, **given: Any) -> Self:
-        """Return a result with the values `given`; its other keys are taken from `known` by name.
+        """Return a result with the values `given`; other keys are taken from `known` by name.
 
-        Each of `known` is a record, a mapping, `add_prefix(...)`, or None; the first that has a
-        name counts. A float that is not finite becomes None (unknown), as does an optional value
-        that no source has. Raises TypeError for a key without value or default.
+        Each of `known` is a record, a mapping, `add_prefix(...)`, or None; the first with the name
+        counts. A float that is not finite becomes None (unknown), as does an optional value that no
+        source has. Raises TypeError for a key without value or default.
         """
         for f in cls.keys():  # noqa: SIM118
             value = value_of(f.name, (given, *known))
@@ -96,37 +96,37 @@ class Result:
         return cls(**given)
 
     def require(self) -> Self:
-        """Return the same result for numbers that can be relied on: none of them is None.
+        """Return the same result with the guarantee that no number is None.
 
-        Raises NotKnownError with the reason if the result is infeasible, and if a number is read
-        that is not known.
+        Raises NotKnownError with the reason if the result is infeasible, or later if an unknown
+        number is read.
         """
         return KnownResult(self)  # type: ignore[return-value]
 
     @property
     def values(self) -> dict[str, Any]:
-        """{key of the contract: value in SI}."""
+        """Return {key of the contract: value in SI}."""
         return {key_of(f): getattr(self, f.name) for f in self.keys()}
 
     @property
     def units(self) -> dict[str, str]:
-        """{key: SI unit} of every quantity."""
+        """Return {key: SI unit} of every quantity."""
         units = {f.name: f.metadata["quantity"].unit for f in self.keys() if f.metadata["quantity"]}
         return {**self.table_units(), **units}
 
     @classmethod
     def table_units(cls) -> Mapping[str, str]:
-        """{key: SI unit} inside the result's tables, if it has any."""
+        """Return {key: SI unit} of the result's tables, if it has any."""
         return {}
 
     @property
     def synthetic(self) -> bool:
-        """Whether it rests on files that a program wrote."""
+        """Whether it is based on files that a program generated."""
         return any(getattr(w, "key", "") == "synthetic" for w in self.warnings)
 
     @property
     def exit_code(self) -> int:
-        """Exit code: 4 if a check failed, 1 if the answer is "cannot", 3 if files were refused."""
+        """Exit code: 4 if a check failed, 1 if the answer is negative, 3 if files were rejected."""
         if self.failed_checks:
             return FAILED
         feasible = getattr(self, "feasible", None)
@@ -136,10 +136,10 @@ class Result:
 
     @classmethod
     def keys(cls) -> tuple[Field[Any], ...]:
-        """The fields that are keys of the contract.
+        """Return the fields that are keys of the contract.
 
-        First those of records of lower folders, then the class's own, then those of other results.
-        A key that the class declares again takes its new position.
+        The order is: fields of records of lower folders, the class's own fields, fields of other
+        results. A key that the class declares again takes its new position.
         """
         key_fields = {f.name: f for f in fields(cls) if "result" in f.metadata}
         own_annotations = get_annotations(cls)
@@ -157,31 +157,31 @@ class Result:
         return ()
 
     def check_lines(self) -> Iterable[str]:
-        """Return the checks of the numbers as lines for people."""
+        """Return the checks of the numbers as lines of text."""
         return ()
 
     def panes(self) -> Sequence[Pane]:
-        """Description of its figure, for commands whose figure the page also draws."""
+        """Return the panes of its figure, for commands whose figure the page also draws."""
         raise LayerjamError(f"{self.command or type(self).__name__} has no curve to draw")
 
     def draw(self) -> Figure:
-        """The figure of this result."""
+        """Return the figure of this result."""
         return self.draw_panes(self.panes())
 
     def draw_panes(self, panes: Sequence[Pane]) -> Figure:
-        """The figure of its `panes`, to which others may have been added."""
+        """Return the figure of its `panes`, possibly with added curves."""
         from layerjam.report.chart import draw
 
         return draw(panes)
 
     @classmethod
     def drawable(cls) -> bool:
-        """Whether there is a figure."""
+        """Return whether this kind of result has a figure."""
         return (cls.draw, cls.panes) != (Result.draw, Result.panes)
 
     @property
     def has_curve(self) -> bool:
-        """Whether there is anything to draw this time."""
+        """Return whether this result has anything to draw."""
         return self.record is not None
 
     def quiet_curves(self) -> Sequence[Curve]:
@@ -191,7 +191,7 @@ class Result:
 
     @classmethod
     def takes_beside(cls, kind: type[Result]) -> bool:
-        """Return whether curves of another kind of result can be overlaid on those of this one."""
+        """Return whether curves of another kind of result can be added to those of this one."""
         return kind is cls
 
     @takes_force
@@ -206,7 +206,7 @@ class Result:
         """Return the figure, and write it to `path` (.svg, .png or .pdf) if one is given.
 
         It is drawn into `ax`, Matplotlib axes or a list or array with as many axes as the figure
-        has. `beside` maps labels to other results of the command, drawn as faint curves below its
+        has. `beside` maps labels to other results of the command, drawn as faint curves behind its
         own; a `tensile` also accepts those of `pull`, drawn as points. Raises FileError if the file
         exists unless `overwrite`, and LayerjamError for results that have no such curve.
         """
@@ -230,7 +230,7 @@ class Result:
         return figure
 
     def to_frame(self) -> pandas.DataFrame:
-        """The record's columns as a data frame in SI, or one row with the numbers."""
+        """Return the record's columns as a data frame in SI, or one row with the numbers."""
         if hasattr(self.record, "to_frame"):
             data_frame: pandas.DataFrame = self.record.to_frame()
             return data_frame
@@ -256,7 +256,7 @@ class Result:
         }
 
     def to_xarray(self) -> xarray.Dataset:
-        """The record with its units as a Dataset, or the numbers of the result."""
+        """Return the record with its units as a Dataset, or the numbers of the result."""
         if hasattr(self.record, "to_xarray"):
             dataset: xarray.Dataset = self.record.to_xarray()
             return dataset
@@ -290,7 +290,7 @@ class Result:
         raise FileError(path, f"extension '{path.suffix}' is unknown; use {', '.join(endings)}")
 
     def json(self) -> str:
-        """The JSON of the command line's contract."""
+        """Return the JSON of the command line's contract."""
         document = {
             **self.values,
             **(self.judgement if self.verdict is not None else {}),
@@ -309,7 +309,7 @@ class Result:
         }
 
     def interval(self, name: str) -> tuple[float | None, float | None]:
-        """The 95 % interval of a number, if it has one; None is an open or unknown end.
+        """Return the 95 % interval of a number, if it has one; None marks an open or unknown end.
 
         Raises UnknownNameError for a number without an interval.
         """
@@ -320,7 +320,7 @@ class Result:
         return low, high
 
     def noting(self, *notices: Notice) -> Self:
-        """The same with more warnings."""
+        """Return the same result with more warnings."""
         return replace(self, warnings=[*self.warnings, *notices]) if notices else self
 
     def over(self, grid: Grid | None) -> Self:
@@ -331,7 +331,7 @@ class Result:
         return replace(self, grid=grid, **labels)
 
     def judged_by(self, files: Iterable[RecordFile[Any]]) -> Self:
-        """Return the result with the verdicts of the files that it was computed from."""
+        """Return the result with the verdicts of the files from which it was computed."""
         verdicts: list[str | None] = []
         decisions: list[Acceptance] = []
         for file in files:
@@ -346,7 +346,7 @@ class Result:
         return replace(with_notices, verdict=verdict, accepted=acceptances)
 
     def rows(self) -> list[tuple[str, str]]:
-        """Yield (name, text) of the rows; unknown numbers have none."""
+        """Yield (name, text) of each row, without unknown numbers."""
         pairs = []
         for f in self.keys():
             value, show_text = getattr(self, f.name), f.metadata["shown"]
@@ -366,7 +366,7 @@ class Result:
         return pairs
 
     def table(self, width: int = 80) -> str:
-        """Return the text of the command line: table, further lines, refused files, notes."""
+        """Return the text of the command line: table, further lines, rejected files, notes."""
         rows = self.rows()
         wide = max((len(name) for name, _ in rows), default=0)
         out: list[str] = []
@@ -375,7 +375,7 @@ class Result:
         if self.grid is not None:
             out += [*([""] if rows else []), *self.grid.lines(self._numbers(), self.units)]
         for line in (*self.lines(), *self.check_lines()):
-            # a command to type stays on one line, since a line break would end it
+            # a command stays on one line, because a line break would end it when pasted
             is_whole = not line or line.startswith("  layerjam ")
             out += [line] if is_whole else wrap_text(line, "", width)
         refused: Mapping[str, str] = getattr(self, "refused", None) or {}
@@ -384,7 +384,7 @@ class Result:
             for path, why_not in refused.items():
                 out += wrap_text(f"  {path}: {why_not}", "", width)
         for failed_row in self.failed_checks:
-            # the reason is already among the checks
+            # the checks already state the reason
             reason = "" if isinstance(self, Judged) else f": {failed_row['reason']}"
             out += wrap_text(f"{failed_row['name']}{reason}", "FAILED: ", width)
         if self.failed_checks:
@@ -426,12 +426,12 @@ MARKS = {"passed": "ok  ", "note": "note", "warning": "LOOK", "failed": "FAIL"}
 
 @result
 class Judged(Result):
-    """A result whose numbers were judged by checks, rows of `name`, `level` and `sentence`."""
+    """A result whose numbers were checked; `checks` has rows of `name`, `level` and `sentence`."""
 
     checks: Sequence[Mapping[str, Any]] = fact("checks of the numbers", default=(), listed=False)
 
     def check_lines(self) -> Iterator[str]:
-        """Return one line a check."""
+        """Return one line per check."""
         if self.checks:
             yield from ("", "checks")
         for row in self.checks:
@@ -439,7 +439,7 @@ class Judged(Result):
 
 
 def bounds(**intervals: tuple[float | None, float | None] | None) -> dict[str, float | None]:
-    """{NAME_low: ..., NAME_high: ...} of 95 % intervals; numbers without one are omitted."""
+    """Return {NAME_low: ..., NAME_high: ...} of 95 % intervals; numbers without one are omitted."""
     ends = {name: ends for name, ends in intervals.items() if ends is not None}
     return {f"{n}_{end}": v for n, pair in ends.items() for end, v in zip(ENDS, pair, strict=True)}
 

@@ -24,7 +24,7 @@ PLAIN = {
 
 
 class _Names(dict[str, Any]):
-    """Types by the names in annotations; a name that only type checkers know is Any."""
+    """Types by their names in annotations; a name that only type checkers know is Any."""
 
     def __missing__(self, name: str) -> Any:
         return getattr(builtins, name, Any)
@@ -35,15 +35,15 @@ def _names(cls: type) -> _Names:
 
 
 def _annotation(cls: type, name: str) -> Any:
-    """The type of a field, looked up in the module of the class that declares it."""
+    """Return the type of a field, looked up in the module of the class that declares it."""
     owner = next(base for base in cls.__mro__ if name in inspect.get_annotations(base))
     text = inspect.get_annotations(owner)[name]
-    # source of this package
+    # the text is source code of this package
     return eval(text, {}, _names(owner)) if isinstance(text, str) else text
 
 
 def type_schema(kind: Any) -> dict[str, Any]:
-    """The schema of values of a Python type; {} for unknown types."""
+    """Return the schema of values of a Python type; {} for unknown types."""
     members = list(union(kind))
     if len(members) > 1:
         schemas = [type_schema(member) for member in members]
@@ -90,7 +90,7 @@ def _key(cls: type[Result], f: Field[Any]) -> dict[str, Any]:
 
 
 def schema_of(command: Command) -> dict[str, Any]:
-    """The JSON Schema (draft 2020-12) of a command's result; `unit` is the SI unit of a key."""
+    """Return the JSON Schema (draft 2020-12) of a command's result; `unit` is a key's SI unit."""
     cls = command.result
     key_fields = cls.keys()
     keys = {key_of(f): _key(cls, f) for f in key_fields}
@@ -117,7 +117,7 @@ def schema_of(command: Command) -> dict[str, Any]:
     }
     summary = (inspect.getdoc(cls) or "").split("\n\n")[0].replace("\n", " ")
     schema = _object({**keys, **common})
-    # present if checks judged these numbers, or those of an input file
+    # keys that are present if checks judged these numbers, or those of an input file
     schema["properties"] = {**verdict_schema, **schema["properties"]}
     return {
         "title": f"layerjam {command.name} --json",
@@ -128,7 +128,7 @@ def schema_of(command: Command) -> dict[str, Any]:
 
 @result
 class Schemas(Result):
-    """One JSON Schema with a definition for each command, valid for the output of any of them."""
+    """One JSON Schema that accepts the output of any command, with a definition for each."""
 
     dialect: str = fact("dialect of the schema", default=DIALECT, key="$schema", listed=False)
     any_of: Sequence[Mapping[str, str]] = fact(
@@ -137,7 +137,7 @@ class Schemas(Result):
     definitions: Mapping[str, Any] = fact("schema of each command", key="$defs", listed=False)
 
     def lines(self) -> Iterator[str]:
-        """Every command with its keys: type, unit, meaning."""
+        """Yield every command with its keys: type, unit, meaning."""
         for index, (name, schema) in enumerate(self.definitions.items()):
             yield from ("",) if index else ()
             yield f"layerjam {name}: {schema['description']}"

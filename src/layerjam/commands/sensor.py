@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from layerjam.simulate.rope_alone import BareDrop
 
 LEAST_SAMPLES = 10
-"""Samples in a pull below which its peak may fall between them."""
+"""Number of samples in a pull below which its peak may lie between samples."""
 ALLOWED_RISE = QuantitySpec(
     "K",
     "allowed temperature rise of the sheets above the surrounding air",
@@ -45,7 +45,7 @@ FILM_COEFFICIENT = QuantitySpec(
     example="'10 W/(m^2 K)'",
 )
 DEFAULT_RISE = 20.0
-"""Air of 23 °C to 43 °C, the burn threshold for contact of 8 h and longer (ISO 13732-1)."""
+"""Default rise: from air of 23 °C to 43 °C, the burn threshold for 8 h of contact (ISO 13732-1)."""
 DEFAULT_FILM_COEFFICIENT = 10.0
 """Still air, assumed: free convection, 2 to 25 W/(m^2 K) in gases (Incropera, table 1.1), and
 radiation, 4 ε σ T³ = 5.8 at 300 K and ε = 0.95."""
@@ -110,7 +110,7 @@ class Reading(Judged):
 
 @result
 class Heating(Result):
-    """How warm a stop makes the sheets."""
+    """Temperature rise of the sheets by a stop."""
 
     temperature_rise: float | None = number(
         "K", "temperature rise of the rubbing part, its mean", default=None
@@ -128,7 +128,7 @@ class Heating(Result):
 
 
 def channel_class(text: str | None) -> int | None:
-    """``"cfc180"`` as 180, ``"none"`` or None as None; QuantityError for another filter."""
+    """Return 180 for ``"cfc180"``, None for ``"none"`` or None; QuantityError for others."""
     if text is None or text.lower() == "none":
         return None
     match = re.fullmatch(r"(?:cfc)?[ -]?([0-9]{1,6})", text.strip().lower())
@@ -141,9 +141,9 @@ def channel_class(text: str | None) -> int | None:
 def sensor_of(
     accelerometer: str | Accelerometer, low_pass: float | None, sampling: float | None
 ) -> Accelerometer:
-    """A named sensor with another low-pass or rate if given.
+    """Return a named sensor, with another low-pass or rate if given.
 
-    A given low-pass is a 2-pole Butterworth filter unless the sensor already has its own.
+    A low-pass is a 2-pole Butterworth filter unless the sensor has its own kind.
     """
     sensor = find_accelerometer(accelerometer) if isinstance(accelerometer, str) else accelerometer
     if low_pass is not None:
@@ -162,13 +162,14 @@ def reading(
     accept: Mapping[str, str] | None = None,
     **options: Any,
 ) -> Reading:
-    """Reading of an accelerometer during a stop: ideal, adxl193 or a sensor of your own.
+    """Reading of an accelerometer during a stop: ideal, adxl193 or a user-defined sensor.
 
     `signal` is the record of a drop or (time [s], specific force [m/s^2]); `sensing` or its fields
-    by name describe the sensor. `gravity` [m/s^2] is the unit of `measured_peak_g`, by default the
-    site's (9.80665 without a record), as `peak_g` of `drop`. A peak beyond the sensor's range is a
-    failed check; `accept` is {check: reason}. Raises QuantityError and UnknownNameError for names
-    that are unknown, and numbers that are out of bounds or sampled too slowly.
+    by name describe the sensor. `gravity` [m/s^2] is the unit of `measured_peak_g`, as of `peak_g`
+    in `drop`; the default is that of the site (9.80665 without a record). A peak beyond the
+    sensor's range is a failed check; `accept` is {check: reason}. Raises QuantityError and
+    UnknownNameError for names that are unknown, and numbers that are out of bounds or sampled too
+    slowly.
     """
     options = {"filter_class" if k == "filter" else k: v for k, v in options.items()}
     chain = parse_options(Sensing, options) if sensing is None else sensing
@@ -222,11 +223,11 @@ def _checks(measurement: Seen, signal: Signal, sensor: Accelerometer) -> Iterato
 def heating(
     heat: float | str, file: BrakeFile, warmth: Warmth | None = None, **asked: Any
 ) -> Heating:
-    """Temperature rise of the sheets by a stop, and the number of such stops a minute.
+    """Temperature rise of the sheets by a stop, and the number of such stops per minute.
 
     `temperature_rise` is the mean over the rubbing part, `temperature_rise_of_sheets` over the
-    whole sheets. Defaults, both assumed and to be replaced by your own: a rise of 20 K, and
-    10 W/(m^2 K) from the enclosure to still air. Wear is not modelled. None if the film's
+    whole sheets. Two defaults are assumed and should be replaced by your own values: a rise of 20
+    K, and 10 W/(m^2 K) from the enclosure to still air. Wear is not modelled. None if the film's
     specific heat is unknown or there was no heat.
     """
     from layerjam.mechanics.heat import (

@@ -1,4 +1,4 @@
-"""`stick-slip`: whether a brake sticks and slips, how much, and the remedies."""
+"""`stick-slip`: whether a brake shows stick–slip, how strong it is, and the remedies."""
 
 from __future__ import annotations
 
@@ -68,13 +68,13 @@ class StickSlip(Result):
     damping_ratio: float = number("1", "damping over the critical damping")
 
     def draw_panes(self, panes: Sequence[Pane]) -> Figure:
-        """Force over elongation between its bounds, and the last slip in slow motion."""
+        """Return force over elongation between its bounds, and the last slip in slow motion."""
         from layerjam.report import force_figures
 
         return force_figures.stick_slip(self.record, panes[0])
 
     def panes(self) -> Sequence[Pane]:
-        """Force over elongation between its bounds."""
+        """Return force over elongation between its bounds."""
         from layerjam.report import force_figures
 
         return force_figures.between_bounds(self.record)
@@ -107,7 +107,7 @@ def stick_slip(
     | None = None,
     atmosphere: Atmosphere = None,
 ) -> StickSlip:
-    """Simulate a pull at one speed: whether the brake sticks and slips, and the remedies.
+    """Simulate a pull at one speed: whether the brake shows stick–slip, and the remedies.
 
     It starts from rest at `slip`. Amplitude and forces are those of the last slip of the run.
     `critical_speed`, `stable_speed` and `stiffness_needed` assume the friction at `slip`.
@@ -158,11 +158,11 @@ def stick_slip(
 
 
 judder = stick_slip
-"""Its former name."""
+"""Former name."""
 
 
 def _curve(brake: Brake, speed: float, static: float | None) -> Stribeck:
-    """The film's friction with a Stribeck speed [m/s] and, if given, other static friction."""
+    """Return the film's friction with a Stribeck speed [m/s] and perhaps other static friction."""
     from layerjam.mechanics.stick_slip.laws import of_film
 
     curve = of_film(brake, speed)
@@ -177,7 +177,7 @@ def _curve(brake: Brake, speed: float, static: float | None) -> Stribeck:
 
 
 def _check_room(slip: float, travel: float | None, brake: Brake) -> None:
-    """Raise QuantityError if the overlap leaves nothing to pull on, or the travel is too far."""
+    """Raise QuantityError if the overlap leaves no room for a pull, or if it is too long."""
     room = brake.sheets.overlap - slip
     if room <= 0:
         raise QuantityError(f"slip: {show(slip, 'm')} leaves no overlap to pull on")
@@ -189,7 +189,7 @@ def _check_room(slip: float, travel: float | None, brake: Brake) -> None:
 
 
 def _swing(record: StickSlipRecord) -> dict[str, float]:
-    """The last slip, or the force it settled at."""
+    """Return the numbers of the last slip, or the force of steady sliding."""
     import numpy as np
 
     from layerjam.simulate.stick_slip import bounds_at
@@ -214,7 +214,7 @@ def _swing(record: StickSlipRecord) -> dict[str, float]:
 
 
 def _limits(slide: Slide, bounds: Bounds, ratio: float) -> dict[str, float]:
-    """Return the speed and the stiffness that end stick–slip; infinite if none does."""
+    """Return the speed and the stiffness that end stick–slip; infinite if none ends it."""
     from layerjam.mechanics.stick_slip.laws import stable_speed, stiffness_without_stick_slip
     from layerjam.simulate.stick_slip import critical_speed_of
 

@@ -1,4 +1,4 @@
-"""`sweep`: a specification's designs on disk, in blocks that a stop does not lose."""
+"""`sweep`: a specification's designs on disk, in blocks that survive an interrupt."""
 
 import functools
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @result
 class DesignSweep(DesignResult):
-    """A design's result, and which blocks of the sweep are on disk."""
+    """A design's result, and the blocks of the sweep on disk."""
 
     out: str = fact("folder of the blocks")
     complete: bool = fact("whether all blocks are done")
@@ -56,11 +56,11 @@ def sweep(
 ) -> DesignSweep:
     """Compute every design of a specification, in blocks on disk.
 
-    The folder is new, empty or that of the same sweep, which then resumes: `blocks_found` of its
-    blocks were there already. `block` is the number of designs in one, `scheduler` the address of a
-    Dask cluster. If interrupted, `complete` is False and the same call resumes. Raises FileError
-    for a folder with other content, MissingExtraError if pyarrow or Dask is missing, and
-    ClusterError.
+    The folder is new, empty or that of the same sweep. Such a sweep is resumed: `blocks_found` is
+    the number of blocks that exist already. `block` is the number of designs in a block,
+    `scheduler` the address of a Dask cluster. If interrupted, `complete` is False and the same call
+    resumes. Raises FileError for a folder with other content, MissingExtraError if pyarrow or Dask
+    is missing, and ClusterError.
     """
     from layerjam.design.blocks import NOTE, Store
     from layerjam.design.bounds import impossible
@@ -111,7 +111,7 @@ def sweep(
 def _compute_blocks(
     search: "Search", todo: list[int], store: "Store", scheduler: str | None
 ) -> Iterator[tuple[int, bytes]]:
-    """(index, content) of the blocks, computed here or on the cluster."""
+    """Yield (index, content) of the blocks, computed here or on the cluster."""
     from layerjam.design.blocks import encode_block
     from layerjam.mechanics.threads import Workers
 

@@ -45,8 +45,8 @@ STACK = "belongs to the model 'stack'; the lumped brake has one friction"
 class Tensile(Result):
     """Simulated pull; `record` is the TensileRecord.
 
-    `motion` states for the model "stack" which sheets move and which interfaces slide, at a few
-    hundred elongations. It is None for the lumped brake, which has one friction.
+    For the model "stack", `motion` states which sheets move and which interfaces slide, at a few
+    hundred elongations. It is None for the lumped brake, which has a single friction.
     """
 
     record: TensileRecord
@@ -69,14 +69,14 @@ class Tensile(Result):
     motion: SheetMotion | None = None
 
     def panes(self) -> Sequence[Pane]:
-        """Force over elongation."""
+        """Return the pane of force over elongation."""
         from layerjam.report import force_figures
 
         return force_figures.tensile(self.record)
 
     @classmethod
     def takes_beside(cls, kind: type[Result]) -> bool:
-        """Other pulls, computed or measured."""
+        """Return whether it is another pull, computed or measured."""
         from layerjam.commands.pull import Pulls
 
         return kind in (cls, Pulls)
@@ -125,15 +125,15 @@ def tensile(
 ) -> Tensile:
     """Pull a brake in a simulated test machine.
 
-    Either vacuum, speed and travel (elongation of the crosshead), or a procedure. Only for the
-    model "stack": `static` uses static friction before an interface slides. With `one_by_one`,
-    overloaded interfaces slip one at a time, the most overloaded first. `interfaces` may differ, a
-    `housing` may rub. `scatter` is the relative SD of the interfaces' friction: `samples` (1000)
-    stacks, drawn from `seed` (1), then give mean and SD of peak, stiffness and onset; if
-    interrupted, those of the stacks done so far. `vacuum_share` of the gauge's reading presses the
-    sheets. With `leak_time` the line is shut off after every evacuation and the vacuum leaks away
-    from then on; not in the model "stack", which keeps its initial vacuum. Raises ProcedureError or
-    QuantityError for contradictions.
+    Takes either vacuum, speed and travel (elongation of the crosshead), or a procedure. The
+    following options are for the model "stack". `static` uses static friction before an interface
+    slides. With `one_by_one`, overloaded interfaces slip one at a time, the most overloaded first.
+    `interfaces` may differ, a `housing` may rub. `scatter` is the relative SD of the interfaces'
+    friction: `samples` (1000) stacks, drawn from `seed` (1), then give mean and SD of peak,
+    stiffness and onset; if interrupted, those of the stacks done so far. `vacuum_share` of the
+    gauge's reading presses the sheets. With `leak_time` the line is shut off after every evacuation
+    and the vacuum leaks away from then on, except in the model "stack", which keeps its initial
+    vacuum. Raises ProcedureError or QuantityError for contradictions.
     """
     brake = with_share(brake, vacuum_share)
     steps = _steps(brake, vacuum, speed, travel, procedure)

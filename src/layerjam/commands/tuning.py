@@ -45,9 +45,9 @@ class TunedVacuum(Result):
 
 
 def arrival(speed: float | None, height: float | None, horizontal: bool, gravity: float) -> float:
-    """Return the speed [m/s] at the taut rope, from speed or height.
+    """Return the speed [m/s] at the taut rope, from a speed or a height.
 
-    QuantityError for both or neither.
+    Raises QuantityError if both or neither are given.
     """
     if (speed is None) == (height is None):
         both = "both" if speed is not None else "neither"
@@ -80,8 +80,9 @@ def tune(
     """Vacuum that stops a mass within a travel (slip of the brake), exactly and by eq. 10.
 
     The mass arrives with `speed` or falls from `height`. If there is no such vacuum, `reason`
-    explains why and lists alternatives: the speeds that can be stopped so, another travel, another
-    number of sheets, more brakes side by side, each by itself. Each was tuned before it is named.
+    explains why and lists alternatives: the speeds that can be stopped, another travel, another
+    number of sheets, or more brakes in parallel, each as the only change. Each alternative has been
+    checked by tuning it.
     """
     from layerjam.mechanics.pull import peak
     from layerjam.mechanics.stop.exact import stop
@@ -125,7 +126,7 @@ def tuning_case(
     rope_stiffness: float | None,
     horizontal: bool,
 ) -> Case:
-    """Return the stop that a vacuum is tuned for; QuantityError if the brake has less travel."""
+    """Return the stop for which a vacuum is tuned; QuantityError if the brake has less travel."""
     from layerjam.simulate.tuned import Case
 
     device = brake.brake
@@ -142,7 +143,7 @@ def tuning_case(
 
 
 def _ways_out(case: Case, reach: tuple[float, float] | None) -> dict[str, Any]:
-    """Return why no vacuum is sufficient, with alternatives, each tested by the tuning function."""
+    """Return why no vacuum is sufficient, with alternatives, each checked by tuning it."""
     from layerjam.simulate import tuned
 
     out: dict[str, Any] = {
@@ -174,7 +175,7 @@ def _reason(case: Case, reach: tuple[float, float] | None) -> str:
     if math.isnan(high):
         return f"the brake cannot hold {weight} at {travel} of slip"
     if high < low:
-        # even the force of full vacuum minus the weight cannot absorb the drop into the rope
+        # not even the force of full vacuum minus the weight can absorb the drop into the rope
         return (
             f"no vacuum stops {show(case.mass, 'kg')} after exactly {travel} at any "
             f"speed: a vacuum that holds its weight of {weight} there stops it sooner"
@@ -203,18 +204,17 @@ def _reason(case: Case, reach: tuple[float, float] | None) -> str:
 
 
 def _slow(case: Case) -> str:
-    """Return the reason why a slow mass stops sooner."""
+    """Return why a slow mass stops before the travel is used."""
     from layerjam.mechanics.pull import brake_force
 
     if float(brake_force(case.travel, 0.0, case.brake)) >= case.mass * case.gravity:
-        # the enclosure pulls harder than the weight, so it stops the mass too early even without
-        # vacuum
+        # the enclosure pulls harder than the weight, so it stops the mass too early without vacuum
         return "the enclosure alone, without vacuum, stops the mass before that"
     return "a vacuum low enough for that travel could not hold the weight there"
 
 
 def _inside(case: Case, low: float, high: float) -> tuple[str, str]:
-    """The ends of a range of speeds [m/s] as text that still lies in the range when typed.
+    """Return the ends of a range of speeds [m/s] as text whose values lie inside the range.
 
     Rounded inwards, with as many digits as needed.
     """

@@ -1,4 +1,4 @@
-"""`rise`: how fast a line brings the vacuum, and how fast it lets go of it."""
+"""`rise`: how fast a line reaches a vacuum, and how fast it releases it."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 MATTERS = 0.05
 """Share of the rise time above which the delay of the tube is reported."""
 CELLS = 10
-"""Suggested number of tube cells: resolves a wave front to a tenth of the length."""
+"""Suggested number of tube cells; it resolves a wave front to a tenth of the length."""
 
 
 @result
 class VacuumRise(Result):
-    """How fast the vacuum rises and falls; `record` is the Response in air, a Filling in water."""
+    """Rise and fall of the vacuum; `record` is the Response in air, a Filling in water."""
 
     record: Response | Filling
     rise_time: float | None = number("s", "time from 10 to 90 % of the target")
@@ -50,14 +50,14 @@ class VacuumRise(Result):
     line: LineFile
 
     def draw_panes(self, panes: Sequence[Pane]) -> Figure:
-        """Vacuum over time, and ways to make the line faster."""
+        """Return vacuum over time, and ways to make the line faster."""
         from layerjam.report import fluid_figures
 
         line, water = self.line.line, self.fluid == "water"
         return fluid_figures.rise_figure(panes[0], line, self.target, water)
 
     def panes(self) -> Sequence[Pane]:
-        """Vacuum over time up to the target."""
+        """Return vacuum over time up to the target."""
         from layerjam.report import fluid_figures
 
         return fluid_figures.rising(self.line, self.target, self.record, self.rise_time)
@@ -106,7 +106,7 @@ def rise(
         means = None if falls is None else "pumps run backwards"
     elif rises is not None:
         falls, means = air_fall_time(target, pipe, _share(progress, "fall"))
-    if response is None:  # in air, for a line that never reaches the target: the vacuum it reaches
+    if response is None:  # in air, the vacuum that the line reaches if it never reaches the target
         response = (
             forms.filling(target, pipe) if water else respond(pipe, 8 * forms.time_constant(pipe))
         )

@@ -59,11 +59,11 @@ class ModelErrors(Judged):
     refused: Mapping[str, str] = fact("files not used, with reasons", listed=False)
     before: Any = None
     calibrated_on: Sequence[str] = ()
-    """Paths of those pulls that the brake was calibrated on."""
+    """Paths of the pulls that were also used to calibrate the brake."""
     traces: Sequence[Trace] = ()
 
     def lines(self) -> Iterator[str]:
-        """Tables per file and per condition, and the share explained by repeats."""
+        """Yield tables per file and per condition, and the share that repeats explain."""
         yield from ("", "MAPE    RMSE      vacuum     file")
         for row in self.files:
             note = f" ({row['note']})" if row["note"] else ""
@@ -88,7 +88,7 @@ class ModelErrors(Judged):
         yield from excluded_lines(self.excluded)
 
     def draw(self) -> "Figure":
-        """Measured and predicted curves, and the residuals."""
+        """Return the figure of measured and predicted curves, and the residuals."""
         from layerjam.report import figures
 
         file, validation = self.record
@@ -132,8 +132,8 @@ def validate(
 
     `files` are paths or traces, several or one. See identify.validation.metrics for the window.
     `uncalibrated` holds the same errors of the brake with a scale factor of 1 and the sheets' own
-    stiffness. A warning names files that were also used for the calibration. `exclude` leaves files
-    out, each with its reason in `because` (in Python also {file: reason}).
+    stiffness. A warning names files that were also used for the calibration. `exclude` leaves out
+    files, each with its reason in `because` (in Python also {file: reason}).
     """
     from layerjam.identify.curves import curves_of
     from layerjam.identify.provenance import calibrated_on

@@ -7,7 +7,7 @@ from layerjam.units import show
 
 
 def in_words(value: Any, unit: str) -> str:
-    """Return a value as people read it; an array as its shape and range, never its elements."""
+    """Return a value as text; an array as its shape and range, without its elements."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int | float):
@@ -28,12 +28,12 @@ def superscripts(text: str) -> str:
 
 
 def printable(line: str) -> str:
-    """Return the line without characters that a terminal would take as commands."""
+    """Return the line without characters that a terminal would interpret as commands."""
     return "".join(c if c.isprintable() else "?" for c in line)
 
 
 def wrap_text(text: str, head: str, width: int) -> list[str]:
-    """Return the lines of a text that is wrapped to `width` after the words `head`."""
+    """Return the lines of a text wrapped to `width`, after the words `head`."""
     body = text.lstrip(" ")
     indent = " " * (len(text) - len(body))
     hang = " " * len(head) if head else indent + "    "

@@ -1,1 +1,1 @@
-"""All drawing, and pages of measurements."""
+"""All figures, and reports of measurements."""

@@ -16,7 +16,7 @@ from layerjam.units import show
 
 @dataclass(frozen=True)
 class Step:
-    """One step: what to do, and commands to type."""
+    """One step: an instruction, and commands to type."""
 
     text: str
     commands: tuple[str, ...] = ()
@@ -37,7 +37,7 @@ PATTERN = "cut/pattern.pdf"
 
 
 def film(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) -> list[Step]:
-    """Return the steps from film to a pile of sheets; `files` lists the written files, else all."""
+    """Return the steps from film to a stack of sheets; `files` lists the written files, or all."""
     lengths, build = drawing.lengths, drawing.build
     made_of = ", ".join(f"{part.count} × cut/{part.name}.dxf" for part in drawing.film.parts)
     cutter = {
@@ -94,7 +94,7 @@ def film(drawing: Drawing, coupons: bool, files: Collection[str] | None = None) 
 
 
 def caps(drawing: Drawing) -> list[Step]:
-    """Printed parts, fitted before anything is stacked."""
+    """Return the steps for the printed parts, which are fitted before anything is stacked."""
     lengths, build = drawing.lengths, drawing.build
     thread = lengths.thread
     port = (
@@ -148,7 +148,7 @@ def _flush(drawing: Drawing) -> str:
 
 
 def sleeve(drawing: Drawing) -> list[Step]:
-    """Mould, silicone, cut to length."""
+    """Return the steps for the enclosure: mould, silicone, cutting to length."""
     lengths, build, silicone = drawing.lengths, drawing.build, drawing.file.making.enclosure
     halves = drawing.silicone_parts
     if halves is None:
@@ -198,7 +198,7 @@ def sleeve(drawing: Drawing) -> list[Step]:
 
 
 def stack(drawing: Drawing) -> list[Step]:
-    """Layers into both caps, and the clamps."""
+    """Return the steps for the layers in both caps, and the clamps."""
     lengths = drawing.lengths
     left, right = lengths.sides
     distance = f"{_m(lengths.pin_to_pin)} apart"
@@ -239,7 +239,7 @@ def stack(drawing: Drawing) -> list[Step]:
 
 
 def _level(drawing: Drawing) -> str:
-    """Return how to level caps on a flat board if neck, tray and head differ in height."""
+    """Return how to level the caps on a flat board if neck, tray and head differ in height."""
     lengths = drawing.lengths
     below = {
         "necks": lengths.neck_b,
@@ -255,7 +255,7 @@ def _level(drawing: Drawing) -> str:
 
 
 def close(drawing: Drawing) -> list[Step]:
-    """Enclosure, ties, fittings."""
+    """Return the steps for enclosure, ties and fittings."""
     lengths, build = drawing.lengths, drawing.build
     ends = f"{_m(lengths.left.reach)} behind the face of each cap"
     if not lengths.same_caps:
@@ -294,7 +294,7 @@ def close(drawing: Drawing) -> list[Step]:
 
 
 def array(drawing: Drawing) -> list[Step]:
-    """Yokes and links."""
+    """Return the steps for yokes and links."""
     out = []
     if drawing.series > 1:
         out.append(
@@ -317,7 +317,7 @@ def array(drawing: Drawing) -> list[Step]:
 
 
 def tools(drawing: Drawing) -> str:
-    """Return the tools that are needed besides the parts, as one sentence."""
+    """Return the required tools in one sentence."""
     lengths, build = drawing.lengths, drawing.build
     keys = {lengths.thread.key}
     if (thread := mould_thread(drawing)) is not None:
@@ -339,7 +339,7 @@ def tools(drawing: Drawing) -> str:
 
 
 def first_checks(drawing: Drawing, coupons: bool) -> list[Step]:
-    """Checks of the first brake, each by a command."""
+    """Return the checks of the first brake, each by a command."""
     lengths = drawing.lengths
     new_file = (
         (f"layerjam new my-brake --from {drawing.file.name} --out my-brake.toml",)

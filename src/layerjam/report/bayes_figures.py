@@ -21,7 +21,7 @@ Array = np.ndarray[Any, Any]
 
 @style.in_style
 def posterior(fit: BayesFit) -> style.Figure:
-    """Scale factor and stiffness: posterior of the brake, of the next pull, curves, prior."""
+    """Draw scale factor and stiffness: posterior of brake and next pull, curves, prior."""
     figure, panels = style.canvas(columns=2, width=9.6, height=4.0)
     parts = ("scale_factor", 1.0, ""), ("stiffness", 1e-3, "kN/m")
     for axes, (name, scale, unit) in zip(panels, parts, strict=True):
@@ -62,7 +62,7 @@ def _densities(
 
 
 def _density(draws: Array, x: Array) -> Array:
-    """Smoothed histogram, its width from the quartiles, which heavy tails do not widen."""
+    """Return a smoothed histogram; heavy tails do not widen it, as its width is from quartiles."""
     quartiles = np.quantile(draws, [0.25, 0.75])
     width = 1.3 * float(np.ptp(quartiles)) / 1.34 * len(draws) ** -0.2
     inner = draws[np.abs(draws - draws.mean()) < 50 * max(width, 1e-300) + np.ptp(x)]
@@ -71,7 +71,7 @@ def _density(draws: Array, x: Array) -> Array:
 
 
 class _Level:
-    """The curves at one vacuum, and the band in which the next pull there is expected."""
+    """The curves at one vacuum, and the band in which the next pull at that vacuum is expected."""
 
     def __init__(self, curves: Sequence[Curve], color: str, after: Population) -> None:
         self.curves, self.color = curves, color
@@ -82,7 +82,7 @@ class _Level:
         self.count = count_of(len(curves), "curve")
 
     def fill(self, axes: style.Axes, offset: Any = 0.0, factor: float = 1.0) -> None:
-        """50 and 95 % of the next pull, less some curve."""
+        """Draw the 50 and 95 % bands of the next pull, after subtracting `offset`."""
         for part, strength in ((WIDE, 0.22), (INNER, 0.30)):
             low, high = ((self.band.at(q) - offset) * factor for q in part)
             style.band(axes, self.u * MM, low, high, self.color, strength)
@@ -99,7 +99,7 @@ def _levels(fit: BayesFit, curves: Sequence[Curve]) -> list[_Level]:
 
 @style.in_style
 def bands(fit: BayesFit, curves: Sequence[Curve], samples: int = 900) -> style.Figure:
-    """Measured curves over the prediction of the next pull, one band for each vacuum."""
+    """Draw measured curves over the prediction of the next pull, one band for each vacuum."""
     figure, (axes,) = style.canvas(width=7.4, height=4.8)
     ends, end = [], 0.0
     for level in _levels(fit, curves):
@@ -120,9 +120,9 @@ def bands(fit: BayesFit, curves: Sequence[Curve], samples: int = 900) -> style.F
 
 @style.in_style
 def deviations(fit: BayesFit, curves: Sequence[Curve], samples: int = 400) -> style.Figure:
-    """Deviation of measured curves from the median of the next pull, a panel for each vacuum.
+    """Draw the deviation of measured curves from the next pull's median, a panel per vacuum.
 
-    In percent of the greatest force; curves are means over some tens of samples.
+    Deviations are in percent of the greatest force; curves are means over some tens of samples.
     """
     shown_levels = _levels(fit, curves)[:4]
     figure, panels = style.canvas(
@@ -151,10 +151,10 @@ def deviations(fit: BayesFit, curves: Sequence[Curve], samples: int = 400) -> st
 def vacuum_for_force(
     fit: BayesFit, slip: float | None = None, target: float | None = None
 ) -> style.Figure:
-    """The vacuum that gives a force, with its band, and the probability that none does.
+    """Draw the vacuum that gives a force, with its band, and the probability that none does.
 
-    At a `slip` [m], a third of the usable travel unless given; `target` [N] is marked with its
-    vacuum in words.
+    `slip` [m] is a third of the usable travel by default; `target` [N] is marked and labelled with
+    its vacuum.
     """
     place = fit.brake.sheets.usable_travel / 3 if slip is None else slip
     after, atmosphere = fit.next_pull(), float(fit.brake.site.atmosphere)

@@ -1,8 +1,8 @@
 """Figures drawn by another process while this one continues to compute.
 
 Matplotlib needs a few tenths of a second to turn a figure into SVG, and holds Python's lock. The
-other process has neither JAX nor the computation: it receives pickled figures and returns SVG. It
-ends when its pipe is closed, and ignores Ctrl-C: this process stops it.
+other process loads neither JAX nor the computing code: it receives pickled figures and returns SVG.
+It ends when its pipe is closed, and ignores Ctrl-C because this process stops it.
 """
 
 import contextlib
@@ -24,17 +24,17 @@ from layerjam.report import style
 from layerjam.report.style import svg_text
 
 FEW = 4
-"""Figures that are drawn before another process has started."""
+"""Number of figures that are drawn here before another process has started."""
 SERVE = "import sys; sys.path[:] = sys.argv[1:]; from layerjam.report.beside import serve; serve()"
 WINDOW_SETTINGS = ("backend", "backend_fallback", "interactive", "toolbar")
-"""Settings of Matplotlib that are about windows."""
+"""Matplotlib's settings for windows, which are not sent to the other process."""
 
 
 class DrawingProcess:
-    """Draws figures in another process, and the remaining or failed ones in this process.
+    """Draws figures in another process; this process draws the remaining and the failed ones.
 
-    A context manager: the other process ends on exit. All figures are drawn here if there are
-    fewer than `FEW` or only one core.
+    It is a context manager; the other process ends on exit. All figures are drawn here if there are
+    fewer than `FEW`, or only one core.
     """
 
     def __init__(self, count: int) -> None:
@@ -59,7 +59,7 @@ class DrawingProcess:
         self._asking.shutdown(wait=True, cancel_futures=True)
         if self._process is not None:
             with contextlib.suppress(OSError):
-                self._process.communicate()  # closes the pipes
+                self._process.communicate()  # this closes the pipes
 
     def post(self, figure: style.Figure) -> None:
         """Submit a figure; later changes to it are not drawn."""
@@ -68,15 +68,15 @@ class DrawingProcess:
             return
         try:
             data = _pickle_figure(figure)
-        except (pickle.PicklingError, AttributeError, TypeError):  # it contains a local function
+        except (pickle.PicklingError, AttributeError, TypeError):  # the figure has a local function
             self._posted.append((figure, _complete(svg_text(figure))))
             return
         self._posted.append((data, self._asking.submit(_request, self._process, data)))
 
     def collect(self) -> list[str]:
-        """Return the SVGs of all posted figures in order; from now on this process also draws."""
+        """Return the SVGs of all posted figures in order; this process now draws figures too."""
         texts: list[str] = []
-        # start from the last, because the other process starts from the first
+        # start from the last figure, because the other process starts from the first
         for item, future in reversed(self._posted):
             text = None if future.cancel() else future.result()
             if text is None:
@@ -120,7 +120,7 @@ def _pickle_figure(figure: style.Figure) -> bytes:
 
 
 def _with_parents(node: Any, state: dict[str, Any]) -> None:
-    """Give a transform its state, and its parents under the addresses that they have here.
+    """Restore a transform with its parents under their addresses in this process.
 
     Matplotlib keeps the old addresses. If a new parent gets one of them, the old parent is no
     longer notified of the layout and clips its drawing as before.
@@ -144,11 +144,11 @@ def _complete(text: str) -> Future[str | None]:
 
 
 def _greet(process: subprocess.Popen[bytes]) -> None:
-    """Say how Matplotlib is set here, and wait until the other process is ready."""
+    """Send Matplotlib's current settings, and wait until the other process is ready."""
     from matplotlib import rcParams
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # from deprecated settings
+        warnings.simplefilter("ignore")  # deprecated settings warn
         # one at a time: querying the current backend would load one
         settings = {name: rcParams[name] for name in rcParams if name not in WINDOW_SETTINGS}
     _request(process, pickle.dumps(settings, pickle.HIGHEST_PROTOCOL))
@@ -169,12 +169,12 @@ def _request(process: subprocess.Popen[bytes], data: bytes) -> str | None:
 
 
 def serve() -> None:
-    """Be the other process: settings first, then figures, until the pipe is closed.
+    """Run the other process: settings first, then figures, until the pipe is closed.
 
     A figure that raises or warns is returned as None, and drawn again in the caller.
     """
     requests, replies = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # output that a library prints is not a reply
+    os.dup2(2, 1)  # printed output of libraries must not count as a reply
     import matplotlib.backends.backend_svg
 
     settings: Any = pickle.load(requests)

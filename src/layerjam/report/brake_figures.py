@@ -1,4 +1,4 @@
-"""Figures that only a brake's report has: the validation by speed, and each pull's scale factor."""
+"""Figures of a brake's report only: validation by speed, and scale factor of each pull."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -24,14 +24,14 @@ PAGE = 7.0
 
 
 def vacuum_colors(vacuums: Sequence[float]) -> dict[str, str]:
-    """A colour for every vacuum by its text, the greatest first."""
+    """Return {text of a vacuum: its colour}, the greatest vacuum first."""
     descending = sorted(vacuums, reverse=True)
     return style.scheme(list(dict.fromkeys(show(v, "Pa") for v in descending)))
 
 
 @style.in_style
 def factors(result: Calibration) -> style.Figure:
-    """Scale factor of each pull, their mean and its 95 % interval."""
+    """Draw the scale factor of each pull, their mean and its 95 % interval."""
     colors = vacuum_colors([f.vacuum for f in result.fits])
     figure, (axes,) = style.canvas(width=PAGE, height=2.6)
     count = len(result.fits)
@@ -50,13 +50,13 @@ def factors(result: Calibration) -> style.Figure:
 
 
 Draw = Callable[["style.Axes", ConditionError, str], float]
-"""Draws one condition in its colour; returns the height of its end, for its label."""
+"""Draws one condition in its colour and returns the height of its end, for the label."""
 
 
 def _over_speeds(
     result: Validation, height: float, draw: Draw, ylabel: str, low: float | None = None
 ) -> style.Figure:
-    """A panel for every speed, all on the same axes, each condition labelled at its end."""
+    """Draw a panel for every speed, all on the same axes, each condition labelled at its end."""
     panels: dict[str, list[ConditionError]] = {}
     for case in result.conditions:
         name = "speed not known" if case.speed is None else f"at {show(case.speed, 'm/s', 3)}"
@@ -83,7 +83,7 @@ def _over_speeds(
 
 @style.in_style
 def overlay(brake: Brake, result: Validation, with_uncalibrated: bool) -> style.Figure:
-    """Mean of the repeats with its SD band and the model's line, a panel for every speed."""
+    """Draw the mean of the repeats with its SD band and the model's line, a panel per speed."""
     models = [(brake, INK, style.DASHED)]
     if with_uncalibrated:
         models.append((uncalibrated(brake), GREY, style.DOTTED))
@@ -111,7 +111,7 @@ def overlay(brake: Brake, result: Validation, with_uncalibrated: bool) -> style.
 
 @style.in_style
 def residuals(result: Validation) -> style.Figure:
-    """Model less measured over the windows: mean of the repeats with SD band, and the zero line."""
+    """Draw model minus measured force: mean of the repeats with its SD band, and the zero line."""
 
     def draw(axes: style.Axes, case: ConditionError, color: str) -> float:
         axes.axhline(0, color=INK, lw=0.9, zorder=3)
@@ -135,7 +135,7 @@ def _mean_sd(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _grid(case: ConditionError) -> np.ndarray:
-    """Elongations common to all repeats of a condition [m], dense where the force bends."""
+    """Return elongations common to all repeats of a condition [m], dense where the force bends."""
     end = min(float(c.pull.elongation[-1]) for c in case.curves)
     turn = min(4 * max(c.pull.peak_elongation for c in case.curves), 0.5 * end)
     return np.concatenate([np.linspace(0, turn, 160, endpoint=False), np.linspace(turn, end, 160)])

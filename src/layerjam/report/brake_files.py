@@ -22,13 +22,13 @@ NAMES = ("results.json", "numbers.csv", "report.pdf", "report.html")
 
 
 def csv_text(numbers: Sequence[Number], names: Mapping[str, str] | None = None) -> str:
-    """numbers.csv: SI values, every digit; `names` as in a BrakeReport."""
+    """Return numbers.csv with SI values in full precision; `names` as in a BrakeReport."""
     rows = ([rename_files(plain(v), names or {}) for v in n.row().values()] for n in numbers)
     return rows_text([COLUMNS, *rows])
 
 
 def results(report: BrakeReport, numbers: Sequence[Number]) -> dict[str, Any]:
-    """results.json."""
+    """Return results.json."""
     return {
         "brake": report.file.name,
         "date": report.date,

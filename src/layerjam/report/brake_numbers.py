@@ -1,4 +1,4 @@
-"""Numbers of a report: each with its unit, uncertainty, count and source, and its form on a page.
+"""Numbers of a report, each with its unit, uncertainty, count, source and format.
 
 Pages show only these numbers, so that the CSV contains every number of a page.
 """
@@ -17,8 +17,8 @@ from layerjam.units import get, show
 class Number:
     """One number, SI. `low` and `high` bound a 95 % interval; unknown values are None.
 
-    `shown_in` is the unit on the page, "" for the most readable one. `decimals` fixes the number
-    of decimals, None for the number that the standard error justifies.
+    `shown_in` is the unit on the page, "" for the most readable one. `decimals` is the number of
+    decimals; None means as many as the standard error justifies.
     """
 
     quantity: str
@@ -68,7 +68,7 @@ class Number:
         return "" if unit in ("1", "") else f" {unit}"
 
     def _scale(self, value: float) -> str:
-        """A value in the page's unit, without it."""
+        """Return a value in the page's unit, without the unit."""
         factor, error, places = self._factor(), self.standard_error, self.decimals
         if places is None and error and math.isfinite(error):
             places = max(0, 1 - math.floor(math.log10(error / factor)))
@@ -80,10 +80,10 @@ class Number:
 
 
 class Column(NamedTuple):
-    """A number that every record of a kind has: its words, its place, and its form on a page.
+    """A number of every record of a kind: its name, its path in the record, and its format.
 
-    `path` and `error` (of its standard error) are dotted names in the record; the rest is as in a
-    Number.
+    `path` and `error` (for its standard error) are dotted names in the record; the other fields are
+    as in a Number.
     """
 
     words: str
@@ -94,7 +94,7 @@ class Column(NamedTuple):
     error: str = ""
 
     def of(self, record: object, stem: str, detail: str = "", **more: Any) -> Number:
-        """The record's number, called "stem: words, which".
+        """Return the record's number, named "stem: words, which".
 
         `more` are the other fields of a Number.
         """
@@ -115,13 +115,13 @@ Cell = Number | str
 
 
 def numbers_of(table: Table) -> list[Number]:
-    """Every number of a table, in order of reading."""
+    """Return every number of a table, in reading order."""
     cells = [cell for row in table.rows for cell in row if isinstance(cell, Number)]
     return [*cells, *table.extra]
 
 
 def estimates(numbers: Sequence[Number], **table: Any) -> Table:
-    """A table of fitted numbers: a row each, with standard error, interval, count and source."""
+    """Return a table of fitted numbers: per row standard error, interval, count and source."""
     return Table(
         head=["quantity", "value", "standard error", "95 % interval", "n", "rests on"],
         rows=[

@@ -41,7 +41,7 @@ HEADLINE = {
     "calibration: stiffness k of brake and rig": "stiffness k of brake and rig",
     "validation, all: MAPE, calibrated": "MAPE",
 }
-"""The most important numbers, and their names."""
+"""The most important numbers, with their names."""
 KEY = (
     "After ±: expanded uncertainty for a coverage of 95 %, with coverage factor k and effective "
     "degrees of freedom ν. Other intervals rest on the scatter of the tests alone."
@@ -52,12 +52,12 @@ KEY = (
 class BrakeReport:
     """Content of a report, stage by stage; `file` is the brake after the last stage.
 
-    `names` {name of a file: its name on the pages} is for files stored under other names.
-    `stages` maps each stage (friction, calibration, validation) that was done to the keys of its
-    command's result. `refused` and `excluded` (by hand) are (file, stage, reason). `seen` names
-    validation files that the brake was calibrated on. `command` wrote the report, on `date` (ISO).
-    `checks` are those of each stage; `verdict` judges them all. `earlier` are accepted failures of
-    the brake's file that still apply. `number` and `customer` are empty if only sidecars may state
+    `names` {name of a file: its name on the pages} is for files stored under other names. `stages`
+    maps each stage (friction, calibration, validation) that was done to the keys of its command's
+    result. `refused` and `excluded` (by hand) are (file, stage, reason). `seen` names validation
+    files on which the brake was calibrated. `command` wrote the report, on `date` (ISO). `checks`
+    are those of each stage; `verdict` judges them all. `earlier` are accepted failures of the
+    brake's file that still apply. `number` and `customer` are empty if only sidecars may state
     them.
     """
 
@@ -89,7 +89,7 @@ class BrakeReport:
 
     @property
     def synthetic(self) -> bool:
-        """Whether a program wrote any of the files, or any source file of the brake's numbers."""
+        """Whether a program generated any of the files, or any source of the brake's numbers."""
         return any(f.synthetic for f in self.files) or bool(self.file.synthetic)
 
     @property
@@ -99,7 +99,7 @@ class BrakeReport:
 
     @property
     def stated(self) -> list[tuple[str, Facts]]:
-        """(file, its facts) of every file."""
+        """Return (file, its facts) of every file."""
         return [*{f.name: f.facts for f in self.files}.items()]
 
     @property
@@ -109,7 +109,7 @@ class BrakeReport:
 
 
 def page(report: BrakeReport) -> Page:
-    """The page, its PDF and their numbers."""
+    """Return the page, with the content of its PDF and their numbers."""
     rejections = [f"{name} ({stage}): {reason}" for name, stage, reason in report.refused]
     parts = _stages(report)
     if report.excluded:
@@ -170,7 +170,7 @@ def _accepted_sentence(acceptance: Acceptance) -> str:
 
 
 def _stages(report: BrakeReport) -> list[Part]:
-    """The stages there is something to say of."""
+    """Return the stages that have any content."""
     parts = []
     if report.friction is not None:
         parts.append(_friction(report, *report.friction))
@@ -229,7 +229,7 @@ def _calibration(report: BrakeReport, result: Calibration) -> Part:
 def _limits(report: BrakeReport, role: str) -> dict[str, float | None]:
     """Return the widest limit of error of each instrument in the files of a role.
 
-    None if a file does not state it.
+    It is None if a file does not state it.
     """
     facts = [f.facts for f in report.files if f.role == role]
     out: dict[str, float | None] = {}
@@ -240,7 +240,7 @@ def _limits(report: BrakeReport, role: str) -> dict[str, float | None]:
 
 
 def _friction_lines(report: BrakeReport, exponent: float) -> tuple[Contribution, ...]:
-    """Return the lines of the friction in a budget; none if no test of the report gave it."""
+    """Return the lines of the friction in a budget; none without a friction test in the report."""
     kinetic = None if report.friction is None else report.friction[1].over["kinetic"]
     if kinetic is None:
         return ()
@@ -250,7 +250,7 @@ def _friction_lines(report: BrakeReport, exponent: float) -> tuple[Contribution,
 def _budgets(report: BrakeReport, result: Calibration) -> tuple[Budget, Budget]:
     """Return the budgets of the scale factor, and of its product with the friction.
 
-    Their lines are the same if no friction test is part of the report.
+    Without a friction test in the report, both have the same lines.
     """
     product = budget(
         [Peak(c.pull.peak_force, c.vacuum) for c in result.curves],
@@ -364,7 +364,7 @@ def _with_uncertainty(number: Number, words: str, uncertainty: Budget) -> tuple[
 
 
 def all_numbers(parts: Sequence[Part]) -> list[Number]:
-    """Every number of a page, in order of reading."""
+    """Return every number of a page, in reading order."""
     return [number for part in parts for table in part.tables for number in numbers_of(table)]
 
 

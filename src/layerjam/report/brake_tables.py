@@ -1,4 +1,4 @@
-"""The tables of a brake's report: friction, calibration, validation, and files read."""
+"""Tables of a brake's report: friction, calibration, validation, and the files that were read."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -55,7 +55,7 @@ OVER_CONDITIONS = (
     (Column("mean of the conditions' MAPE", "mape_conditions"), "conditions"),
     (Column("SD of the conditions' MAPE", "mape_conditions_sd"), "conditions"),
 )
-"""Columns, and the field over which they are averaged."""
+"""(column, field over which it is averaged)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,7 +75,7 @@ class FileUsed:
 
 
 def file_used(trace: Trace, role: str) -> FileUsed:
-    """A measurement with its digest and its use."""
+    """Return a measurement with its digest and its use."""
     facts = trace.facts
     return FileUsed(
         name=Path(trace.path).name,
@@ -92,7 +92,7 @@ def file_used(trace: Trace, role: str) -> FileUsed:
 
 
 def friction_table(result: FrictionResult) -> Table:
-    """Per repeat, and pooled."""
+    """Return the table of friction, per repeat and pooled."""
     count, rows = len(result.repeats), list[list[Cell]]()
     for index, repeat in enumerate(result.repeats, 1):
         name, repeat_name = Path(repeat.path).name, f"repeat {index}"
@@ -150,7 +150,7 @@ _METHODS = {
 
 
 def calibration_table(result: Calibration, kinetic: float) -> Table:
-    """Table of the fitted values with their uncertainties."""
+    """Return the table of the fitted values with their uncertainties."""
     count = len(result.curves)
     plainly = "mean of the pulls" if count > 1 else "the pull"
     numbers = []
@@ -179,7 +179,7 @@ def calibration_table(result: Calibration, kinetic: float) -> Table:
 
 
 def _leave_one_out(result: Calibration) -> tuple[str, list[Number]]:
-    """(sentence, numbers): how far a and k move without the pull that matters most."""
+    """Return a sentence on the change of a and k without the most influential pull, and numbers."""
     phrases, numbers = [], []
     for key, shown_in, decimals in (("scale_factor", "", 4), ("stiffness", "kN/m", 2)):
         moves = (result.leave_one_out or {}).get(key)
@@ -202,7 +202,7 @@ def _leave_one_out(result: Calibration) -> tuple[str, list[Number]]:
 
 
 class _Row(NamedTuple):
-    """One pull of a stage: its cells of the stage, standard errors {path in SinglePull: value}."""
+    """One pull of a stage: its cells, and standard errors {path in SinglePull: value}."""
 
     pull: SinglePull
     cells: Sequence[Cell]
@@ -281,24 +281,24 @@ OF_PULLS = (
 
 
 def _head(column: Column) -> str:
-    """Return the words of a column with the unit of its cells."""
+    """Return the name of a column with the unit of its cells."""
     return f"{column.words} [{column.shown_in}]" if column.shown_in else column.words
 
 
 def _verdict_words(pull: SinglePull) -> str:
-    """Return `ok`, the names of the tests in which the pull is unlike the others, or a dash."""
+    """Return `ok`, the names of the tests in which the pull differs from the others, or a dash."""
     odd = [test for test, verdict in pull.verdicts.items() if verdict == "odd"]
     return ", ".join(odd) or ("ok" if "ok" in pull.verdicts.values() else "too few to compare")
 
 
 def _states(after: Any, before: Any) -> list[tuple[str, Any]]:
-    """The brake before calibration, if known, and as it is."""
+    """Return the errors of the brake before calibration, if known, and as it is."""
     states = ("before calibration", before), ("calibrated", after)
     return [(state, value) for state, value in states if value is not None]
 
 
 def _error_cells(stem: str, after: PooledErrors, before: PooledErrors | None) -> list[Cell]:
-    """MAPE, RMSE, bias and R^2 of a condition or of all, before calibration and after."""
+    """Return MAPE, RMSE, bias and R^2 of a condition or of all, before and after calibration."""
     cells: list[Cell] = []
     for column in MEASURES:
         for state, errors in _states(after, before):
@@ -327,7 +327,7 @@ def condition_words(condition: ConditionError) -> str:
 
 
 def validation_table(result: Validation, before: Validation | None) -> Table:
-    """Table with a row for each condition and one for all, before and after calibration."""
+    """Return the table with a row per condition and one for all, before and after calibration."""
     rows: list[list[Cell]] = []
     extra: list[Number] = []
 
@@ -390,7 +390,7 @@ def _note(result: Validation, before: Validation | None) -> str:
 
 
 def files_table(files: Sequence[FileUsed]) -> Table:
-    """Table of the files that were read, with their digests."""
+    """Return the table of the files that were read, with their digests."""
     rows: list[list[Cell]] = []
     for file in files:
         numbers = (column.of(file, f"file {file.name}") for column in FILE)

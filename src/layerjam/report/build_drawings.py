@@ -23,7 +23,7 @@ from layerjam.report.style import GREY, INK, Axes
 SHOWN = 14
 """Greatest number of layers in the drawing; middle layers of thicker stacks are omitted."""
 _LETTER = 0.066
-"""Width of a letter of a dimension [in]."""
+"""Width of one character in a dimension's label [in]."""
 Part = tuple[str, float, float]
 
 
@@ -45,7 +45,7 @@ def _round(axes: Axes, center: tuple[float, float], size: float) -> None:
 def _new_figure(
     low: tuple[float, float], high: tuple[float, float], width: float
 ) -> tuple[Any, Axes]:
-    """A figure at one scale for both axes, without frame; `width` in inches."""
+    """Return a figure with equal scales on both axes and without frame; `width` in inches."""
     from matplotlib.figure import Figure
 
     wide, tall = high[0] - low[0], high[1] - low[1]
@@ -58,7 +58,7 @@ def _new_figure(
 
 @style.in_style
 def section(world: Scene) -> style.Figure:
-    """The left cap cut along the middle of a screw, to scale, with its dimensions in mm."""
+    """Draw the left cap cut along the middle of a screw, to scale, with dimensions in mm."""
     lengths, build, side = world.lengths, world.build, world.lengths.left
     neck, rear = -side.reach, -side.tray - mm(build.back)
     end = neck - lengths.port_length - lengths.head
@@ -173,7 +173,7 @@ def _enclosure(axes: Axes, world: Scene, edge: float) -> None:
 
 
 def _dimension(axes: Axes, start: tuple[float, float], stop: tuple[float, float]) -> None:
-    """The line of a dimension, an arrow at either end."""
+    """Draw the line of a dimension, with an arrow at each end."""
     line = {"arrowstyle": "<->", "lw": 0.7, "color": INK, "mutation_scale": 6}
     axes.annotate("", start, stop, arrowprops={**line, "shrinkA": 0, "shrinkB": 0})
 
@@ -206,7 +206,7 @@ def _upright(axes: Axes, x: float, parts: Sequence[Part], unit: float) -> None:
 
 
 def _add_names(axes: Axes, world: Scene, above: float, unit: float, edge: float) -> None:
-    """Names above the drawing, each with a line to its part."""
+    """Draw names above the drawing, each with a line to its part."""
     lengths, side = world.lengths, world.lengths.left
     neck, stack = -side.reach, lengths.stack / 2
     port = neck - lengths.port_length / 2
@@ -236,7 +236,7 @@ def _add_names(axes: Axes, world: Scene, above: float, unit: float, edge: float)
 
 @style.in_style
 def order(world: Scene) -> style.Figure:
-    """The layers from below, thickness not to scale, as they lie in both caps."""
+    """Draw the layers from the bottom as they lie in both caps, thickness not to scale."""
     from matplotlib.figure import Figure
 
     lengths = world.lengths
@@ -277,7 +277,7 @@ def order(world: Scene) -> style.Figure:
 
 @style.in_style
 def plates(boards: Sequence[tuple[str, Outline]]) -> style.Figure:
-    """Draw the boards that are cut besides the sheets, each with its length."""
+    """Draw the boards that are cut in addition to the sheets, each with its length."""
     from matplotlib.patches import Circle, Polygon
 
     long = max(part.length for _, part in boards)
@@ -301,7 +301,7 @@ def plates(boards: Sequence[tuple[str, Outline]]) -> style.Figure:
 
 @style.in_style
 def film(piece: Piece) -> style.Figure:
-    """A piece of film with its parts, as it is cut."""
+    """Draw a piece of film with its parts as they are cut."""
     from matplotlib.patches import Circle, Polygon
 
     long, wide = piece.length, piece.width

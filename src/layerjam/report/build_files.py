@@ -1,4 +1,4 @@
-"""The pictures of a build as files: shaded ones as PNG, all of them with their words as SVG."""
+"""Pictures of a build as files: shaded ones as PNG, and all as SVG with labels."""
 
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -33,8 +33,8 @@ def assembly(
 ) -> bytes:
     """Return the PDF's bytes; `svgs` maps the names of the pictures to SVG.
 
-    `files` are the other files of the build, all possible ones if None. Raises MissingExtraError
-    if typst is not installed.
+    `files` are the other files of the build; None means all possible files. Raises
+    MissingExtraError if typst is not installed.
     """
     data = {
         "title": f"How to build {drawing.file.name}",
@@ -106,18 +106,18 @@ def _parts(drawing: Drawing, coupons: bool, files: Collection[str] | None) -> li
 
 
 def picture(name: str, share: float = 1.0) -> Block:
-    """A picture at a share of the page's width."""
+    """Return a picture that takes a share of the page's width."""
     return {"kind": "picture", "name": name, "share": share}
 
 
 def to_steps(step_list: Sequence[steps.Step]) -> Block:
-    """Numbered steps with the commands that belong to them."""
+    """Return numbered steps with the commands that belong to them."""
     rows = [{"text": step.text, "commands": list(step.commands)} for step in step_list]
     return {"kind": "steps", "steps": rows}
 
 
 def _share(drawing: Drawing) -> float:
-    """Share of the width at which the film's picture leaves room for the steps."""
+    """Return the share of the width at which the film's picture leaves space for the steps."""
     if not drawing.film.pieces:
         return 0.5
     piece = drawing.film.pieces[0]
@@ -160,13 +160,13 @@ FORMATS = {
 }
 """Sheets of paper [mm], smallest first; A4 is the smallest."""
 BORDER, STRIP = 10.0, 24.0
-"""Paper that a printer leaves white, and the strip of the ruler below the parts [mm]."""
+"""Margin that a printer leaves white, and height of the ruler below the parts [mm]."""
 ROUND = 4 / 3 * (2**0.5 - 1)
 """Length of the handles of a quarter circle, in radii; the error is 0.03 % of the radius."""
 
 
 class Paper(NamedTuple):
-    """A format, upright or across [mm]."""
+    """A paper format in portrait or landscape [mm]."""
 
     name: str
     width: float
@@ -174,7 +174,7 @@ class Paper(NamedTuple):
 
 
 def holds(paper: str) -> tuple[float, float]:
-    """The greatest length and width of film parts on a format laid across [mm]."""
+    """Return the greatest length and width of film parts on a landscape format [mm]."""
     short, long = FORMATS[paper]
     return long - 2 * BORDER, short - 2 * BORDER - STRIP
 
@@ -192,7 +192,7 @@ def paper_for(parts: Sequence[Outline]) -> Paper | None:
 
 
 def pattern(pieces: Sequence[Piece], notes: Sequence[str] = ()) -> bytes | None:
-    """Return the PDF's bytes, one page a piece; None if a piece is larger than any paper.
+    """Return the PDF's bytes, one page per piece; None if a piece is larger than any paper.
 
     `notes` are sentences for every page. Raises MissingExtraError if typst is not installed.
     """
@@ -229,7 +229,7 @@ def _edge(part: Outline, origin: tuple[float, float]) -> list[list[float]]:
     for begin, stop in zip(path, [*path[1:], path[0]], strict=True):
         x, y, u, v = begin.x, begin.y, stop.x, stop.y
         if begin.bulge:
-            # an anticlockwise quarter leaves along x where x and y grow or shrink together
+            # an anticlockwise quarter starts along x if x and y both increase or both decrease
             level = (u - x) * (v - y) > 0
             first = (x + ROUND * (u - x), y) if level else (x, y + ROUND * (v - y))
             second = (u, v - ROUND * (v - y)) if level else (u - ROUND * (u - x), v)
@@ -266,13 +266,13 @@ class Pictures(NamedTuple):
     """SVG of every picture, with names or dimensions."""
 
     def files(self) -> dict[str, bytes]:
-        """{path: bytes}."""
+        """Return {path: bytes}."""
         pngs = {f"pictures/{name}.png": png for name, png in self.plain.items()}
         return pngs | {f"pictures/{name}.svg": svg.encode() for name, svg in self.svgs.items()}
 
 
 def pictures(build: Build, lengths: Lengths, pieces: Sequence[Piece]) -> Pictures:
-    """Draw the parts apart, stacking, mould and assembly; layers, film, and the section.
+    """Draw separated parts, stacking, mould, assembly, layers, film and section.
 
     Raises MissingExtraError if matplotlib or manifold3d is not installed.
     """
@@ -291,10 +291,10 @@ def pictures(build: Build, lengths: Lengths, pieces: Sequence[Piece]) -> Picture
 def papers(
     drawing: Drawing, coupons: bool = False, others: Collection[str] | None = None
 ) -> dict[str, bytes]:
-    """{path: bytes} of the pictures, assembly.pdf and cut/pattern.pdf of a build.
+    """Return {path: bytes} of the pictures, assembly.pdf and cut/pattern.pdf of a build.
 
-    `others` are its other files, all possible ones if None. There is no pattern if a piece of film
-    is larger than any paper. Raises MissingExtraError if an extra is not installed.
+    `others` are its other files; None means all possible files. There is no pattern if a piece of
+    film is larger than any paper. Raises MissingExtraError if an extra is not installed.
     """
     drawn_ones = pictures(drawing.build, drawing.lengths, drawing.film.pieces)
     if drawing.brakes > 1:

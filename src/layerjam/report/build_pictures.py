@@ -15,14 +15,14 @@ Point = tuple[float, float, float]
 
 
 class Label(NamedTuple):
-    """Words, the body or point in space that they name, and whether they appear above."""
+    """A label, the body or point in space that it names, and whether it is above the picture."""
 
     words: str
     target: Body | Point
     above: bool | None = None
 
     def place(self, shot: Shot) -> tuple[float, float]:
-        """Return column and row in a picture; for a body, a place where it is visible."""
+        """Return column and row in a picture; for a body, those of a visible place."""
         if isinstance(self.target, Body):
             return shot.middle_of(self.target) or shot.place(_middle(self.target))
         return shot.place(self.target)
@@ -32,7 +32,7 @@ LabelledShot = tuple[Shot, list[Label]]
 SHOWN = 12
 """Greatest number of layers in the stacking picture; middle ones are omitted."""
 _LETTER = 0.062
-"""Width of a letter in a label [in]."""
+"""Width of one character in a label [in]."""
 
 
 def shots(world: Scene) -> dict[str, LabelledShot]:
@@ -53,7 +53,7 @@ def _middle(body: Body) -> Point:
 
 
 def exploded_parts(world: Scene) -> dict[str, list[Body]]:
-    """{name: bodies} of every part of one brake, separated, on both sides."""
+    """Return {name: bodies} of every part of one brake, separated, on both sides."""
     lengths = world.lengths
     out = 0.35 * lengths.free + 20
     lift = lengths.cap_height + 8
@@ -74,18 +74,18 @@ def exploded_parts(world: Scene) -> dict[str, list[Body]]:
 
 
 def _draw_exploded(world: Scene) -> LabelledShot:
-    """Every part of one brake with its name."""
+    """Draw every part of one brake with its name."""
     alike = exploded_parts(world)
     shot = shoot([body for bodies in alike.values() for body in bodies])
     (tube,) = alike["enclosure"]
     points = [Label("enclosure", tube)]
     for name, bodies in alike.items():
-        # if parts are equal, the first one that is clearly visible
+        # of equal parts label the first one that is clearly visible
         if "sheet" not in name and name != "enclosure":
             areas = [int(shot.visible_mask(body).sum()) for body in bodies]
             first = next(i for i, area in enumerate(areas) if area >= 0.5 * max(areas))
             points.append(Label(name, bodies[first]))
-    # the middle of a sheet is hidden by the others; its free end is visible
+    # the other sheets hide the middle of a sheet, but its free end is visible
     for word, side in (("left", -1), ("right", 1)):
         corners = alike[f"{word} sheet"][-1].corners
         x = corners[:, 0].min() + 12 if side < 0 else corners[:, 0].max() - 12
@@ -97,7 +97,7 @@ def _draw_exploded(world: Scene) -> LabelledShot:
 def _of_side(
     world: Scene, side: Side, sign: int, out: float, lift: float
 ) -> Iterator[tuple[str, Body]]:
-    """Printed and bought parts of one side, separated; `sign` points outwards."""
+    """Return printed and bought parts of one side, separated; `sign` points outwards."""
     yield "cap", parts.cap(world, side).shift(sign * out)
     yield "clamp plate", parts.plate(world, side).shift(sign * out, z=lift)
     for screw in parts.screws(world, side):
@@ -110,7 +110,7 @@ def _of_side(
 
 
 def _stacking(world: Scene) -> LabelledShot:
-    """The left clamp with its layers spread, cut off at the start of the overlap."""
+    """Draw the left clamp with its layers spread, cut off at the start of the overlap."""
     lengths = world.lengths
     side = lengths.left
     length = min(lengths.sheet_length, side.clamped + 2.2 * max(lengths.width, 12))
@@ -149,14 +149,14 @@ def _stacking(world: Scene) -> LabelledShot:
 
 
 def _drawn_layers(count: int) -> list[int]:
-    """Layers of a picture: all, or the lowest and highest ones of a thick stack."""
+    """Return the layers of a picture: all, or the lowest and highest ones of a thick stack."""
     if count <= SHOWN:
         return list(range(count))
     return [*range(SHOWN // 2), *range(count - SHOWN // 2, count)]
 
 
 def mould_apart(world: Scene) -> dict[str, Body]:
-    """Both halves ("top", "bottom") and the "core", separated."""
+    """Return both halves ("top", "bottom") and the "core", separated."""
     tools, lift = parts.tools(world), _mould_lift(world)
     return tools | {"top": tools["top"].shift(z=2 * lift), "core": tools["core"].shift(z=lift)}
 
@@ -166,7 +166,7 @@ def _mould_lift(world: Scene) -> float:
 
 
 def _mould(world: Scene) -> LabelledShot:
-    """The mould and its bolts, separated."""
+    """Draw the mould and its bolts, separated."""
     lengths, tools = world.lengths, mould_apart(world)
     top, core = tools["top"], tools["core"]
     roof = 2 * _mould_lift(world) + lengths.mould.half
@@ -186,7 +186,7 @@ def _mould(world: Scene) -> LabelledShot:
 
 
 def _draw_assembled(world: Scene) -> LabelledShot:
-    """The brake without its enclosure, and below with it, ties, fittings and dowels."""
+    """Draw the brake without its enclosure, and below with enclosure, ties, fittings, dowels."""
     lengths = world.lengths
     bare: list[Body] = []
     for side in lengths.sides:
@@ -225,7 +225,7 @@ def _draw_assembled(world: Scene) -> LabelledShot:
 
 @style.in_style
 def add_labels(shot: Shot, points: Sequence[Label], width: float = 8.2) -> style.Figure:
-    """A picture with the names of its parts above and below, each with a line to its part."""
+    """Add the names of a picture's parts above and below it, each with a line to its part."""
     rows, columns, _ = shot.pixels.shape
     strip = 0.3
     tall = width * rows / columns
@@ -263,7 +263,7 @@ def add_labels(shot: Shot, points: Sequence[Label], width: float = 8.2) -> style
 def _spread(
     group: Sequence[tuple[str, float, float]], inch: float, columns: int
 ) -> list[tuple[tuple[str, float, float], float]]:
-    """Return the place of each label of a row: over its part, or next to its neighbour."""
+    """Return the position of each label of a row: over its part, or next to its neighbour."""
     labels = sorted(group, key=lambda p: p[1])
     half = [inch * _LETTER * (len(words) + 2) / 2 for words, _, _ in labels]
     spots = [max(x, h) for (_, x, _), h in zip(labels, half, strict=True)]

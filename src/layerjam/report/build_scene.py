@@ -1,7 +1,8 @@
 """The parts of a build as bodies in space, for its pictures [mm].
 
-x = 0 at the left cap's face, the sheets towards +x, z = 0 in the middle of the stack. The right
-side is the left one rotated by half a turn about the vertical axis, so that both plates lie on top.
+The left cap's face is at x = 0, the sheets extend towards +x, and the middle of the stack is at z =
+0. The right side is the left one rotated by half a turn about the vertical axis, so that both
+plates are on top.
 """
 
 import math
@@ -36,11 +37,11 @@ class Scene:
     lengths: Lengths
     sheets: tuple[Outline, Outline]
     spacers: tuple[Outline, Outline]
-    """Spacers of the left and of the right side, nominal."""
+    """Spacers of the left and of the right side, without tolerances."""
 
 
 def scene(build: Build, lengths: Lengths) -> Scene:
-    """The scene of a build."""
+    """Return the scene of a build."""
     outlines = {part.name: part.outline for part in film_parts(build, lengths)}
 
     def both(kind: str) -> tuple[Outline, Outline]:
@@ -52,13 +53,13 @@ def scene(build: Build, lengths: Lengths) -> Scene:
 
 
 def body(part: Solid, colour: str) -> Body:
-    """A solid as a body."""
+    """Return a solid as a body."""
     surface = mesh(part)
     return Body(surface.corners, surface.triangles, colour)
 
 
 def slab(outline: Outline, low: float, high: float, colour: str) -> Body:
-    """A flat part as a body, from z = `low` to `high`."""
+    """Return a flat part as a body, from z = `low` to `high`."""
     rings = [outline.points(0.05)]
     for hole in outline.holes:
         turns = [2 * math.pi * k / 40 for k in range(40)]
@@ -68,7 +69,7 @@ def slab(outline: Outline, low: float, high: float, colour: str) -> Body:
 
 
 def _extrude(rings: Sequence[Ring], low: float, high: float, colour: str) -> Body:
-    """Rings, holes clockwise, swept upright."""
+    """Extrude rings upwards; holes are clockwise."""
     from manifold3d import CrossSection, Manifold
 
     section = CrossSection([np.array(ring) for ring in rings])
@@ -79,18 +80,18 @@ def _extrude(rings: Sequence[Ring], low: float, high: float, colour: str) -> Bod
 
 
 def cap(world: Scene, side: Side) -> Body:
-    """A cap in its position."""
+    """Return a cap in its position."""
     part = body(caps.cap(world.lengths, world.build, side, "cap"), PRINTED)
     return _place(world, side, part)
 
 
 def plate(world: Scene, side: Side) -> Body:
-    """A clamp plate in its position."""
+    """Return a clamp plate in its position."""
     return _place(world, side, body(caps.plate(world.lengths, world.build, side, "plate"), PLATE))
 
 
 def screws(world: Scene, side: Side) -> list[Body]:
-    """The screws of one cap: head and shank."""
+    """Return the screws of one cap, each a head and a shank."""
     lengths, thread = world.lengths, world.lengths.thread
     seat = lengths.stack / 2 + lengths.floor
     bodies = []
@@ -109,7 +110,7 @@ def screws(world: Scene, side: Side) -> list[Body]:
 
 
 def nuts(world: Scene, side: Side) -> list[Body]:
-    """The nuts of one cap, each slid in from the front."""
+    """Return the nuts of one cap, each inserted from the front."""
     lengths, thread = world.lengths, world.lengths.thread
     top = -lengths.stack / 2 - lengths.floor
     bodies = []
@@ -129,7 +130,7 @@ def nuts(world: Scene, side: Side) -> list[Body]:
 
 
 def layer(world: Scene, index: int, shift: float = 0.0) -> tuple[Body, Body]:
-    """Sheet and spacer of a layer, counted from below from 0; `shift` raises both."""
+    """Return sheet and spacer of a layer, counted from 0 at the bottom; `shift` raises both."""
     lengths, left = world.lengths, index % 2 == 0
     low = -lengths.stack / 2 + index * lengths.thickness + shift
     high = low + lengths.thickness
@@ -141,7 +142,7 @@ def layer(world: Scene, index: int, shift: float = 0.0) -> tuple[Body, Body]:
 
 
 def dowel(world: Scene, side: Side) -> Body:
-    """The dowel pin of one cap, longer than the head is high."""
+    """Return the dowel pin of one cap, which is longer than the head is high."""
     lengths, size = world.lengths, mm(world.build.pin)
     end = side.reach + lengths.port_length + lengths.head / 2
     half = lengths.head_height / 2 + 6
@@ -150,7 +151,7 @@ def dowel(world: Scene, side: Side) -> Body:
 
 
 def jig(world: Scene) -> list[Body]:
-    """The board below both caps, with its dowels."""
+    """Return the board below both caps, with its dowels."""
     lengths, build = world.lengths, world.build
     board = jigs.jig(lengths.pin_to_pin, caps.pin_hole(build))
     left = lengths.left.reach + lengths.port_length + lengths.head / 2
@@ -165,7 +166,7 @@ def jig(world: Scene) -> list[Body]:
 
 
 def bolts(world: Scene, z: float) -> list[Body]:
-    """The mould's bolts, heads on z = `z`, in their places."""
+    """Return the mould's bolts in their positions, with heads at z = `z`."""
     size = mm(world.build.mould_bolt)
     bodies = []
     for place in mould.places(world.lengths)[0]:
@@ -176,7 +177,7 @@ def bolts(world: Scene, z: float) -> list[Body]:
 
 
 def tube(world: Scene, side: Side) -> Body:
-    """A piece of the tube on a fitting."""
+    """Return a piece of the tube on a fitting."""
     lengths = world.lengths
     x, face = -(side.reach + lengths.port_length / 2), lengths.head / 2
     ring = add("y", face + 6, face + 24, Ellipse.circle((0, x), max(lengths.port, 2.5)))
@@ -184,7 +185,7 @@ def tube(world: Scene, side: Side) -> Body:
 
 
 def fitting(world: Scene, side: Side) -> Body:
-    """A fitting in the port, as a plain stub: which one is the maker's choice."""
+    """Return a fitting in the port as a plain stub, because its type is the builder's choice."""
     lengths = world.lengths
     x = -(side.reach + lengths.port_length / 2)
     face, size = lengths.head / 2, lengths.port
@@ -197,7 +198,7 @@ def fitting(world: Scene, side: Side) -> Body:
 
 
 def tie(world: Scene, side: Side, gap: float = 0.0) -> Body:
-    """A cable tie around the neck, `gap` mm above the bottom of the groove."""
+    """Return a cable tie around the neck, `gap` mm above the bottom of the groove."""
     lengths, build = world.lengths, world.build
     depth, wide = mm(build.tie_depth), mm(build.tie_width)
     a, b = lengths.neck_a - depth + gap, lengths.neck_b - depth + gap
@@ -212,14 +213,14 @@ def tie(world: Scene, side: Side, gap: float = 0.0) -> Body:
 
 
 def sleeve(world: Scene) -> Body:
-    """The trimmed, unstretched enclosure in its position."""
+    """Return the trimmed, unstretched enclosure in its position."""
     lengths = world.lengths
     middle = (lengths.free + lengths.right.reach - lengths.left.reach) / 2
     return body(mould.sleeve(lengths), SILICONE).shift(middle)
 
 
 def mounted_sleeve(world: Scene) -> Body:
-    """The mounted enclosure: over both trays and tied to both necks; thin where stretched."""
+    """Return the mounted enclosure: over both trays, tied to both necks, thin where stretched."""
     lengths, build = world.lengths, world.build
     rear, neck = mm(build.back), mm(build.neck_length)
     low = -lengths.stack / 2 - lengths.shelf_height
@@ -240,12 +241,12 @@ def mounted_sleeve(world: Scene) -> Body:
 
 
 AROUND = 96
-"""Points around the enclosure."""
+"""Number of points around the enclosure."""
 Rings = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 def _box(half: float, low: float, high: float, wall: float) -> Rings:
-    """Outer and inner points (y, z) around a rectangle."""
+    """Return the outer and inner points (y, z) around a rectangle."""
     middle, up = (high + low) / 2, (high - low) / 2
     around = np.array([_on_square(k) for k in range(AROUND)])
     outer, inner = (around * (half + w, up + w) + (0, middle) for w in (wall, 0.0))
@@ -253,7 +254,7 @@ def _box(half: float, low: float, high: float, wall: float) -> Rings:
 
 
 def _oval(a: float, b: float, wall: float) -> Rings:
-    """Outer and inner points around an ellipse, at the angles of a square's."""
+    """Return the outer and inner points around an ellipse, at the angles of a square's points."""
     around = np.array([_on_square(k) for k in range(AROUND)])
     around /= np.linalg.norm(around, axis=1)[:, None]
     outer, inner = (around * (a + w, b + w) for w in (wall, 0.0))
@@ -261,7 +262,7 @@ def _oval(a: float, b: float, wall: float) -> Rings:
 
 
 def _interpolate(first: Rings, second: Rings, share: float) -> Rings:
-    """Rings between two others."""
+    """Return rings interpolated between two others."""
     outer, inner = (a + (b - a) * share for a, b in zip(first, second, strict=True))
     return outer, inner
 
@@ -273,7 +274,7 @@ def _on_square(k: int) -> tuple[float, float]:
 
 
 def _loft(stations: Sequence[tuple[float, Rings]]) -> Body:
-    """A tube through rings at their x, closed between outer and inner at both ends."""
+    """Return a tube through rings at their x, closed between outer and inner at both ends."""
     count = len(stations)
     corners = [
         np.column_stack([np.full(AROUND, x), rings[layer]])
@@ -298,7 +299,7 @@ def _loft(stations: Sequence[tuple[float, Rings]]) -> Body:
 
 
 def tools(world: Scene) -> dict[str, Body]:
-    """Both halves of the mould, and the core, in their positions in the closed mould."""
+    """Return both halves of the mould, and the core, in their positions in the closed mould."""
     build, lengths = world.build, world.lengths
     return {
         "top": body(mould.top(lengths, build), PRINTED),

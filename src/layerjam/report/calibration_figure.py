@@ -20,7 +20,7 @@ from layerjam.units import show
 POINTS = 200
 TOGETHER = 4
 ZOOM = 4.0
-"""The right half shows this times the elongation at the peak."""
+"""Range of the right half, relative to the elongation at the peak."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -28,9 +28,9 @@ class FigureData:
     """Law and uncertainty of each curve of a fit.
 
     `shapes` (curves, 3) are (a, k, the enclosure's factor). `sure` and `scatter` (curves, 3, 3) are
-    covariances of (ln a, ln k, factor): of the law itself, and of a further pull about it (None if
-    there are no repeats). `origins` (curves,) [m] are the starts of the rises, `offsets` [N] those
-    of the forces. `t` is Student's quantile for the bands.
+    covariances of (ln a, ln k, factor). The first is that of the law itself, the second that of a
+    further pull about it (None if there are no repeats). `origins` (curves,) [m] are the starts of
+    the rises, `offsets` [N] those of the forces. `t` is Student's quantile for the bands.
     """
 
     curves: tuple[Curve, ...]
@@ -44,7 +44,7 @@ class FigureData:
 
 @style.in_style
 def calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.Figure:
-    """Pulls and law over elongation, whole and near the peak; residuals below, part of the peak."""
+    """Draw pulls and law over elongation, whole and near the peak, and relative residuals."""
     data = _figure_data(result)
     figure, panels = style.canvas(
         2, 2, 9.6, 5.6, sharex="col", sharey="row", height_ratios=(2.1, 1), width_ratios=(1.25, 1)
@@ -94,7 +94,7 @@ def calibration(file: BrakeFile, result: Calibration, synthetic: bool) -> style.
 def _curves(
     panels: Sequence[style.Axes], data: FigureData, colors: Sequence[str], brake: Brake
 ) -> None:
-    """The pulls over elongation, and the residuals of the law, in percent of the peak."""
+    """Draw the pulls over elongation, and the residuals of the law in percent of the peak."""
     full, zoom, residuals, close = panels
     samples = reduce(data.curves)
     for index, curve in enumerate(data.curves):
@@ -111,7 +111,7 @@ def _curves(
 
 
 def _points(samples: ReducedCurves, index: int) -> tuple[np.ndarray, np.ndarray]:
-    """Elongation and force of a curve, with fine stretches averaged to even out the noise."""
+    """Return elongation and force of a curve, averaged where samples are dense to reduce noise."""
     weight = samples.weight[index]
     group = np.arange(len(weight))
     group[:FINE] = group[:FINE] // TOGETHER * TOGETHER
@@ -133,9 +133,9 @@ def _law(
     color: str,
     brake: Brake,
 ) -> float:
-    """The law at one vacuum with its bands, with the bands also about zero `below`.
+    """Draw the law at one vacuum with its bands, also about zero in `below`.
 
-    Return its force at the end.
+    Returns its force at the end.
     """
     curve, shape = data.curves[index], data.shapes[index]
     close = ZOOM * float(curve.pull.peak_elongation)

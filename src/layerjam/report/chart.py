@@ -1,7 +1,7 @@
 """Declarative description of a figure: panes with curves, marks and shaded areas.
 
-Results give `panes`. `draw` makes a figure of them, and the page draws the same in the browser.
-Panes that share their x axis are below each other, others side by side.
+Results have `panes`. `draw` makes a figure of them, and the page draws the same in the browser.
+Panes that share their x axis are stacked, others are side by side.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,9 +14,9 @@ from layerjam.report import style
 from layerjam.report.style import BLUE, GREY
 
 POINTS_PER_PIXEL = 0.9
-"""Width of a line in a figure [pt] per pixel of it on the page."""
+"""Line width in a figure [pt] per pixel on the page."""
 Mark = tuple[float, float, str, str]
-"""x, y, words and colour of a point."""
+"""(x, y, label, colour) of a point."""
 Ends = tuple[float | None, float | None]
 
 
@@ -31,17 +31,17 @@ class Curve:
     dash: str = "solid"
     """ "solid", "dashed" or "dotted"."""
     width: float = 2.0
-    """Pixels on the page."""
+    """Line width on the page [pixels]."""
     note: str = ""
-    """Words behind the name at its end."""
+    """Text after the name at its end."""
     labelled: bool = True
-    """Whether the name appears at its end too, not only under the cursor."""
+    """Whether the name appears at its end, in addition to the cursor."""
     measured: bool = False
-    """A line with a point here and there."""
+    """Whether the curve is measured; it is drawn as a line with some points."""
 
     @property
     def end(self) -> tuple[float, float]:
-        """The last point, NaN if unknown."""
+        """Return the last point; NaN if unknown."""
         finite = np.flatnonzero(np.isfinite(np.asarray(self.y, float)))
         return (self.x[finite[-1]], self.y[finite[-1]]) if len(finite) else (np.nan, np.nan)
 
@@ -57,19 +57,19 @@ class Pane:
     y_range: Ends = (0, None)
     marks: Sequence[Mark] = ()
     levels: Sequence[tuple[float, str, str]] = ()
-    """Lines across: y, name and colour."""
+    """(y, name, colour) of each horizontal line."""
     spans: Sequence[tuple[float, float, str]] = ()
-    """Stretches of the x axis on coloured ground: from, to, colour."""
+    """(start, end, colour) of each coloured interval of the x axis."""
     bands: Sequence[tuple[Curve, Curve]] = ()
-    """Lower and upper edge of coloured ground between two curves on the same x."""
+    """Lower and upper edge, on the same x, of each coloured band."""
     headline: str = ""
     detail: str = ""
     share: float = 1.0
-    """Share of the height if other panes are above or below."""
+    """Share of the total height if panes are stacked."""
 
     @property
     def lines(self) -> list[Curve]:
-        """The curves, and the levels as curves over the whole width."""
+        """Return the curves, and the levels as curves over the whole width."""
         ends = self.x_range[0], self.x_range[1]
         if self.levels and ends[1] is None:
             ends = ends[0], max(float(np.nanmax(curve.x)) for curve in self.curves)
@@ -78,12 +78,12 @@ class Pane:
 
 
 def stacked(panes: Sequence[Pane]) -> bool:
-    """Whether panes are below each other."""
+    """Return whether panes are stacked."""
     return len(panes) > 1 and len({pane.x for pane in panes}) == 1
 
 
 def add_comparisons(panes: Sequence[Pane], others: Mapping[str, Sequence[Curve]]) -> list[Pane]:
-    """Return the panes with faint curves of other results by label, one in each, named once."""
+    """Return the panes with a faint curve of each other result by label, named once."""
     result = []
     for place, pane in enumerate(panes):
         quiet = [
@@ -102,7 +102,7 @@ def add_comparisons(panes: Sequence[Pane], others: Mapping[str, Sequence[Curve]]
 
 @style.in_style
 def draw(panes: Sequence[Pane]) -> style.Figure:
-    """The figure of panes."""
+    """Draw the panes as a figure."""
     count = len(panes)
     if stacked(panes):
         shares = [pane.share for pane in panes]

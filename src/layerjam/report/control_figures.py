@@ -1,4 +1,4 @@
-"""A regulator on its line, and a force that follows a profile."""
+"""Figures of a regulator on its line, of a force that follows a profile, and of a plan."""
 
 import math
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from layerjam.units import show
 
 
 def loop(regulator: Regulator, run: ClosedLoop, fault_at: float | None = None) -> list[Pane]:
-    """Vacuum, reading and target over time, and the pump command; shaded after a fault."""
+    """Draw vacuum, reading and target over time, and the pump command; shaded after a fault."""
     time, end = run.time, float(run.time[-1])
     vacuum = [
         Curve(time, run.vacuum * KPA, name="vacuum"),
@@ -51,7 +51,7 @@ def loop(regulator: Regulator, run: ClosedLoop, fault_at: float | None = None) -
 
 
 def bench_panes(time: Any, vacuum: Any, target: Any, **pane: Any) -> list[Pane]:
-    """Vacuum and target [Pa] of a bench over time [s]; NaN where the sensor showed none."""
+    """Return the panes of a bench's vacuum and target [Pa] over time [s]; NaN marks no reading."""
     target_kpa, vacuum_kpa = np.asarray(target, float) * KPA, np.asarray(vacuum, float) * KPA
     aim = Curve(time, target_kpa, GREEN, "target", "dashed", 1.5)
     highest = max(50.0, 1.15 * float(np.nanmax((*target_kpa, *vacuum_kpa))))
@@ -71,7 +71,7 @@ def watched(
 
 @style.in_style
 def following(run: Following, sweep: Bode | None) -> style.Figure:
-    """Force and target, and the response to a sine."""
+    """Draw force and target, and the response to a sine."""
     figure, (force, *size) = style.canvas(columns=1 + (sweep is not None), width=10.4, height=4.2)
     detail = f"error {show(run.rms, 'N', 3)} RMS; the brake slips from "
     detail += f"{show(float(run.slip[0]), 'm', 3)} to {show(float(run.slip[-1]), 'm', 3)}"
@@ -102,7 +102,7 @@ def profile(axes: style.Axes, run: Following, top: float) -> None:
 def frequency_response(
     axes: style.Axes, sweeps: list[tuple[Bode, str, str]], turn: tuple[float, float]
 ) -> None:
-    """Size and phase over the frequency of (response, colour, name); `turn` bounds the phase."""
+    """Draw magnitude and phase over frequency of (response, colour, name), to phase `turn`."""
     phase = axes.twinx()
     for sweep, color, _ in sweeps:
         axes.plot(sweep.frequency, sweep.magnitude, "o-", color=color, ms=3.5, lw=1.3)
@@ -117,14 +117,14 @@ def frequency_response(
 
 
 STEPS = 25
-"""Range of uncertainties drawn, from zero to `WIDEST` times the given one."""
+"""Number of uncertainties drawn, from zero to `WIDEST` times the given one."""
 WIDEST = 2.0
 GUESS = 0.1
-"""Standard deviation of the speed over its mean, if none was given."""
+"""Standard deviation of the speed over its mean, if none is given."""
 
 
 def energy_sd(case: Arrival) -> float:
-    """Standard deviation of the energy over its mean, of log-normal mass and speed."""
+    """Return the relative standard deviation of the energy for log-normal mass and speed."""
     mass = np.log1p((case.mass_sd / case.mass) ** 2)
     speed = np.log1p((case.speed_sd / case.speed) ** 2)
     return float(np.sqrt(np.expm1(mass + 4 * speed)))
@@ -132,9 +132,9 @@ def energy_sd(case: Arrival) -> float:
 
 @style.in_style
 def plan_figure(plan: Plan) -> style.Figure:
-    """Vacuum that comes in the warning time.
+    """Draw the vacuum reached in the warning time, the peak, and the probability of failure.
 
-    Expected peak and probability of running out of travel.
+    The peak is the expected one; a stop fails if it runs out of travel.
     """
     figure, (rises, peaks, chances) = style.canvas(columns=3, width=12.4, height=3.9)
     _rise(rises, plan)

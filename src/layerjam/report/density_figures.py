@@ -1,4 +1,4 @@
-"""Force over mass, log-log, with lines of equal force density (paper, Fig. 12)."""
+"""Force over mass, log-log, with lines of equal force per mass (paper, Fig. 12)."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ save = style.save
 _GROUND = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
 _LOOKS = ((RED, "s"), (GREEN, "^"), (PURPLE, "D"), (ORANGE, "v"), (SKY, "P"))
 G = 1e3
-"""Grams in a kilogram."""
+"""Grams per kilogram."""
 
 
 @style.in_style
@@ -27,7 +27,7 @@ def density(
     sheet: Mapping[str, Any],
     missing: Sequence[str],
 ) -> style.Figure:
-    """Devices as `compare` lists them, the first brake with more sheets, and missing classes."""
+    """Draw the devices of `compare`, the first brake with more sheets, and missing classes."""
     first = lines[0]
     x = np.array([r["mass"] for r in rows] + list(first.masses)) * G
     y = np.array([r["max_force"] for r in rows] + list(first.forces))
@@ -54,7 +54,7 @@ def density(
 
 
 def fig12() -> style.Figure:
-    """The paper's Fig. 12 from the mass model, with devices of others that have a source."""
+    """Draw the paper's Fig. 12 from the mass model, with other devices that have a source."""
     from layerjam.design.comparison import comparison
     from layerjam.device.load import devices, load
 
@@ -64,7 +64,7 @@ def fig12() -> style.Figure:
 
 
 def _equal_density(axes: style.Axes) -> None:
-    """Straight lines of one force density, labelled at the edge of the picture."""
+    """Draw straight lines of equal force per mass, labelled at the edge of the picture."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     for power in range(-1, 7):
         per_gram = 10.0**power / G
@@ -94,7 +94,7 @@ def _ours(axes: style.Axes, ours: Sequence[dict[str, Any]], line: "SheetLine") -
 
 
 def _names(axes: style.Axes, single: Sequence[dict[str, Any]]) -> None:
-    """Names of single brakes in a column to the right, spread if forces are close."""
+    """Write the names of single brakes in a column to the right, spread if forces are close."""
     column = 1.45 * G * max(r["mass"] for r in single)
     height = 0.0
     for row in sorted(single, key=lambda r: r["max_force"]):

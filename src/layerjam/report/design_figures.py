@@ -1,4 +1,4 @@
-"""Designs: the front, the chosen one and the runner-up."""
+"""Figures of designs: the front, the chosen design and the runner-up."""
 
 import math
 from collections.abc import Mapping
@@ -43,7 +43,7 @@ def seen_over(answer: Any) -> tuple[str, str]:
 def marked_designs(
     answer: Any, names: tuple[str, str]
 ) -> list[tuple[Mapping[str, Any], str, Look]]:
-    """(design, description, style) of the designs labelled in the picture."""
+    """Return (design, description, style) of the designs that are labelled in the picture."""
     designs = zip((answer.chosen, answer.runner_up, answer.refined), LOOKS.items(), strict=True)
     marks = [(design, word, look) for design, (word, look) in designs if design is not None]
     for forbidden in sorted(answer.forbidden, key=lambda f: f["short"])[:1]:
@@ -53,14 +53,14 @@ def marked_designs(
 
 
 def losing(answer: Any, name: str) -> float:
-    """1 if larger values are worse, otherwise -1: nothing is drawn on that side of the front."""
+    """Return 1 if larger values are worse, otherwise -1; the front is empty on that side."""
     goals = {o.name: o.least for o in answer.record.spec.objectives}
     return 1.0 if goals.get(name, True) else -1.0
 
 
 @style.in_style
 def front(answer: Any) -> style.Figure:
-    """The designs that no other design beats in both objectives, with the chosen one.
+    """Draw the designs that no other design beats in both objectives, with the chosen one.
 
     `answer` is the result of `design` or `sweep`.
 
@@ -97,7 +97,7 @@ def front(answer: Any) -> style.Figure:
 def _labels(
     axes: style.Axes, points: list[tuple[Any, str, str]], aside: float, down: float
 ) -> None:
-    """Draw a word next to each mark, on the side of the worse designs, which is empty."""
+    """Write a label next to each mark, on the side of the worse designs, which is empty."""
     low, high = axes.get_xlim()
     bottom, top = axes.get_ylim()
     places: list[tuple[float, float]] = []
@@ -113,7 +113,7 @@ def _labels(
 
 
 def scale(answer: Any, name: str) -> tuple[float, str]:
-    """Factor from SI, and the unit, in which the middle of the front reads well."""
+    """Return the factor from SI, and the unit, that suit the middle of the front."""
     unit = answer.units[name]
     if unit == "1":
         return 1.0, "1"

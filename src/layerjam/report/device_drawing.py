@@ -1,4 +1,4 @@
-"""The brake drawn from its file: sheets, caps, enclosure, every named length and force.
+"""Drawing of a brake from its file: sheets, caps, enclosure, every named length and force.
 
 Lengths along the pull are to scale; thicknesses are drawn larger, and the figure states this.
 """
@@ -15,14 +15,14 @@ SKIN, CAP = "#dfe9ee", "#b9c2ca"
 DRAWN = 11
 """Greatest number of sheets in the drawing; a label states the number if there are more."""
 LOOSE, JAMMED, SHEET = 1.0, 0.62, 0.5
-"""Distance of the sheets at rest and under vacuum, and their thickness; units of the drawing."""
+"""Pitch of the sheets at rest and under vacuum, and their thickness, in units of the drawing."""
 SIDE = 15.0
-"""Half of the drawing's height, in the same."""
+"""Half of the drawing's height, in the same units."""
 
 
 @dataclass(frozen=True)
 class _Shape:
-    """Lengths along the pull [mm], and the part of the stack drawn."""
+    """Lengths along the pull [mm], and the number of drawn sheets."""
 
     left: float
     overlap: float
@@ -33,12 +33,12 @@ class _Shape:
 
     @property
     def length(self) -> float:
-        """Between the caps at rest."""
+        """Distance between the caps at rest."""
         return self.left + self.overlap + self.right
 
     @property
     def room(self) -> float:
-        """Space for a word next to the caps."""
+        """Space for a label next to the caps."""
         return 0.16 * (self.length + self.travel)
 
 
@@ -57,7 +57,7 @@ def _shape(brake: Brake) -> _Shape:
 
 @style.in_style
 def device(file: BrakeFile) -> style.Figure:
-    """The brake at rest and pulled to its usable travel, along the pull and across."""
+    """Draw the brake at rest and at its usable travel, along the pull and across it."""
     brake, shape = file.brake, _shape(file.brake)
     figure, axes = style.canvas(2, 2, 8.6, 5.0, width_ratios=(4.4, 1))
     loose, loose_end, pull, pull_end = axes
@@ -86,7 +86,7 @@ def device(file: BrakeFile) -> style.Figure:
 
 
 def _side_view(axes: style.Axes, shape: _Shape, travel: float, pitch: float) -> None:
-    """The section along the pull."""
+    """Draw the section along the pull."""
     from matplotlib.patches import Polygon, Rectangle
 
     end = shape.length + travel
@@ -114,12 +114,12 @@ def _side_view(axes: style.Axes, shape: _Shape, travel: float, pitch: float) -> 
 
 
 def _height(shape: _Shape, pitch: float) -> float:
-    """Half of the enclosure's height."""
+    """Return half of the enclosure's height."""
     return (shape.sheets - 1) / 2 * pitch + SHEET + 0.45
 
 
 def _measure(axes: style.Axes, start: float, stop: float, y: float, text: str, **how: str) -> None:
-    """A length between two arrow heads, named under it."""
+    """Draw a length between two arrow heads, with its name below."""
     line = {"arrowstyle": "<|-|>", "color": INK, "lw": 0.8, "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", (start, y), (stop, y), arrowprops={**line, "mutation_scale": 6})
     for x in (start, stop):
@@ -193,7 +193,7 @@ def _label_travel(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
 
 
 def _end_view(axes: style.Axes, brake: Brake, shape: _Shape, pitch: float) -> None:
-    """The section across the pull."""
+    """Draw the section across the pull."""
     from matplotlib.patches import FancyBboxPatch, Rectangle
 
     half = 6.0

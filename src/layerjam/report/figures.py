@@ -1,4 +1,4 @@
-"""Figures of single results: drawn by the option `--figure` of each command."""
+"""Figures of single results, drawn by the option `--figure` of each command."""
 
 from collections.abc import Sequence
 
@@ -21,7 +21,7 @@ calibration = calibration_figure.calibration
 
 @style.in_style
 def force_over_slip(file: BrakeFile, vacuum: float, slip: float) -> style.Figure:
-    """Force of the sliding brake over its slip at one vacuum, parts stacked."""
+    """Draw the force of the sliding brake over its slip at one vacuum, with its parts stacked."""
     brake = file.brake
     x = np.linspace(0, brake.sheets.overlap, 400)
     sheets, total = (np.asarray(law(x, vacuum, brake)) for law in (sheet_friction, brake_force))
@@ -41,7 +41,7 @@ def force_over_slip(file: BrakeFile, vacuum: float, slip: float) -> style.Figure
 
 @style.in_style
 def force_over_vacuum(file: BrakeFile, slip: float, target: float, vacuum: float) -> style.Figure:
-    """Force at one slip over the vacuum, with the target force."""
+    """Draw the force at one slip over the vacuum, with the target force."""
     brake = file.brake
     pressure = np.linspace(0, brake.site.atmosphere, 400)
     figure, (axes,) = style.canvas()
@@ -59,10 +59,10 @@ def force_over_vacuum(file: BrakeFile, slip: float, target: float, vacuum: float
 
 @style.in_style
 def friction(traces: Sequence[Trace], result: FrictionResult) -> style.Figure:
-    """Friction coefficient over slip of every repeat, with the reduced values.
+    """Draw the friction coefficient over slip of every repeat, with the reduced values.
 
-    The figure also shows the kinetic window, the place of each repeat's static friction, and the
-    envelope of repeats that stick and slip, enlarged in a second panel.
+    The figure also shows the kinetic window, the point of each repeat's static friction, and the
+    envelope of repeats with stick–slip, enlarged in a second panel.
     """
     events = result.stick_slip
     count, (start, end) = len(result.repeats), (w * MM for w in result.window)
@@ -102,7 +102,7 @@ def _envelope(
     stick_slip: StickSlip,
     span: tuple[float, float],
 ) -> list[tuple[float, str, str]]:
-    """Ends of the stick–slip over the window, eight teeth enlarged; labels for the right side."""
+    """Draw the bounds of the stick–slip, eight teeth enlarged; return labels for the right side."""
     axes, zoom = panels
     ends = []
     for name, height in (("upper", stick_slip.upper), ("lower", stick_slip.lower)):
@@ -121,7 +121,7 @@ def _pm(sd: float | None) -> str:
 
 @style.in_style
 def validation(file: BrakeFile, result: Validation, synthetic: bool) -> style.Figure:
-    """Measured and predicted curves over the comparison window, and their differences."""
+    """Draw measured and predicted curves over the comparison window, and their differences."""
     figure, (axes, residuals) = style.canvas(
         rows=2, width=6.8, height=5.2, sharex=True, height_ratios=(2, 1)
     )

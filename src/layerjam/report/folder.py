@@ -1,4 +1,4 @@
-"""A report as a folder: checked before the work begins, written completely or not at all."""
+"""A report as a folder: checked before the work begins, and written completely or not at all."""
 
 import json
 import math
@@ -28,11 +28,11 @@ def check_folder(out: Path, overwrite: bool, names: Sequence[str] = NAMES) -> No
         if not os.access(parent, os.W_OK):
             raise FileError(out, f"cannot be created: the folder {parent} is read-only")
         with hidden_folder(parent):
-            pass  # an administrator may write anywhere, but not on read-only file systems
+            pass  # an administrator can write anywhere, except on read-only file systems
 
 
 def _nearest(out: Path) -> Path:
-    """The folder itself, or the first above it that exists."""
+    """Return the folder itself, or its nearest parent that exists."""
     for folder in (out.absolute(), *out.absolute().parents):
         if folder.is_dir():
             return folder
@@ -42,7 +42,7 @@ def _nearest(out: Path) -> Path:
 
 
 def write_folder(out: Path, content: Mapping[str, str | bytes], old: Sequence[str] = ()) -> None:
-    """Write {path inside `out`: content}, whole or not at all; delete `old` files without content.
+    """Write {path inside `out`: content} completely or not at all; delete unused `old` files.
 
     Everything is written to a folder next to it first. Other files in `out` stay. Raises FileError.
     """
@@ -62,12 +62,12 @@ def write_folder(out: Path, content: Mapping[str, str | bytes], old: Sequence[st
 
 
 def figures_of(drawings: Mapping[str, str]) -> dict[str, str | bytes]:
-    """Drawn SVGs by name as files of a report's folder."""
+    """Return drawn SVGs, by name, as files of a report's folder."""
     return {f"figures/{name}.svg": svg for name, svg in drawings.items()}
 
 
 def json_text(value: Any) -> str:
-    """A JSON file's text."""
+    """Return the text of a JSON file."""
     return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 

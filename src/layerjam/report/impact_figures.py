@@ -24,9 +24,9 @@ TIME, FORCE = "time [ms]", "force [N]"
 
 
 def drop(record: DropRecord, crash: Crash | None = None) -> list[Pane]:
-    """Force and speed over time, and force over the displacement of the mass.
+    """Draw force and speed over time, and force over the displacement of the mass.
 
-    The course after the end of the travel, at a rigid end, is dotted.
+    The part after the end of the travel, where the brake is rigid, is dotted.
     """
     time, travel = record.time * MS, record.travel * MM
     courses = [[Curve(time, record.force)], [Curve(time, record.speed_of_mass)]]
@@ -59,14 +59,14 @@ def drop(record: DropRecord, crash: Crash | None = None) -> list[Pane]:
 
 
 def _work(curves: list[Curve], high: Ends) -> Pane:
-    """Force over displacement, with the work as ground below the first curve."""
+    """Return force over displacement, with the work as the coloured area below the first curve."""
     ground = (replace(curves[0], y=0 * curves[0].y), curves[0])
     place = "displacement of the mass [mm]"
     return Pane(curves, place, FORCE, y_range=high, bands=[ground], headline="Work")
 
 
 def bare(record: BareDrop) -> list[Pane]:
-    """Force of the rope over time and over the displacement of a mass without a brake."""
+    """Draw the force of the rope over time and over displacement, for a mass without a brake."""
     taut = record.time >= 0
     time, force = record.time[taut] * MS, record.force[taut]
     top = int(np.argmax(force))
@@ -81,7 +81,7 @@ def bare(record: BareDrop) -> list[Pane]:
 
 @style.in_style
 def fig11() -> style.Figure:
-    """Peak acceleration over the speed of impact: no brake, full vacuum, tuned vacuum."""
+    """Draw peak acceleration over impact speed: no brake, full vacuum, tuned vacuum."""
     brake = load("choi2018-kapton").brake
     rope = float(brake.rope.stiffness) if brake.rope is not None else np.inf
     g, full = brake.site.gravity, 94.5e3

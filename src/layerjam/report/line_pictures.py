@@ -1,7 +1,7 @@
-"""Pictures of the paper's line under control: regulators, a fault, forces, a plan, the coupling.
+"""Pictures of the paper's line under control: regulators, a fault, forces, a plan, coupling.
 
-The paper has no regulator; sensor, leak and volume per slip are examples of ours and the captions
-say so.
+The paper has no regulator. Sensor, leak and volume per slip are our own examples, as the captions
+state.
 """
 
 from collections.abc import Sequence
@@ -31,26 +31,26 @@ LOW, HIGH, PERIOD = 20.0, 100.0, 16.0
 STARTS = (30e3, 40e3, 50e3, 65e3, 80e3, 94.5e3)
 """Vacuums at first contact of the coupled stops [Pa]."""
 WIDER = 40e-6
-"""Volume per slip [m^2] of the coupled stops: an assumed value, since no source gives one."""
+"""Volume per slip [m^2] of the coupled stops, assumed because no source gives one."""
 COLLISION = Arrival(mass=1.0, speed=2.5, warning=3.0, travel=40e-3, mass_sd=0.1, speed_sd=0.2)
 
 
 def example_line() -> Line:
-    """The paper's line with a leak that empties it in 500 s and a small valve, both examples."""
+    """Return the paper's line with a leak of 500 s and a small valve, both our own examples."""
     line = load_line("choi2018").line
     leak = Leak(laminar=line.chamber.volume * 0.002)
     return replace(line, leak=leak, valve=Valve(conductance=3.5e-10))
 
 
 def regulator(kind: str, safe_state: str = "release") -> Regulator:
-    """One of the three on the example line."""
+    """Return one of the three regulators on the example line."""
     plant = plant_of(example_line(), vacuum=HELD)
     return Regulator(plant=plant, sensor=SENSOR, kind=kind, safe_state=safe_state, tuned_at=HELD)
 
 
 @style.in_style
 def regulators() -> style.Figure:
-    """Three regulators near their target, and a pump that dies under one of them."""
+    """Draw three regulators near their target, and a pump that fails under one of them."""
     figure, (zoom, fault) = style.canvas(columns=2, width=9.6, height=3.9)
     for kind, color in zip(KINDS, (BLUE, ORANGE, INK), strict=True):
         run = simulate(regulator(kind), [(25.0, HELD)])
@@ -76,11 +76,10 @@ def regulators() -> style.Figure:
 
 @style.in_style
 def forces() -> style.Figure:
-    """A force that follows a profile and steps, with the parts that cannot be followed.
+    """Draw a force that follows a profile and steps, with the parts that cannot be followed.
 
-    Sines of two sizes.
-
-    The true brake rubs 3 % more than the controller knows, the slip's noise is 0.1 mm.
+    There are sines of two sizes. The true brake has 3 % more friction than the controller assumes,
+    and the noise of the slip is 0.1 mm.
     """
     loop, brake = regulator("scheduled"), load("choi2018-kapton").brake
     true = replace(brake, scale_factor=brake.scale_factor * 1.03)
@@ -109,7 +108,7 @@ def forces() -> style.Figure:
 
 
 def warned() -> style.Figure:
-    """The plan for one collision: vacuum in time, full against tuned."""
+    """Draw the plan for one collision: vacuum in time, full compared with tuned."""
     brake = load("choi2018-kapton")
     case = replace(COLLISION, gravity=brake.brake.site.gravity)
     return plan_figure(plan(brake, load_line("choi2018").line, case))
@@ -117,9 +116,9 @@ def warned() -> style.Figure:
 
 @style.in_style
 def coupling(starts: Sequence[float] = STARTS) -> style.Figure:
-    """Effect of the enclosure's stretching: vacuum gained and slip saved over the first vacuum.
+    """Draw the effect of the enclosure's stretching: vacuum gained and slip saved.
 
-    Line shut off, 1 kg at 2 m/s.
+    Both are over the initial vacuum, for 1 kg at 2 m/s and a line that is shut off.
     """
     line, brake = load_line("choi2018").line, load("choi2018-kapton")
     start_kpa = np.array(starts) * KPA

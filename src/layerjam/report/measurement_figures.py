@@ -26,7 +26,7 @@ SpecimenResult = tuple[Specimen, Moduli, Mapping[str, hyperelastic.Fit], str]
 def sleeve(
     specimens: Mapping[str, SpecimenResult], sheets: Mapping[str, float | None]
 ) -> style.Figure:
-    """Stress over strain of every specimen with its model, and the first 150 % close up.
+    """Draw stress over strain of every specimen with its model, and the first 150 % enlarged.
 
     `sheets` is the data sheet's 100 % modulus [Pa] by file, None if it is not known.
     """
@@ -70,7 +70,7 @@ def _others(
     fits: Mapping[str, hyperelastic.Fit],
     best: str,
 ) -> None:
-    """The models not chosen, named at the right end."""
+    """Draw the models that were not chosen, named at the right end."""
     top = float(specimen.stress.max()) * MPA
     names = []
     for model, fit in fits.items():
@@ -93,7 +93,7 @@ def _at_100(axes: style.Axes, moduli: Moduli, sheet: float | None, color: str) -
 
 @style.in_style
 def leak(log: Leak) -> style.Figure:
-    """The log with the three laws, and the residuals of each."""
+    """Draw the log with the three laws, and the residuals of each."""
     figure, (above, below) = style.canvas(
         rows=2, width=6.8, height=5.2, height_ratios=(2.2, 1), sharex=True
     )
@@ -118,7 +118,7 @@ def leak(log: Leak) -> style.Figure:
 
 @style.in_style
 def ageing(fit: AgeingFit) -> style.Figure:
-    """Static friction of every pull over its hold, and the line."""
+    """Draw the static friction of every pull over its hold, and the line."""
     figure, (axes,) = style.canvas()
     ends = fit.holds.min() / 1.5, fit.holds.max() * 1.5
     hold = np.geomspace(*ends, 50)
@@ -135,7 +135,7 @@ def ageing(fit: AgeingFit) -> style.Figure:
 
 @style.in_style
 def pump_down(first: PumpDown, second: PumpDown | None, constant: PumpDown | None) -> style.Figure:
-    """The log and its fit, and the excess over the ultimate pressure on a logarithmic scale."""
+    """Draw the log, its fit, and the excess over the ultimate pressure on a logarithmic scale."""
     figure, (plain, log_axes) = style.canvas(columns=2, width=10.0, height=4.0)
     names = ("alone" if second else "fit", BLUE), ("with the volume added", RED)
     fits = zip((first, second, constant), (*names, ("constant volume", GREY)), strict=True)
@@ -168,7 +168,7 @@ def pump_down(first: PumpDown, second: PumpDown | None, constant: PumpDown | Non
 
 @style.in_style
 def crash(log: Crash) -> style.Figure:
-    """The pulse as logged and filtered, and the change of velocity."""
+    """Draw the pulse as logged and filtered, and the change of velocity."""
     figure, (pulse, speed) = style.canvas(
         rows=2, width=6.8, height=5.4, height_ratios=(2, 1), sharex=True
     )

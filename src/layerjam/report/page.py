@@ -23,7 +23,7 @@ LEVELS = {
     "warning": ("LOOK", "no"),
     "failed": ("FAILED", "no"),
 }
-"""Level of a check: its mark on a page, and the class of the mark."""
+"""Level of a check: its mark on a page, and the CSS class of the mark."""
 
 
 def typeset(text: str) -> str:
@@ -33,7 +33,7 @@ def typeset(text: str) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """A figure, how to draw it, its file name and caption."""
+    """A figure with its drawing function, file name and caption."""
 
     name: str
     figure: Callable[[], style.Figure]
@@ -58,8 +58,8 @@ class Table:
 
     The last `total` rows are set off; `groups` are (title, columns).
 
-    `extra` are numbers of the note or of an interval's cell that no cell contains. A table that is
-    `whole` is kept on one page.
+    `extra` are numbers that appear in the note or in an interval, but in no cell of their own. A
+    table that is `whole` stays on one page.
     """
 
     id: str
@@ -89,7 +89,7 @@ class Table:
         }
 
     def _is_right(self, column: int, rows: Sequence[Sequence[Mapping[str, str]]]) -> bool:
-        """Whether a column is one of numbers, some of which may be missing."""
+        """Return whether a column contains numbers, some of which may be missing."""
         cells = [row[column] for row in self.rows]
         first = bool(rows) and rows[0][column]["kind"] == "number"
         return first or any(not isinstance(cell, str | Word) for cell in cells)
@@ -151,10 +151,10 @@ class Page:
     identity: Mapping[str, str] = field(default_factory=dict)
     mark: str = ""
     more: Mapping[str, str] = field(default_factory=dict)
-    """Entries of a single kind of page."""
+    """Additional entries for a special kind of page."""
 
     def pictures(self) -> list[Picture]:
-        """Every picture, in order of reading."""
+        """Return every picture, in reading order."""
         return [picture for part in self.parts for picture in part.pictures]
 
     def template_data(self) -> dict[str, Any]:
@@ -184,7 +184,7 @@ def html(data: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
 
 
 def _at_the_foot(mark: str) -> str:
-    """Return the rule that prints a text at the foot of every page."""
+    """Return the CSS rule that prints a text at the foot of every page."""
     content = "".join(c if c.isalnum() or c == " " else f"\\{ord(c):06x}" for c in mark)
     return f'@page {{ @bottom-left {{ content:"{content}"; font:9px sans-serif; }} }}\n'
 
@@ -198,8 +198,7 @@ def drawn_all(
 ) -> dict[str, str]:
     """Return {name: text of the SVG} of every picture; `tell` receives each name and the progress.
 
-    Many are drawn during the computation of the next ones. `meanwhile` is called before this
-    process also draws, to wait for other work.
+    Another process draws them; `meanwhile` is called before this process joins in.
     """
     with DrawingProcess(len(pictures)) as process:
         for index, picture in enumerate(pictures):
@@ -216,14 +215,14 @@ def svg_of(file: str, name: str) -> str:
     text = re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{name}-", text)
     width = re.search(r'<svg[^>]*? width="([0-9.]+)pt"', text)
     text = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1)
-    # all figures at one scale: at their own width on paper, smaller only if the window is narrower
+    # all figures have one scale: their paper width, smaller only in a narrower window
     points = float(width.group(1)) if width else 600.0
     wide = rf'\1 style="max-width:{points * 1.45:.0f}px"'
     return re.sub(r'(<svg[^>]*?) width="[^"]*"', wide, text, count=1)
 
 
 def apply_theme(svg: str) -> str:
-    """An inline figure whose colours follow the page, light or dark."""
+    """Return an inline figure whose colours follow the page, light or dark."""
     svg = re.sub(r' xmlns(:\w+)?="[^"]*"', "", svg)
     for name, color in re.findall(r"--(\w+):(#[0-9a-f]{6})", _text("page.css").split("}")[0]):
         svg = re.sub(rf"{color}\b", f"var(--{name})", svg, flags=re.IGNORECASE)

@@ -18,7 +18,7 @@ MAX_PULLS = 12
 
 @style.in_style
 def pulls(summaries: Sequence[tuple[Trace, PullSummary]]) -> style.Figure:
-    """Force over elongation of each pull from its onset on, complete and around the peak.
+    """Draw force over elongation of each pull from its onset, complete and around the peak.
 
     It marks the onset, the line of the stiffness, the peak, the plateau, the envelope of stick–slip
     and the slope of the unloading.
@@ -78,7 +78,7 @@ def _marks(axes: style.Axes, zoom: style.Axes, summary: PullSummary) -> None:
 
 
 def _words(axes: style.Axes, zoom: style.Axes, summary: PullSummary) -> None:
-    """Numbers of a single pull, in the colours of their marks."""
+    """Write the numbers of a single pull in the colours of their marks."""
     features, start = summary.features, summary.start
     items = [(f"slack {show(start.slack, 'm', 3)}", INK)]
     items.append((f"preload {show(start.baseline, 'N', 3)}", INK))

@@ -1,7 +1,7 @@
-"""Bodies of triangles as a picture: an orthographic view, a depth buffer, dark edges.
+"""Bodies of triangles as a picture: orthographic view, depth buffer, dark edges.
 
-No graphics card and no window is needed: a loop over triangles, compiled by numba and kept in its
-cache. Edges are detected in the picture, where the body, the face or the depth changes.
+It needs neither a graphics card nor a window: numba compiles a loop over triangles and caches it.
+Edges are detected in the picture, where the body, the face or the depth changes.
 """
 
 import math
@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from layerjam.mechanics.compilation import compile_loop
 
 FINER = 2
-"""Samples along each side of a pixel."""
+"""Number of samples along each side of a pixel."""
 CREASE = math.cos(math.radians(25))
-"""Faces of one body that turn by more than this show an edge."""
+"""Cosine of the angle between faces of one body above which an edge is drawn."""
 STEP = 0.15
-"""A depth that jumps by more than this within a body shows an edge [mm]."""
+"""Jump of depth within a body above which an edge is drawn [mm]."""
 INK = 32.0
 """Brightness of an edge."""
 LIGHT = (-0.25, -0.45, 0.86)
@@ -41,7 +41,7 @@ class Body:
         return Body(self.corners + np.array([x, y, z]), self.triangles, self.colour)
 
     def turn(self, length: float) -> "Body":
-        """Half a turn about the upright axis in the middle of 0 to `length`: the other side."""
+        """Return the body rotated by half a turn about the vertical axis at half of `length`."""
         return Body(
             self.corners * (-1, -1, 1) + np.array([length, 0, 0]), self.triangles, self.colour
         )
@@ -55,7 +55,7 @@ class View:
     elevation: float = 26.0
 
     def axes(self) -> NDArray[np.float64]:
-        """Rows: to the right, up, and towards the viewer."""
+        """Return the directions to the right, up, and towards the viewer, as rows."""
         a, e = math.radians(self.azimuth), math.radians(self.elevation)
         right = (-math.sin(a), math.cos(a), 0.0)
         up = (-math.sin(e) * math.cos(a), -math.sin(e) * math.sin(a), math.cos(e))
@@ -65,14 +65,14 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """A picture: pixels (rows, columns, 3), and how a point in space gets there."""
+    """A picture: pixels (rows, columns, 3), and the projection of points in space."""
 
     pixels: NDArray[np.uint8]
     axes: NDArray[np.float64]
     corner: tuple[float, float]
-    """Right and up [mm] of the picture's lower left corner."""
+    """Right and up coordinates [mm] of the picture's lower left corner."""
     scale: float
-    """Pixels in a mm."""
+    """Pixels per mm."""
     bodies: Sequence[Body]
     owner: NDArray[np.int32]
     """Number of the body that each pixel shows, -1 for none."""
@@ -83,7 +83,7 @@ class Shot:
         return self.owner == number
 
     def middle_of(self, body: Body) -> tuple[float, float] | None:
-        """Return column and row in the middle of a body's visible part, or None if it is hidden."""
+        """Return column and row in the middle of a body's visible part; None if it is hidden."""
         rows, columns = np.nonzero(self.visible_mask(body))
         if not len(rows):
             return None
@@ -91,13 +91,13 @@ class Shot:
         return float(columns[nearest]) + 0.5, float(rows[nearest]) + 0.5
 
     def place(self, point: Sequence[float]) -> tuple[float, float]:
-        """Column and row of a point in space [mm]."""
+        """Return column and row of a point in space [mm]."""
         right, up, _ = self.axes @ np.asarray(point, dtype=float)
         rows = self.pixels.shape[0]
         return (right - self.corner[0]) * self.scale, rows - (up - self.corner[1]) * self.scale
 
     def png(self) -> bytes:
-        """The picture as PNG; the same pixels give the same bytes."""
+        """Return the picture as PNG; the same pixels give the same bytes."""
         rows, columns, _ = self.pixels.shape
         raw = np.zeros((rows, 1 + 3 * columns), dtype=np.uint8)
         raw[:, 1:] = self.pixels.reshape(rows, -1)
@@ -110,7 +110,7 @@ class Shot:
 
 
 def shoot(bodies: Sequence[Body], view: View = View(), width: int = 1400, border: int = 12) -> Shot:
-    """Render the bodies as large as `width` pixels allow, on white; at most as tall as wide."""
+    """Render the bodies on white, as large as `width` pixels allow and at most as tall as wide."""
     axes = view.axes()
     views = [body.corners @ axes.T for body in bodies]
     low = np.min([points.min(axis=0) for points in views], axis=0)
@@ -145,7 +145,7 @@ def shoot(bodies: Sequence[Body], view: View = View(), width: int = 1400, border
 def _shades(
     bodies: Sequence[Body], normals: Sequence[NDArray[np.float64]], axes: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Red, green and blue of each face."""
+    """Return red, green and blue of each face."""
     light = axes @ (np.array(LIGHT) / np.linalg.norm(LIGHT))
     colors = []
     for body, normal in zip(bodies, normals, strict=True):
@@ -162,7 +162,7 @@ def _fill(points, triangles, first, depth, face):  # type: ignore[no-untyped-def
     for i in range(len(triangles)):
         a, b, c = points[triangles[i, 0]], points[triangles[i, 1]], points[triangles[i, 2]]
         area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-        if area <= 1e-12:  # seen from behind, or on edge
+        if area <= 1e-12:  # seen from behind, or edge-on
             continue
         low = max(math.floor(min(a[1], b[1], c[1]) - 0.5), 0)
         high = min(math.ceil(max(a[1], b[1], c[1]) - 0.5), rows - 1)
@@ -196,7 +196,7 @@ def _fill(points, triangles, first, depth, face):  # type: ignore[no-untyped-def
 
 @compile_loop(nogil=True)
 def _edge(depth, face, normals, owner, v, u, w, t, fine):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Whether an edge runs between two neighbouring samples."""
+    """Return whether an edge runs between two neighbouring samples."""
     first, second = face[v, u], face[w, t]
     if first == second:
         return False
@@ -205,14 +205,14 @@ def _edge(depth, face, normals, owner, v, u, w, t, fine):  # type: ignore[no-unt
     n, m = normals[first], normals[second]
     if n[0] * m[0] + n[1] * m[1] + n[2] * m[2] < CREASE:
         return True
-    # along a plane the depth changes in proportion to its slope
+    # in a plane the depth changes in proportion to its slope
     slope = -((n[0] * (t - u) - n[1] * (w - v)) / max(n[2], 0.05)) / fine
     return abs(depth[w, t] - depth[v, u] - slope) > STEP + abs(slope)
 
 
 @compile_loop(nogil=True)
 def _develop(depth, face, normals, owner, shades, fine, pixels):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Shade and edges of every sample, averaged over each pixel."""
+    """Return shade and edges of every sample, averaged over each pixel."""
     rows, columns = depth.shape
     for v in range(pixels.shape[0]):
         for u in range(pixels.shape[1]):

@@ -1,6 +1,6 @@
-"""Parts of a report for a signature: identity, apparatus, certificates, budget, place to sign.
+"""Parts of a report for a signature: identity, apparatus, certificates, budget, signature lines.
 
-After ASTM D1894, section 12, and ISO/IEC 17025, section 7.8. Missing statements are named.
+They follow ASTM D1894, section 12, and ISO/IEC 17025, section 7.8. Missing statements are named.
 """
 
 import math
@@ -18,7 +18,7 @@ from layerjam.units import QuantitySpec, show
 
 NOT_STATED = "not stated"
 LIMIT = 4
-"""Different statements of one thing that are spelled out."""
+"""Largest number of different statements on one subject that are listed."""
 STATED = (
     "number",
     "date",
@@ -41,20 +41,20 @@ STATED = (
     "procedure",
     "note",
 )
-"""Facts of the sidecars, in the order a report states them."""
+"""Facts of the sidecars, in the order in which a report states them."""
 INSTRUMENTS = {
     "load_cell_certificate": "load cell",
     "gauge_certificate": "vacuum gauge",
     "normal_force_certificate": "normal force",
 }
-"""Facts that contain certificates, with the instrument of each."""
+"""{fact that contains certificates: its instrument}."""
 REQUIRED = {
     "report number": "--report-number, or number in conditions.toml",
     "customer": "--customer, or customer in conditions.toml",
     "laboratory": "laboratory in conditions.toml",
     "tests done on": "date in conditions.toml",
 }
-"""Items that a report has to state (ISO/IEC 17025, section 7.8.2.1): how to state each."""
+"""{item that a report must state (ISO/IEC 17025, section 7.8.2.1): how to state it}."""
 STATES = {
     "valid": "valid",
     "overdue": "overdue since {due}",
@@ -83,7 +83,7 @@ def identity(facts: FileFacts, number: str, customer: str, date: str) -> dict[st
 
 
 def circumstances(facts: FileFacts) -> Part:
-    """Who tested what with which apparatus, one row for each thing; and the certificates."""
+    """Return person, object and apparatus of the tests, one row each; and the certificates."""
     rows: list[list[str | Word]] = []
     for name in STATED:
         words = name.replace("_limit", ", limit of error").replace("_", " ")
@@ -99,7 +99,7 @@ def circumstances(facts: FileFacts) -> Part:
 
 
 def _certificates(facts: FileFacts) -> Table:
-    """One row for each calibration certificate, or for an instrument without one."""
+    """Return one row for each calibration certificate, or for an instrument without one."""
     rows: list[list[Cell]] = []
     used_by = _by_certificate(facts)
     for (instrument, certificate), used in used_by.items():
@@ -138,7 +138,7 @@ def _state(certificate: Certificate, used: FileFacts) -> str:
 
 
 def certificate_problems(facts: FileFacts) -> list[str]:
-    """Return a sentence for each certificate that did not hold on the days of the tests."""
+    """Return a sentence for each certificate that was not valid on the days of the tests."""
     return [
         f"Calibration certificate {certificate.number} of the {instrument}: "
         f"{STATES[state].format(due=certificate.due)} ({_first_of([file for file, _ in files])})."
@@ -183,15 +183,15 @@ def _common(facts: FileFacts, name: str) -> str:
 
 
 def _first_of(names: Sequence[str]) -> str:
-    """Return the first of some names and how many more there are."""
+    """Return the first few names, and how many more there are."""
     return names[0] + (f" and {len(names) - 1} more" if len(names) > 1 else "")
 
 
 def budget_table(budget: Budget, product: Budget | None = None) -> Table:
     """Return the uncertainty budget of the scale factor, with the combination of its lines.
 
-    `product` is the budget of the scale factor times the friction, whose lines come first. It has
-    totals of its own if the friction adds lines.
+    `product` is the budget of the scale factor times the friction, whose lines begin the same way.
+    It has its own totals if the friction adds lines.
     """
     rows: list[list[Cell]] = []
     extra: list[Number] = []
@@ -273,7 +273,7 @@ def _percent(quantity: str, value: float | None) -> Cell:
 
 
 def place_to_sign(items: Mapping[str, str]) -> Part:
-    """Scope of the report, its identity, missing statements, and lines for a signature."""
+    """Return scope and identity of the report, missing statements, and lines for a signature."""
     missing = [
         f"{words[0].upper()}{words[1:]}: {NOT_STATED}. ISO/IEC 17025, section 7.8.2.1, asks for "
         f"it; state it with {hint}."

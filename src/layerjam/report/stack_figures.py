@@ -1,4 +1,4 @@
-"""Figures of the stack: order of sliding, load of each sheet, and scatter of the peaks."""
+"""Figures of the stack: order of sliding, load of each sheet, and scatter of the peak."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ _PAIRS = (RED, ORANGE, GREEN, PURPLE, BLUE)
 
 
 def warm_up() -> None:
-    """Compile the loops of the stack, ten seconds on a first run, while another core does more."""
+    """Compile the loops of the stack while another core works: ten seconds on a first run."""
     file = load("choi2018-kapton")
     pull_stack(np.zeros(2), stack_of(file.brake, VACUUM, mount=np.inf))
     peak_spread(file, VACUUM, 0.0, samples=1)
@@ -25,9 +25,9 @@ def warm_up() -> None:
 
 @style.in_style
 def onset() -> style.Figure:
-    """The Kapton brake held rigidly: interfaces slip in pairs.
+    """Draw the Kapton brake held rigidly, whose interfaces slip in pairs.
 
-    Load of each sheet at that moment.
+    It also shows the load of each sheet at that moment.
     """
     brake = load("choi2018-kapton").brake
     stack = stack_of(brake, VACUUM, mount=np.inf)
@@ -71,7 +71,7 @@ def onset() -> style.Figure:
 
 @style.in_style
 def spread(result: Spread | None = None) -> style.Figure:
-    """Scatter of peak, onset and stiffness due to the scatter of each interface's friction."""
+    """Draw the scatter of peak, onset and stiffness from the scatter of interface friction."""
     file = load("choi2018-kapton")
     result = result or peak_spread(file, VACUUM, 0.10, samples=5_000)
     even = peak_spread(file, VACUUM, 0.0, samples=1)

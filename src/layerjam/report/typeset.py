@@ -11,11 +11,11 @@ from typing import Any
 from layerjam.errors import MissingExtraError
 
 NO_DATE = datetime(1980, 1, 1, tzinfo=UTC)
-"""Default date of a PDF, so that its bytes do not depend on the day."""
+"""Default date of a PDF, fixed so that its bytes do not depend on the day."""
 
 
 def pdf(data: Mapping[str, Any], pictures: Mapping[str, str]) -> bytes:
-    """A report's bytes; the same content on the same date gives the same bytes.
+    """Return a report's bytes; the same content on the same date gives the same bytes.
 
     `data` is the result of Page.template_data, with a `date` (ISO) and a `command`; `pictures` the
     figures' SVG by name.
@@ -32,8 +32,8 @@ def typeset(
 ) -> bytes:
     """Return the bytes of a PDF from a template next to this file, such as page.typ.
 
-    The template reads `data` from data.json; `pictures` are next to it, by file name. Fonts are
-    those of typst, so that no machine's fonts change a page.
+    The template reads `data` from data.json, and `pictures` by file name. The fonts are those of
+    typst, so that the fonts of a machine do not change a page.
     """
     with MissingExtraError.raise_if_missing("a page as PDF (typst)", "pdf"):
         import typst

@@ -18,7 +18,7 @@ SYMBOLS = {
     "motor": "Motor",
     "coil": "Inductor2",
 }
-"""Symbol in schemdraw of each kind of component."""
+"""{kind of component: its symbol in schemdraw}."""
 BOTTOM = -23.5
 """Height of the first line of text, in the units of the drawing."""
 LINE = 0.62
@@ -59,7 +59,7 @@ class _Pen:
         self.sheet, self.elements, self.circuit = sheet, elements, circuit
 
     def add(self, item: Any, spot: Any, end: Any = None, label: str = "", loc: str = "top") -> Any:
-        """Place an element at a point, or between two; returns it."""
+        """Place an element at a point, or between two points, and return it."""
         item = item.at(spot)
         if end is not None:
             item = item.to(end)
@@ -71,7 +71,7 @@ class _Pen:
             self.add(self.elements.Line(), start, end)
 
     def text(self, x: float, y: float, text: str, size: float = 11) -> None:
-        """Write a text that begins at a point."""
+        """Write a text that starts at a point."""
         item = self.elements.Label().label(text, fontsize=size, halign="left", ofst=0)
         self.sheet.add(item.at((x, y)))
 
@@ -90,7 +90,7 @@ class _Pen:
         self.add(self.elements.Ground(), end)
 
     def tag(self, point: Any, text: str, direction: str = "right") -> None:
-        """Draw a framed label, which joins this point with all of that name."""
+        """Draw a framed label; all labels with the same text are connected."""
         item = self.elements.Tag(width=max(1.6, 0.2 * len(text) + 0.6))
         self.add(getattr(item.theta(0), direction)(), point, None, text, "center")
 
@@ -129,7 +129,7 @@ class _Pen:
                 self.tag((x, y), wire.use or wire.label, "left" if left else "right")
 
     def signals(self, x: float, y: float) -> None:
-        """Draw a row for each wire outside the power section: parts, and its other end."""
+        """Draw a row for each wire outside the power section: its parts and its other end."""
         power = (*GATES, "pump_back_gate", "estop_sense", "supply_adc")
         for wire in self.circuit.wires:
             if wire.use in power or wire.label in ("GND", "VSYS"):
@@ -212,7 +212,7 @@ class _Pen:
         self.tag((corner[0] - 1.8, corner[1]), use, "left")
 
     def bridge(self, x: float, y: float) -> None:
-        """Draw the H-bridge that takes the place of Q1 and D1 for a pump that runs both ways."""
+        """Draw the H-bridge that replaces Q1 and D1 if the pump runs in both directions."""
         self.text(
             x, y + 3.4, "H-bridge H1 instead of Q1 and D1, for a pump that runs both ways", 13
         )
