@@ -1,6 +1,7 @@
 """Differences between operating systems: file names, locks, typed commands, errors of files."""
 
 import contextlib
+import errno
 import importlib
 import os
 import re
@@ -76,6 +77,14 @@ def _reason(error: Exception, path: PurePath) -> str:
     if len(os.path.abspath(path)) >= LONGEST:
         return f"{message}; the path is longer than the {LONGEST - 1} characters that Windows takes"
     return message
+
+
+def is_reader_gone(error: OSError) -> bool:
+    """Whether a reader such as `head` has read enough: not an error of the result.
+
+    To Windows, a pipe without a reader is an invalid argument.
+    """
+    return isinstance(error, BrokenPipeError) or (WINDOWS and error.errno == errno.EINVAL)
 
 
 def lock_file(file: int, wait: bool = False) -> bool:

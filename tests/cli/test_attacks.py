@@ -11,6 +11,7 @@ import pytest
 from layerjam.cli.main import main
 from layerjam.commands import impact, predict, tensile
 from layerjam.device.load import load
+from links import link
 
 
 @pytest.mark.parametrize("travel", ["80 mm", "200 mm", "10 m"])
@@ -43,7 +44,8 @@ def test_without_gravity_there_is_no_multiple_of_it(tmp_path: Path) -> None:
 def test_pipes_and_folders_do_not_hang_or_lose_files(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    os.mkfifo(tmp_path / "pipe.toml")
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(tmp_path / "pipe.toml")
     assert main(["show", str(tmp_path / "pipe.toml")]) == 2
     (tmp_path / "taken.svg").mkdir()
     words = ["tensile", "choi2018-kapton", "--vacuum", "9kPa", "--speed", "1mm/s", "--travel"]
@@ -51,8 +53,10 @@ def test_pipes_and_folders_do_not_hang_or_lose_files(
     assert main([*words, "--overwrite"]) == 2
     assert not (tmp_path / "z.csv").exists()
     assert main(["new", "x", "--from", "choi2018-ptfe", "--out", str(tmp_path / "y") * 99]) == 2
-    (tmp_path / "gone.toml").symlink_to(tmp_path / "nowhere.toml")
-    assert main(["new", "x", "--from", "choi2018-ptfe", "--out", str(tmp_path / "gone.toml")]) == 2
+    gone = tmp_path / "gone.toml"
+    if not link(gone, tmp_path / "nowhere.toml"):
+        gone.touch()
+    assert main(["new", "x", "--from", "choi2018-ptfe", "--out", str(gone)]) == 2
     shown = capsys.readouterr()
     assert shown.out == "" and len(shown.err.strip().splitlines()) == 4
 

@@ -25,6 +25,7 @@ from layerjam.commands.publish import Published, publish, recompute
 from layerjam.device.load import load
 from layerjam.errors import FileError
 from layerjam.measure.sidecar import Facts, write_facts
+from links import require_link
 from report.brake_files import BRAKE, campaign
 
 pytestmark = pytest.mark.slow
@@ -228,7 +229,7 @@ def linked_outside(root: Path) -> None:
     path = root / "data" / "pull-3.csv"
     outside = root.parent / "elsewhere.csv"
     shutil.move(path, outside)
-    path.symlink_to(outside)
+    require_link(path, outside)
 
 
 def without_pull(held: Any) -> None:
@@ -372,7 +373,7 @@ UNSEALED: dict[str, tuple[str, Doctor]] = {
     "a measurement outside": ("data/pull-3.csv", linked_outside),
     "a link more": (
         "more.csv",
-        lambda root: (root / "more.csv").symlink_to("data/pull-1.csv"),
+        lambda root: require_link(root / "more.csv", "data/pull-1.csv"),
     ),
 }
 """The same; the attacker changes this alone."""

@@ -52,7 +52,8 @@ def pull_file(path: Path, force: float = 40.0, synthetic: bool = False) -> Path:
     """A pull of a few samples."""
     marked = "# synthetic\n" if synthetic else ""
     rows = "\n".join(f"{i},{i},{force * i / 5}" for i in range(6))
-    path.write_text(f"# layerjam measurement\n{marked}time [s],elongation [mm],force [N]\n{rows}\n")
+    text = f"# layerjam measurement\n{marked}time [s],elongation [mm],force [N]\n{rows}\n"
+    path.write_text(text, encoding="utf-8", newline="\n")
     return path
 
 

@@ -34,7 +34,7 @@ def calibrated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for number, name in enumerate(PULLS):
         pull_file(folder / name, 40 + number, synthetic=True)
     write_facts(folder / PULLS[0], Facts(vacuum=6e4, synthetic=True))
-    (folder / "my.toml").write_text(BRAKE.text, encoding="utf-8")
+    (folder / "my.toml").write_bytes(BRAKE.text.encode())
     files = digests([str(folder / name) for name in PULLS], [str(folder / PULLS[1])])
     made_by = {"program": "layerjam 1 calibrate", "depth": "exact", "files": files}
     pairs = (("scale_factor", "scale_factor"), ("scale_factor", "stiffness"),
@@ -211,7 +211,7 @@ def test_a_run_brings_its_brake_line_board_and_sensor(tmp_path: Path) -> None:
         and lj.records_show("b.ljrun", db=db).record_["outcome"] is None
     )
     # the same brake as a file of its own is the same record, and an export is one of its run
-    (tmp_path / "own.toml").write_text(BRAKE.render(BRAKE.name), encoding="utf-8")
+    (tmp_path / "own.toml").write_bytes(BRAKE.render(BRAKE.name).encode())
     assert lj.records_add(tmp_path / "own.toml", db=db).ids == {
         str(tmp_path / "own.toml"): rows[BRAKE.name]["id"]
     }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import sqlite3
 import sys
 from functools import partial
@@ -257,7 +256,7 @@ def test_other_databases_are_left_alone(tmp_path: Path) -> None:
 
 def test_a_serial_number_belongs_to_one_brake(tmp_path: Path) -> None:
     path, pull = tmp_path / "b.toml", pull_file(tmp_path / "p.csv")
-    path.write_text(BRAKE.text, encoding="utf-8")
+    path.write_bytes(BRAKE.text.encode())
     with pytest.raises(RecordsError, match="serial"):
         lj.records_add([path, pull], serial="LJ-1", db=tmp_path / "lab.db")
     made = lj.records_add(pull, serial="LJ-1", db=tmp_path / "lab.db")
@@ -310,9 +309,7 @@ def test_a_text_that_was_changed_in_the_database_is_found(tmp_path: Path) -> Non
 
 def test_odd_names_are_kept_or_refused(tmp_path: Path) -> None:
     db, known = tmp_path / "lab.db", pull_file(tmp_path / "µ 'x'; DROP TABLE files --.csv")
-    bad = pull_file(tmp_path / "p.csv", 9.0).rename(
-        Path(os.fsdecode(bytes(tmp_path) + b"/\xff.csv"))
-    )
+    bad = pull_file(tmp_path / "p.csv", 9.0).rename(tmp_path / "\udcff.csv")
     said = dict.fromkeys(CALIBRATED, 0) | {"depth": "\0"}
     said["made_from"] = {"files": [{"name": "\ud800\0", "sha256": "1" * 64}]}
     (tmp_path / "odd.json").write_text(json.dumps(said))

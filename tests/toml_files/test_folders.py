@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from layerjam.fabricate.folder import write_folder as write_build
 from layerjam.report.folder import write_folder as write_report
 from layerjam.toml_files import folders
 from layerjam.toml_files.folders import hidden_folder, replace_folder, write_files
+from links import link
 
 RUN = """
 import sys, time
@@ -45,21 +47,33 @@ def test_only_the_folder_of_a_killed_run_is_removed(tmp_path: Path) -> None:
     alive, kept = running(tmp_path)
     kill(dead)
     (tmp_path / ".layerjam-notes").mkdir()
-    (tmp_path / f".layerjam-dataset-{'a' * 32}").mkdir()  # of an earlier version
-    (tmp_path / ".layerjam-0123456789abcdef").symlink_to(tmp_path / ".layerjam-notes")
+    older = f".layerjam-dataset-{'a' * 32}"  # of an earlier version
+    (tmp_path / older).mkdir()
+    mine = {".layerjam-notes", "report"}
+    if link(tmp_path / ".layerjam-0123456789abcdef", tmp_path / ".layerjam-notes"):
+        mine.add(".layerjam-0123456789abcdef")
+    leave_for_a_day(tmp_path / left, tmp_path / older)
     assert {left, kept} <= {*os.listdir(tmp_path)}
     write_report(tmp_path / "report", {"report.html": "page"})
-    mine = {".layerjam-notes", ".layerjam-0123456789abcdef", "report"}
     assert {*os.listdir(tmp_path)} == {kept, *mine}
     assert (tmp_path / kept / "half").read_text() == "written"
     kill(alive)
+    leave_for_a_day(tmp_path / kept)
     write_build(tmp_path / "build", {"build.json": '{"files": ["build.json"]}'})
     assert {*os.listdir(tmp_path)} == {"build", *mine}
+
+
+def leave_for_a_day(*left: Path) -> None:
+    """Windows cannot lock folders: what is unchanged for a day belongs to nobody."""
+    yesterday = time.time() - folders.DAY - 60
+    for folder in left if os.name == "nt" else ():
+        os.utime(folder, (yesterday, yesterday))
 
 
 def test_a_folder_that_a_killed_run_moved_away_comes_back(tmp_path: Path) -> None:
     left = tmp_path / ".layerjam-0123456789abcdef"
     write_files(left, {"old/data.csv": "1", folders.TARGET: str(tmp_path / "mine")})
+    leave_for_a_day(left)
     with hidden_folder(tmp_path):
         assert (tmp_path / "mine" / "data.csv").read_text() == "1"
     assert os.listdir(tmp_path) == ["mine"]

@@ -9,6 +9,7 @@ what POSIX alone has.
 from __future__ import annotations
 
 import builtins
+import ctypes
 import fcntl
 import io
 import ntpath
@@ -97,6 +98,16 @@ def locking(file: int, mode: int, length: int) -> None:
 LK_LOCK, LK_NBLCK = 1, 2
 
 
+def library(name: str, *words: Any, **rest: Any) -> Any:
+    """`ctypes.CDLL`: there is no library of the process itself."""
+    if name is None:
+        raise TypeError("argument of type 'NoneType' is not iterable")
+    return LIBRARY(name, *words, **rest)
+
+
+LIBRARY = ctypes.CDLL
+
+
 def impose(patch: pytest.MonkeyPatch) -> None:
     """All of it, until the test ends."""
     replace, rename, unlink, mkdir = os.replace, os.rename, os.unlink, os.mkdir
@@ -138,6 +149,7 @@ def impose(patch: pytest.MonkeyPatch) -> None:
         patch.setitem(sys.modules, name, None)
     msvcrt = types.SimpleNamespace(locking=locking, LK_LOCK=LK_LOCK, LK_NBLCK=LK_NBLCK)
     patch.setitem(sys.modules, "msvcrt", msvcrt)
+    patch.setattr(ctypes, "CDLL", library)
     patch.setattr(system, "WINDOWS", True)
     patch.setattr(child, "PIPES", False)
 

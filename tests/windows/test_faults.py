@@ -20,11 +20,14 @@ from layerjam import system
 from layerjam.campaigns import campaign_files
 from layerjam.cli.main import main
 from layerjam.commands.lab import lab_example
+from layerjam.design import cluster
 from layerjam.design.blocks import Store
 from layerjam.design.search import Search
 from layerjam.design.specification import read_spec
 from layerjam.device.load import load, write_whole
 from layerjam.errors import CompilerError, FileError
+from layerjam.fabricate.folder import LIST
+from layerjam.fabricate.folder import write_folder as write_build
 from layerjam.identify.provenance import rename_files
 from layerjam.kernel import compiler
 from layerjam.measure.runs import open_run
@@ -286,6 +289,24 @@ def test_a_folders_name_is_refused_too(
         "which Windows drops; use another", "on Windows; use another"
     )
     assert not list(here.iterdir())
+
+
+def test_without_a_library_of_the_process_folders_are_replaced(here: Path) -> None:
+    """`ctypes.CDLL(None)` is a TypeError on Windows."""
+    for text in ("first", "second"):
+        write_build(here / "made", {LIST: '{"files": ["a", "build.json"]}', "a": text}, True)
+        assert (here / "made" / "a").read_text(encoding="utf-8") == text
+    cluster._keep_memory()
+
+
+def test_a_pipe_without_a_reader_is_an_invalid_argument(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`tests/cli/test_terminal.py` closes a real one."""
+    closed, full = OSError(errno.EINVAL, "Invalid argument"), OSError(errno.ENOSPC, "full")
+    assert system.is_reader_gone(closed) and not system.is_reader_gone(full)
+    monkeypatch.setattr(system, "WINDOWS", False)
+    assert not system.is_reader_gone(closed) and system.is_reader_gone(BrokenPipeError())
 
 
 def ends(text: str) -> set[str]:

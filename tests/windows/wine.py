@@ -45,6 +45,7 @@ system="$0"; shift 2
 """Mounts that end with the process. CPython needs pipes as its input and output."""
 ENVIRONMENT = {
     "HOME": "/srv",
+    "LANG": "C.UTF-8",
     "PATH": "/usr/sbin:/usr/bin:/sbin:/bin",
     "XDG_RUNTIME_DIR": "/tmp",
     "WINEDEBUG": "-all",

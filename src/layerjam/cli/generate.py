@@ -26,7 +26,7 @@ from layerjam.commands.declare import (
 )
 from layerjam.commands.quantities import Overwrite
 from layerjam.errors import FileError, QuantityError
-from layerjam.system import check_name, report_failure, typed_line
+from layerjam.system import check_name, is_reader_gone, report_failure, typed_line
 
 TYPED: ContextVar[tuple[str, ...]] = ContextVar("TYPED", default=())
 """Set by `main`, also if a program calls it and `sys.argv` differs."""
@@ -36,7 +36,9 @@ def say(result: Any, as_json: bool) -> int:
     """Print a result as text or JSON; return the exit code."""
     try:
         print(result.json() if as_json else result, flush=True)
-    except BrokenPipeError:  # a reader such as `head` has read enough; the result is still valid
+    except OSError as error:
+        if not is_reader_gone(error):
+            raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     code: int = result.exit_code
     return code

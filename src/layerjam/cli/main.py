@@ -18,7 +18,7 @@ from layerjam.commands.declare import GROUPS, Command, Parameter
 from layerjam.commands.index import Entry, commands, family, find, load
 from layerjam.conversion import FACTORS
 from layerjam.errors import LayerjamError, UnknownNameError
-from layerjam.system import is_windows, typed_line
+from layerjam.system import is_reader_gone, is_windows, typed_line
 
 MOST_USED = (
     *("new", "show", "force", "vacuum", "tensile", "drop", "tune"),
@@ -217,14 +217,13 @@ def _answer(words: Sequence[str]) -> int:
     except TyperException as error:
         message = _describe_missing(error) or error.format_message()
         return _say(_with_split_quantity(" ".join(message.split()), words), 2)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
     except LayerjamError as error:
         return _say(" ".join(str(error).split()), 2)
     except OSError as error:  # standard output is full or closed; files have their own errors
         with contextlib.suppress(OSError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        if is_reader_gone(error):
+            return 0
         return _say(f"the answer could not be printed: {error.strerror or error}", 2)
     except (MemoryError, RecursionError):
         return _say("the input is too large for this machine's memory", 2)

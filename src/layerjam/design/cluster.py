@@ -46,7 +46,7 @@ def _keep_memory() -> None:
     Dask's nanny starts workers with MALLOC_TRIM_THRESHOLD_ so low that every array of a chunk comes
     as fresh pages from the system, which doubles the time of a block.
     """
-    with contextlib.suppress(OSError, AttributeError):  # without glibc there is nothing to do
+    with contextlib.suppress(OSError, AttributeError, TypeError):  # it needs glibc
         set_option = ctypes.CDLL(None).mallopt
         for option in (TRIM_THRESHOLD, MMAP_THRESHOLD):
             set_option(option, KEPT)
