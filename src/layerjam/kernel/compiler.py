@@ -24,7 +24,7 @@ LONGEST = 400
 """Length of a compiler's message in an error, in characters."""
 KNOWN = ("cc", "gcc", "clang")
 ENDINGS = {"darwin": ".dylib", "win32": ".dll"}
-KERNEL = (SOURCES / "layerjam.c", SOURCES / "history.c")
+KERNEL = (SOURCES / "layerjam.c", SOURCES / "history.c", SOURCES / "stops.c")
 SHIPPED = Path(__file__).parent / "built"
 """Folder of the kernels that a wheel contains; `hatch_build.py` compiles them."""
 TARGETS = {

@@ -53,6 +53,14 @@ def quick_kernel(brake: Brake, vacuum: float) -> Kernel | None:
     return kernel if numbers.stiffness > least * (1 + 1e-9) else None
 
 
+def stop_loop() -> Callable[..., int] | None:
+    """Return the function `lj_stops` of the compiled kernel, or None if only the law works.
+
+    Raises QuantityError for an unknown value of LAYERJAM_KERNEL.
+    """
+    return load_library("double")[0].lj_stops if _switched_on() and _is_there() else None
+
+
 def follow_history(
     elongation: Array, vacuum: Array, brake: Brake, speed: Array | None = None
 ) -> tuple[Cycle, Engine]:

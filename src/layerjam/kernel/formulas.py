@@ -11,14 +11,32 @@ from pathlib import Path
 from typing import Any
 
 from layerjam.mechanics import enclosure, memory, pull
+from layerjam.mechanics.stop import algebra
 
-FILE = Path(__file__).parent / "c" / "formulas.h"
-LAWS: tuple[Callable[..., Any], ...] = (
-    enclosure.enclosure_of,
-    memory.branch,
-    pull.spread_root,
-)
-"""Laws in the order of printing: each uses only earlier ones."""
+FOLDER = Path(__file__).parent / "c"
+LAWS: dict[str, tuple[Callable[..., Any], ...]] = {
+    "formulas.h": (enclosure.EnclosureLaw, enclosure.enclosure_of, memory.branch, pull.spread_root),
+    "stop_formulas.h": (
+        enclosure.EnclosureLaw,
+        algebra.Setup,
+        algebra.Quartic,
+        algebra.Search,
+        algebra.Stop,
+        algebra.setup,
+        algebra.root_of,
+        algebra.balance_root,
+        algebra.quartic,
+        algebra.value,
+        algebra.slope_of,
+        algebra.snap_root,
+        algebra.search,
+        algebra.guess,
+        algebra.curvature_step,
+        algebra.polish_root,
+        algebra.end_of,
+    ),
+}
+"""{file: records and laws in the order of printing}: each uses only earlier ones."""
 HEAD = """/* Printed by layerjam/kernel/formulas.py from the Python laws. Apache License 2.0. */
 """
 OPERATORS: dict[type, tuple[str, int]] = {
@@ -37,19 +55,30 @@ OPERATORS: dict[type, tuple[str, int]] = {
 ATOM = 9
 CALLS = {"maximum": "max", "minimum": "min", "safe_sqrt": "sqrt"}
 """Names that are shorter in C; others keep theirs."""
-RESERVED = {"short", "long", "double", "float", "int", "register", "signed", "static"}
-TYPES = {"EnclosureLaw": "lj_enclosure", "Any": "lj_real"}
+RESERVED = {"case", "short", "long", "double", "float", "int", "register", "signed", "static"}
+TYPES = {
+    "Any": "lj_real",
+    "EnclosureLaw": "lj_enclosure",
+    "Setup": "lj_case",
+    "Quartic": "lj_energy",
+    "Search": "lj_bracket",
+    "Stop": "lj_end",
+}
+RECORDS = {"enclosure": "lj_enclosure", "energy": "lj_energy"}
+"""{field that is a record: its type}."""
 
 
-def print_file() -> str:
-    """Return the text of the file."""
-    return HEAD + "\n" + _record() + "\n" + "\n".join(function(law) for law in LAWS)
+def print_file(name: str) -> str:
+    """Return the text of a file of LAWS."""
+    parts = (_record(law) if isinstance(law, type) else function(law) for law in LAWS[name])
+    return HEAD + "\n" + "\n".join(parts)
 
 
-def _record() -> str:
-    """Return the class of an enclosure's constants as a C structure."""
-    fields = "".join(f"    lj_real {name};\n" for name in enclosure.EnclosureLaw._fields)
-    return f"typedef struct {{\n{fields}}} lj_enclosure;\n"
+def _record(record: Any) -> str:
+    """Return a class of numbers as a C structure."""
+    kinds = {name: RECORDS.get(name, "lj_real") for name in record._fields}
+    fields = "".join(f"    {kind} {name};\n" for name, kind in kinds.items())
+    return f"typedef struct {{\n{fields}}} {TYPES[record.__name__]};\n"
 
 
 def function(law: Callable[..., Any]) -> str:
@@ -59,21 +88,21 @@ def function(law: Callable[..., Any]) -> str:
         raise TypeError(f"{law.__name__} is not a function")
     kinds = {a.arg: _type(a.annotation) for a in tree.args.args}
     places = (
-        f"const {kind} *{name}" if kind == TYPES["EnclosureLaw"] else f"{kind} {name}"
+        f"{kind} {_variable(name)}" if kind == TYPES["Any"] else f"const {kind} *{_variable(name)}"
         for name, kind in kinds.items()
     )
     head = f"static inline {_type(tree.returns)} {_name(law.__name__)}({', '.join(places)})"
-    lines = [_wrap(line) for line in _statements(tree, kinds)]
-    return "\n".join([head, "{", *lines, "}", ""])
+    lines = [_wrap(line) for line in _Printer(law, kinds).statements(tree)]
+    return "\n".join([_wrap(head, indent=0), "{", *lines, "}", ""])
 
 
 def _type(annotation: ast.expr | None) -> str:
     return TYPES[ast.unparse(annotation)] if annotation else TYPES["Any"]
 
 
-def _wrap(line: str) -> str:
+def _wrap(line: str, indent: int = 4) -> str:
     return textwrap.fill(
-        line, 100, initial_indent=" " * 4, subsequent_indent=" " * 8, break_on_hyphens=False
+        line, 100, initial_indent=" " * indent, subsequent_indent=" " * 8, break_on_hyphens=False
     )
 
 
@@ -82,69 +111,102 @@ def _name(name: str) -> str:
     return "lj_" + CALLS.get(bare, bare)
 
 
-def _variable(node: ast.expr) -> str:
-    name = ast.unparse(node)
+def _variable(name: str) -> str:
     return name + "_" if name in RESERVED else name
 
 
-def _statements(tree: ast.FunctionDef, kinds: dict[str, str]) -> Iterator[str]:
-    names = set(kinds)
-    pointers = {name for name, kind in kinds.items() if kind == TYPES["EnclosureLaw"]}
-    for line in tree.body:
-        if isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant):
-            continue  # skip the docstring
-        if isinstance(line, ast.Return) and line.value is not None:
-            yield f"return {_text(line.value, pointers)[0]};"
-            continue
-        if not isinstance(line, ast.Assign):
-            raise TypeError(f"{tree.name}: {ast.unparse(line)} is not printed")
-        target, value = line.targets[0], line.value
-        pairs: list[tuple[ast.expr, ast.expr]] = [(target, value)]
-        if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
-            pairs = list(zip(target.elts, value.elts, strict=True))
-        for place, expression in pairs:
-            name, (text, tight) = _variable(place), _text(expression, pointers)
-            kind = "" if name in names else "int " if tight <= 3 else "lj_real "
-            names.add(name)
-            yield f"{kind}{name} = {text};"
+class _Printer:
+    """Statements of one law; records are passed by pointer and copied into local variables."""
 
+    def __init__(self, law: Callable[..., Any], kinds: dict[str, str]) -> None:
+        self.home = law.__globals__
+        self.kinds = dict(kinds)
+        self.pointers = {name for name, kind in kinds.items() if kind != TYPES["Any"]}
 
-def _text(node: ast.expr, pointers: set[str]) -> tuple[str, int]:
-    """Return an expression and its precedence; the order of operations stays that of Python."""
+    def statements(self, tree: ast.FunctionDef) -> Iterator[str]:
+        for line in tree.body:
+            if isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant):
+                continue  # skip the docstring
+            if isinstance(line, ast.Return) and line.value is not None:
+                yield f"return {self.text(line.value)[0]};"
+                continue
+            if not isinstance(line, ast.Assign):
+                raise TypeError(f"{tree.name}: {ast.unparse(line)} is not printed")
+            target, value = line.targets[0], line.value
+            pairs: list[tuple[ast.expr, ast.expr]] = [(target, value)]
+            if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
+                pairs = list(zip(target.elts, value.elts, strict=True))
+            for place, expression in pairs:
+                name, (text, tight) = ast.unparse(place), self.text(expression)
+                kind = "" if name in self.kinds else self.kind(expression, tight) + " "
+                self.kinds.setdefault(name, kind.strip())
+                yield f"{kind}{_variable(name)} = {text};"
 
-    def wrap(part: ast.expr, least: int) -> str:
-        text, tight = _text(part, pointers)
-        return text if tight >= least else f"({text})"
+    def kind(self, node: ast.expr, tight: int = ATOM) -> str:
+        """Return the type of an expression."""
+        match node:
+            case ast.Name() if ast.unparse(node) in self.kinds:
+                return self.kinds[ast.unparse(node)]
+            case ast.Attribute():
+                return RECORDS.get(node.attr, TYPES["Any"])
+            case ast.Call(func=ast.Name(id=name)) if name in self.home:
+                law = self.home[name]
+                if isinstance(law, type):
+                    return TYPES[name]
+                returned = inspect.signature(law).return_annotation
+                return TYPES[getattr(returned, "__name__", returned)]
+        return "int" if tight <= 3 else TYPES["Any"]
 
-    match node:
-        case ast.Constant(value=int() | float() as number):
-            return f"LJ({number})", ATOM
-        case ast.Name():
-            return _variable(node), ATOM
-        case ast.Attribute(value=ast.Name(id=owner)) if owner in pointers:
-            return f"{owner}->{node.attr}", ATOM
-        case ast.BinOp(op=ast.Pow(), right=ast.Constant(value=2)):
-            return f"lj_square({_text(node.left, pointers)[0]})", ATOM
-        case ast.BinOp() if type(node.op) in OPERATORS:
-            sign, tight = OPERATORS[type(node.op)]
-            return f"{wrap(node.left, tight)} {sign} {wrap(node.right, tight + 1)}", tight
-        case ast.Compare(ops=[operator], comparators=[right]) if type(operator) in OPERATORS:
-            sign, tight = OPERATORS[type(operator)]
-            return f"{wrap(node.left, tight + 1)} {sign} {wrap(right, tight + 1)}", tight
-        case ast.Call():
-            return _call(node, pointers), ATOM
-    raise TypeError(f"{ast.unparse(node)} is not printed")
+    def text(self, node: ast.expr) -> tuple[str, int]:
+        """Return an expression and its precedence; the order of operations stays that of Python."""
 
+        def wrap(part: ast.expr, least: int) -> str:
+            text, tight = self.text(part)
+            return text if tight >= least else f"({text})"
 
-def _call(node: ast.Call, pointers: set[str]) -> str:
-    name = node.func.attr if isinstance(node.func, ast.Attribute) else ast.unparse(node.func)
-    args = [_text(arg, pointers)[0] for arg in node.args]
-    if name == "where":
-        return f"({args[0]} ? {args[1]} : {args[2]})"
-    if name == "EnclosureLaw":
-        return f"(lj_enclosure){{{', '.join(args)}}}"
-    return f"{_name(name)}({', '.join(args)})"
+        match node:
+            case ast.Constant(value=int() | float() as number):
+                return f"LJ({number})", ATOM
+            case ast.UnaryOp(op=ast.USub(), operand=ast.Constant(value=int() | float() as number)):
+                return f"LJ(-{number})", ATOM
+            case ast.Name(id=name) if name.isupper():
+                return f"LJ({self.home[name]})", ATOM
+            case ast.Name(id=name):
+                return _variable(name), ATOM
+            case ast.Attribute(value=ast.Name(id="jnp")):
+                return "LJ_INFINITY", ATOM
+            case ast.Attribute(value=owner):
+                arrow = "->" if ast.unparse(owner) in self.pointers else "."
+                return f"{self.text(owner)[0]}{arrow}{node.attr}", ATOM
+            case ast.BinOp(op=ast.Pow(), right=ast.Constant(value=2)):
+                return f"lj_square({self.text(node.left)[0]})", ATOM
+            case ast.BinOp() if type(node.op) in OPERATORS:
+                sign, tight = OPERATORS[type(node.op)]
+                return f"{wrap(node.left, tight)} {sign} {wrap(node.right, tight + 1)}", tight
+            case ast.Compare(ops=[operator], comparators=[right]) if type(operator) in OPERATORS:
+                sign, tight = OPERATORS[type(operator)]
+                return f"{wrap(node.left, tight + 1)} {sign} {wrap(right, tight + 1)}", tight
+            case ast.Call():
+                return self.call(node), ATOM
+        raise TypeError(f"{ast.unparse(node)} is not printed")
+
+    def call(self, node: ast.Call) -> str:
+        name = node.func.attr if isinstance(node.func, ast.Attribute) else ast.unparse(node.func)
+        args = [self.argument(arg, name in TYPES) for arg in node.args]
+        if name == "where":
+            return f"({args[0]} ? {args[1]} : {args[2]})"
+        if name in TYPES:
+            return f"({TYPES[name]}){{{', '.join(args)}}}"
+        return f"{_name(name)}({', '.join(args)})"
+
+    def argument(self, node: ast.expr, is_field: bool) -> str:
+        """Return an argument: a record by value as a field of another one, else its address."""
+        text, is_address = self.text(node)[0], ast.unparse(node) in self.pointers
+        if self.kind(node) in ("int", TYPES["Any"]) or is_address != is_field:
+            return text
+        return f"*{text}" if is_field else f"&{text}"
 
 
 if __name__ == "__main__":
-    FILE.write_text(print_file(), encoding="utf-8")
+    for file in LAWS:
+        (FOLDER / file).write_text(print_file(file), encoding="utf-8")

@@ -89,6 +89,7 @@ def bound(path: Path, precision: Precision) -> tuple[Any, _Structures]:
         ("lj_stored", (brake, state), real),
         ("lj_fault", (state,), ctypes.c_char_p),
         ("lj_history", (brake, state, ctypes.c_int64, address, address, address), None),
+        ("lj_stops", (ctypes.c_int64, ctypes.c_int64, *(address,) * 6), ctypes.c_int64),
     ):
         function = getattr(library_, name)
         function.argtypes, function.restype = arguments, answer

@@ -15,6 +15,7 @@ from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.errors import MissingExtraError, QuantityError, UnknownNameError, explain_arguments
+from layerjam.kernel.engine import stop_loop
 from layerjam.mechanics.enclosure import enclosure_at
 from layerjam.mechanics.friction import friction_per_contact, is_proportional
 from layerjam.mechanics.law import in_double_precision
@@ -28,15 +29,8 @@ if TYPE_CHECKING:
 Array = np.ndarray[Any, Any]
 
 
-class Axis(NamedTuple):
-    """One quantity over a flat grid: drop i has `values[(i // stride) % len(values)]`."""
-
-    values: Array
-    stride: int
-
-
 class Constants(NamedTuple):
-    """Constants of a brake for the loop; SI."""
+    """Constants of a brake for the compiled loop, in the order of `kernel/c/stops.c`; SI."""
 
     friction: float
     """c per pascal [N/m/Pa]."""
@@ -49,7 +43,7 @@ class Constants(NamedTuple):
 
 
 def constants_of(brake: Brake) -> Constants | None:
-    """Return the constants of a brake for the compiled loops, or None if they lack its laws."""
+    """Return the constants of a brake for the compiled loop, or None if it lacks its laws."""
     effects = (brake.speed_law, brake.hyperelastic, brake.mount.spacers)
     if any(part is not None for part in effects) or not is_proportional(brake):
         return None
@@ -68,7 +62,6 @@ LARGEST = 4 << 30
 Sink = Callable[[int, Mapping[str, Array]], None]
 Run = Callable[[int, int, Mapping[str, Array]], None]
 """Function that evaluates flat cases (first, count) into arrays of that length."""
-_NOTHING = np.empty(0)
 _NAMES = {
     "kg": "mass",
     "m/s": "speed end_speed",
@@ -257,25 +250,37 @@ def _runner(
     """Return the evaluator of flat cases, names of its results, and whether it is compiled C."""
     constants = constants_of(brake) if law is stop else None
     of_brake = any(s.name.startswith("brake.") for s in sweeps)
-    if constants is not None and not law_constants and not of_brake:
-        from layerjam.mechanics.stop.loops import kernel
-
-        order = [n for n in inspect.signature(law).parameters if n != "brake"]
-        by_name = {s.name: s for s in sweeps}
-        axes = tuple(Axis(by_name[n].values, by_name[n].stride) for n in order)
-
-        def stops(first: int, count: int, out: Mapping[str, Array]) -> None:
-            into = tuple(out.get(n, _NOTHING) for n in Stop._fields)
-            is_lost = np.zeros(count, bool)
-            if kernel()(first, count, axes, constants, into, is_lost):
-                # the law itself brackets the few roots that the loop missed
-                rows = np.flatnonzero(is_lost)
-                stop_result = stop(**{s.name: s.take(first + rows) for s in sweeps}, brake=brake)
-                for name, values in out.items():
-                    values[rows] = np.asarray(getattr(stop_result, name))
-
-        return stops, Stop._fields, True
+    loop = None if constants is None or law_constants or of_brake else stop_loop()
+    if loop is not None:
+        return _compiled_run(loop, np.array(constants), sweeps, brake), Stop._fields, True
     return *_traced_run(law, sweeps, law_constants, brake, block), False
+
+
+def _compiled_run(
+    loop: Callable[..., int], constants: Array, sweeps: list[Sweep], brake: Brake
+) -> Run:
+    """Return the evaluator of exact stops by the compiled kernel."""
+    by_name = {s.name: s for s in sweeps}
+    axes = [by_name[n] for n in inspect.signature(stop).parameters if n != "brake"]
+    grid = (
+        np.array([axis.values.ctypes.data for axis in axes], np.uintp),
+        np.array([len(axis.values) for axis in axes], np.int64),
+        np.array([axis.stride for axis in axes], np.int64),
+        constants,
+    )
+
+    def run(first: int, count: int, out: Mapping[str, Array]) -> None:
+        into = [out[n].ctypes.data if n in out else 0 for n in Stop._fields]
+        missed = np.zeros(count, bool)
+        arrays = (*grid, np.array(into, np.uintp), missed)
+        if loop(first, count, *(array.ctypes.data for array in arrays)):
+            # the law itself brackets the few roots that the loop missed
+            rows = np.flatnonzero(missed)
+            stop_result = stop(**{s.name: s.take(first + rows) for s in sweeps}, brake=brake)
+            for name, results in out.items():
+                results[rows] = np.asarray(getattr(stop_result, name))
+
+    return run
 
 
 @functools.lru_cache(maxsize=64)

@@ -1,7 +1,7 @@
-"""The algebra of a stop, element by element: JAX runs it on arrays, numba on one drop at a time.
+"""The algebra of a stop, element by element: JAX runs it on arrays, the kernel prints it in C.
 
-It uses only arithmetic and `where`, `sqrt`, `maximum`, `minimum`, `logical_not` of `jnp`, which
-`compiled.scalar` replaces by scalar functions.
+It uses only arithmetic, comparisons and `where`, `sqrt`, `maximum`, `minimum`, `inf` of `jnp`, see
+`kernel/formulas.py`. GCC vectorises none of it if a condition joins one that it can infer.
 """
 
 from typing import Any, NamedTuple
@@ -159,8 +159,9 @@ def search(case: Setup, travel: Any) -> Search:
     saturation = case.enclosure.root * (case.enclosure.reach / (2 * case.enclosure.stiffness))
     end = jnp.minimum(balance_root(case, all_of_it), snap)
     edge = jnp.minimum(saturation, end)
+    start = quartic(case, case.c < 0)
     # beyond saturation the enclosure follows another quartic
-    linear = (value(quartic(case, case.c < 0), edge) > 0) & (edge < end)
+    linear = jnp.where(edge < end, value(start, edge), 0.0) > 0
     energy = quartic(case, linear)
     low, high = jnp.where(linear, edge, 0.0), jnp.where(linear, end, edge)
     limit = jnp.minimum(all_of_it, snap)
