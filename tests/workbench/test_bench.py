@@ -114,7 +114,9 @@ def test_a_closed_page_lets_go_within_the_lease(chromium, workbench):
         page.click(at("bench-connect"))
         page.locator(at("bench-state"), has_text="Safe state").wait_for(timeout=60_000)
         page.click(at("bench-on"))
-        page.locator(at("bench-problem"), has_text="Choose the safe state").wait_for(timeout=30_000)
+        page.locator(at("bench-safe_state-problem"), has_text="Choose the safe state").wait_for(
+            timeout=30_000
+        )
         page.locator(at("bench-safe_state")).get_by_text("release", exact=True).click()
         page.locator(at("bench-vent_rest")).get_by_text("open", exact=True).click()
         page.wait_for_timeout(500)

@@ -118,7 +118,8 @@ def test_nothing_is_read_again_under_a_slider_and_nothing_of_it_is_in_the_link(p
 
 def test_a_session_carries_it_into_another_tab(page):
     state = page.desk.state
-    text = to_session(state, kept_files(state, page.uploads))
+    page.uploads.take("waits.csv", b"x", waits=True)
+    text = to_session(state, kept_files(page.uploads))
     opened = from_session(text.encode(), "a.json")
     assert opened.state == state
     assert opened.files == (KeptFile("mine.csv", CSV, NAMES["60 kPa"].decode()),)
@@ -190,7 +191,7 @@ ONE = {"name": "a.csv", "sidecar": "", "content": packed(b"1")}
     ("files", "says"),
     [
         ({"a": ONE}, "a list"),
-        ([ONE] * 100, "at most"),
+        ([ONE] * 201, "at most"),
         ([1], "files.0"),
         ([ONE, ONE | {"name": 3}], "files.1"),
         ([ONE | {"content": "§"}], "decompressed"),
@@ -212,7 +213,7 @@ def test_a_session_that_would_not_be_opened_is_not_written(monkeypatch):
         monkeypatch.setattr(session, "LARGEST", 10_000)
         assert from_session(to_session(State(), [KeptFile("a", data)]).encode(), "a").files
         monkeypatch.setattr(session, "LARGEST", 5_000)
-        with pytest.raises(QuantityError, match="unpin"):
+        with pytest.raises(QuantityError, match="remove one"):
             to_session(State(), [KeptFile("a", data)])
 
 

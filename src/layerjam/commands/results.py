@@ -125,6 +125,12 @@ class Result:
         return any(getattr(w, "key", "") == "synthetic" for w in self.warnings)
 
     @property
+    def failures(self) -> list[str]:
+        """Return a sentence for each failed check, accepted or not, as figures state it."""
+        failed = [f"check '{row['name']}' failed: {row['reason']}" for row in self.failed_checks]
+        return [*failed, *(str(Acceptance.of_row(row).notice()) for row in self.accepted)]
+
+    @property
     def exit_code(self) -> int:
         """Exit code: 4 if a check failed, 1 if the answer is negative, 3 if files were rejected."""
         if self.failed_checks:
@@ -206,12 +212,13 @@ class Result:
         """Return the figure, and write it to `path` (.svg, .png or .pdf) if one is given.
 
         It is drawn into `ax`, Matplotlib axes or a list or array with as many axes as the figure
-        has. `beside` maps labels to other results of the command, drawn as faint curves behind its
-        own; a `tensile` also accepts those of `pull`, drawn as points. Raises FileError if the file
+        has. `beside` maps labels to other results of the command, drawn as faint curves below its
+        own; a `tensile` also accepts those of `pull`, drawn as points. Failed checks of all these
+        results are stated below a figure that is not drawn into `ax`. Raises FileError if the file
         exists unless `overwrite`, and LayerjamError for results that have no such curve.
         """
         from layerjam.report import chart
-        from layerjam.report.style import drawing_into, save
+        from layerjam.report.style import drawing_into, save, state_failures
 
         check_kind(path, str | Path | None, "path")
         check_kind(beside, Mapping[str, Result] | None, "beside")
@@ -225,6 +232,9 @@ class Result:
                 if quiet
                 else self.draw()
             )
+        if ax is None:
+            results = (self, *(beside or {}).values())
+            state_failures(figure, list(dict.fromkeys(s for r in results for s in r.failures)))
         if path is not None:
             save(figure, Path(path), overwrite)
         return figure

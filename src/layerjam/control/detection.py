@@ -5,9 +5,11 @@ tolerances of pump, zero and lag in every combination; the longest time is used.
 raised by the noise beforehand.
 """
 
+import functools
 import itertools
 import math
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -54,7 +56,8 @@ def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
     noise, only during full pumping. inf: not seen at this vacuum.
     """
     dt, lag = regulator.sample_time, regulator.slowest
-    none = _worst(regulator, vacuum, FaultInjection(pump=0.0))
+    trials = _Trials(regulator)
+    none = trials.longest_time(vacuum, FaultInjection(pump=0.0))
     stuck = max(regulator.samples(regulator.stuck_time), 50) * dt
     return {
         "NOT_A_NUMBER": dt,
@@ -62,76 +65,84 @@ def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
         "SENSOR_STUCK": stuck + dt if regulator.noisy else none,
         "SENSOR_OFFSET": regulator.settles_in + (regulator.confirm + 2) * dt + 8 * lag,
         "NO_VACUUM": none,
-        "WEAK_PUMP": _worst(regulator, vacuum, FaultInjection(pump=regulator.weak_ratio / 2)),
+        "WEAK_PUMP": trials.longest_time(vacuum, FaultInjection(pump=regulator.weak_ratio / 2)),
         "LINE_BLOCKED": max(
-            _worst(regulator, vacuum, FaultInjection(volume=share * 0.5 / regulator.blocked_ratio))
+            trials.longest_time(
+                vacuum, FaultInjection(volume=share * 0.5 / regulator.blocked_ratio)
+            )
             for share in BLOCKS
         ),
         "VACUUM_LOST": regulator.samples(regulator.lost_for) * dt + 2 * dt + 8 * regulator.lag,
     }
 
 
-def _worst(regulator: Regulator, vacuum: float, fault: FaultInjection) -> float:
-    """Return the longest detection time [s] of a fault that starts at readings up to one [Pa]."""
-    starts = np.linspace(0.0, vacuum, STARTS).tolist()
-    pump, zero = regulator.tolerances.pump, regulator.zero
-    ends = itertools.product((-pump, pump), (-zero, zero), (0.0, regulator.slowest))
-    times = [
-        _detection_time(regulator, v, fault, ran, end)
-        for end in dict.fromkeys(ends)
-        for v in starts
-        for ran in (True, False)
-    ]
-    return max(times) + regulator.samples(regulator.fades_in) * regulator.sample_time
+class _Trials:
+    """Trials of one regulator; its settings are packed once, and once for each longer step."""
 
+    def __init__(self, regulator: Regulator) -> None:
+        self.regulator = regulator
+        self.watch = regulator.packed()[1]
+        self.strict = functools.cache(partial(_strict, regulator))
 
-def _detection_time(
-    regulator: Regulator,
-    shows: float,
-    fault: FaultInjection,
-    ran: bool,
-    end: tuple[float, float, float],
-) -> float:
-    """Return the detection time [s] of a fault that starts at a reading [Pa].
+    def longest_time(self, vacuum: float, fault: FaultInjection) -> float:
+        """Return the longest detection time [s] of a fault at readings up to a vacuum [Pa]."""
+        regulator = self.regulator
+        starts = np.linspace(0.0, vacuum, STARTS).tolist()
+        pump, zero = regulator.tolerances.pump, regulator.zero
+        ends = itertools.product((-pump, pump), (-zero, zero), (0.0, regulator.slowest))
+        times = [
+            self.detection_time(v, fault, ran, end)
+            for end in dict.fromkeys(ends)
+            for v in starts
+            for ran in (True, False)
+        ]
+        return max(times) + regulator.samples(regulator.fades_in) * regulator.sample_time
 
-    `ran`: the pump was running.
+    def detection_time(
+        self, shows: float, fault: FaultInjection, ran: bool, end: tuple[float, float, float]
+    ) -> float:
+        """Return the detection time [s] of a fault that starts at a reading [Pa].
 
-    `end` is the error of the pump, the sensor's zero [Pa] and its lag [s].
-    """
-    dt, zero_error, (pump, zero, lag) = regulator.sample_time, regulator.zero, end
-    plant = replace(regulator.plant, rate=regulator.plant.rate * (1 + pump))
-    is_blocked, vacuum = fault.volume < 1, min(max(shows - zero, 0.0), plant.top)
-    watch = regulator.packed()[1]
-    least = law.healthy_rise(1.0, shows + zero_error, watch[0], *watch[1:3], *watch[18:21]) / dt
-    loss = plant.leak * max(shows, 0.5 * plant.top)
-    net = least - loss
-    if not net > loss:
-        return math.inf
-    long = FINE * fault.volume / plant.rate if is_blocked else regulator.decision / net / WINDOW
-    step = max(dt, long)
-    watch = _strict(regulator, step)
-    side = vacuum
-    if ran and plant.passage is not None:
-        tube = plant.passage
-        p, lowest = tube.atmosphere - vacuum, tube.atmosphere - plant.top
-        side = tube.atmosphere - float(tube.side(p, plant.rate, lowest))
-    memory, gauge = list(law.fresh()[1]), vacuum
-    if ran:
-        gauge -= lag * float(plant.rise(vacuum))
-        memory[4] = law.healthy_rise(1.0, shows - zero_error, watch[0], *watch[1:3], *watch[18:21])
-    memory[0] = gauge + shows - vacuum
-    count, code = _trial()(
-        fault.break_plant(plant),
-        watch,
-        tuple(memory),
-        law.fresh()[0],
-        (vacuum, side, gauge),
-        (step, lag, LONGEST, shows - vacuum),
-    )
-    if not count or (code == law.BLOCKED) != is_blocked:
-        return math.inf
-    took = count * step + (step if step > dt else 0.0)
-    return float((1.0 if is_blocked else 1 + SURE) * took + 2 * dt)
+        `ran`: the pump was running.
+
+        `end` is the error of the pump, the sensor's zero [Pa] and its lag [s].
+        """
+        regulator, watch = self.regulator, self.watch
+        dt, zero_error, (pump, zero, lag) = regulator.sample_time, regulator.zero, end
+        plant = replace(regulator.plant, rate=regulator.plant.rate * (1 + pump))
+        is_blocked, vacuum = fault.volume < 1, min(max(shows - zero, 0.0), plant.top)
+        least = law.healthy_rise(1.0, shows + zero_error, watch[0], *watch[1:3], *watch[18:21]) / dt
+        loss = plant.leak * max(shows, 0.5 * plant.top)
+        net = least - loss
+        if not net > loss:
+            return math.inf
+        long = FINE * fault.volume / plant.rate if is_blocked else regulator.decision / net / WINDOW
+        step = max(dt, long)
+        watch = self.strict(step)
+        side = vacuum
+        if ran and plant.passage is not None:
+            tube = plant.passage
+            p, lowest = tube.atmosphere - vacuum, tube.atmosphere - plant.top
+            side = tube.atmosphere - float(tube.side(p, plant.rate, lowest))
+        memory, gauge = list(law.fresh()[1]), vacuum
+        if ran:
+            gauge -= lag * float(plant.rise(vacuum))
+            memory[4] = law.healthy_rise(
+                1.0, shows - zero_error, watch[0], *watch[1:3], *watch[18:21]
+            )
+        memory[0] = gauge + shows - vacuum
+        count, code = _trial()(
+            fault.break_plant(plant),
+            watch,
+            tuple(memory),
+            law.fresh()[0],
+            (vacuum, side, gauge),
+            (step, lag, LONGEST, shows - vacuum),
+        )
+        if not count or (code == law.BLOCKED) != is_blocked:
+            return math.inf
+        took = count * step + (step if step > dt else 0.0)
+        return float((1.0 if is_blocked else 1 + SURE) * took + 2 * dt)
 
 
 def _strict(regulator: Regulator, step: float) -> tuple[float, ...]:

@@ -42,6 +42,12 @@ class Answer:
         return self.title or f"{self.call.subjects[0].name.removesuffix('.toml')}-{self.call.name}"
 
     @property
+    def failures(self) -> Sequence[str]:
+        """Sentences about failed checks of the numbers, those of pinned curves included."""
+        results = [self.result, *(pin.answer.result for pin in self.pins)]
+        return list(dict.fromkeys(text for r in results if r is not None for text in r.failures))
+
+    @property
     def pinned_answers(self) -> "Mapping[str, Answer]":
         """Return {label: answer} of the pinned answers that have a curve."""
         return {pin.label: pin.answer for pin in self.pins if pin.answer.result.has_curve}

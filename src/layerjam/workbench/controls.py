@@ -2,19 +2,20 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from nicegui import ui
 
 from layerjam.conversion import unit_factor
 from layerjam.errors import QuantityError
-from layerjam.units import QuantitySpec, exact_text, usual_unit
+from layerjam.units import QuantitySpec, exact_text, parse, show, usual_unit
 from layerjam.workbench.call import parameters
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.live import Bar
 from layerjam.workbench.spoken import on_page
 from layerjam.workbench.state import shared_setting
-from layerjam.workbench.widgets import dress, select
+from layerjam.workbench.widgets import button, dress, select
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,14 @@ class Control:
     def round_to_step(self, value: float) -> float:
         """Return the SI value of the slider's nearest step, with few digits in the page's unit."""
         return float(f"{value / self.factor:.{self.digits}f}") * self.factor
+
+    def nearest(self, text: str) -> float | None:
+        """Return the allowed value [SI] nearest to a typed one; None for text without a number."""
+        try:
+            value = parse(with_unit(text, self.shown_unit), self.spec.unit, self.name)
+        except QuantityError:
+            return None
+        return min(max(value, self.low if self.spec.open_lo else self.spec.lo), self.spec.hi)
 
     def narrow(self, low: float | None = None, high: float | None = None) -> "Control":
         """Return the same control with narrower bounds [SI]; values outside are rejected."""
@@ -151,8 +160,9 @@ class Slider:
     ) -> None:
         self.desk, self.page, self.control = desk, page, control
         self._renew, self._filling = renew, False
+        self._remedy: ui.button | None = None
         ident = f"{page}-{control.key}"
-        with ui.column().classes("w-full gap-0"):
+        with ui.column().classes("w-full gap-0") as self._box:
             with ui.row().classes("w-full items-center justify-between no-wrap"):
                 ui.label(control.name).classes("text-sm").tooltip(on_page(control.help))
                 self.field = number_field(f"{control.name} [{control.shown_unit}]", "w-36")
@@ -176,13 +186,33 @@ class Slider:
         self._filling = True
         self.bar.set_value(min(max(value, c.low), c.high) / c.factor)
         self.field.set_value(f"{value / c.factor:.6g}")
-        self.field.error = None
+        self._refuse("")
         self._filling = False
+
+    def _refuse(self, problem: str, near: float | None = None) -> None:
+        """Show an error below the field, with a button that sets the nearest allowed value."""
+        self.field.error = problem or None
+        if self._remedy is not None:
+            self._remedy.delete()
+            self._remedy = None
+        if near is None:
+            return
+        with self._box:
+            text, ident = (
+                f"Use {show(near, self.control.spec.unit)}",
+                self.field.props["data-testid"],
+            )
+            act = partial(self._put, near)
+            self._remedy = button(text, act, f"{ident}-remedy").classes("self-end")
+
+    def _put(self, value: float) -> None:
+        self.desk.put(self.page, self.control.key, value)
+        self._fill()
 
     def _on_move(self, event: Any) -> None:
         if self._filling:
             return
-        self.field.error = None
+        self._refuse("")
         value = self.control.round_to_step(float(event.value) * self.control.factor)
         self.desk.put(self.page, self.control.key, value)
 
@@ -191,11 +221,11 @@ class Slider:
         try:
             value = self.control.spec.read(text, self.control.name)
         except QuantityError as err:
-            self.field.error = str(err)
+            self._refuse(str(err), self.control.nearest(text))
             return
         # leaving a field unchanged is not an undo step
         if value != number(self.desk, self.page, self.control):
-            self.desk.put(self.page, self.control.key, value)
+            self._put(value)
         self._fill()
 
     def _on_change(self, change: str) -> None:

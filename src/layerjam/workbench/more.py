@@ -123,6 +123,7 @@ class OtherInputs:
                 box.set_value(text)
 
         on_typed(box, on_type)
+        self.page.fields[p.name] = box
         return box
 
     def _upload(self, p: Parameter, ident: str, label: str) -> None:

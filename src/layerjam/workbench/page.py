@@ -1,6 +1,7 @@
 """Common parts of pages: controls, a computation off the event loop, results, copying."""
 
 import asyncio
+import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -28,6 +29,8 @@ class Asking:
 
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
+        self.fields: dict[str, ui.input] = {}
+        """Fields by the keys of their quantities; each shows errors about its quantity."""
 
     def controls(self) -> Mapping[str, Control]:
         """Return the controls, with the bounds that the current brake and line set."""
@@ -53,7 +56,9 @@ class Asking:
     def slider(self, key: str, is_shown: Callable[[], bool] | None = None) -> ui.column:
         """Add a control's slider; with `is_shown` it is visible only while that returns true."""
         with self.show_while(is_shown) as box:
-            Slider(self.desk, self.name, self.controls()[key], lambda: self.controls()[key])
+            control = self.controls()[key]
+            slider = Slider(self.desk, self.name, control, lambda: self.controls()[key])
+        self.fields[key] = slider.field
         return box
 
     def enable_while(self, is_enabled: Callable[[], bool]) -> ui.column:
@@ -133,6 +138,10 @@ class Page(View):
         self.dark = False
         self.problem: Alert | None = None
         self.client: Client | None = None
+        self._wrong: list[ui.input] = []
+        """Fields that show an error of the last computation."""
+        self.place: ui.element | None = None
+        """Element that contains the page; a task has no other place for notices and downloads."""
         self.prepare: Callable[[], None] = lambda: None
         self.runner = Runner(self._answer, self._show, run.io_bound)
         desk.watch(self._on_change)
@@ -145,7 +154,7 @@ class Page(View):
         """Build the page if necessary, and update it."""
         if not self.built:
             self.built = True
-            self.client = ui.context.client
+            self.client, self.place = ui.context.client, ui.context.slot.parent
             self.client.on_delete(self.runner.stop)
             self._head()
             self.build()
@@ -171,12 +180,23 @@ class Page(View):
     def _show(self, result: Any, problem: str) -> None:
         if self.client is None or self.client.is_deleted:  # the tab was closed in the meantime
             return
+        self._show_problems([problem] if problem else [a.refusal for a in answers_in(result)])
         if self.problem is not None:
             self.problem.say(problem)
         if not problem:
             self.result = result
-            self.draw(result)
+            with self.place or contextlib.nullcontext():
+                self.draw(result)
         background_tasks.create(settle_later(self.name), name="layerjam settles")
+
+    def _show_problems(self, problems: Sequence[str]) -> None:
+        """Show errors that begin with the name of a quantity at its field too."""
+        names = {text.partition(":")[0].replace(" ", "_"): text for text in problems}
+        for field in self._wrong:
+            field.error = None
+        self._wrong = [self.fields[name] for name in names if name in self.fields]
+        for name in names.keys() & self.fields.keys():
+            self.fields[name].error = in_print(names[name])
 
     def problem_line(self) -> None:
         """Create the line that shows why inputs are rejected."""

@@ -1,7 +1,4 @@
-"""The state of a desk as a file: brake, line, settings and pinned curves.
-
-The file includes the content of pinned dropped files, but of no other dropped files.
-"""
+"""The state of a desk as a file: brake, line, settings, pinned curves, and the files in use."""
 
 import base64
 import binascii
@@ -13,14 +10,10 @@ from typing import Any, NamedTuple
 
 from layerjam.errors import FileError, QuantityError
 from layerjam.workbench.state import State, Strange, read_state
-from layerjam.workbench.uploads import LARGEST, Uploads
+from layerjam.workbench.uploads import LARGEST, MAX_FILES, Uploads
 
 ENDING = ".json"
 KIND, VERSION = "session of the layerjam workbench", 1
-
-
-MAX_FILES = 64
-"""Largest number of files in a session; the page pins fewer."""
 
 
 @dataclass(frozen=True)
@@ -39,17 +32,16 @@ class Session(NamedTuple):
     files: tuple[KeptFile, ...] = ()
 
 
-def kept_files(state: State, uploads: Uploads) -> tuple[KeptFile, ...]:
-    """Return the pinned files among those of a tab."""
+def kept_files(uploads: Uploads) -> tuple[KeptFile, ...]:
+    """Return the files of a tab that its pages use."""
     return tuple(
         KeptFile(file.shown, file.path.read_bytes(), uploads.sidecars.get(file.shown, ""))
-        for file in list(uploads.files)
-        if file.key in state.files
+        for file in uploads.used
     )
 
 
 def to_session(state: State, files: Sequence[KeptFile] = ()) -> str:
-    """Return the file's text; QuantityError if pinned files make it too large to open."""
+    """Return the file's text; QuantityError if its files make it too large to open."""
     document: dict[str, Any] = {"kind": KIND, "version": VERSION, **asdict(state)}
     if files:
         document["files"] = [
@@ -64,8 +56,8 @@ def to_session(state: State, files: Sequence[KeptFile] = ()) -> str:
     size = max(len(text.encode()), sum(len(f.data) for f in files))
     if files and size > LARGEST:
         raise QuantityError(
-            f"session: with the pinned files it has {size / 2**20:.0f} MB; at most "
-            f"{LARGEST // 2**20} MB can be reopened, so unpin one"
+            f"session: with its files it has {size / 2**20:.0f} MB; at most "
+            f"{LARGEST // 2**20} MB can be reopened, so remove one"
         )
     return text
 

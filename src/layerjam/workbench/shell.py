@@ -220,20 +220,18 @@ async def _copy(desk: Desk, pages: dict[str, Page], language: str) -> None:
 
 
 def session_of(desk: Desk) -> str:
-    """Return the text of the file with all settings and the pinned files."""
-    keys = {file.key for file in desk.files.files}
-    state = desk.state.without_files(keys)
-    return to_session(state, kept_files(state, desk.files))
+    """Return the text of the file with all settings and the files in use."""
+    state = desk.state.without_files({file.key for file in desk.files.used})
+    return to_session(state, kept_files(desk.files))
 
 
 async def _copy_link(desk: Desk) -> None:
     """Copy the address, and report which data it does not contain."""
-    names = [file.shown for file in desk.files.files if file.key in desk.state.files]
-    lacks = (
-        f". A link cannot contain files, so {', '.join(names)} is not included: save a "
-        "session instead"
-    )
-    lacks = lacks if names else ""
+    count = len(desk.files.used)
+    lacks = ""
+    if count:
+        files = "your file is" if count == 1 else f"your {count} files are"
+        lacks = f". A link cannot contain files, so {files} not included: save a session instead"
     length = len(to_link(desk.state))
     if length > LONG_LINK:
         lacks += f". It has {length} characters, and mail programs cut such links: save the session"

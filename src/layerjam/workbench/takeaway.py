@@ -1,6 +1,6 @@
 """Buttons under a chart that save its figure, its curves, and Python code or a notebook for it."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from operator import methodcaller
 from typing import Any, Protocol
@@ -28,6 +28,10 @@ class Takeable(Protocol):
     @property
     def files(self) -> Mapping[str, str]:
         """Return {name: content} of the files that the code needs."""
+
+    @property
+    def failures(self) -> Sequence[str]:
+        """Sentences about failed checks of the numbers."""
 
     def figure(self, ending: str) -> bytes:
         """Return the figure as bytes."""
@@ -79,7 +83,11 @@ def row(ident: str, chart: ui.echart, source: Callable[[], Takeable | None]) -> 
             act = partial(take, f".{ending}", methodcaller("figure", ending))
             button(ending.upper(), act, f"{ident}-figure-{ending}", look=QUIET, tip=tip)
         tip = "Every curve of the chart, as drawn"
-        curves = partial(take, "-curves.csv", lambda _: curves_csv(chart.options), "text/csv")
+
+        def curves_of(item: Takeable) -> str:
+            return curves_csv(chart.options, item.failures)
+
+        curves = partial(take, "-curves.csv", curves_of, "text/csv")
         button("curves as CSV", curves, f"{ident}-curves", look=QUIET, tip=tip)
         tip = "Code that computes and draws it"
         button("Python", python, f"{ident}-python", look=QUIET, tip=tip)
@@ -89,16 +97,18 @@ def row(ident: str, chart: ui.echart, source: Callable[[], Takeable | None]) -> 
     return buttons
 
 
-def curves_csv(options: Mapping[str, Any]) -> str:
+def curves_csv(options: Mapping[str, Any], failures: Sequence[str] = ()) -> str:
     """Return a CSV of a chart's curves: panel, curve, x and y in the units of the axes.
 
-    A name that a spreadsheet would interpret as a formula gets a leading apostrophe.
+    Comments above it state the `failures`. A name that a spreadsheet would interpret as a formula
+    gets a leading apostrophe.
     """
     rows = list(_points(options))
     if not rows:
         return ""
-    head = comment("layerjam: curves of a chart, thinned to about 500 points each")
-    return f"{head}\n" + rows_text([("y axis", "curve", "x axis", "x", "y"), *rows])
+    title = "layerjam: curves of a chart, thinned to about 500 points each"
+    head = "".join(f"{comment(text)}\n" for text in (title, *failures))
+    return head + rows_text([("y axis", "curve", "x axis", "x", "y"), *rows])
 
 
 def _points(options: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Any, Any]]:

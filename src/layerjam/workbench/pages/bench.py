@@ -41,6 +41,7 @@ from layerjam.workbench.page import Page
 from layerjam.workbench.pages.vacuum import law_choice, safe_choice
 from layerjam.workbench.widgets import (
     QUIET,
+    Alert,
     button,
     chart,
     columns,
@@ -49,6 +50,7 @@ from layerjam.workbench.widgets import (
     fold,
     hint,
     one_line,
+    read_asset,
     status,
 )
 
@@ -61,6 +63,7 @@ class BenchRecord:
     simulated: bool
     name: str = "bench"
     files: Mapping[str, str] = record_field(default_factory=dict)
+    failures: Sequence[str] = ()
 
     @property
     def columns(self) -> dict[str, list[float]]:
@@ -115,6 +118,8 @@ STATES = MappingProxyType(
 SIMULATED = (
     "A virtual board: the firmware is real, and the vacuum line is simulated. Nothing is measured."
 )
+NO_SAFE_STATE = "Choose the safe state after a fault: release or hold"
+NO_VENT_REST = "Choose the position of the vent valve without power: open or closed"
 NOT_YET = "Not connected. Connect the virtual board, or enter the address of your own board."
 STEPS = (
     "Connect. The virtual board needs no hardware; your own board has an address such as "
@@ -123,6 +128,11 @@ STEPS = (
     "Hold a target and watch the vacuum follow, or run a procedure and keep its recording.",
 )
 """Instructions that are displayed before the first reading."""
+WIRING = (
+    "Wiring: the computer controls a board by USB. The board switches pump and vent valve and "
+    "reads the pressure sensor. Air flows from the brake past sensor and valve to the pump. The "
+    "emergency stop disconnects pump and valve from 12 V."
+)
 GONE = (
     f"Keep this page open and in view: {LEASE:g} s after you close it, the bench goes to "
     "its safe state."
@@ -153,6 +163,8 @@ class Bench(Page):
         self.done: RunResult | None = None
         self._drawn: Any = None
         self.taken: BenchRecord | None = None
+        self.required: list[tuple[Choice, str, Alert]] = []
+        """Choices without a default, the request for each, and the line that shows it."""
 
     def controls(self) -> Mapping[str, Control]:
         """Return the controls of target and sensor."""
@@ -167,8 +179,9 @@ class Bench(Page):
         side, main = columns()
         with side:
             self._connecting()
-            choice(self.desk, self.name, self.safe)
-            choice(self.desk, self.name, self.rest)
+            for item, words in ((self.safe, NO_SAFE_STATE), (self.rest, NO_VENT_REST)):
+                choice(self.desk, self.name, item)
+                self.required.append((item, words, Alert(f"bench-{item.key}-problem", "text-sm")))
             choice(self.desk, self.name, self.law)
             self.slider("target")
             with ui.row().classes("gap-2"):
@@ -190,13 +203,8 @@ class Bench(Page):
             with ui.row().classes("items-baseline gap-6"):
                 self.number = status("bench-vacuum", "text-4xl font-medium tabular-nums")
                 self.words = status("bench-state", "text-lg", NOT_YET)
-            with ui.column().classes("gap-2 items-start") as self.steps:
-                with dress(ui.element("ol"), "bench-steps", "list-decimal pl-6"):
-                    for step in STEPS:
-                        with dress(ui.element("li"), classes="py-1"):
-                            ui.label(step)
-                text, look = "Connect the virtual board", "no-caps"
-                button(text, self._connect, "bench-first", "link", look=look)
+            with ui.row().classes("w-full no-wrap beside items-start gap-6") as self.steps:
+                self._first_steps()
             label = "Vacuum and target over the last minute"
             self.curve = chart("bench-chart", label, "width: 100%; height: max(280px, 42vh)")
             self.watched = takeaway.row(self.name, self.curve, lambda: self.taken)
@@ -213,6 +221,22 @@ class Bench(Page):
         if self.client is not None:
             self.client.on_delete(self._leave)
         self._see()
+
+    def _first_steps(self) -> None:
+        """Instructions, and a picture of the wiring."""
+        with ui.column().classes("gap-2 items-start").style("flex: 1"):
+            with dress(ui.element("ol"), "bench-steps", "list-decimal pl-6"):
+                for step in STEPS:
+                    with dress(ui.element("li"), classes="py-1"):
+                        ui.label(step)
+            with ui.row().classes("gap-2"):
+                text, look = "Connect the virtual board", "no-caps"
+                button(text, self._connect, "bench-first", "link", look=look)
+                tip = "The wiring of a Raspberry Pi Pico, with every part, as SVG"
+                act = partial(takeaway.give, circuit_diagram, "wiring.svg", "image/svg+xml")
+                button("Circuit diagram", act, "bench-circuit", "download", tip=tip)
+        picture = ui.html(read_asset("pages/bench_wiring.html"), sanitize=False)
+        dress(picture, "bench-wiring", "figure", role="img", aria_label=WIRING).style("flex: 1")
 
     def _connecting(self) -> None:
         line = self.desk.state.line if self.desk.state.line in lines() else "choi2018"
@@ -278,6 +302,9 @@ class Bench(Page):
 
     def draw(self, result: Any) -> None:
         """Draw the target before the first reading; the readings are drawn as they come."""
+        for item, _, alert in self.required:
+            if self.word(item):
+                alert.say("")
         if self.session is None and self.taken is None:
             self._draw_target()
 
@@ -323,18 +350,20 @@ class Bench(Page):
             return None
         return await self._try_call(lambda: session.ask(act))
 
-    def _missing_choice(self) -> str:
-        if not self.word(self.safe):
-            return "Choose the safe state after a fault: release or hold"
-        return "" if self.word(self.rest) else "Choose the position of the vent valve without power"
+    async def _begin(self) -> dict[str, Any] | None:
+        """Return the settings of a connected bench; None if one is missing, shown beside it."""
+        for item, words, alert in self.required:
+            alert.say("" if self.word(item) else words)
+        if not all(self.word(item) for item, *_ in self.required):
+            return None
+        settings: dict[str, Any] | None = await self._try_call(self._settings)
+        if settings is not None and self.session is None:
+            await self._connect()
+        return settings
 
     async def _hold(self) -> None:
-        missing = self._missing_choice()
-        if missing and self.problem is not None:
-            self.problem.say(missing)
-            return
-        settings = await self._try_call(self._settings)
-        if settings is not None:
+        settings = await self._begin()
+        if settings is not None and self.session is not None:
             await self._do(partial(switch_on, **settings))
 
     async def _release(self) -> None:
@@ -350,16 +379,8 @@ class Bench(Page):
             session.running.ask()
 
     async def _run(self) -> None:
-        missing = self._missing_choice()
-        if missing and self.problem is not None:
-            self.problem.say(missing)
-            return
-        settings = await self._try_call(self._settings)
-        if self.session is None:
-            await self._connect()
-        session = self.session
+        settings, session = await self._begin(), self.session
         if session is None or settings is None:
-            await self._do(lambda bench: None)
             return
         if self.folder is None:
             self.folder = Path(tempfile.mkdtemp(prefix="layerjam-workbench-"))
@@ -431,6 +452,14 @@ class Bench(Page):
         self.words.set_text(f"{state}: {look.fault}" if look.fault else state)
         vent = "open" if look.vent else "closed"
         self.facts.set_text(f"Target {show(look.target, 'Pa')}, pump {look.pump:.0%}, vent {vent}")
+
+
+def circuit_diagram() -> str:
+    """Return the SVG of the wiring of a Pico; MissingExtraError if schemdraw is not installed."""
+    from layerjam.report.wiring import drawing
+    from layerjam.rig.circuit import load_circuit
+
+    return drawing(load_circuit("pico"))
 
 
 def _run_sentence(result: RunResult) -> str:

@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any
 
+from nicegui import ui
+
 from layerjam.design.few_numbers import FORCES, HOLD, PREFERENCES, STOP, hold, stop
 from layerjam.design.request import DesignRequest, Range, read_request, reader_of
 from layerjam.device.load import catalogue
@@ -12,7 +14,7 @@ from layerjam.workbench.controls import Choice, Control, by_key, choice
 from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Asking
 from layerjam.workbench.pages.design_part import PAGE
-from layerjam.workbench.widgets import Alert, heading, hint, one_line
+from layerjam.workbench.widgets import Alert, dress, heading, hint, one_line, read_asset
 
 KIND = Choice("form", {"hold": "hold a force", "stop": "stop a mass"}, "hold", label="It must")
 FORCE_MOMENT = Choice(
@@ -96,6 +98,8 @@ class Form(Asking):
                 self._sliders(ASKED[kind][:1])
                 if kind == "hold":
                     choice(self.desk, PAGE, FORCE_MOMENT)
+                    drawing = ui.html(read_asset("pages/force_moment.html"), sanitize=False)
+                    dress(drawing, classes="figure", role="img", aria_label=FORCE_MOMENT.help)
                 self._sliders(ASKED[kind][1:])
                 heading("Limits")
                 self._sliders(LIMITS[kind])

@@ -125,7 +125,7 @@ class Drop(Page):
             self.advice = Advice(self.desk)
             self.table = dress(live.Table(), "drop-table", "w-full plain-scroll")
             with ui.row().classes("w-full items-start gap-4"):
-                stage = ui.column().style("width: 270px; flex: none")
+                stage = ui.column().classes("drop-side")
                 with ui.element("div").style("flex: 1; min-width: 300px; position: relative"):
                     label = "Force, travel and deceleration over time"
                     look = "width: 100%; height: max(460px, 62vh)"

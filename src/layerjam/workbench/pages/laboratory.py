@@ -117,10 +117,10 @@ class Laboratory(Page):
             self.table = Table(self._on_choose, self._divide, self._sidecars, self.uploads.refused)
             self.correct = Correct(self.desk, self._on_remove)
             self.cards = [
-                Card("friction", show_step),
-                Card("calibrate", show_step, self._take_buttons),
-                Card("validate", show_step),
-                Card("report", self._show_report, self._make_button),
+                Card(self.desk, "friction", show_step),
+                Card(self.desk, "calibrate", show_step, self._take_buttons),
+                Card(self.desk, "validate", show_step),
+                Card(self.desk, "report", self._show_report, self._make_button),
             ]
         self._fill()
         ui.timer(LOOK, self._look)
@@ -217,11 +217,7 @@ class Laboratory(Page):
                 self._fill()
 
     def draw(self, result: list[Row]) -> None:
-        """Report rejected practice files, and assign the others."""
-        with self.banner:  # results arrive in a task, which has no slot of its own on the page
-            self._tell_user()
-
-    def _tell_user(self) -> None:
+        """Report rejected practice files, and assign the others; save a report."""
         if self._not_taken:
             ui.notify("; ".join(self._not_taken[:5]), type="warning")
         self._not_taken.clear()

@@ -1,12 +1,15 @@
 """The laboratory's table of files, and the results of each step: numbers, checks, notes, figure."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 from nicegui import events, ui
 
 from layerjam.commands.wording import in_words
 from layerjam.workbench.call import key_of, result_fields
+from layerjam.workbench.desk import Desk
 from layerjam.workbench.page import Box, Notes, checks
 from layerjam.workbench.pages.laboratory_chain import Chain, StepResult
 from layerjam.workbench.pages.laboratory_files import Row
@@ -138,11 +141,12 @@ class Card:
 
     def __init__(
         self,
+        desk: Desk,
         name: str,
         show: Callable[[StepResult], None],
         buttons: Callable[[], None] = lambda: None,
     ) -> None:
-        self.name, self._show_done = name, show
+        self.desk, self.name, self._show_done = desk, name, show
         with dress(ui.card(), f"laboratory-{name}", "w-full", "flat bordered"):
             with ui.row().classes("w-full items-center justify-between"):
                 heading(CARDS[name][0])
@@ -158,11 +162,27 @@ class Card:
     def _show(self, content: StepResult | str) -> None:
         if isinstance(content, str):
             ui.label(on_page(content)).classes("opacity-80")
-        elif content.problem:
-            ident = f"laboratory-{self.name}-problem"
-            dress(ui.label(on_page(content.problem)), ident, "text-negative", role="alert")
+            return
+        ident = f"laboratory-{self.name}"
+        if content.problem:
+            label = ui.label(on_page(content.problem))
+            dress(label, f"{ident}-problem", "text-negative", role="alert")
         else:
             self._show_done(content)
+        notices = [content.problem] if content.result is None else content.result.warnings
+        for control, (text, settings) in REMEDIES.items():
+            if any(control in on_page(notice) for notice in notices):
+                act = partial(self.desk.put_all, "laboratory", settings)
+                button(text, act, f"{ident}-remedy", "build")
+
+
+REMEDIES = MappingProxyType(
+    {
+        "'Stick–slip'": ("Use the middle of the stick–slip", {"judder": "yes"}),
+        "'Friction tests read', ASTM": ("Read the tests as ASTM D1894", {"standard": "d1894"}),
+    }
+)
+"""{control that a notice names: text of a button, and the settings that it makes}."""
 
 
 def numbers_of(result: Any) -> list[tuple[str, str, str]]:

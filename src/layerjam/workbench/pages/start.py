@@ -22,7 +22,16 @@ from layerjam.workbench.page import Page
 from layerjam.workbench.pages.drop_outcome import Animation, series
 from layerjam.workbench.pages.records import opener
 from layerjam.workbench.scene import StackView, in_words, stack_of
-from layerjam.workbench.widgets import Alert, button, chart, dress, heading, hint, status
+from layerjam.workbench.widgets import (
+    Alert,
+    button,
+    chart,
+    columns,
+    dress,
+    heading,
+    hint,
+    status,
+)
 
 INTRODUCTION = (
     "A layer-jamming brake is a stack of thin sheets in a soft, airtight enclosure. Pump "
@@ -54,36 +63,34 @@ class Start(Page):
 
     def build(self) -> None:
         """Build the introduction, brake and force, the slider, and three links."""
-        with ui.column().classes("w-full start-page"):
-            with ui.column().classes("gap-1"):
-                heading("Sheets that slide until the air is pumped out", 1)
-                dress(ui.label(INTRODUCTION), "start-what", "start-say")
+        with ui.column().classes("page-head gap-1"):
+            heading("Sheets that slide until the air is pumped out", 1)
+            dress(ui.label(INTRODUCTION), "start-what", "start-say")
+        side, main = columns("start-page", all_shown=True)
+        with side:
+            with ui.column().classes("w-full gap-3 start-set"):
+                self.slider("vacuum")
+                button("Drop a kilogram", self._drop, "start-drop", "south", look="no-caps")
+                self.problem_line()
+            self._ways()
+        with main:
+            self._force()
             with ui.element("div").classes("start-row"):
                 with ui.element("div").classes("start-seen"):
                     self.view = StackView("start-scene", "start-view", views=False)
-                with ui.element("div").classes("start-force"):
-                    self._force()
+                label = "Force over elongation at this vacuum"
+                self.chart = dress(chart("start-chart", label, "width: 100%"), "", "start-chart")
                 self.stage = ui.element("div").classes("start-stage")
-            with ui.row().classes("w-full items-center gap-6 start-set"):
-                with ui.element("div").style("flex: 1; min-width: 250px"):
-                    self.slider("vacuum")
-                button("Drop a kilogram", self._drop, "start-drop", "south", look="no-caps")
             self.happened = status("start-happened", "text-base start-happened")
-            self.problem_line()
-            self._ways()
         with self.stage:
             self.animation = Animation()
         self.stage.set_visibility(self.dropped)
 
     def _force(self) -> None:
-        with ui.row().classes("items-baseline gap-3 no-wrap"):
+        with ui.row().classes("items-baseline gap-x-4 gap-y-0 start-force"):
             dress(ui.label("resists up to"), "", "text-base")
             self.hero = dress(live.Words("–"), "start-force", "start-hero")
-        self.words = status("start-words", "text-base")
-        self.chart = dress(
-            chart("start-chart", "Force over elongation at this vacuum", "width: 100%"),
-            classes="start-chart",
-        )
+            self.words = status("start-words", "text-base")
 
     def _ways(self) -> None:
         with ui.element("div").classes("start-cards"):
