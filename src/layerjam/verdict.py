@@ -244,6 +244,15 @@ def accepted_rows(decisions: Iterable[Acceptance]) -> list[dict[str, Any]]:
     return [{**asdict(entry), "numbers": list(entry.numbers)} for entry in decisions]
 
 
+def failures_of(*results: Any) -> list[str]:
+    """Return a sentence for each failed check of results, accepted or not, as exports state it."""
+    texts = []
+    for result in results:
+        texts += [f"check '{row['name']}' failed: {row['reason']}" for row in result.failed_checks]
+        texts += [str(Acceptance.of_row(row).notice()) for row in result.accepted]
+    return list(dict.fromkeys(texts))
+
+
 def key_of(name: str) -> str:
     """Return a check's name as it is compared: case, hyphens and underscores do not count."""
     return " ".join(name.lower().replace("-", " ").replace("_", " ").split())

@@ -11,9 +11,8 @@ import pytest
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load
 from layerjam.workbench.answer import Answer, file_bytes
-from layerjam.workbench.bench_session import Look
+from layerjam.workbench.bench_session import BenchRecord, Look
 from layerjam.workbench.call import Call, DataFile, Subject, as_python, disambiguate
-from layerjam.workbench.pages.bench import BenchRecord
 
 KAPTON = "choi2018-kapton"
 SAID = {"vacuum": "60 kPa", "speed": "1 mm/s", "travel": "20 mm"}

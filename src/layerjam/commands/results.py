@@ -22,7 +22,7 @@ from layerjam.errors import FileError, LayerjamError, MissingExtraError, Notice,
 from layerjam.outputs import ENDS, declare, fact, number
 from layerjam.report.folder import plain
 from layerjam.units import show
-from layerjam.verdict import Acceptance, Verdict, accepted_rows, remaining
+from layerjam.verdict import Acceptance, Verdict, accepted_rows, failures_of, remaining
 
 if TYPE_CHECKING:
     import pandas
@@ -125,12 +125,6 @@ class Result:
         return any(getattr(w, "key", "") == "synthetic" for w in self.warnings)
 
     @property
-    def failures(self) -> list[str]:
-        """Return a sentence for each failed check, accepted or not, as figures state it."""
-        failed = [f"check '{row['name']}' failed: {row['reason']}" for row in self.failed_checks]
-        return [*failed, *(str(Acceptance.of_row(row).notice()) for row in self.accepted)]
-
-    @property
     def exit_code(self) -> int:
         """Exit code: 4 if a check failed, 1 if the answer is negative, 3 if files were rejected."""
         if self.failed_checks:
@@ -212,10 +206,10 @@ class Result:
         """Return the figure, and write it to `path` (.svg, .png or .pdf) if one is given.
 
         It is drawn into `ax`, Matplotlib axes or a list or array with as many axes as the figure
-        has. `beside` maps labels to other results of the command, drawn as faint curves below its
-        own; a `tensile` also accepts those of `pull`, drawn as points. Failed checks of all these
-        results are stated below a figure that is not drawn into `ax`. Raises FileError if the file
-        exists unless `overwrite`, and LayerjamError for results that have no such curve.
+        has; if None, failed checks are stated below it. `beside` maps labels to other results of
+        the command, drawn as faint curves; a `tensile` also accepts those of `pull`, drawn as
+        points. Raises FileError if the file exists unless `overwrite`, and LayerjamError for
+        results that have no such curve.
         """
         from layerjam.report import chart
         from layerjam.report.style import drawing_into, save, state_failures
@@ -227,14 +221,10 @@ class Result:
             if not curves or not self.takes_beside(type((beside or {})[label])):
                 raise LayerjamError(f"{label}: has no curve to compare with this one")
         with contextlib.nullcontext() if ax is None else drawing_into(ax):
-            figure = (
-                self.draw_panes(chart.add_comparisons(self.panes(), quiet))
-                if quiet
-                else self.draw()
-            )
+            panes = chart.add_comparisons(self.panes(), quiet) if quiet else None
+            figure = self.draw() if panes is None else self.draw_panes(panes)
         if ax is None:
-            results = (self, *(beside or {}).values())
-            state_failures(figure, list(dict.fromkeys(s for r in results for s in r.failures)))
+            state_failures(figure, failures_of(self, *(beside or {}).values()))
         if path is not None:
             save(figure, Path(path), overwrite)
         return figure

@@ -15,6 +15,7 @@ from typing import Any
 from layerjam.commands.results import Result
 from layerjam.errors import LayerjamError
 from layerjam.report.style import Figure, save
+from layerjam.verdict import failures_of
 from layerjam.workbench.call import Call, CallExport, as_python, disambiguate, python_parts
 from layerjam.workbench.state import Pin
 from layerjam.workbench.widgets import one_line
@@ -45,7 +46,7 @@ class Answer:
     def failures(self) -> Sequence[str]:
         """Sentences about failed checks of the numbers, those of pinned curves included."""
         results = [self.result, *(pin.answer.result for pin in self.pins)]
-        return list(dict.fromkeys(text for r in results if r is not None for text in r.failures))
+        return failures_of(*(result for result in results if result is not None))
 
     @property
     def pinned_answers(self) -> "Mapping[str, Answer]":

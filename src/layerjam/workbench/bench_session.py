@@ -5,11 +5,13 @@ a second that its page is open. If the reports stop, the thread stops communicat
 lease expires.
 """
 
+import math
 import queue
+import tempfile
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -27,6 +29,7 @@ from layerjam.rig.recorder import Block
 from layerjam.rig.stop import Stop
 from layerjam.rig.telemetry import PERIOD
 from layerjam.units import exact_text
+from layerjam.workbench.answer import notebook_of
 
 LEASE = 3.0
 """Seconds after which a closed page no longer keeps a brake jammed."""
@@ -239,3 +242,49 @@ def provoke(bench: ProcedureBench, fault: str, regulator: Regulator, target: flo
     if bench.plant is not None:
         injection = HEALTHY if fault == "none" else injection_of(fault, 0.0, regulator, target)[0]
         bench.plant.injected = injection
+
+
+@dataclass(frozen=True)
+class BenchRecord:
+    """Readings of a bench, and whether its board is virtual."""
+
+    looks: Sequence[Look]
+    simulated: bool
+    name: str = "bench"
+    files: Mapping[str, str] = field(default_factory=dict)
+    failures: Sequence[str] = ()
+
+    @property
+    def columns(self) -> dict[str, list[float]]:
+        """Return {name: values}: time [s] since the first reading, vacuum [Pa], target [Pa]."""
+        start = self.looks[0].time
+        return {
+            "time": [round(look.time - start, 6) for look in self.looks],
+            "vacuum": [math.nan if k.vacuum is None else float(k.vacuum) for k in self.looks],
+            "target": [float(look.target) for look in self.looks],
+        }
+
+    def figure(self, ending: str) -> bytes:
+        """The bytes of the figure."""
+        from layerjam.report import control_figures, style
+
+        figure = control_figures.watched(**self.columns, simulated=self.simulated)
+        with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
+            return style.save(figure, Path(folder) / f"figure.{ending}").read_bytes()
+
+    def python(self) -> str:
+        """Code that contains the readings and draws them."""
+        saving = f'style.save(figure, Path("{self.name}.svg"), overwrite=True)'
+        return f"from pathlib import Path\n{self._lines()}{saving}\n"
+
+    def notebook(self) -> str:
+        """A Jupyter notebook that contains the readings and draws them."""
+        return notebook_of("Notes of the run", self._lines())
+
+    def _lines(self) -> str:
+        lists = (f"{k} = [{', '.join(map(repr, v))}]\n" for k, v in self.columns.items())
+        return (
+            "from math import nan\n\nfrom layerjam.report import style\n"
+            "from layerjam.report.control_figures import watched\n\n"
+            f"{''.join(lists)}figure = watched(time, vacuum, target, simulated={self.simulated})\n"
+        )

@@ -257,17 +257,17 @@ class Notes:
 
     def __init__(self) -> None:
         self._box = ui.column().classes(f"gap-1 {QUIET}")
-        self._shown: tuple[str, ...] = ()
+        self._lines: list[Words] = []
 
     def fill(self, warnings: Sequence[str]) -> None:
-        """Show the warnings; unchanged ones are not rebuilt."""
-        if tuple(warnings) == self._shown:
-            return
-        self._shown = tuple(warnings)
-        self._box.clear()
+        """Show the warnings; lines are added and removed only if their number changes."""
+        for line in self._lines[len(warnings) :]:
+            line.delete()
+        del self._lines[len(warnings) :]
         with self._box:
-            for sentence in warnings:
-                ui.label(in_print(f"Note: {sentence}"))
+            self._lines += [Words("") for _ in warnings[len(self._lines) :]]
+        for line, sentence in zip(self._lines, warnings, strict=True):
+            line.set_text(f"Note: {sentence}")
 
 
 TONES = {

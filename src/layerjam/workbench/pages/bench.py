@@ -4,10 +4,8 @@ import asyncio
 import math
 import shutil
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from dataclasses import dataclass
-from dataclasses import field as record_field
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -24,9 +22,9 @@ from layerjam.rig.execute import RunResult
 from layerjam.rig.export import export
 from layerjam.units import show
 from layerjam.workbench import live, takeaway
-from layerjam.workbench.answer import notebook_of
 from layerjam.workbench.bench_session import (
     LEASE,
+    BenchRecord,
     Look,
     Presence,
     Session,
@@ -53,53 +51,6 @@ from layerjam.workbench.widgets import (
     read_asset,
     status,
 )
-
-
-@dataclass(frozen=True)
-class BenchRecord:
-    """Readings of a bench, and whether its board is virtual."""
-
-    looks: Sequence[Look]
-    simulated: bool
-    name: str = "bench"
-    files: Mapping[str, str] = record_field(default_factory=dict)
-    failures: Sequence[str] = ()
-
-    @property
-    def columns(self) -> dict[str, list[float]]:
-        """Return {name: values}: time [s] since the first reading, vacuum [Pa], target [Pa]."""
-        start = self.looks[0].time
-        return {
-            "time": [round(look.time - start, 6) for look in self.looks],
-            "vacuum": [math.nan if k.vacuum is None else float(k.vacuum) for k in self.looks],
-            "target": [float(look.target) for look in self.looks],
-        }
-
-    def figure(self, ending: str) -> bytes:
-        """The bytes of the figure."""
-        from layerjam.report import control_figures, style
-
-        figure = control_figures.watched(**self.columns, simulated=self.simulated)
-        with tempfile.TemporaryDirectory(prefix="layerjam-") as folder:
-            return style.save(figure, Path(folder) / f"figure.{ending}").read_bytes()
-
-    def python(self) -> str:
-        """Code that contains the readings and draws them."""
-        saving = f'style.save(figure, Path("{self.name}.svg"), overwrite=True)'
-        return f"from pathlib import Path\n{self._lines()}{saving}\n"
-
-    def notebook(self) -> str:
-        """A Jupyter notebook that contains the readings and draws them."""
-        return notebook_of("Notes of the run", self._lines())
-
-    def _lines(self) -> str:
-        lists = (f"{k} = [{', '.join(map(repr, v))}]\n" for k, v in self.columns.items())
-        return (
-            "from math import nan\n\nfrom layerjam.report import style\n"
-            "from layerjam.report.control_figures import watched\n\n"
-            f"{''.join(lists)}figure = watched(time, vacuum, target, simulated={self.simulated})\n"
-        )
-
 
 DRAWN, WINDOW = 0.2, 60.0
 """Seconds between two drawings, and seconds that are displayed."""

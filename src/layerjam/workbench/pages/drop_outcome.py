@@ -16,11 +16,12 @@ from layerjam.report.style import GREEN, ORANGE, RED
 from layerjam.simulate.record import DropRecord, Outcome
 from layerjam.simulate.rope_alone import BareDrop
 from layerjam.units import parse, show
+from layerjam.workbench import live
 from layerjam.workbench.answer import Answer
 from layerjam.workbench.call import result_fields
 from layerjam.workbench.charts import options
 from layerjam.workbench.desk import Desk, with_sheets
-from layerjam.workbench.widgets import Hero, button, read_asset, three_digits
+from layerjam.workbench.widgets import Hero, button, dress, read_asset, three_digits
 
 if TYPE_CHECKING:
     from layerjam.simulate.crash import Crash
@@ -183,51 +184,61 @@ def heroes(stop: Any | None, is_tuned: bool = False) -> list[Hero]:
     return numbers
 
 
+WAYS = MappingProxyType(
+    {
+        "vacuum": "The vacuum that is tuned to the travel",
+        "sheets": "The same brake with this number of sheets",
+        "brakes": "Brakes in parallel: shows one of them, with its share of the mass",
+        "travel": "Stop within another travel",
+    }
+)
+"""{change that may stop the mass: tip of its button}."""
+
+
 class Advice:
     """Buttons that apply settings with which the mass stops; each was tuned beforehand."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
-        self._shown: list[object] = []
-        self._row = ui.row().classes("items-center gap-2")
-        self._row.props["data-testid"] = "drop-advice"
+        self._acts: dict[str, partial[None]] = {}
+        self._texts: dict[str, tuple[ui.button, live.Words]] = {}
+        with dress(ui.row(), "drop-advice", "items-center gap-2") as self._row:
+            ui.label("Ways to stop it").classes("text-sm")
+            for key, tip in WAYS.items():
+                item = button("", partial(self._do, key), f"drop-advice-{key}", tip=tip)
+                with item:
+                    self._texts[key] = item, live.Words("")
+        self._row.set_visibility(False)
 
     def fill(self, tuning: Answer, failed: bool) -> None:
         """Show the suggestions of a tuning; show nothing if the drop did not fail."""
         ways = list(self._ways(tuning)) if failed and tuning.result is not None else []
-        # the same text may mean other numbers, such as a third of another mass
-        content: list[object] = [(text, act.args, act.keywords) for text, _, act in ways]
-        if content == self._shown:
-            return
-        self._shown = content
-        self._row.clear()
-        with self._row:
-            if ways:
-                ui.label("Ways to stop it").classes("text-sm")
-            for key, (text, tip, act) in enumerate(ways):
-                button(text, act, f"drop-advice-{key}", tip=tip)
+        self._acts = {key: act for key, _, act in ways}
+        self._row.set_visibility(bool(ways))
+        for key, text, _ in ways:
+            self._texts[key][1].set_text(text)
+        for key, (item, _) in self._texts.items():
+            item.set_visibility(key in self._acts)
+
+    def _do(self, key: str) -> None:
+        self._acts[key]()
 
     def _ways(self, tuning: Answer) -> Iterator[tuple[str, str, partial[None]]]:
         put, result, texts = self._put, tuning.result, tuning.call.options
         if result.feasible:
             label = f"{show(result.vacuum, 'Pa')} of vacuum"
-            yield label, "The vacuum that is tuned to the travel", partial(put, shown="tuned")
+            yield "vacuum", label, partial(put, shown="tuned")
         if result.sheets_needed is not None:
             count = int(result.sheets_needed)
-            tip = "The same brake with this number of sheets"
-            yield f"{count} sheets", tip, partial(with_sheets, self._desk, count)
+            yield "sheets", f"{count} sheets", partial(with_sheets, self._desk, count)
         if result.brakes_needed is not None:
             count, parts = int(result.brakes_needed), {"mass": "kg", "rope_stiffness": "N/m"}
             share = {k: parse(texts[k], unit, k) / count for k, unit in parts.items() if k in texts}
-            tip = (
-                f"Brakes in parallel: shows one of them, with 1/{count} of the mass and of "
-                "the rope stiffness"
-            )
-            yield f"{count} brakes", tip, partial(put, shown="tuned", **share)
+            yield "brakes", f"{count} brakes", partial(put, shown="tuned", **share)
         if result.travel_needed is not None:
             travel = float(result.travel_needed)
             label = f"{show(travel, 'm')} of travel"
-            yield label, "Stop within another travel", partial(put, shown="tuned", travel=travel)
+            yield "travel", label, partial(put, shown="tuned", travel=travel)
 
     def _put(self, **settings: Any) -> None:
         self._desk.put_all("drop", settings)
