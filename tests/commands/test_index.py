@@ -11,7 +11,7 @@ from layerjam.commands import index
 from layerjam.commands.declare import REGISTRY
 
 DIVE = """
-@command("predict", place=9)
+@command("predict")
 def dive() -> {result}:
     \"\"\"Dive.\"\"\"
 """
@@ -52,7 +52,7 @@ def test_no_command_is_passed_over(
 def test_the_index_lists_what_the_modules_declare() -> None:
     for entry in index.commands().values():
         importlib.import_module(entry.module)
-    assert {entry.name for entry in index._source_entries()} == set(REGISTRY)
+    assert {entry.name for entry in index._source_entries()} == set(REGISTRY) == {*index.EXAMPLES}
 
 
 def test_no_command_is_declared_in_another_folder() -> None:

@@ -17,7 +17,7 @@ import json_schema
 from layerjam.cli.main import main
 from layerjam.commands import impact
 from layerjam.commands.declare import REGISTRY, command
-from layerjam.commands.index import Entry, commands, load
+from layerjam.commands.index import EXAMPLES, Entry, commands, load
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.commands.schema import schema, schema_of
 from layerjam.errors import QuantityError
@@ -37,10 +37,11 @@ class Dive(Result):
 
 
 @pytest.fixture
-def dive() -> Iterator[Any]:
+def dive(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     """The command `dive`: one quantity, and its physics."""
+    monkeypatch.setitem(EXAMPLES, "dive", [EXAMPLE])
 
-    @command("predict", place=99, examples=(EXAMPLE,), computes=False)
+    @command("predict", computes=False)
     def dive(*, depth: Annotated[float | str, DEPTH]) -> Dive:
         """Pressure of water at a depth."""
         pressure = 1000 * 9.81 * depth

@@ -143,7 +143,7 @@ class DemoResult(Result):
     duration: float = number("s", "time it took")
 
 
-@command("share", place=5, examples=("layerjam demo",))
+@command("share")
 def demo(
     *,
     out: Annotated[

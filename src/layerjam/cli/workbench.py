@@ -17,7 +17,7 @@ class WorkbenchResult(Result):
     port: int = fact("port of the server", listed=False)
 
 
-@command("share", place=10, examples=("layerjam workbench",), computes=False)
+@command("share", computes=False)
 def workbench(
     *,
     port: Annotated[int, PORT] = 8321,

@@ -56,12 +56,7 @@ class Ageing(FromFiles):
         return of_synthetic(measurement_figures.ageing(self.record), self.synthetic)
 
 
-@command(
-    "test",
-    place=25,
-    examples=("layerjam ageing held/friction_*.csv --hold 10s",),
-    computes=False,
-)
+@command("test", computes=False)
 def ageing(
     files: Files,
     *,

@@ -51,11 +51,7 @@ class ArrayPull(Result):
         return force_figures.pull_panes(self.record, words, "simulated; an even share is assumed")
 
 
-@command(
-    "design",
-    place=50,
-    examples=("layerjam array choi2018-kapton --parallel 2 --series 3 --vacuum 90kPa",),
-)
+@command("design")
 def array(
     brake: BrakeInput,
     *,

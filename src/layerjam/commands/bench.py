@@ -37,13 +37,7 @@ class BenchServed(Result):
     address: str = fact("address of the bench that it served", listed=False)
 
 
-@command(
-    "bench",
-    place=10,
-    parent="bench",
-    examples=("layerjam bench status sim:choi2018",),
-    computes=False,
-)
+@command("bench", parent="bench", computes=False)
 def bench_status(address: BenchAddress) -> BenchState:
     """Print the state of a bench.
 
@@ -67,13 +61,7 @@ class BenchCleared(Result):
     simulated: bool = fact("whether the bench is simulated")
 
 
-@command(
-    "bench",
-    place=11,
-    parent="bench",
-    examples=("layerjam bench clear sim:choi2018",),
-    computes=False,
-)
+@command("bench", parent="bench", computes=False)
 def bench_clear(address: BenchAddress) -> BenchCleared:
     """Clear the latched fault of a bench, its error queue and its registers. Nothing starts.
 
@@ -91,13 +79,7 @@ def bench_clear(address: BenchAddress) -> BenchCleared:
         )
 
 
-@command(
-    "bench",
-    place=20,
-    parent="bench",
-    examples=("layerjam bench serve sim:choi2018 --port 5025",),
-    computes=False,
-)
+@command("bench", parent="bench", computes=False)
 def bench_serve(
     address: BenchAddress,
     *,

@@ -73,13 +73,7 @@ class BenchZeroed(Result, Zero):
     """The zero of a bench's sensor."""
 
 
-@command(
-    "bench",
-    place=16,
-    parent="bench",
-    examples=("layerjam bench zero sim:choi2018 --vent-rest open",),
-    computes=False,
-)
+@command("bench", parent="bench", computes=False)
 def bench_zero(address: BenchAddress, *, vent_rest: VentRest = None) -> BenchZeroed:
     """Measure the zero of the sensor with the brake vented, and store it on the board.
 
@@ -95,17 +89,7 @@ def bench_zero(address: BenchAddress, *, vent_rest: VentRest = None) -> BenchZer
         return BenchZeroed.of(measure_zero(bench, vent_rest=vent_rest))
 
 
-@command(
-    "bench",
-    place=15,
-    parent="bench",
-    examples=(
-        "layerjam bench check sim:choi2018 --vent-rest open --line choi2018",
-        'layerjam bench check "sim:choi2018?speed=20" --vent-rest open --line choi2018 '
-        "--sensor-range 103kPa --tune measured.toml",
-    ),
-    computes=False,
-)
+@command("bench", parent="bench", computes=False)
 def bench_check(
     address: BenchAddress,
     *,

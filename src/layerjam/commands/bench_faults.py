@@ -109,16 +109,7 @@ class Soak(Result, Soaked):
         return STOPPED if not self.complete else 1 if happened else 0
 
 
-@command(
-    "bench",
-    place=60,
-    parent="bench",
-    examples=(
-        "layerjam bench faults --only sensor-nan --runs 1",
-        'layerjam bench faults "sim:choi2018?noise=50Pa&leak=500s&rest=closed" --runs 100',
-    ),
-    computes=False,
-)
+@command("bench", parent="bench", computes=False)
 def bench_faults(
     address: Annotated[
         str,
@@ -210,16 +201,7 @@ def _finite(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
-@command(
-    "bench",
-    place=70,
-    parent="bench",
-    examples=(
-        "layerjam bench soak --hours 0.02",
-        "layerjam bench soak --hours 24 --kind scheduled",
-    ),
-    computes=False,
-)
+@command("bench", parent="bench", computes=False)
 def bench_soak(
     *,
     line: Annotated[

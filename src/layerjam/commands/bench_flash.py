@@ -18,13 +18,7 @@ class BoardFlashed(Result, Flashed):
         return 0 if self.verified else 1
 
 
-@command(
-    "bench",
-    place=30,
-    parent="bench",
-    examples=("layerjam bench flash /dev/ttyACM0 --board pico --settings mine.toml",),
-    computes=False,
-)
+@command("bench", parent="bench", computes=False)
 def bench_flash(
     port: Annotated[str, Help("Serial port, or the boot loader's drive.", metavar="PORT")],
     *,

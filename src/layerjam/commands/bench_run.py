@@ -146,20 +146,7 @@ class RunExported(Result):
     simulated: bool = fact("whether the bench was simulated")
 
 
-@command(
-    "bench",
-    place=12,
-    parent="bench",
-    examples=(
-        'layerjam bench run "sim:choi2018?speed=0" --procedure "evacuate to 40 kPa and hold 5 s; '
-        'vent" --brake choi2018-kapton --line choi2018 --safe-state release --vent-rest open '
-        "--sensor-range 103kPa --out first.ljrun",
-        'layerjam bench run "sim:choi2018?speed=0" --procedure "evacuate to 80 kPa and hold 2 s; '
-        'vent" --brake choi2018-kapton --line choi2018 --safe-state release --vent-rest open '
-        "--sensor-range 103kPa --shot --mass 1kg --speed 2.5m/s --out drop.ljrun",
-    ),
-    computes=False,
-)
+@command("bench", parent="bench", computes=False)
 def bench_run(
     address: BenchAddress,
     *,
@@ -326,13 +313,7 @@ def simulated_notice(simulated: bool) -> list[str]:
     return [Notice(text, "simulated")] if simulated else []
 
 
-@command(
-    "bench",
-    place=13,
-    parent="bench",
-    examples=("layerjam bench log sim:choi2018 --out log.ljrun --duration 1s",),
-    computes=False,
-)
+@command("bench", parent="bench", computes=False)
 def bench_log(
     address: BenchAddress,
     *,
@@ -363,13 +344,7 @@ def bench_log(
     return RunLogged.of(record, warnings=notices, record=record)
 
 
-@command(
-    "bench",
-    place=14,
-    parent="bench",
-    examples=("layerjam bench export first.ljrun --out first.csv",),
-    computes=False,
-)
+@command("bench", parent="bench", computes=False)
 def bench_export(
     run: RunInput,
     *,

@@ -31,13 +31,7 @@ class BoardWiring(Result):
     out: str | None = fact("file of the drawing", default=None)
 
 
-@command(
-    "bench",
-    place=40,
-    parent="bench",
-    examples=("layerjam bench wiring pico --out wiring.svg",),
-    computes=False,
-)
+@command("bench", parent="bench", computes=False)
 def bench_wiring(
     board: Annotated[str | Path, Help("A board's TOML file, or pico.", metavar="BOARD.toml")],
     *,

@@ -86,14 +86,7 @@ class Bend(Result):
         return force_figures.bend(*self.record)
 
 
-@command(
-    "predict",
-    place=80,
-    examples=(
-        "layerjam bend choi2018-kapton --vacuum 94.5kPa --angle 30deg",
-        "layerjam bend choi2018-kapton --vacuum 94.5kPa --angle 90deg --radius 60mm",
-    ),
-)
+@command("predict")
 def bend(
     brake: BrakeInput,
     *,

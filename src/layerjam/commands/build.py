@@ -103,14 +103,7 @@ class Built(Result):
             yield f"{len(self.assumptions)} assumptions, listed in build.json"
 
 
-@command(
-    "build",
-    place=10,
-    examples=(
-        "layerjam build choi2018-kapton --out my-brake",
-        "layerjam build my-brake.toml --out DIR --cutter laser --kerf 0.15mm --coupons",
-    ),
-)
+@command("build")
 def build(
     brake: BrakeInput,
     *,

@@ -207,14 +207,7 @@ class BrakeCalibration(FromFiles, Judged):
         return figures.calibration(file, fit, any(t.synthetic for t in self.traces))
 
 
-@command(
-    "test",
-    place=30,
-    examples=(
-        "layerjam calibrate my-brake.toml pull-*.csv --out my-brake-calibrated.toml",
-        "layerjam calibrate choi2018-kapton pull.csv --vacuum 94.5kPa --depth curves",
-    ),
-)
+@command("test")
 def calibrate(
     brake: BrakeInput,
     files: Files,

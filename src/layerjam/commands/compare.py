@@ -122,14 +122,7 @@ def _brakes(value: Sequence[AnyBrake], arguments: Mapping[str, Any]) -> list[Bra
     return [brake_file(brake, arguments.get("atmosphere")) for brake in value or devices()]
 
 
-@command(
-    "design",
-    place=40,
-    examples=(
-        "layerjam compare",
-        "layerjam compare choi2018-kapton choi2018-ptfe --vacuum 50kPa",
-    ),
-)
+@command("design")
 def compare(
     *brakes: Annotated[
         BrakeFile,

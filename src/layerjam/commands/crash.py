@@ -117,12 +117,7 @@ class CrashFound(Judged, Pulse):
         return of_synthetic(measurement_figures.crash(self.record), self.synthetic)
 
 
-@command(
-    "test",
-    place=70,
-    examples=("layerjam crash drop.csv --filter cfc180 --range '250 g'",),
-    computes=False,
-)
+@command("test", computes=False)
 def crash(
     file: Annotated[
         str | Path, Help("Log: a column of time, one of acceleration.", metavar="FILE")

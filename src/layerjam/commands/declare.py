@@ -1,6 +1,6 @@
 """A command is one annotated function: its signature is the declaration.
 
-    @command("predict", place=10, examples=("layerjam force BRAKE --slip 20mm --vacuum 94.5kPa",))
+    @command("predict")
     def force(brake: BrakeInput, *, slip: Slip, vacuum: Vacuum) -> Force: ...
 
 A parameter is annotated with a quantity's specification (`Annotated[float, QuantitySpec]`), a
@@ -285,15 +285,11 @@ class Command:
         self,
         function: Callable[..., Result],
         group: str,
-        place: int,
-        examples: Sequence[str],
-        old: Sequence[str],
         computes: bool,
         record_endings: tuple[str, ...],
         parent: str = "",
     ) -> None:
-        self.function, self.group, self.place = function, group, place
-        self.examples, self.old, self.computes = tuple(examples), tuple(old), computes
+        self.function, self.group, self.computes = function, group, computes
         self.record_endings = record_endings
         self.python_name = function.__name__
         self.name = command_line_name(self.python_name, parent)
@@ -420,24 +416,21 @@ REGISTRY: dict[str, Command] = {}
 def command(
     group: str,
     *,
-    place: int = 50,
-    examples: Sequence[str] = (),
-    old: Sequence[str] = (),
     computes: bool = True,
     record: tuple[str, ...] = (),
     parent: str = "",
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Declare a command of a group of GROUPS; sorted by `place`, the most used first.
+    """Declare a command of a group of GROUPS; help.toml has its place and its examples.
 
-    `old` are former names; a command that does not compute (`computes=False`) does not load JAX;
-    `record` lists the file extensions that `--out` accepts for the result's record. A command of
-    two words is declared `parent` the first: the function export_c under "export" is "export c".
+    A command that does not compute (`computes=False`) does not load JAX; `record` lists the file
+    extensions that `--out` accepts for the result's record. A command of two words is declared
+    `parent` the first: the function export_c under "export" is "export c".
     """
     if group not in GROUPS:
         raise UnknownNameError("group of commands", group, GROUPS)
 
     def declare(function: Callable[P, R]) -> Callable[P, R]:
-        instance = Command(function, group, place, examples, old, computes, record, parent)
+        instance = Command(function, group, computes, record, parent)
 
         @functools.wraps(function)
         def call(*args: P.args, **named: P.kwargs) -> R:

@@ -164,11 +164,7 @@ SpecInput = Annotated[
 ]
 
 
-@command(
-    "design",
-    place=10,
-    examples=("layerjam design wrist", "layerjam design stop --figure front.svg"),
-)
+@command("design")
 def design(
     spec: SpecInput, *, accept: Accept = None, progress: Progress | None = None
 ) -> DesignResult:

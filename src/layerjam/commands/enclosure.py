@@ -104,13 +104,7 @@ class SiliconeFit(FromFiles, Judged):
         return of_synthetic(figures.sleeve(self.record, sheets), self.synthetic)
 
 
-@command(
-    "test",
-    place=60,
-    examples=("layerjam enclosure silicone-*.csv --area 18mm^2 --gauge-length 33mm",),
-    old=("sleeve",),
-    computes=False,
-)
+@command("test", computes=False)
 def enclosure(
     files: Annotated[
         Sequence[str | Path] | str | Path, Help("Exports of a test machine.", metavar="FILE...")

@@ -61,12 +61,7 @@ class Exported(ExportedNumbers):
     holds: float
 
 
-@command(
-    "share",
-    place=30,
-    parent="export",
-    examples=("layerjam export c choi2018-kapton --out firmware",),
-)
+@command("share", parent="export")
 def export_c(
     brake: BrakeInput,
     *,
@@ -120,15 +115,7 @@ class ExportedFmu(Result, Export):
     holds: float
 
 
-@command(
-    "share",
-    place=31,
-    parent="export",
-    examples=(
-        "layerjam export fmu choi2018-kapton --out kapton.fmu",
-        "layerjam export fmu choi2018-kapton --out kapton.fmu --fmi 2 --sources-only",
-    ),
-)
+@command("share", parent="export")
 def export_fmu(
     brake: BrakeInput,
     *,
@@ -240,12 +227,7 @@ class ExportedMujoco(ExportedNumbers):
     holds: float
 
 
-@command(
-    "share",
-    place=30,
-    parent="export",
-    examples=("layerjam export mujoco choi2018-kapton --out made --no-build",),
-)
+@command("share", parent="export")
 def export_mujoco(
     brake: BrakeInput,
     *,

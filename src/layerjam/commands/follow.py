@@ -93,14 +93,7 @@ class FollowedForce(Result):
         return control_figures.following(*self.record)
 
 
-@command(
-    "vacuum",
-    place=40,
-    examples=(
-        "layerjam follow choi2018 choi2018-kapton --profile sine --low 20N --high 80N "
-        "--period 20s --duration 40s --speed 1mm/s --safe-state release --sensor-range 103kPa",
-    ),
-)
+@command("vacuum")
 def follow(
     line: LineInput,
     brake: BrakeInput,

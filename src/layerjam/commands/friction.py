@@ -116,12 +116,7 @@ class Friction(FromFiles, Judged):
         return figures.friction(*self.record)
 
 
-@command(
-    "test",
-    place=20,
-    examples=("layerjam friction friction-*.csv --normal-force 2.45N",),
-    computes=False,
-)
+@command("test", computes=False)
 def friction(
     files: Files,
     *,

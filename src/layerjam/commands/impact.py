@@ -115,15 +115,7 @@ class Stop(Reading, Heating):
         return super().quiet_curves()[: 1 if isinstance(self.record, BareDrop) else None]
 
 
-@command(
-    "predict",
-    place=50,
-    examples=(
-        "layerjam drop choi2018-kapton --mass 1kg --speed 2.5m/s --vacuum 94.5kPa",
-        "layerjam drop choi2018-kapton --mass 1kg --speed 2.5m/s --vacuum tuned --travel 40mm",
-    ),
-    record=(".csv", ".nc"),
-)
+@command("predict", record=(".csv", ".nc"))
 def drop(
     brake: BrakeInput,
     *,

@@ -2,13 +2,14 @@
 
 Files below `commands/` or `studies/` that contain `@command(` declare commands. `--help` reads
 their decorator, name and first sentence from the source, in milliseconds; a command's module is
-imported when the command is used.
+imported when the command is used. Their order and examples are in help.toml.
 """
 
 import ast
 import functools
 import importlib
 import re
+import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +20,9 @@ from layerjam.commands.declare import GROUPS, REGISTRY, Command
 from layerjam.errors import UnknownNameError
 
 HOME = Path(__file__).parent.parent
+_LIST = tomllib.loads(Path(__file__).with_name("help.toml").read_text(encoding="utf-8"))
+EXAMPLES: dict[str, list[str]] = _LIST["examples"]
+FORMER: dict[str, str] = _LIST["former"]
 DECORATOR = re.compile(r"^@(?:\w+\.)*command\(", re.MULTILINE)
 HEAD = re.compile(
     r'^@command\(.*?^def \w+\(.*?\) -> [^\n]+:\n    """.*?"""\n', re.DOTALL | re.MULTILINE
@@ -33,10 +37,12 @@ class Entry:
     python_name: str
     module: str
     group: str
-    place: int
     summary: str
-    examples: tuple[str, ...]
-    old: tuple[str, ...]
+
+    @property
+    def examples(self) -> list[str]:
+        """Lines to type."""
+        return EXAMPLES.get(self.name, [])
 
     def load(self) -> Command:
         """Return the declaration, after importing its module."""
@@ -65,10 +71,7 @@ def _in_source(path: Path) -> Iterator[Entry]:
             python_name=function.name,
             module=module,
             group=ast.literal_eval(call.args[0]),
-            place=keywords.get("place", 50),
             summary=doc,
-            examples=tuple(keywords.get("examples", ())),
-            old=tuple(keywords.get("old", ())),
         )
 
 
@@ -80,24 +83,23 @@ def _source_entries() -> tuple[Entry, ...]:
 
 
 def commands() -> dict[str, Entry]:
-    """Return {name: Entry} of every command, sorted by group and then by place."""
+    """Return {name: Entry} of every command, by group and then in the order of help.toml."""
     entries = {entry.name: entry for entry in _source_entries()}
     for name, c in REGISTRY.items():
         if name not in entries:
-            entries[name] = Entry(
-                name, c.python_name, "", c.group, c.place, c.summary, c.examples, c.old
-            )
-    order = list(GROUPS)
-    in_order = sorted(entries.values(), key=lambda e: (order.index(e.group), e.place, e.name))
-    return {entry.name: entry for entry in in_order}
+            entries[name] = Entry(name, c.python_name, "", c.group, c.summary)
+    groups, names = [*GROUPS], [*EXAMPLES, *sorted({*entries} - {*EXAMPLES})]
+    return {
+        name: entries[name] for name in sorted(names, key=lambda n: groups.index(entries[n].group))
+    }
 
 
 def find(name: str) -> Entry | None:
     """Return the command with a name, as typed or as in Python; former names work too."""
     typed_name = name.replace("_", "-")
+    typed_name = FORMER.get(typed_name, typed_name)
     return next(
-        (e for e in commands().values() if typed_name in (e.name, *e.old) or name == e.python_name),
-        None,
+        (e for e in commands().values() if name == e.python_name or typed_name == e.name), None
     )
 
 

@@ -81,11 +81,7 @@ def lab_example(out: str | Path | None = None, *, overwrite: bool = False) -> st
     return text
 
 
-@command(
-    "test",
-    place=80,
-    examples=("layerjam lab practice --out practice", "layerjam lab --example --out campaign.toml"),
-)
+@command("test")
 def lab(
     spec: Annotated[
         str | Path | Spec | None,

@@ -76,12 +76,7 @@ class LeakFound(Judged):
         return of_synthetic(measurement_figures.leak(self.record), self.synthetic)
 
 
-@command(
-    "vacuum",
-    place=50,
-    examples=("layerjam leak hold.csv --volume 120mL --reading vacuum",),
-    computes=False,
-)
+@command("vacuum", computes=False)
 def leak(
     file: LogFile,
     *,

@@ -53,12 +53,7 @@ class PartList(Result):
             yield from _summary_lines(part)
 
 
-@command(
-    "vacuum",
-    place=20,
-    examples=("layerjam parts", "layerjam parts smc-vt307v"),
-    computes=False,
-)
+@command("vacuum", computes=False)
 def parts(
     name: Annotated[str | None, Help("One part, with its sources in full.", metavar="PART")] = None,
 ) -> PartList:

@@ -187,14 +187,7 @@ _UNCERTAIN = {f"{mode}_{key}" for mode in ("full", "tuned") for key in SPREAD} |
 }
 
 
-@command(
-    "vacuum",
-    place=50,
-    examples=(
-        "layerjam plan choi2018 choi2018-kapton --mass 1kg --speed 2.5m/s --warning 3s "
-        "--travel 40mm",
-    ),
-)
+@command("vacuum")
 def plan(
     line: LineInput,
     brake: BrakeInput,

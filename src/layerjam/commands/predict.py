@@ -61,12 +61,7 @@ class NewBrake(Result):
         yield from ("", f"Edit it, then: layerjam show {quote_word(self.file)}")
 
 
-@command(
-    "predict",
-    place=5,
-    examples=("layerjam new my-brake --from choi2018-kapton --out my-brake.toml",),
-    computes=False,
-)
+@command("predict", computes=False)
 def new(
     name: Annotated[str, Help("Name of the new brake.", metavar="NAME")],
     start: Annotated[str | Path, Help("Brake to start from.", metavar="BRAKE", option="--from")],
@@ -139,7 +134,7 @@ class BrakeSummary(Result):
             yield f"  {path}: {text}"
 
 
-@command("predict", place=40, examples=("layerjam show choi2018-kapton",))
+@command("predict")
 def show(brake: BrakeInput, *, atmosphere: Atmosphere = None) -> BrakeSummary:
     """Show mass, forces, energy and strength of a brake, and the source of each number."""
     from layerjam.device.brake import mass
@@ -217,11 +212,7 @@ class BrakeForce(Result):
         return figures.force_over_slip(file, *map(float, case))
 
 
-@command(
-    "predict",
-    place=10,
-    examples=("layerjam force choi2018-kapton --slip 20mm --vacuum 94.5kPa",),
-)
+@command("predict")
 def force(
     brake: BrakeInput,
     *,
@@ -306,11 +297,7 @@ class VacuumForForce(Result):
         return figures.force_over_vacuum(file, *map(float, case))
 
 
-@command(
-    "predict",
-    place=20,
-    examples=("layerjam vacuum choi2018-kapton --slip 20mm --force 100N",),
-)
+@command("predict")
 def vacuum(
     brake: BrakeInput,
     *,

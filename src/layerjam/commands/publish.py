@@ -60,14 +60,7 @@ class Published(Result):
             yield from ("", "anyone can check it:", f"  {line}")
 
 
-@command(
-    "share",
-    place=60,
-    examples=(
-        "layerjam publish practice --out dataset --licence CC-BY-4.0 --author 'Ada Lovelace'",
-        "layerjam publish tests --brake choi2018-kapton --holdout 46.1kPa --out dataset",
-    ),
-)
+@command("share")
 def publish(
     campaign: Annotated[str | Path, Help("Folder of the measurements.", metavar="CAMPAIGN")],
     *,
@@ -188,7 +181,7 @@ def _number(value: Any) -> str:
     return "none" if value is None else f"{value:.9g}" if isinstance(value, float) else str(value)
 
 
-@command("share", place=70, examples=("layerjam recompute dataset", "layerjam recompute data.zip"))
+@command("share")
 def recompute(
     dataset: Annotated[
         str | Path, Help("Folder or zip file created by `publish`.", metavar="DIR|FILE.zip")

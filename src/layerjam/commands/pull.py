@@ -80,7 +80,7 @@ class Pulls(Judged):
         return False
 
 
-@command("test", place=10, examples=("layerjam pull pull-*.csv",), computes=False)
+@command("test", computes=False)
 def pull(
     files: Files,
     *,

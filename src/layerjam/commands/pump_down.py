@@ -89,12 +89,7 @@ class PumpFound(Judged):
         return of_synthetic(measurement_figures.pump_down(single, second, constant), self.synthetic)
 
 
-@command(
-    "vacuum",
-    place=60,
-    examples=("layerjam pump-down pump-down.csv --volume 7.5mL",),
-    computes=False,
-)
+@command("vacuum", computes=False)
 def pump_down(
     file: LogFile,
     with_volume: Annotated[

@@ -149,13 +149,7 @@ def _database(db: str | None) -> Any:
     return Database(db)
 
 
-@command(
-    "share",
-    place=80,
-    parent="records",
-    examples=("layerjam records add my-brake.toml pull-1.csv --db lab.db",),
-    computes=False,
-)
+@command("share", parent="records", computes=False)
 def records_add(
     files: Annotated[
         Sequence[str | Path] | str | Path,
@@ -196,13 +190,7 @@ def records_add(
     )
 
 
-@command(
-    "share",
-    place=81,
-    parent="records",
-    examples=("layerjam records list --db lab.db",),
-    computes=False,
-)
+@command("share", parent="records", computes=False)
 def records_list(*, db: RecordsDatabase = None) -> RecordsListed:
     """List every record, oldest first.
 
@@ -224,13 +212,7 @@ def _none_yet(database: Any, records: Sequence[Any]) -> list[Notice]:
     return [] if records else [Notice(text, "no-records")]
 
 
-@command(
-    "share",
-    place=82,
-    parent="records",
-    examples=("layerjam records show pull-2.csv --db lab.db",),
-    computes=False,
-)
+@command("share", parent="records", computes=False)
 def records_show(ident: RecordId, *, db: RecordsDatabase = None) -> RecordShown:
     """Show one record, its sources and the records derived from it.
 
@@ -243,13 +225,7 @@ def records_show(ident: RecordId, *, db: RecordsDatabase = None) -> RecordShown:
     return RecordShown.of(result, record_=result.record)
 
 
-@command(
-    "share",
-    place=83,
-    parent="records",
-    examples=("layerjam records verify --db lab.db",),
-    computes=False,
-)
+@command("share", parent="records", computes=False)
 def records_verify(
     folders: Annotated[
         Sequence[str | Path], Help("Folders in which to look for moved files.", metavar="FOLDER...")
@@ -269,13 +245,7 @@ def records_verify(
     return RecordsVerified.of(result, warnings=_none_yet(database, [*range(result.checked)]))
 
 
-@command(
-    "share",
-    place=84,
-    parent="records",
-    examples=('layerjam records withdraw pull-2.csv --why "the grip slipped" --db lab.db',),
-    computes=False,
-)
+@command("share", parent="records", computes=False)
 def records_withdraw(
     ident: RecordId,
     *,

@@ -110,13 +110,7 @@ class Regulation(Judged):
         return super().quiet_curves()[:1]
 
 
-@command(
-    "vacuum",
-    place=30,
-    examples=(
-        "layerjam regulate choi2018 --target 60kPa --safe-state release --sensor-range 103kPa",
-    ),
-)
+@command("vacuum")
 def regulate(
     line: LineInput,
     *,

@@ -128,14 +128,7 @@ class _Work:
         self.report.file = brake_file(file, self.how.atmosphere)
 
 
-@command(
-    "test",
-    place=50,
-    examples=(
-        "layerjam report choi2018-kapton --friction friction-*.csv --pulls pull-*.csv "
-        "--holdout 46.1kPa --out report",
-    ),
-)
+@command("test")
 def report(
     brake: BrakeInput,
     *,

@@ -156,12 +156,7 @@ def _in_words(schema: Mapping[str, Any]) -> str:
     return kind if isinstance(kind, str) else " or ".join(kind)
 
 
-@command(
-    "share",
-    place=50,
-    examples=("layerjam schema force", "layerjam schema drop --json"),
-    computes=False,
-)
+@command("share", computes=False)
 def schema(
     name: Annotated[
         str | None, Help("Name of a command. Default: all commands.", metavar="COMMAND")

@@ -80,16 +80,7 @@ class StickSlip(Result):
         return force_figures.between_bounds(self.record)
 
 
-@command(
-    "predict",
-    place=70,
-    examples=(
-        "layerjam stick-slip choi2018-kapton --vacuum 94.5kPa --speed 1mm/s --travel 4mm",
-        "layerjam stick-slip choi2018-kapton --vacuum 94.5kPa --speed 5mm/s --damping '5 N s/m'",
-    ),
-    old=("judder",),
-    record=(".csv", ".nc"),
-)
+@command("predict", record=(".csv", ".nc"))
 def stick_slip(
     brake: BrakeInput,
     *,

@@ -33,14 +33,7 @@ class DesignSweep(DesignResult):
         return STOPPED if self.feasible is None else super().exit_code
 
 
-@command(
-    "design",
-    place=20,
-    examples=(
-        "layerjam sweep wrist --out swept",
-        "layerjam sweep wrist --out swept --scheduler tcp://10.0.0.1:8786",
-    ),
-)
+@command("design")
 def sweep(
     spec: SpecInput,
     *,

@@ -82,16 +82,7 @@ class Tensile(Result):
         return kind in (cls, Pulls)
 
 
-@command(
-    "predict",
-    place=30,
-    examples=(
-        "layerjam tensile choi2018-kapton --vacuum 94.5kPa --speed 13mm/s --travel 40mm",
-        'layerjam tensile choi2018-kapton --procedure "evacuate to 50 kPa; pull at 1 mm/s until '
-        '20 mm"',
-    ),
-    record=(".csv", ".nc"),
-)
+@command("predict", record=(".csv", ".nc"))
 def tensile(
     brake: BrakeInput,
     *,

@@ -61,11 +61,7 @@ def arrival(speed: float | None, height: float | None, horizontal: bool, gravity
     return math.sqrt(2 * gravity * height)
 
 
-@command(
-    "predict",
-    place=60,
-    examples=("layerjam tune choi2018-kapton --mass 1kg --speed 2.5m/s --travel 40mm",),
-)
+@command("predict")
 def tune(
     brake: BrakeInput,
     *,

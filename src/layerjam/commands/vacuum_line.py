@@ -63,11 +63,7 @@ class VacuumRise(Result):
         return fluid_figures.rising(self.line, self.target, self.record, self.rise_time)
 
 
-@command(
-    "vacuum",
-    place=10,
-    examples=("layerjam rise choi2018 --target 94.5kPa",),
-)
+@command("vacuum")
 def rise(
     line: LineInput,
     *,

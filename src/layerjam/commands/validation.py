@@ -112,11 +112,7 @@ def _of_scatter(scatter: Mapping[str, Any]) -> str:
     )
 
 
-@command(
-    "test",
-    place=40,
-    examples=("layerjam validate my-brake-calibrated.toml validation-*.csv",),
-)
+@command("test")
 def validate(
     brake: BrakeInput,
     files: Files,

@@ -28,7 +28,7 @@ class Reproduction(Result):
     )
 
 
-@command("share", place=30, examples=("layerjam reproduce --out report",))
+@command("share")
 def reproduce(
     out: Annotated[str | Path, Help("Folder for the report.", metavar="DIR", option="--out")],
     *,

@@ -82,15 +82,7 @@ class MachineResult(Result):
         yield from ("", str(self.conclusion))
 
 
-@command(
-    "design",
-    place=30,
-    examples=(
-        "layerjam scenario seat-belt --out page",
-        "layerjam scenario --list",
-    ),
-    old=("apply",),
-)
+@command("design")
 def scenario(
     scenario: Annotated[
         str | Path | None,
