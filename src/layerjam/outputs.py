@@ -4,9 +4,17 @@ import math
 from collections.abc import Callable
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from inspect import get_annotations
-from typing import Any, TypeVar, dataclass_transform
+from typing import TYPE_CHECKING, Any, TypeVar, dataclass_transform
 
 from layerjam.units import QuantitySpec
+
+if TYPE_CHECKING:
+    from matplotlib import axes, figure
+
+    Axes = axes.Axes
+    Figure = figure.Figure
+else:  # annotations use these names before a figure needs Matplotlib
+    Axes = Figure = Any
 
 T = TypeVar("T")
 Formatter = Callable[[Any], str]

@@ -12,15 +12,13 @@ from layerjam.commands.files import FromFiles, describe_readings, read_each, wri
 from layerjam.commands.friction import FrictionTest
 from layerjam.commands.quantities import OutBrake, Overwrite, TargetBrake
 from layerjam.commands.reading import FileOptions, Files, Partial
-from layerjam.commands.results import bounds, fact, number, result
+from layerjam.commands.results import Figure, bounds, fact, number, result
 from layerjam.device.sheets import Film
 from layerjam.errors import FitError, QuantityError
 from layerjam.measure.synthetic import SYNTHETIC
 from layerjam.units import show, spec_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from layerjam.identify.friction.ageing import AgeingFit
     from layerjam.measure.trace import Trace
 

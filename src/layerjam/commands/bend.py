@@ -12,14 +12,12 @@ from layerjam.commands.quantities import (
     slip_within,
     vacuum_within,
 )
-from layerjam.commands.results import Result, number, result
+from layerjam.commands.results import Figure, Result, number, result
 from layerjam.device.brake import Brake
 from layerjam.errors import Notice, QuantityError
 from layerjam.units import QuantitySpec, show
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from layerjam.device.file import BrakeFile
 
 ANGLE = QuantitySpec("rad", "angle between the caps", open_lo=True, hi=math.pi, example="90deg")
@@ -79,7 +77,7 @@ class Bend(Result):
     sheet_stress: float | None = number("Pa", "greatest stress of a sheet over the joint")
     end_force_ratio: float | None = number("1", "ratio of the pulls at the two caps")
 
-    def draw(self) -> "Figure":
+    def draw(self) -> Figure:
         """Return the figure of moment over angle, and of the pull over the joint's angle."""
         from layerjam.report import force_figures
 

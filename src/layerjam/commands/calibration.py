@@ -20,7 +20,7 @@ from layerjam.commands.quantities import (
     Overwrite,
 )
 from layerjam.commands.reading import FileOptions, Files, FileVacuum, Partial
-from layerjam.commands.results import Judged, fact, number, result
+from layerjam.commands.results import Figure, Judged, fact, number, result
 from layerjam.device.brake import Brake
 from layerjam.device.file import BrakeFile
 from layerjam.errors import FitError, Notice, count_of
@@ -31,8 +31,6 @@ from layerjam.units import QuantitySpec, show
 from layerjam.verdict import judge
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from layerjam.identify.calibration.record import Calibration
     from layerjam.identify.pull.features import PullFeatures
 

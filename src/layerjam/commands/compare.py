@@ -10,15 +10,13 @@ from layerjam.commands.quantities import (
     brake_file,
     vacuum_within,
 )
-from layerjam.commands.results import Result, fact, result
+from layerjam.commands.results import Figure, Result, fact, result
 from layerjam.device.file import BrakeFile
 from layerjam.errors import Notice
 from layerjam.simulate.quantities import VACUUM
 from layerjam.units import show
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from layerjam.design.force_density import SheetLine
     from layerjam.design.published import PublishedDevices
 
@@ -108,7 +106,7 @@ class Comparison(Result):
     def _value_text(self, name: str) -> str:
         return show(self.sheet[name], TABLE_UNITS[name]) if name in TABLE_UNITS else ""
 
-    def draw(self) -> "Figure":
+    def draw(self) -> Figure:
         """Return force over mass on logarithmic axes, with lines of equal force density."""
         from layerjam.report import density_figures
 

@@ -11,7 +11,7 @@ import numpy as np
 from layerjam.commands.declare import Help, Input, command
 from layerjam.commands.quantities import Accept
 from layerjam.commands.reading import TableOptions
-from layerjam.commands.results import Judged, fact, result
+from layerjam.commands.results import Figure, Judged, fact, result
 from layerjam.commands.sensor import SAMPLING, channel_class
 from layerjam.errors import FileError, FitError, Notice, QuantityError
 from layerjam.identify.logs.crash import Pulse
@@ -23,8 +23,6 @@ from layerjam.units import QuantitySpec, spec_of
 from layerjam.verdict import judge
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from layerjam.identify.logs.crash import Crash
 
 RANGE = replace(spec_of(Accelerometer, "range"), text="range of the sensor", example="'250 g'")
@@ -109,7 +107,7 @@ class CrashFound(Judged, Pulse):
     record: "Crash"
     understood: Sequence[str] = fact("how the file was read", listed=False)
 
-    def draw(self) -> "Figure":
+    def draw(self) -> Figure:
         """Return the figure of acceleration and velocity over time."""
         from layerjam.report import measurement_figures
         from layerjam.report.style import of_synthetic

@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from layerjam.commands.declare import Input, Progress, command, precision
 from layerjam.commands.quantities import Accept
-from layerjam.commands.results import Judged, fact, number, result
+from layerjam.commands.results import Figure, Judged, fact, number, result
 from layerjam.errors import Notice, QuantityError
 from layerjam.units import QuantitySpec, show
 from layerjam.verdict import Acceptance, judge
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from layerjam.design.bounds import Exclusion
     from layerjam.design.refine import RefinedDesign
     from layerjam.design.requirements import DesignSpecification

@@ -9,7 +9,7 @@ from layerjam.commands.declare import Help, command
 from layerjam.commands.files import FromFiles, use_each, write_brake
 from layerjam.commands.quantities import Accept, OutBrake, Overwrite, TargetBrake
 from layerjam.commands.reading import Partial, TableOptions, several
-from layerjam.commands.results import Judged, fact, number, result
+from layerjam.commands.results import Figure, Judged, fact, number, result
 from layerjam.device.file import BrakeFile, updated_text
 from layerjam.errors import FitError, Notice, QuantityError, UnknownNameError
 from layerjam.simulate.quantities import AREA
@@ -18,8 +18,6 @@ from layerjam.units import QuantitySpec, show
 from layerjam.verdict import Verdict, judge
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from layerjam.identify.rubber.hyperelastic import Fit
     from layerjam.identify.rubber.tensile import Moduli, Specimen
 
@@ -95,7 +93,7 @@ class SiliconeFit(FromFiles, Judged):
                 text += ", material not known (--material compares it with a data sheet)"
             yield f"{text}; {row['model']}"
 
-    def draw(self) -> "Figure":
+    def draw(self) -> Figure:
         """Return the figure of stress over strain of every specimen with its model."""
         from layerjam.report import measurement_figures as figures
         from layerjam.report.style import of_synthetic

@@ -11,7 +11,7 @@ from layerjam.commands.declare import Help, command, options
 from layerjam.commands.lines import LineInput
 from layerjam.commands.quantities import Atmosphere, BrakeInput, Seed
 from layerjam.commands.regulator import RegulatorSettings, regulator_of
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.results import Figure, Result, fact, number, result
 from layerjam.errors import FileError, QuantityError
 from layerjam.measure.log import TIME, read_log
 from layerjam.measure.readers.columns import Want
@@ -19,8 +19,6 @@ from layerjam.simulate.quantities import CROSSHEAD_SPEED, DURATION, FORCE
 from layerjam.units import QuantitySpec, show
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from layerjam.control.follow import Bode, Following
 
 PROFILES = ("step", "sine", "rehabilitation")
@@ -86,7 +84,7 @@ class FollowedForce(Result):
         if self.reasons:
             yield from ("", *(f"cannot: {reason}" for reason in self.reasons))
 
-    def draw(self) -> "Figure":
+    def draw(self) -> Figure:
         """Return the figure of target and true force over time, vacuum, and frequency response."""
         from layerjam.report import control_figures
 

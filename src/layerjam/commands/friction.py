@@ -10,7 +10,7 @@ from layerjam.commands.declare import Help, Progress, command, options
 from layerjam.commands.files import PICTURE, FromFiles, describe_readings, read_each, write_brake
 from layerjam.commands.quantities import Accept, OutBrake, Overwrite, TargetBrake
 from layerjam.commands.reading import NORMAL_FORCE, FileOptions, Files, Partial
-from layerjam.commands.results import Judged, fact, number, result
+from layerjam.commands.results import Figure, Judged, fact, number, result
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import catalogue, load
 from layerjam.device.mount import Site
@@ -21,8 +21,6 @@ from layerjam.units import QuantitySpec, show
 from layerjam.verdict import judge
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from layerjam.identify.friction.reduction import FrictionRepeat, FrictionResult
     from layerjam.identify.friction.standards import Standard
     from layerjam.measure.trace import Trace

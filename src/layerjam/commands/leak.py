@@ -22,13 +22,11 @@ from layerjam.commands.pressure_log import (
 )
 from layerjam.commands.quantities import Accept, Atmosphere
 from layerjam.commands.reading import LogOptions
-from layerjam.commands.results import Judged, bounds, fact, number, result
+from layerjam.commands.results import Figure, Judged, bounds, fact, number, result
 from layerjam.errors import Notice
 from layerjam.verdict import judge
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from layerjam.identify.logs.leak import Leak, LeakFit
 
 

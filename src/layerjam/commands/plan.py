@@ -24,7 +24,7 @@ from layerjam.commands.quantities import (
     vacuum_within,
     with_share,
 )
-from layerjam.commands.results import Judged, add_prefix, fact, number, result
+from layerjam.commands.results import Figure, Judged, add_prefix, fact, number, result
 from layerjam.commands.tuning import format_distinct, tune
 from layerjam.device.file import BrakeFile
 from layerjam.errors import QuantityError
@@ -36,8 +36,6 @@ from layerjam.units import QuantitySpec, show, show_at_least
 from layerjam.verdict import judge
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from layerjam.control.plan import Arrival, Plan
     from layerjam.control.plan_build import Build
     from layerjam.control.plan_spread import Spread

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from layerjam.commands.declare import Help, command
 from layerjam.commands.quantities import (
@@ -19,16 +19,13 @@ from layerjam.commands.quantities import (
     slip_within,
     vacuum_within,
 )
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.results import Figure, Result, fact, number, result
 from layerjam.device.file import BrakeFile
 from layerjam.device.load import load, write_whole
 from layerjam.errors import Notice, QuantityError
 from layerjam.system import quote_word
 from layerjam.units import QuantitySpec
 from layerjam.units import show as in_words
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 SLIDING_SPEED = QuantitySpec("m/s", "sliding speed of the sheets", hi=100, example="500mm/s")
 SlidingSpeed = Annotated[float | None, SLIDING_SPEED, Help("Speed at which the sheets slide.")]
@@ -121,7 +118,7 @@ class BrakeSummary(Result):
             rows.append((name, f"{text} (failed check: {'; '.join(checks)})" if checks else text))
         return rows
 
-    def draw(self) -> "Figure":
+    def draw(self) -> Figure:
         """Return the figure of the brake with every named length and force."""
         from layerjam.report.device_drawing import device
 
@@ -202,7 +199,7 @@ class BrakeForce(Result):
     enclosure_force: float = number("N", "force of the enclosure, eq. 5")
     force: float = number("N", "force of the brake, both together")
 
-    def draw(self) -> "Figure":
+    def draw(self) -> Figure:
         """Return force over slip with this slip marked; for arrays, over their first dimension."""
         from layerjam.report import figures
 
@@ -287,7 +284,7 @@ class VacuumForForce(Result):
     least_force: float = number("N", "force of the enclosure alone at that slip")
     greatest_force: float = number("N", "force at the site's full vacuum at that slip")
 
-    def draw(self) -> "Figure":
+    def draw(self) -> Figure:
         """Return force over vacuum, with the given force marked; for arrays, vacuum over force."""
         from layerjam.report import figures
 

@@ -11,14 +11,12 @@ from layerjam.commands.files import CURVE, describe_readings, read_each
 from layerjam.commands.pressure_log import End, Start, window
 from layerjam.commands.quantities import Accept
 from layerjam.commands.reading import FileOptions, Files
-from layerjam.commands.results import Judged, Result, fact, result
+from layerjam.commands.results import Figure, Judged, Result, fact, result
 from layerjam.errors import FileError, Notice
 from layerjam.units import show
 from layerjam.verdict import Check, check, judge
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from layerjam.identify.pull.summary import PullSummary
     from layerjam.measure.trace import Trace
     from layerjam.report.chart import Curve

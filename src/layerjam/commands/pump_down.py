@@ -21,15 +21,13 @@ from layerjam.commands.pressure_log import (
 )
 from layerjam.commands.quantities import Accept, Atmosphere
 from layerjam.commands.reading import LogOptions
-from layerjam.commands.results import Judged, bounds, fact, number, result
+from layerjam.commands.results import Figure, Judged, bounds, fact, number, result
 from layerjam.errors import Notice, QuantityError
 from layerjam.fluid.line import Pump
 from layerjam.units import QuantitySpec, spec_of
 from layerjam.verdict import judge
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from layerjam.identify.logs.pump_down import DerivedValue, PumpDown
 
 FLOW = replace(spec_of(Pump, "flow"), text="flow of the pump", example="20mL/s")

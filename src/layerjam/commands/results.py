@@ -19,7 +19,7 @@ from layerjam.commands.lookup import add_prefix, value_of
 from layerjam.commands.wording import in_words, printable, superscripts, wrap_text
 from layerjam.device.load import takes_force, write_whole
 from layerjam.errors import FileError, LayerjamError, MissingExtraError, Notice, UnknownNameError
-from layerjam.outputs import ENDS, declare, fact, number
+from layerjam.outputs import ENDS, Figure, declare, fact, number
 from layerjam.report.folder import plain
 from layerjam.units import show
 from layerjam.verdict import Acceptance, Verdict, accepted_rows, failures_of, remaining
@@ -27,13 +27,22 @@ from layerjam.verdict import Acceptance, Verdict, accepted_rows, failures_of, re
 if TYPE_CHECKING:
     import pandas
     import xarray
-    from matplotlib.figure import Figure
 
     from layerjam.commands.labels import Grid
     from layerjam.report.chart import Curve, Pane
     from layerjam.toml_files.changes import RecordFile
 
-__all__ = ["Judged", "Result", "add_prefix", "bounds", "fact", "key_of", "number", "result"]
+__all__ = [
+    "Figure",
+    "Judged",
+    "Result",
+    "add_prefix",
+    "bounds",
+    "fact",
+    "key_of",
+    "number",
+    "result",
+]
 T = TypeVar("T")
 PICTURES = (".svg", ".png", ".pdf")
 STOPPED = 130

@@ -19,7 +19,7 @@ from layerjam.commands.quantities import (
     slip_within,
     vacuum_within,
 )
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.results import Figure, Result, fact, number, result
 from layerjam.device.brake import Brake
 from layerjam.device.mount import Rope
 from layerjam.device.sheets import Film
@@ -29,8 +29,6 @@ from layerjam.simulate.record import Outcome
 from layerjam.units import QuantitySpec, show, spec_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from layerjam.mechanics.stick_slip.slide_step import Slide
     from layerjam.report.chart import Pane
     from layerjam.simulate.stick_slip import Bounds, StickSlipRecord

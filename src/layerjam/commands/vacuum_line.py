@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from layerjam.commands.declare import Progress, command
 from layerjam.commands.lines import ONLY_COMPLIANCE, Fluid, LineInput
 from layerjam.commands.quantities import Atmosphere, Target, vacuum_within
-from layerjam.commands.results import Result, fact, number, result
+from layerjam.commands.results import Figure, Result, fact, number, result
 from layerjam.errors import Notice
 from layerjam.fluid.file import LineFile
 from layerjam.fluid.line import Line, Tube, water_compliance
@@ -15,8 +15,6 @@ from layerjam.units import show
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-
-    from matplotlib.figure import Figure
 
     from layerjam.fluid.closed_forms import Filling
     from layerjam.fluid.network import Response

@@ -9,15 +9,13 @@ from layerjam.commands.left_out import LeftOut, excluded_lines
 from layerjam.commands.pull_by_pull import as_rows, one_of_all, pull_lines
 from layerjam.commands.quantities import Accept, Atmosphere, BrakeInput
 from layerjam.commands.reading import FileOptions, Files, FileVacuum
-from layerjam.commands.results import Judged, fact, number, result
+from layerjam.commands.results import Figure, Judged, fact, number, result
 from layerjam.errors import FitError, Notice
 from layerjam.measure.trace import Trace
 from layerjam.units import show
 from layerjam.verdict import judge
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from layerjam.device.file import BrakeFile
     from layerjam.identify.validation.metrics import Validation
 
@@ -87,7 +85,7 @@ class ModelErrors(Judged):
         yield from pull_lines(self.pulls)
         yield from excluded_lines(self.excluded)
 
-    def draw(self) -> "Figure":
+    def draw(self) -> Figure:
         """Return the figure of measured and predicted curves, and the residuals."""
         from layerjam.report import figures
 

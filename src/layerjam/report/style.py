@@ -12,23 +12,17 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec
+from typing import Any, ParamSpec
 
 import numpy as np
 
+from layerjam import outputs
 from layerjam.device.load import takes_force, write_whole
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
 
-if TYPE_CHECKING:
-    from matplotlib import axes as _axes
-    from matplotlib import figure as _figure
-
-    Axes = _axes.Axes
-    Figure = _figure.Figure
-else:  # annotations use these names before Matplotlib is loaded
-    Axes = Figure = Any
-
 P = ParamSpec("P")
+Axes = outputs.Axes
+Figure = outputs.Figure
 # Okabe and Ito's palette, ordered so that neighbours also differ in lightness
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 PURPLE, SKY = "#CC79A7", "#56B4E9"

@@ -1,7 +1,7 @@
 """The stack of sheets as boxes in a 3-D view."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -189,51 +189,32 @@ class Slab(Object3D, component=Path(__file__).with_name("slab.js")):
         super().__init__(color, opacity)
 
 
-def fit_view(scene: ui.scene, low: Point, high: Point, view: Point, duration: float) -> None:
-    """Place the camera so that a box fills the view from a direction, also after a resize."""
-    args = json.dumps([low, high, view, duration])
-    scene.client.run_javascript(
-        f"const view = getElement({scene.id}); if (view?.renderer) layerjamFit(view, ...{args})"
-    )
+class CameraView:
+    """A scene with a camera, buttons for its directions, and a light or dark ground."""
 
+    space: type[ui.scene] = ui.scene
 
-class StackView:
-    """The 3-D view; boxes are created once and then only moved and stretched."""
-
-    def __init__(self, ident: str, classes: str = "w-full h-80", views: bool = True) -> None:
-        self._boxes: dict[str, Any] = {}
-        self._labels: dict[str, tuple[str, Any]] = {}
+    def __init__(
+        self, views: Mapping[str, Point], height: int, ident: str, classes: str, **words: str
+    ) -> None:
+        self._view, self._dark = views["whole"], False
         self._corners: tuple[Point, Point] | None = None
-        self._view = VIEWS["whole"]
-        self._dark = False
         camera = ui.scene.perspective_camera(fov=28)
-        with ui.element("div").classes("w-full"):
-            self.scene = live.Space(
-                width=640,
-                height=320,
-                grid=False,
-                background_color=GROUND,
-                fps=20,
-                camera=camera,
-                click_events=[],
-            )
-            label = "The stack of sheets"
-            dress(self.scene, ident, classes, role="img", aria_label=label)
-            still = f"() => layerjamStill(getElement({self.scene.id}))"
-            self.scene.on("init", js_handler=still)
-            self.scene.on("init", lambda: self._fit(0.0))
-            with ui.row().classes("gap-1 items-center") as row:
-                ui.label("Seen").classes("text-sm")
-                for name, (x, y, z) in VIEWS.items():
-                    look = partial(self._look, x, y, z)
-                    key = f"{ident}-{name.replace(' ', '-')}"
-                    view_button = button(name, look, key, look="flat dense no-caps")
-                    dress(view_button, aria_label=f"Seen from: {name}")
-                hint("drag to rotate, scroll to zoom")
-            row.set_visibility(views)
+        look: dict[str, Any] = {"grid": False, "background_color": GROUND, "fps": 20}
+        self.scene = self.space(width=640, height=height, camera=camera, click_events=[], **look)
+        dress(self.scene, ident, classes, role="img", aria_label=words["label"])
+        self.scene.on("init", js_handler=f"() => layerjamStill(getElement({self.scene.id}))")
+        self.scene.on("init", lambda: self._fit(0.0))
+        with ui.row().classes("gap-1 items-center") as self.row:
+            ui.label("Seen").classes("text-sm")
+            for name, place in views.items():
+                key = f"{ident}-{name.replace(' ', '-')}"
+                view = button(name, partial(self._look, place), key, look="flat dense no-caps")
+                dress(view, aria_label=f"{words['button']}: {name}")
+            hint("drag to rotate, scroll to zoom")
 
-    def show(self, stack: Stack, words: str, dark: bool = False) -> None:
-        """Update the scene."""
+    def darken(self, dark: bool) -> None:
+        """Set the colour of the ground."""
         if dark != self._dark:
             self._dark = dark
             ground = NIGHT if dark else GROUND
@@ -241,6 +222,44 @@ class StackView:
                 f"const view = getElement({self.scene.id}); view.ground = '{ground}'; "
                 "view.renderer.setClearColor(view.ground)"
             )
+
+    def enclose(self, low: Point, high: Point) -> None:
+        """Let the camera see a box as a whole, from the chosen direction."""
+        if self._corners != (low, high):
+            self._corners = (low, high)
+            self._fit(0.3)
+
+    def _look(self, place: Point) -> None:
+        self._view = place
+        self._fit(0.3)
+
+    def _fit(self, duration: float) -> None:
+        """Place the camera as near as all of it is seen, within `duration` [s]."""
+        if self._corners is not None:
+            args = json.dumps([*self._corners, self._view, duration])
+            self.scene.client.run_javascript(
+                f"const view = getElement({self.scene.id}); "
+                f"if (view?.renderer) layerjamFit(view, ...{args})"
+            )
+
+
+class StackView(CameraView):
+    """The 3-D view; boxes are created once and then only moved and stretched."""
+
+    scene: live.Space
+    space = live.Space
+
+    def __init__(self, ident: str, classes: str = "w-full h-80", views: bool = True) -> None:
+        self._boxes: dict[str, Any] = {}
+        self._labels: dict[str, tuple[str, Any]] = {}
+        words = {"label": "The stack of sheets", "button": "Seen from"}
+        with ui.element("div").classes("w-full"):
+            super().__init__(VIEWS, 320, ident, classes, **words)
+            self.row.set_visibility(views)
+
+    def show(self, stack: Stack, words: str, dark: bool = False) -> None:
+        """Update the scene."""
+        self.darken(dark)
         self.scene.speak(words)
         with self.scene.changes():
             for box in stack.boxes:
@@ -249,9 +268,7 @@ class StackView:
                 self._write(name, text, place)
             for name in {*self._boxes} - {box.name for box in stack.boxes}:
                 self._boxes.pop(name).delete()
-        if self._corners != (stack.low, stack.high):
-            self._corners = (stack.low, stack.high)
-            self._fit(0.3)
+        self.enclose(stack.low, stack.high)
 
     def _place(self, box: Box) -> None:
         thing = self._boxes.get(box.name)
@@ -268,12 +285,3 @@ class StackView:
             side = "padding-top: 44px" if name == "overlap" else "padding-bottom: 40px"
             old = self._labels[name] = (text, self.scene.text(text, f"{_LABEL}; {side}"))
         old[1].move(*place)
-
-    def _look(self, x: float, y: float, z: float) -> None:
-        self._view = (x, y, z)
-        self._fit(0.3)
-
-    def _fit(self, duration: float) -> None:
-        """Move the camera as near as possible with everything in view, within `duration` [s]."""
-        if self._corners is not None:
-            fit_view(self.scene, *self._corners, self._view, duration)

@@ -3,16 +3,13 @@
 import base64
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from nicegui import ui
 from nicegui.elements.scene.scene_object3d import Object3D
 
-from layerjam.workbench.scene import GROUND, NIGHT, Point, fit_view
-from layerjam.workbench.widgets import button, dress, hint
+from layerjam.workbench.scene import CameraView, Point
 
 if TYPE_CHECKING:
     from layerjam.fabricate.drawing import Drawing
@@ -84,38 +81,17 @@ class Solid(Object3D, component=Path(__file__).parents[1] / "solid.js"):
         super().__init__(surface.colour, surface.corners, surface.triangles)
 
 
-class PartsView:
+class PartsView(CameraView):
     """The 3-D view; only surfaces that changed are sent."""
 
     def __init__(self, ident: str) -> None:
         self._shown: dict[str, tuple[Surface, Solid]] = {}
-        self._size: Point = (0.0, 0.0, 0.0)
-        self._view = VIEWS["whole"]
-        self._dark = False
-        camera = ui.scene.perspective_camera(fov=28)
-        look: dict[str, Any] = {"grid": False, "background_color": GROUND, "fps": 20}
-        self.scene = ui.scene(width=640, height=360, camera=camera, click_events=[], **look)
-        label = "The parts to make, separated"
-        dress(self.scene, ident, "w-full h-96", role="img", aria_label=label)
-        self.scene.on("init", js_handler=f"() => layerjamStill(getElement({self.scene.id}))")
-        self.scene.on("init", lambda: self._fit(0.0))
-        with ui.row().classes("gap-1 items-center"):
-            ui.label("Seen").classes("text-sm")
-            for name, place in VIEWS.items():
-                key = f"{ident}-{name.replace(' ', '-')}"
-                view = button(name, partial(self._look, place), key, look="flat dense no-caps")
-                dress(view, aria_label=f"View of the parts: {name}")
-            hint("drag to rotate, scroll to zoom")
+        words = {"label": "The parts to make, separated", "button": "View of the parts"}
+        super().__init__(VIEWS, 360, ident, "w-full h-96", **words)
 
     def show(self, parts: Parts, dark: bool) -> None:
         """Update the scene."""
-        if dark != self._dark:
-            self._dark = dark
-            ground = NIGHT if dark else GROUND
-            self.scene.client.run_javascript(
-                f"const view = getElement({self.scene.id}); view.ground = '{ground}'; "
-                "view.renderer.setClearColor(view.ground)"
-            )
+        self.darken(dark)
         current = {surface.colour: surface for surface in parts.surfaces}
         for colour, (surface, solid) in [*self._shown.items()]:
             if current.get(colour) != surface:
@@ -125,15 +101,5 @@ class PartsView:
             for colour, surface in current.items():
                 if colour not in self._shown:
                     self._shown[colour] = (surface, Solid(surface))
-        if self._size != parts.size:
-            self._size = parts.size
-            self._fit(0.3)
-
-    def _look(self, place: Point) -> None:
-        self._view = place
-        self._fit(0.3)
-
-    def _fit(self, duration: float) -> None:
-        """Move the camera as near as possible with everything in view, within `duration` [s]."""
-        x, y, z = (side / 2 for side in self._size)
-        fit_view(self.scene, (-x, -y, -z), (x, y, z), self._view, duration)
+        x, y, z = (side / 2 for side in parts.size)
+        self.enclose((-x, -y, -z), (x, y, z))
