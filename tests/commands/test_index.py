@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from layerjam.commands import index
-from layerjam.commands.declare import REGISTRY
+from layerjam.commands.declare import EXAMPLES, REGISTRY
 
 DIVE = """
 @command("predict")
@@ -52,7 +52,7 @@ def test_no_command_is_passed_over(
 def test_the_index_lists_what_the_modules_declare() -> None:
     for entry in index.commands().values():
         importlib.import_module(entry.module)
-    assert {entry.name for entry in index._source_entries()} == set(REGISTRY) == {*index.EXAMPLES}
+    assert {entry.name for entry in index._source_entries()} == set(REGISTRY) == {*EXAMPLES}
 
 
 def test_no_command_is_declared_in_another_folder() -> None:

@@ -16,8 +16,8 @@ import pytest
 import json_schema
 from layerjam.cli.main import main
 from layerjam.commands import impact
-from layerjam.commands.declare import REGISTRY, command
-from layerjam.commands.index import EXAMPLES, Entry, commands, load
+from layerjam.commands.declare import EXAMPLES, REGISTRY, command
+from layerjam.commands.index import Entry, commands, load
 from layerjam.commands.results import Result, fact, number, result
 from layerjam.commands.schema import schema, schema_of
 from layerjam.errors import QuantityError

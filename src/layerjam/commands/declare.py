@@ -15,9 +15,11 @@ import functools
 import inspect
 import re
 import sys
+import tomllib
 import typing
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin
 
 from layerjam.commands.arguments import (
@@ -51,6 +53,10 @@ GROUPS = {
     "share": "Report and share",
 }
 """Groups of commands by task, in the order of `layerjam --help`."""
+_LIST = tomllib.loads(Path(__file__).with_name("help.toml").read_text(encoding="utf-8"))
+EXAMPLES: dict[str, list[str]] = _LIST["examples"]
+FORMER: dict[str, str] = _LIST["former"]
+"""Names that commands had before, with the name of now."""
 
 
 @dataclass(frozen=True)
@@ -293,6 +299,7 @@ class Command:
         self.record_endings = record_endings
         self.python_name = function.__name__
         self.name = command_line_name(self.python_name, parent)
+        self.examples = EXAMPLES.get(self.name, [])
         self.module = function.__module__
 
     @property

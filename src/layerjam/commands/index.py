@@ -9,20 +9,16 @@ import ast
 import functools
 import importlib
 import re
-import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from layerjam.commands.arguments import command_line_name
-from layerjam.commands.declare import GROUPS, REGISTRY, Command
+from layerjam.commands.declare import EXAMPLES, FORMER, GROUPS, REGISTRY, Command
 from layerjam.errors import UnknownNameError
 
 HOME = Path(__file__).parent.parent
-_LIST = tomllib.loads(Path(__file__).with_name("help.toml").read_text(encoding="utf-8"))
-EXAMPLES: dict[str, list[str]] = _LIST["examples"]
-FORMER: dict[str, str] = _LIST["former"]
 DECORATOR = re.compile(r"^@(?:\w+\.)*command\(", re.MULTILINE)
 HEAD = re.compile(
     r'^@command\(.*?^def \w+\(.*?\) -> [^\n]+:\n    """.*?"""\n', re.DOTALL | re.MULTILINE
