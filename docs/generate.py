@@ -30,7 +30,6 @@ from layerjam.device.load import catalogue, load, materials
 from layerjam.measure.sidecar import Facts
 from layerjam.rig.circuit import load_circuit
 from layerjam.rig.electronics import margins
-from layerjam.rig.headers import bounds, headers
 from layerjam.simulate.record import DropRecord, TensileRecord
 from layerjam.simulate.stick_slip import StickSlipRecord
 from layerjam.toml_files.source import KINDS
@@ -40,6 +39,7 @@ from layerjam.units import QuantitySpec, quantities, show
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS))  # a test runs this file from elsewhere
 import stub  # noqa: E402
+from scpi_headers import bounds, headers  # noqa: E402
 
 PART = re.compile(r"(<!-- generated: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 GREEK = {"delta", "mu", "rho", "tau"}

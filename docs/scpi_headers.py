@@ -12,7 +12,7 @@ from typing import Any
 
 from layerjam.rig.board import stage
 
-NOTES = Path(__file__).with_name("headers.toml")
+NOTES = Path(__file__).with_name("scpi_headers.toml")
 REACH = "reach"
 """A bound that depends on the regulator."""
 SCRIPT = f"""
