@@ -26,11 +26,15 @@ from campaigns.bench import pull as virtual_pull  # noqa: E402
 from layerjam.commands.pull import pull  # noqa: E402
 from layerjam.control.checks import regulation_checks, step_check  # noqa: E402
 from layerjam.control.closed_loop import simulate  # noqa: E402
-from layerjam.control.plan import Arrival, plan, stop_at  # noqa: E402
-from layerjam.control.plan_checks import plan_checks  # noqa: E402
+from layerjam.control.plan import (  # noqa: E402
+    Arrival,
+    plan,
+    plan_checks,
+    stop_at,
+)
 from layerjam.control.plant import plant_of  # noqa: E402
 from layerjam.control.settings import Regulator  # noqa: E402
-from layerjam.design.checks import design_checks  # noqa: E402
+from layerjam.design.verdict import design_checks  # noqa: E402
 from layerjam.device.load import load  # noqa: E402
 from layerjam.errors import LayerjamError  # noqa: E402
 from layerjam.fluid.file import load_line  # noqa: E402

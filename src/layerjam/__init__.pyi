@@ -22,16 +22,16 @@ from layerjam.commands.array import ArrayPull as _ArrayPull
 from layerjam.commands.bench import BenchCleared as _BenchCleared
 from layerjam.commands.bench import BenchServed as _BenchServed
 from layerjam.commands.bench import BenchState as _BenchState
+from layerjam.commands.bench import BoardFlashed as _BoardFlashed
+from layerjam.commands.bench import BoardWiring as _BoardWiring
 from layerjam.commands.bench_check import BenchChecked as _BenchChecked
 from layerjam.commands.bench_check import BenchZeroed as _BenchZeroed
 from layerjam.commands.bench_faults import FaultCampaign as _FaultCampaign
 from layerjam.commands.bench_faults import Soak as _Soak
-from layerjam.commands.bench_flash import BoardFlashed as _BoardFlashed
 from layerjam.commands.bench_run import DropRigOptions as _DropRigOptions
 from layerjam.commands.bench_run import RunExported as _RunExported
 from layerjam.commands.bench_run import RunLogged as _RunLogged
 from layerjam.commands.bench_run import RunRecorded as _RunRecorded
-from layerjam.commands.bench_wiring import BoardWiring as _BoardWiring
 from layerjam.commands.bend import Bend as _Bend
 from layerjam.commands.build import Built as _Built
 from layerjam.commands.calibration import BrakeCalibration as _BrakeCalibration
@@ -229,6 +229,13 @@ class _BenchClearedKnown(_BenchClearedResult):
     fault: str
     vacuum: float
 
+class _BoardFlashedResult(_BoardFlashed):
+    def require(self) -> _BoardFlashedKnown: ...
+
+class _BoardFlashedKnown(_BoardFlashedResult):
+    image_sha256: str
+    identity: str
+
 class _BenchStateResult(_BenchState):
     def require(self) -> _BenchStateKnown: ...
 
@@ -238,6 +245,12 @@ class _BenchStateKnown(_BenchStateResult):
     safe_state: str
     vent_rest: str
     zero_age: float
+
+class _BoardWiringResult(_BoardWiring):
+    def require(self) -> _BoardWiringKnown: ...
+
+class _BoardWiringKnown(_BoardWiringResult):
+    out: str
 
 class _BenchCheckedResult(_BenchChecked):
     def require(self) -> _BenchCheckedKnown: ...
@@ -261,13 +274,6 @@ class _SoakResult(_Soak):
 class _SoakKnown(_SoakResult):
     heap_growth: int
 
-class _BoardFlashedResult(_BoardFlashed):
-    def require(self) -> _BoardFlashedKnown: ...
-
-class _BoardFlashedKnown(_BoardFlashedResult):
-    image_sha256: str
-    identity: str
-
 class _RunExportedResult(_RunExported):
     def require(self) -> _RunExportedKnown: ...
 
@@ -290,12 +296,6 @@ class _RunRecordedKnown(_RunRecordedResult):
     fault_time: float
     file: str
     shots: _Sequence[_Mapping[str, Any]]
-
-class _BoardWiringResult(_BoardWiring):
-    def require(self) -> _BoardWiringKnown: ...
-
-class _BoardWiringKnown(_BoardWiringResult):
-    out: str
 
 class _BendResult(_Bend):
     def require(self) -> _BendKnown: ...
@@ -815,6 +815,20 @@ def bench_clear(
     FileError, LineError and QuantityError for a bench that cannot be reached.
     """
 
+def bench_flash(
+    port: str,
+    *,
+    board: str = ...,
+    image: str | _Path | None = ...,
+    settings: str | _Path | None = ...,
+) -> _BoardFlashedResult:
+    """Put firmware and wiring onto a board.
+
+    An image is written through the board's boot loader. Without one, a board with plain MicroPython
+    receives the firmware files. Raises FileError, ImageError, LineError, QuantityError and
+    UnknownNameError.
+    """
+
 def bench_serve(
     address: str,
     *,
@@ -837,6 +851,17 @@ def bench_status(
     Sends queries only. Only one client can use the board's serial line; if a gateway is running,
     use its `tcp:` address. Raises FileError, LineError and QuantityError if the bench cannot be
     reached.
+    """
+
+def bench_wiring(
+    board: str | _Path,
+    *,
+    out: str | _Path | None = ...,
+) -> _BoardWiringResult:
+    """List a board's wires and parts, calculate the worst cases, and draw the circuit.
+
+    Raises FileError for a file that does not describe a board, or that exists; UnknownNameError for
+    an unknown board.
     """
 
 def bench_check(
@@ -902,20 +927,6 @@ def bench_soak(
     QuantityError for an address that is not a virtual board.
     """
 
-def bench_flash(
-    port: str,
-    *,
-    board: str = ...,
-    image: str | _Path | None = ...,
-    settings: str | _Path | None = ...,
-) -> _BoardFlashedResult:
-    """Put firmware and wiring onto a board.
-
-    An image is written through the board's boot loader. Without one, a board with plain MicroPython
-    receives the firmware files. Raises FileError, ImageError, LineError, QuantityError and
-    UnknownNameError.
-    """
-
 def bench_export(
     run: str | _Path,
     *,
@@ -969,17 +980,6 @@ def bench_run(
     the run with OPERATOR_STOPPED. Raises QuantityError for a procedure that the bench cannot carry
     out, InstrumentError if it rejects a command, FileError for the file. Nothing moves if a check
     of the regulator fails; the file stores the failed checks that `accept` accepts.
-    """
-
-def bench_wiring(
-    board: str | _Path,
-    *,
-    out: str | _Path | None = ...,
-) -> _BoardWiringResult:
-    """List a board's wires and parts, calculate the worst cases, and draw the circuit.
-
-    Raises FileError for a file that does not describe a board, or that exists; UnknownNameError for
-    an unknown board.
     """
 
 def bend(

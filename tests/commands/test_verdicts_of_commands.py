@@ -273,7 +273,7 @@ def test_validation_names_a_pull_in_another_unit(tmp_path: Path) -> None:
 
 
 def test_a_chosen_design_is_checked() -> None:
-    from layerjam.design.checks import design_checks
+    from layerjam.design.verdict import design_checks
     from layerjam.mechanics.pull import peak
 
     file = lj.load("choi2018-kapton")

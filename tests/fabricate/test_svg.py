@@ -11,9 +11,9 @@ from hypothesis import given, settings
 
 from fabricate.flat import sheets
 from layerjam.fabricate.dxf import Frame
+from layerjam.fabricate.film import svg
 from layerjam.fabricate.jigs import coupon
 from layerjam.fabricate.outline import Outline, around, sheet
-from layerjam.fabricate.svg import svg
 
 PX = 96 / 25.4
 """Pixels of an SVG's reader in a millimetre."""

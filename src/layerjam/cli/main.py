@@ -242,7 +242,7 @@ def _describe_missing(error: Any) -> str:
         words = [
             w for p in missing if p.option not in options for w in (p.option, _sample(entry, p))
         ]
-        lines = (typed_line(["layerjam", *TYPED.get(), *words]),)
+        lines = [typed_line(["layerjam", *TYPED.get(), *words])]
     return f"{option} is missing ({error.param.help.rstrip('.')}); type, for example: {lines[0]}"
 
 

@@ -195,9 +195,9 @@ def brake_of(result: DesignResult, number: int | None = None) -> BrakeFile:
     measured on the base brake of the design are labelled as belonging to it. Raises QuantityError
     if no design has the number, and for a brake whose checks fail unless `design` accepted them.
     """
-    from layerjam.design.checks import design_checks
     from layerjam.design.design_file import design_file, plain_name
     from layerjam.design.refine import replace_values
+    from layerjam.design.verdict import design_checks
 
     source: Designed = result.record
     spec, grid, refinement = source.spec, source.spec.grid, source.refined
@@ -250,12 +250,11 @@ def best(
     make: Callable[..., R], search: Search, sweep: SweepResult, accept: Mapping[str, str] | None
 ) -> R:
     """Return the result of a search; `accept` is {check: reason}."""
-    from layerjam.design.checks import design_checks
     from layerjam.design.design_file import design_file
     from layerjam.design.merit import MERITS
     from layerjam.design.refine import refine, sensitivities
     from layerjam.design.robust import robustness
-    from layerjam.design.verdict import binding, forbidden, why_lost, why_none
+    from layerjam.design.verdict import binding, design_checks, forbidden, why_lost, why_none
 
     highlights = search.find_highlights(sweep)
     if not highlights.best:

@@ -216,9 +216,8 @@ def plan(
     the pressure at which pump and leak balance. The share `vacuum_share` of the gauge's reading
     presses the sheets. `leak_time` is a laminar leak of the chamber, which continues in the stop.
     """
-    from layerjam.control.plan import Arrival
+    from layerjam.control.plan import Arrival, plan_checks
     from layerjam.control.plan import plan as make_plan
-    from layerjam.control.plan_checks import plan_checks
 
     water = fluid == "water"
     brake, line = with_share(brake, vacuum_share), _leaking(line, leak_time, water)

@@ -1,6 +1,8 @@
 """Comparison of published with recomputed files, number by number and word by word."""
 
 import csv
+import html
+import importlib.util
 import io
 import json
 import re
@@ -10,8 +12,6 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Any
-
-from layerjam.dataset import printed
 
 SAME = 1e-6
 """Relative difference up to which two numbers are the same: other processors and libraries round
@@ -72,8 +72,8 @@ def number_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference
         before, after = (_READERS[kind](text.decode()) for text in (old, new))
         yield from differences(before, after, file)
         return
-    left = Counter(printed.numbers(file, new))
-    for number in printed.numbers(file, old):
+    left = Counter(numbers(file, new))
+    for number in numbers(file, old):
         others = (n for n in left if left[n] and _same(number, n))
         match = number if left[number] else next(others, None)
         if match is None:
@@ -107,7 +107,7 @@ def count(file: str, content: bytes) -> int:
     if kind in _READERS:
         leaves = _leaves(_READERS[kind](content.decode()))
         return sum(not isinstance(leaf, str) for _, leaf in leaves)
-    return len(printed.numbers(file, content)) if kind in (".html", ".md") else 0
+    return len(numbers(file, content)) if kind in (".html", ".md") else 0
 
 
 def by_name(document: Any) -> Any:
@@ -217,7 +217,7 @@ def _text_differences(file: str, old: str, new: str, room: float = 0.0) -> Itera
     for number, (left, right) in enumerate(zip(before, after, strict=False), 1):
         if left == right:
             continue
-        pieces = [printed.NUMBER.split(line) for line in (left, right)]
+        pieces = [NUMBER.split(line) for line in (left, right)]
         if pieces[0][::2] != pieces[1][::2]:
             yield Difference(f"line {number}", file, *_changed_words(left, right))
             continue
@@ -242,14 +242,68 @@ def _changed_words(old: str, new: str) -> tuple[str, str]:
 
 def _pdf_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
     """Yield the differences in text and looks of two PDFs whose bytes differ."""
-    if not printed.reads_pdf():
+    if not reads_pdf():
         yield Difference("bytes (pypdfium2, which reads PDFs, is not installed)", file, None, None)
         return
-    before, after = printed.pdf_pages(old), printed.pdf_pages(new)
+    before, after = pdf_pages(old), pdf_pages(new)
     if before is None or after is None:
         yield Difference("text", file, "cannot be read", None)
         return
     texts = list(_text_differences(file, "\n".join(before), "\n".join(after)))
     yield from texts
-    if not texts and (page := printed.other_looks(old, new)):
+    if not texts and (page := other_looks(old, new)):
         yield Difference(f"looks of page {page}", file, None, None)
+
+
+NUMBER = re.compile(r"(?<![\w.])([-−]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?!\w|\.\w)")
+"""A number that is not part of a word, a digest or a version."""
+_HIDDEN = re.compile(r"<(style|script|svg|title)\b.*?</\1>|<!--.*?-->", re.DOTALL)
+_SHOWN = re.compile(r"<!--(.*?)-->", re.DOTALL)
+DPI = 100.0
+SHADES = 48
+"""Largest difference of two points of a page, of 255, that is ignored: edges shift."""
+
+
+def reads_pdf() -> bool:
+    """Whether the library that reads PDFs is installed."""
+    return importlib.util.find_spec("pypdfium2") is not None
+
+
+def numbers(file: str, content: bytes) -> list[float]:
+    """Return the numbers that a reader of a file sees, in order; a drawing's words are comments."""
+    if file.endswith(".pdf"):
+        text = "\n".join(pdf_pages(content) or ())
+    elif file.endswith(".svg"):
+        text = "\n".join(_SHOWN.findall(content.decode()))
+    else:
+        text = html.unescape(re.sub(r"<[^>]*>", " ", _HIDDEN.sub(" ", content.decode())))
+    return [float(text_.replace("−", "-")) for text_ in NUMBER.findall(text)]
+
+
+def pdf_pages(content: bytes) -> list[str] | None:
+    """Return the text of each page, or None for bytes that are not a PDF."""
+    import pypdfium2
+
+    try:
+        with pypdfium2.PdfDocument(content) as document:
+            return [_page_text(document[n]) for n in range(len(document))]
+    except pypdfium2.PdfiumError:
+        return None
+
+
+def _page_text(page: Any) -> str:
+    return str(page.get_textpage().get_text_range()).replace("\r\n", "\n")
+
+
+def other_looks(old: bytes, new: bytes) -> int | None:
+    """Return the first page (from 1) on which two PDFs of equal text look different, or None."""
+    import numpy as np
+    import pypdfium2
+
+    with pypdfium2.PdfDocument(old) as before, pypdfium2.PdfDocument(new) as after:
+        for number in range(len(before)):
+            pages = (before[number], after[number])
+            pair = [page.render(scale=DPI / 72).to_numpy().astype(int) for page in pages]
+            if pair[0].shape != pair[1].shape or np.abs(pair[0] - pair[1]).max() > SHADES:
+                return number + 1
+    return None
