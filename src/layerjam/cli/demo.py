@@ -4,8 +4,6 @@ Every step is a command that a user can type. Its usual output goes into a log; 
 one line per step.
 """
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import shutil
@@ -246,8 +244,8 @@ def _commands(
 
 
 def _main_job(
-    mine: BrakeFile, calibrated_brake: BrakeFile, files: Files
-) -> tuple[Part, list[tuple[str, str]]]:
+    mine: "BrakeFile", calibrated_brake: "BrakeFile", files: Files
+) -> "tuple[Part, list[tuple[str, str]]]":
     """Return the page's part about the main job, and its five numbers.
 
     `mine` contains the measured friction, `calibrated_brake` also the calibration. `files` are
@@ -283,7 +281,7 @@ def _main_job(
     return part, numbers
 
 
-def _glance(brake: BrakeFile) -> Part:
+def _glance(brake: "BrakeFile") -> "Part":
     """Return five pictures: the brake, its parts, a pull, a stop, and the pumps."""
     from layerjam.commands.build import verdict
     from layerjam.commands.impact import drop

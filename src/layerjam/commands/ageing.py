@@ -1,7 +1,5 @@
 """`ageing`: growth of static friction while the films rest, from pulls after holds."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -32,7 +30,7 @@ class Ageing(FromFiles):
     `record` is the AgeingFit.
     """
 
-    record: AgeingFit
+    record: "AgeingFit"
     static: float = number("1", "static friction after the hold", interval=True)
     ageing: float = number("1", "growth of static friction per decade of hold time", interval=True)
     hold: float = number("s", "hold of that static friction")
@@ -85,7 +83,7 @@ def ageing(
     span = test.window(rule)
     by_rule = None if rule.sled_mass is None else rule.sled_mass * GRAVITY
 
-    def use(trace: Trace) -> tuple[Trace, float, float]:
+    def use(trace: "Trace") -> "tuple[Trace, float, float]":
         pressed = test.normal_force or trace.facts.normal_force or by_rule
         if pressed is None:
             raise FitError("the normal force of the films is unknown; give --normal-force")
@@ -115,7 +113,9 @@ def ageing(
     )
 
 
-def _brake_text(brake: Any, fit: Any, used: Sequence[tuple[Trace, float, float]], name: str) -> str:
+def _brake_text(
+    brake: Any, fit: Any, used: "Sequence[tuple[Trace, float, float]]", name: str
+) -> str:
     from layerjam.device.file import updated_text
     from layerjam.identify.provenance import digests, mark_synthetic
     from layerjam.toml_files.source import Source
@@ -136,5 +136,5 @@ def _brake_text(brake: Any, fit: Any, used: Sequence[tuple[Trace, float, float]]
     return updated_text(brake, name, mark_synthetic(changes, _synthetic(used)), made_by)
 
 
-def _synthetic(used: Sequence[tuple[Trace, float, float]]) -> bool:
+def _synthetic(used: "Sequence[tuple[Trace, float, float]]") -> bool:
     return any(trace.synthetic for trace, _, _ in used)

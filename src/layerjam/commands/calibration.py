@@ -1,7 +1,5 @@
 """`calibrate`: scale factor, stiffness and more from measured pulls, by one of three methods."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial as bound
@@ -49,7 +47,7 @@ Within = Annotated[
 ]
 
 
-def more_pulls(calibration: Calibration, precision: float | None) -> dict[str, Any] | None:
+def more_pulls(calibration: "Calibration", precision: float | None) -> dict[str, Any] | None:
     """Return {value: (half width now, after one more pull by condition, pulls needed)}.
 
     None if not requested; a value is None if the pulls so far give no interval. Widths are relative
@@ -127,7 +125,7 @@ class BrakeCalibration(FromFiles, Judged):
     thinned.
     """
 
-    record: tuple[BrakeFile, Calibration]
+    record: "tuple[BrakeFile, Calibration]"
     depth: str = fact("how it was fitted", shown=lambda depth: "" if depth == "exact" else depth)
     scale_factor: float = number("1", "calibration factor on the sheets' friction")
     stiffness: float = number("N/m", "stiffness of brake and rig")
@@ -302,14 +300,14 @@ def _free_parameters(free: Sequence[str] | str, depth: str) -> list[str]:
     return names
 
 
-def _notices(brake: BrakeFile, calibration: Calibration, exact: bool) -> Iterator[str]:
+def _notices(brake: BrakeFile, calibration: "Calibration", exact: bool) -> Iterator[str]:
     """Yield notices about the brake's other numbers and about single pulls."""
     yield from brake.warnings(without=SHEETS if exact else (*SHEETS, *ENCLOSURE))
     yield from _without_slope(calibration)
     yield from one_of_all(calibration.pulls)
 
 
-def _without_slope(calibration: Calibration) -> Iterator[Notice]:
+def _without_slope(calibration: "Calibration") -> Iterator[Notice]:
     """Yield notices about pulls used for the scale factor only, and about a fit over speed."""
     from layerjam.identify.calibration.speed_law import on_speed
 
@@ -332,7 +330,7 @@ def _fit(
     free: Sequence[str],
     sampling: Sampling,
     tell: Progress,
-) -> Calibration:
+) -> "Calibration":
     from layerjam.identify.calibration.peaks import calibrate_peaks
     from layerjam.identify.calibration.whole_curves import calibrate_curves
     from layerjam.identify.curves import curves_of

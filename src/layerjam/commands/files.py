@@ -1,7 +1,5 @@
 """Common steps of commands on measured files: reading, rejected files, and the brake file."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
@@ -91,7 +89,7 @@ def read_each(
     return use_each(_measurements(several(files)), open_source, progress)
 
 
-def _used(use: Callable[[Trace], T], specimen: UnreadSpecimen, options: ReadingOptions) -> T:
+def _used(use: Callable[[Trace], T], specimen: "UnreadSpecimen", options: ReadingOptions) -> T:
     return use(specimen.read(options))
 
 
@@ -282,10 +280,10 @@ def pulls(
     file: BrakeFile,
     vacuum: float | None,
     options: ReadingOptions,
-    test: Callable[[PullFeatures, float, Brake], object],
+    test: "Callable[[PullFeatures, float, Brake], object]",
     progress: Progress | None = None,
     specimens_out: Mapping[str, Collection[str]] | None = None,
-) -> tuple[list[tuple[Trace, PullFeatures, float]], dict[str, str], list[str]]:
+) -> "tuple[list[tuple[Trace, PullFeatures, float]], dict[str, str], list[str]]":
     """Return pulls with features and vacuums [Pa], rejected files, and notices about the rest.
 
     `test` raises for a pull that cannot be used; `specimens_out` are specimens left out by hand.
@@ -295,7 +293,7 @@ def pulls(
     vacuum_within(vacuum or 0.0, file.brake)
     odd: list[str] = []
 
-    def use(trace: Trace) -> tuple[Trace, PullFeatures, float]:
+    def use(trace: Trace) -> "tuple[Trace, PullFeatures, float]":
         pressure = _vacuum(trace, vacuum, file.brake)
         pull = pull_features(trace)
         end, overlap = float(pull.elongation[-1]), file.brake.sheets.overlap

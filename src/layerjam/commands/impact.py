@@ -1,7 +1,5 @@
 """`drop`: the stop of a moving mass by the brake, and its measurement."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -100,7 +98,7 @@ class Stop(Reading, Heating):
         names = {name.replace("_", " ") for name in left_out}
         return [(name, text) for name, text in super().rows() if name not in names]
 
-    def panes(self) -> Sequence[Pane]:
+    def panes(self) -> "Sequence[Pane]":
         """Return force, speed and slip over time, or the rope's force if there is no brake."""
         from layerjam.report import impact_figures
 
@@ -110,7 +108,7 @@ class Stop(Reading, Heating):
             raise QuantityError(f"an impossible drop has no curve: {self.reason}")
         return impact_figures.drop(self.record, self.crash)
 
-    def quiet_curves(self) -> Sequence[Curve]:
+    def quiet_curves(self) -> "Sequence[Curve]":
         """Return the main curves; for a drop without a brake, only force over time."""
         return super().quiet_curves()[: 1 if isinstance(self.record, BareDrop) else None]
 

@@ -1,7 +1,5 @@
 """`leak`: leak rate of a closed chamber from a pressure-hold log."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -38,7 +36,7 @@ class LeakFound(Judged):
     volume.
     """
 
-    record: Leak
+    record: "Leak"
     model: str = fact("law that fits best")
     distinct: bool = fact("whether it fits clearly better than the others")
     rate: float = number("1/s", "conductance over volume", listed=False, interval=True)
@@ -141,7 +139,7 @@ def _period(rate: float) -> float | None:
     return 1 / rate if rate > 0 else None
 
 
-def _unsure(result: Leak, no_volume: bool, logged: bool, given: bool) -> Iterator[Notice]:
+def _unsure(result: "Leak", no_volume: bool, logged: bool, given: bool) -> Iterator[Notice]:
     """Yield the unknown numbers, each with the measurement that would determine it."""
     if logged and given:
         sentence = "the log has a temperature column, which overrides --temperature"
@@ -159,7 +157,7 @@ def _unsure(result: Leak, no_volume: bool, logged: bool, given: bool) -> Iterato
         )
 
 
-def _of_leak(fit: LeakFit, result: Leak, volume_factor: float | None) -> dict[str, Any]:
+def _of_leak(fit: "LeakFit", result: "Leak", volume_factor: float | None) -> dict[str, Any]:
     from layerjam.identify.logs.leak import flow
 
     empty = flow(fit.model, 0.0, fit.rate, result.atmosphere)

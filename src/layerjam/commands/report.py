@@ -1,7 +1,5 @@
 """`report`: measurements of one brake as a page for an appendix."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -52,7 +50,7 @@ class Report(Result):
     The files are None if a check failed.
     """
 
-    record: BrakeReport | None = None
+    record: "BrakeReport | None" = None
     report: str | None = fact("the page; null if a check failed")
     pdf: str | None = fact("the page as PDF; null unless the extra 'pdf' is installed")
     numbers: str | None = fact("every number, as CSV")
@@ -82,8 +80,8 @@ class Report(Result):
 class _Work:
     """Inputs of the stages, and the report that they complete."""
 
-    report: BrakeReport
-    how: HowTested
+    report: "BrakeReport"
+    how: "HowTested"
     tell: Progress
 
     def judge(self, stage: str, checks: Sequence[Check], numbers: Sequence[str] = ()) -> Verdict:
@@ -223,7 +221,7 @@ def stages(
     command: str,
     date: str | None = None,
     names: Mapping[str, str] | None = None,
-) -> BrakeReport:
+) -> "BrakeReport":
     """Return the computed stages of a report; `publish` and `recompute` use them too.
 
     `command`, `date` and `names` as in `report`. Raises FitError if no file is given, and
@@ -255,7 +253,7 @@ def stages(
     return content
 
 
-def _result(content: BrakeReport, files: ReportFiles | None) -> Report:
+def _result(content: "BrakeReport", files: "ReportFiles | None") -> Report:
     """Return the paths of the files, and the keys of each stage (None if it was omitted)."""
     warnings: list[str] = [w for notices in content.warnings.values() for w in notices]
     if content.synthetic:

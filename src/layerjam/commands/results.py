@@ -32,17 +32,7 @@ if TYPE_CHECKING:
     from layerjam.report.chart import Curve, Pane
     from layerjam.toml_files.changes import RecordFile
 
-__all__ = [
-    "Figure",
-    "Judged",
-    "Result",
-    "add_prefix",
-    "bounds",
-    "fact",
-    "key_of",
-    "number",
-    "result",
-]
+__all__ = ["Figure", "Judged", "Result", "add_prefix", "bounds", "fact", "number", "result"]
 T = TypeVar("T")
 PICTURES = (".svg", ".png", ".pdf")
 STOPPED = 130

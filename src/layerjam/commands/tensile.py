@@ -1,7 +1,5 @@
 """`tensile`: the brake in a simulated test machine."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -49,7 +47,7 @@ class Tensile(Result):
     hundred elongations. It is None for the lumped brake, which has a single friction.
     """
 
-    record: TensileRecord
+    record: "TensileRecord"
     peak_force: float = number("N", "greatest force of the pull")
     peak_elongation: float = number("m", "elongation at the greatest force")
     force_at_end: float = number("N", "force at the end of the pull")
@@ -66,9 +64,9 @@ class Tensile(Result):
     stiffness_sd: float | None = number("N/m", "SD of the stacks' stiffness", default=None)
     onset_mean: float | None = number("N", "mean force at the first slip", default=None)
     onset_sd: float | None = number("N", "SD of the force at the first slip", default=None)
-    motion: SheetMotion | None = None
+    motion: "SheetMotion | None" = None
 
-    def panes(self) -> Sequence[Pane]:
+    def panes(self) -> "Sequence[Pane]":
         """Return the pane of force over elongation."""
         from layerjam.report import force_figures
 
@@ -104,8 +102,8 @@ def tensile(
     one_by_one: Annotated[
         bool, Help("Stack, with --static: interfaces that a slip overloads slip one at a time.")
     ] = False,
-    interfaces: Interfaces | None = None,
-    housing: Housing | None = None,
+    interfaces: "Interfaces | None" = None,
+    housing: "Housing | None" = None,
     scatter: Annotated[float | None, SCATTER, Help("Stack: relative SD of the friction.")] = None,
     samples: Annotated[int | None, SAMPLES, Help("Stack: number of stacks pulled (1000).")] = None,
     seed: Annotated[int | None, SEED, Help("Stack: seed of the scatter (1).")] = None,
@@ -143,7 +141,9 @@ def tensile(
     return _tensile_result(pull_lumped(brake, steps, leak_time=leak_time))
 
 
-def _tensile_result(record: TensileRecord, notices: Sequence[Notice] = (), **more: Any) -> Tensile:
+def _tensile_result(
+    record: "TensileRecord", notices: Sequence[Notice] = (), **more: Any
+) -> Tensile:
     import numpy as np
 
     top = int(np.argmax(record.force))

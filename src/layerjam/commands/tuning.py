@@ -1,7 +1,5 @@
 """`tune`: the vacuum that stops a mass within a travel, or why there is none, with alternatives."""
 
-from __future__ import annotations
-
 import math
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import TYPE_CHECKING, Any
@@ -121,7 +119,7 @@ def tuning_case(
     travel: float,
     rope_stiffness: float | None,
     horizontal: bool,
-) -> Case:
+) -> "Case":
     """Return the stop for which a vacuum is tuned; QuantityError if the brake has less travel."""
     from layerjam.simulate.tuned import Case
 
@@ -138,7 +136,7 @@ def tuning_case(
     )
 
 
-def _ways_out(case: Case, reach: tuple[float, float] | None) -> dict[str, Any]:
+def _ways_out(case: "Case", reach: tuple[float, float] | None) -> dict[str, Any]:
     """Return why no vacuum is sufficient, with alternatives, each checked by tuning it."""
     from layerjam.simulate import tuned
 
@@ -160,7 +158,7 @@ def _ways_out(case: Case, reach: tuple[float, float] | None) -> dict[str, Any]:
     return {**out, "reason": f"{_reason(case, reach)}; {' or '.join(ways) or none} would do"}
 
 
-def _reason(case: Case, reach: tuple[float, float] | None) -> str:
+def _reason(case: "Case", reach: tuple[float, float] | None) -> str:
     """Return why no vacuum stops it after exactly the travel, and the speeds for which one does."""
     from layerjam.mechanics.pull import least_stiffness
     from layerjam.simulate.drop import spring_of
@@ -199,7 +197,7 @@ def _reason(case: Case, reach: tuple[float, float] | None) -> str:
     return f"{speed} is too slow for {travel}: {_slow(case)}; {range_text}"
 
 
-def _slow(case: Case) -> str:
+def _slow(case: "Case") -> str:
     """Return why a slow mass stops before the travel is used."""
     from layerjam.mechanics.pull import brake_force
 
@@ -209,7 +207,7 @@ def _slow(case: Case) -> str:
     return "a vacuum low enough for that travel could not hold the weight there"
 
 
-def _inside(case: Case, low: float, high: float) -> tuple[str, str]:
+def _inside(case: "Case", low: float, high: float) -> tuple[str, str]:
     """Return the ends of a range of speeds [m/s] as text whose values lie inside the range.
 
     Rounded inwards, with as many digits as needed.

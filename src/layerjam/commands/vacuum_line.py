@@ -1,7 +1,5 @@
 """`rise`: how fast a line reaches a vacuum, and how fast it releases it."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 from layerjam.commands.declare import Progress, command
@@ -30,7 +28,7 @@ CELLS = 10
 class VacuumRise(Result):
     """Rise and fall of the vacuum; `record` is the Response in air, a Filling in water."""
 
-    record: Response | Filling
+    record: "Response | Filling"
     rise_time: float | None = number("s", "time from 10 to 90 % of the target")
     time_constant: float = number("s", "time constant of pump and chamber")
     fall_time: float | None = number("s", "time from 90 to 10 % of the target when vented")
@@ -47,14 +45,14 @@ class VacuumRise(Result):
     tube_lag: float | None = number("s", "time constant of tube resistance and chamber at target")
     line: LineFile
 
-    def draw_panes(self, panes: Sequence[Pane]) -> Figure:
+    def draw_panes(self, panes: "Sequence[Pane]") -> Figure:
         """Return vacuum over time, and ways to make the line faster."""
         from layerjam.report import fluid_figures
 
         line, water = self.line.line, self.fluid == "water"
         return fluid_figures.rise_figure(panes[0], line, self.target, water)
 
-    def panes(self) -> Sequence[Pane]:
+    def panes(self) -> "Sequence[Pane]":
         """Return vacuum over time up to the target."""
         from layerjam.report import fluid_figures
 
@@ -145,7 +143,7 @@ def _why_not(line: Line, target: float, low: float, water: bool) -> str:
     return f"{show(target, 'Pa')} is never reached: at {show(low, 'Pa')} {cause}"
 
 
-def _share(progress: Progress | None, label: str) -> Callable[[float], None] | None:
+def _share(progress: Progress | None, label: str) -> "Callable[[float], None] | None":
     return None if progress is None else lambda share: progress(label, max(share, 1e-9))
 
 

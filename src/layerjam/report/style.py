@@ -16,7 +16,7 @@ from typing import Any, ParamSpec
 
 import numpy as np
 
-from layerjam import outputs
+import layerjam.outputs as outputs
 from layerjam.device.load import takes_force, write_whole
 from layerjam.errors import FileError, LayerjamError, MissingExtraError
 
