@@ -49,6 +49,8 @@ def asks(path: Path) -> bool:
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Attribute) and ast.unparse(node) in ASKED:
             return True
+        if isinstance(node, ast.Call) and ast.unparse(node).startswith("ctypes.CDLL(None"):
+            return True
         if isinstance(node, ast.Name) and node.id in ("is_windows", "WINDOWS"):
             return True
         if isinstance(node, ast.Constant) and str(node.value).startswith("/proc/"):

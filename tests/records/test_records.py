@@ -309,12 +309,18 @@ def test_a_text_that_was_changed_in_the_database_is_found(tmp_path: Path) -> Non
 
 def test_odd_names_are_kept_or_refused(tmp_path: Path) -> None:
     db, known = tmp_path / "lab.db", pull_file(tmp_path / "µ 'x'; DROP TABLE files --.csv")
-    bad = pull_file(tmp_path / "p.csv", 9.0).rename(tmp_path / "\udcff.csv")
+    bad = pull_file(tmp_path / "p.csv", 9.0)
+    with contextlib.suppress(OSError):  # Wine has no such name
+        bad = bad.rename(tmp_path / "\udcff.csv")
     said = dict.fromkeys(CALIBRATED, 0) | {"depth": "\0"}
     said["made_from"] = {"files": [{"name": "\ud800\0", "sha256": "1" * 64}]}
     (tmp_path / "odd.json").write_text(json.dumps(said))
     made = lj.records_add([known, bad, tmp_path / "odd.json"], db=db)
-    assert set(made.ids) == {str(known), str(tmp_path / "odd.json")}
-    assert "UTF-8" in made.refused[str(bad)]
+    kept = {str(known), str(tmp_path / "odd.json")}
+    if bad.name == "p.csv":
+        kept.add(str(bad))
+    else:
+        assert "UTF-8" in made.refused[str(bad)]
+    assert set(made.ids) == kept
     assert lj.records_show(known.name, db=db).record_["name"] == known.name
     assert not lj.records_verify(db=db).missing
