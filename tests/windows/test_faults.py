@@ -28,10 +28,13 @@ from layerjam.device.load import load, write_whole
 from layerjam.errors import CompilerError, FileError
 from layerjam.fabricate.folder import LIST
 from layerjam.fabricate.folder import write_folder as write_build
+from layerjam.fluid.file import load_line
 from layerjam.identify.provenance import rename_files
 from layerjam.kernel import compiler
 from layerjam.measure.runs import open_run
 from layerjam.report.folder import check_folder
+from layerjam.rig.address import address_of
+from layerjam.rig.plant import read_hardware
 from layerjam.rig.run_file import RunFile
 from layerjam.system import lock_file, typed_line
 from layerjam.toml_files.writer import update_text
@@ -343,3 +346,9 @@ def test_a_compilers_message_is_its_errors(tmp_path: Path, monkeypatch: pytest.M
     assert "nothing is undeclared" in said and len(said) < len(sys.executable) + 450
     assert "\n" not in said
     assert json.dumps(said)
+
+
+def test_a_virtual_bench_is_called_by_its_lines_file(tmp_path: Path) -> None:
+    path = tmp_path / r"lab\mine.toml"
+    path.write_text(load_line("choi2018").text, encoding="utf-8")
+    assert read_hardware(address_of(f"sim:{path}")).name == "mine"

@@ -146,7 +146,7 @@ def read_hardware(address: Address) -> Hardware:
     seed = options.get("seed", "0")
     if not seed.isdecimal():
         raise QuantityError.of("address", f"seed={seed[:40]} is not a whole number")
-    name = address.where.rpartition("/")[2].removesuffix(".toml")
+    name = address.where.replace("\\", "/").rpartition("/")[2].removesuffix(".toml")
     normally_open = vent_rest == "open"
     return Hardware(name, plant, sensor, normally_open, factor, int(seed), second == "1")
 
