@@ -333,4 +333,5 @@ def test_no_input_takes_long(name: str, tmp_path: Path) -> None:
     started = time.process_time()
     with pytest.raises(LayerjamError):
         read_traces(path)
-    assert time.process_time() - started < 2.0
+    # Wine took 2.65 s with other programs running
+    assert time.process_time() - started < (5.0 if os.name == "nt" else 2.0)
