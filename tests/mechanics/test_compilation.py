@@ -16,7 +16,7 @@ import numba
 import numpy as np
 import pytest
 
-from layerjam.mechanics import compilation, compiled
+from layerjam.mechanics import compilation
 
 COUNT = """
 import jax
@@ -151,7 +151,8 @@ def test_a_loop_that_is_kept_is_announced(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     compilation.announce.cache_clear()
-    monkeypatch.setattr(compiled, "keep_compiled_code", lambda: True)
+    monkeypatch.setattr(compilation, "keep_compiled_code", lambda: True)
+    compilation._announce_loops()
     numba.njit(lambda x: x + 1)(1.0)
     assert capsys.readouterr().err == ""  # not kept: it is compiled in every process
     cached = SimpleNamespace(_cache=SimpleNamespace(cache_path="folder"))

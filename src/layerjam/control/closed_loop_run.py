@@ -16,8 +16,7 @@ import numpy as np
 from layerjam.control import exact, law
 from layerjam.control.noise import key_of, normal
 from layerjam.control.through_tube import advance
-from layerjam.mechanics.compilation import compile_loop
-from layerjam.mechanics.compiled import stamp_of
+from layerjam.mechanics.compilation import compile_loop, stamp_of
 from layerjam.mechanics.threads import cache_threadsafe
 
 READS, STANDS, SHOWS = 0, 1, 2

@@ -20,8 +20,7 @@ from layerjam.control.closed_loop_run import compiled_detect, factors
 from layerjam.control.faults import FaultInjection
 from layerjam.control.settings import LawSettings, Regulator
 from layerjam.control.through_tube import advance
-from layerjam.mechanics.compilation import compile_loop
-from layerjam.mechanics.compiled import stamp_of
+from layerjam.mechanics.compilation import compile_loop, stamp_of
 from layerjam.mechanics.threads import cache_threadsafe
 
 IN_NOISE = 5.0

@@ -1,10 +1,11 @@
 """Compiled code kept between processes, and one line on stderr where compiling takes seconds."""
 
 import functools
+import hashlib
 import os
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -47,12 +48,38 @@ def compile_loop(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     def compile_function(function: Callable[..., Any]) -> Any:
         import numba
 
+        _announce_loops()
         try:
             return numba.njit(cache=True, **options)(function)
         except RuntimeError:  # neither the source's folder nor the user's cache can be written
             return numba.njit(**options)(function)
 
     return compile_function
+
+
+@functools.cache
+def _announce_loops() -> None:
+    """Announce from now on each loop that numba compiles and keeps, which takes seconds."""
+    from numba.core import event
+
+    class Announcer(event.Listener):  # type: ignore[misc]
+        def on_start(self, event: Any) -> None:
+            if event.data["dispatcher"]._cache.cache_path is not None and keep_compiled_code():
+                announce()
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    event.register("numba:compile", Announcer())  # type: ignore[no-untyped-call]
+
+
+def stamp_of(files: Iterable[Path]) -> str:
+    """Return a hash that changes with the files.
+
+    Numba's cache notices changes only in the compiled file. A loop that refers to the stamp of all
+    its source files is compiled again if any of them has changed.
+    """
+    return hashlib.sha256(b"".join(file.read_bytes() for file in sorted(files))).hexdigest()
 
 
 def user_cache(name: str) -> Path | None:

@@ -10,7 +10,7 @@ where W* is the complementary energy; sigma = E e gives the law of `enclosure`. 
 the strip is its length times a mean over the strain with the weight sigma', which is also true
 without friction. The only unknown is the strain at the end.
 
-First loading at constant vacuum only; see `rubber_cycle` for unloading and reloading.
+First loading at constant vacuum only; see `rubber_strip` for unloading and reloading.
 """
 
 from typing import Any, NamedTuple

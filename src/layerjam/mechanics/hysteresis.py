@@ -27,7 +27,7 @@ from layerjam.mechanics.memory import (
     slide_to,
 )
 from layerjam.mechanics.pull import rising_root
-from layerjam.mechanics.rubber_cycle import rubber_cycle
+from layerjam.mechanics.rubber_strip import rubber_cycle
 from layerjam.mechanics.stiffness import working_stiffness
 
 

@@ -17,8 +17,7 @@ import numpy as np
 from numba.extending import register_jitable
 
 from layerjam.errors import LayerjamError, ProcedureError, QuantityError
-from layerjam.mechanics.compilation import compile_loop
-from layerjam.mechanics.compiled import stamp_of
+from layerjam.mechanics.compilation import compile_loop, stamp_of
 from layerjam.mechanics.stack.enclosure import (
     CHATTER,
     DEPTH,
