@@ -1,8 +1,8 @@
-"""Static friction grows while films rest on each other under load: a logarithm of the hold.
+"""Ageing: static friction grows with the logarithm of the hold while films rest under load.
 
-Off unless the brake says how much (`film.ageing`, with the hold `film.static_hold` that its static
-friction was measured after); `layerjam ageing` fits it. The load of the hold is taken to be that of
-the pull, and a slip to wipe the growth out.
+It is included only if the brake states the growth (`film.ageing`, with the hold `film.static_hold`
+after which its static friction was measured); `layerjam ageing` fits it. The load during the hold
+is assumed to equal that of the pull, and a slip is assumed to erase the growth.
 """
 
 from dataclasses import replace
@@ -28,19 +28,19 @@ def _aged(hold: Any, brake: Brake) -> Any:
 
 @law
 def aged_static(hold: Any, brake: Brake) -> Any:
-    """Static friction [-] after a hold [s]: mu_s + B log10(hold/static_hold), at least mu_k.
+    """Return static friction [-] after a hold [s]: mu_s + B log10(hold/static_hold), at least mu_k.
 
-    mu_s at every hold where the brake does not say how it ages. NaN for a negative hold.
+    It is mu_s at every hold if the brake does not state its ageing. NaN for a negative hold.
     """
     return within(hold >= 0, _aged(hold, brake))
 
 
 @law
 def aged_holding_force(hold: Any, vacuum: Any, brake: Brake) -> Any:
-    """Static friction of the sheets [N] after resting jammed for a hold [s]; vacuum [Pa].
+    """Return static friction of the sheets [N] after resting jammed for a hold [s]; vacuum [Pa].
 
-    `holding_force` with the static friction that has grown: sheets without spacers amplify it by
-    more, since their factor grows with friction. NaN for a negative hold or vacuum.
+    This is `holding_force` with the grown static friction. Sheets without spacers amplify it more,
+    since their factor grows with friction. NaN for a negative hold or vacuum.
     """
     aged_brake = replace(brake, film=replace(brake.film, static=_aged(hold, brake)))
     return within(hold >= 0, holding_force(vacuum, aged_brake))

@@ -1,19 +1,20 @@
-"""The brake bent between its caps or by a transverse force, off and jammed.
+"""Bending of a brake between its caps or by a transverse force, with and without vacuum.
 
-Sheets that slide freely bend one by one, n E I; glued together by friction they bend as one beam,
-n^2 times as stiff (Narang, Vlassak and Howe 2018, Adv. Funct. Mater. 28, 1707136). Between the two
-the interfaces slip, each against the shear flow q = a mu_k W P [N/m], and stay pressed together, at
-the transition loads of Caruso et al. 2023 (10.1016/j.ijmecsci.2023.108325, eqs. 8 to 11).
+Sheets that slide freely bend separately, with n E I. Sheets held together by friction bend as one
+beam, n^2 times as stiff (Narang, Vlassak and Howe 2018, Adv. Funct. Mater. 28, 1707136). Between
+the two states the interfaces slip, each against the shear flow q = a mu_k W P [N/m], while they
+stay pressed together. The transition loads are those of Caruso et al. 2023
+(10.1016/j.ijmecsci.2023.108325, eqs. 8 to 11).
 
-Two loads: a transverse force at the end of sheets that are all held at the other end (exact within
-beam theory), and equal and opposite moments that turn the caps, while the brake may shorten freely.
-The enclosure bends along with the sheets as a tube. All formulas are for loading from the straight,
-unjammed state.
+There are two loads: a transverse force at the end of sheets that are all held at the other end
+(exact within beam theory), and equal and opposite moments that turn the caps, while the brake may
+shorten freely. The enclosure bends with the sheets as a tube. All formulas are for loading from the
+straight, unjammed state.
 
 Sheets without spacers amplify their friction in a pull, where all of a side are in tension. In
 bending, the outer sheets are in tension and the inner ones compressed: the fan unloads one half of
 the interfaces as much as it loads the other. To first order the sum does not change, and friction
-is that of flat sheets. Only the lever changes: see `_fan_stiffness`.
+is that of flat sheets. Only the lever changes (see `_fan_stiffness`).
 """
 
 from typing import Any
@@ -29,20 +30,21 @@ from layerjam.mechanics.stiffness import sheet_section, sides
 
 
 def _one_sheet(brake: Brake) -> Any:
-    """E I of a single sheet [N m^2]."""
+    """Return E I of a single sheet [N m^2]."""
     return brake.film.modulus * sheet_section(brake) * brake.sheets.thickness**2 / 12
 
 
 def _shear_flow(vacuum: Any, brake: Brake) -> Any:
-    """Shear flow q [N/m]: friction of one interface for each metre."""
+    """Return the shear flow q [N/m], the friction of one interface per metre."""
     return friction_per_contact(vacuum, flat(brake)) / (brake.sheets.count - 1)
 
 
 @law
 def enclosure_bending_stiffness(brake: Brake) -> Any:
-    """E I of the enclosure alone [N m^2]: a rectangular tube close around the stack.
+    """Return E I of the enclosure alone [N m^2], as a rectangular tube close around the stack.
 
-    With the brake's one modulus, quoted at 100 % stretch; silicone is stiffer at small strain.
+    It uses the brake's single modulus, stated at 100 % stretch; silicone is stiffer at small
+    strain.
     """
     wall, width = brake.enclosure.wall, brake.sheets.width
     height = brake.sheets.count * brake.sheets.thickness
@@ -52,16 +54,16 @@ def enclosure_bending_stiffness(brake: Brake) -> Any:
 
 @law
 def bending_stiffness_free(brake: Brake) -> Any:
-    """E I of the overlap [N m^2] while the sheets slide on each other: n E W t^3/12 and the tube.
+    """Return E I of the overlap [N m^2] while the sheets slide: n E W t^3/12, and the tube.
 
-    The bending stiffness without vacuum, assuming that there is no friction then.
+    This is the bending stiffness without vacuum, assumed to be without friction.
     """
     return brake.sheets.count * _one_sheet(brake) + enclosure_bending_stiffness(brake)
 
 
 @law
 def bending_stiffness_jammed(brake: Brake) -> Any:
-    """E I of the overlap [N m^2] before any interface slips: E W (n t)^3/12 and the tube."""
+    """Return E I of the overlap [N m^2] before any interface slips: E W (n t)^3/12 and the tube."""
     return brake.sheets.count**3 * _one_sheet(brake) + enclosure_bending_stiffness(brake)
 
 
@@ -69,10 +71,10 @@ def bending_stiffness_jammed(brake: Brake) -> Any:
 
 
 def _first_slip(flow: Any, brake: Brake) -> Any:
-    """Curvature over the distance to the force [1/m^2] at which the innermost interfaces slip.
+    """Return the curvature per distance from the force [1/m^2] at which the first interfaces slip.
 
-    8 q/(E W t^2 n^2) for even n, where one interface lies in the middle; for odd n the two next to
-    the middle sheet carry less, by 1 - 1/n^2.
+    It is 8 q/(E W t^2 n^2) for even n, with one interface in the middle. For odd n the two
+    interfaces next to the middle sheet carry less, by 1 - 1/n^2.
     """
     sheets = brake.sheets
     count = jnp.asarray(sheets.count, jnp.float64)
@@ -81,7 +83,7 @@ def _first_slip(flow: Any, brake: Brake) -> Any:
 
 
 def _shear_force(bend: Any, flow: Any, brake: Brake) -> Any:
-    """Transverse force [N] of the sheets at a curvature over the distance to the force [1/m^2].
+    """Return the sheets' transverse force [N] at a curvature per distance from the force [1/m^2].
 
     At a force V the axial strains are those of a total-variation problem over the sheets. The
     interfaces slip from the middle outwards, and two outer blocks of m sheets each stay stuck. Then
@@ -98,10 +100,10 @@ def _shear_force(bend: Any, flow: Any, brake: Brake) -> Any:
 
 @law
 def shear_at_first_slip(vacuum: Any, brake: Brake) -> Any:
-    """Transverse force [N] at which the innermost interfaces slip; vacuum [Pa].
+    """Return the transverse force [N] at which the innermost interfaces slip; vacuum [Pa].
 
-    (2/3) a mu_k P W n t, over 1 - 1/n^2 for odd n: the parabola of shear in a beam reaches friction
-    in its middle. The enclosure bends along and takes its share.
+    It is (2/3) a mu_k P W n t, over 1 - 1/n^2 for odd n: the parabolic shear stress in a beam
+    reaches the friction in the middle. The enclosure bends with the sheets and carries its share.
     """
     bend = _first_slip(_shear_flow(vacuum, brake), brake)
     return within(vacuum >= 0, bend * bending_stiffness_jammed(brake))
@@ -109,9 +111,9 @@ def shear_at_first_slip(vacuum: Any, brake: Brake) -> Any:
 
 @law
 def shear_at_full_slip(vacuum: Any, brake: Brake) -> Any:
-    """Transverse force [N] from which all interfaces slip; vacuum [Pa].
+    """Return the transverse force [N] above which all interfaces slip; vacuum [Pa].
 
-    q t (13 n/12 - 1) for three sheets and more; beyond it a beam is as soft as without vacuum.
+    It is q t (13 n/12 - 1) for three sheets and more; above it a beam is as soft as without vacuum.
     """
     flow = _shear_flow(vacuum, brake)
     outermost = flow / (brake.film.modulus * sheet_section(brake) * brake.sheets.thickness)
@@ -124,11 +126,11 @@ def shear_at_full_slip(vacuum: Any, brake: Brake) -> Any:
 
 @law
 def cantilever_force(deflection: Any, length: Any, vacuum: Any, brake: Brake) -> Any:
-    """Transverse force [N] that moves the end of a jammed stack by a deflection [m].
+    """Return the transverse force [N] that deflects the end of a jammed stack by a deflection [m].
 
     All sheets are held at one end, and the force acts at a length [m] from there. A beam on two
-    supports with the force F in its middle is two such halves with F/2. For small deflections,
-    without elastic shear. NaN below zero.
+    supports with the force F in its middle is two such halves with F/2. The formula is for small
+    deflections, without elastic shear. NaN below zero.
     """
     bend = 3 * deflection / length**3
     force = _shear_force(bend, _shear_flow(vacuum, brake), brake)
@@ -138,7 +140,7 @@ def cantilever_force(deflection: Any, length: Any, vacuum: Any, brake: Brake) ->
 
 @law
 def cantilever_deflection(force: Any, length: Any, vacuum: Any, brake: Brake) -> Any:
-    """Deflection [m] of the end under a transverse force [N]: the inverse of `cantilever_force`."""
+    """Return the end's deflection [m] under a transverse force [N]: inverse `cantilever_force`."""
 
     def excess(deflection: Any) -> Any:
         return cantilever_force(deflection, length, vacuum, brake) - force
@@ -156,13 +158,13 @@ def cantilever_deflection(force: Any, length: Any, vacuum: Any, brake: Brake) ->
 
 
 def _spread(count: Any, pitch: Any, brake: Brake) -> Any:
-    """E I [N m^2] of sheets that a pitch [m] holds apart and that bend about their own middle."""
+    """Return E I [N m^2] of sheets at a pitch [m] that each bend about their own middle."""
     axial = brake.film.modulus * sheet_section(brake) * pitch**2 * count * (count**2 - 1) / 12
     return axial + count * _one_sheet(brake)
 
 
 def _fan_stiffness(count: Any, brake: Brake) -> tuple[Any, Any]:
-    """E I [N m^2] with the enclosure, of sheets that fan out from t to 2 t, and their couple.
+    """Return E I [N m^2], with enclosure, of sheets that fan out from t to 2 t, and their couple.
 
     The couple is the share of the moment that axial forces carry at the cap. It doubles up to the
     overlap while the moment is constant: axial forces carry Q(1 + s/L), the sheets' own bending
@@ -178,7 +180,7 @@ def _fan_stiffness(count: Any, brake: Brake) -> tuple[Any, Any]:
 
 
 def _side(count: Any, brake: Brake) -> Any:
-    """E I [N m^2] of a jammed brake's free length, without the enclosure's."""
+    """Return E I [N m^2] of a jammed brake's free length, without that of the enclosure."""
     spread = _spread(count, 2 * brake.sheets.thickness, brake)
     if brake.mount.spacers is None:
         return spread
@@ -187,9 +189,10 @@ def _side(count: Any, brake: Brake) -> Any:
 
 
 def _lever(slip: Any, brake: Brake) -> Any:
-    """Slip of the interfaces of a fan over that of flat sheets, once all slip [-].
+    """Return the slip of a fan's interfaces over that of flat sheets, once all slip [-].
 
-    In a free length that bends evenly a sheet of a fan draws 3/4 as far as one that runs straight.
+    In a free length that bends evenly, the sheets of a fan are drawn by 3/4 of the distance of flat
+    ones.
     """
     if brake.mount.spacers is None:
         return 1.0
@@ -202,7 +205,7 @@ def _lever(slip: Any, brake: Brake) -> Any:
 
 
 def _lengths(slip: Any, brake: Brake) -> tuple[Any, Any, Any]:
-    """Left free length, overlap and right free length [m] at a slip [m]."""
+    """Return left free length, overlap and right free length [m] at a slip [m]."""
     sheets = brake.sheets
     return sheets.free_left + slip, sheets.overlap - slip, sheets.free_right + slip
 
@@ -219,9 +222,9 @@ def _fine(slip: Any, brake: Brake) -> Any:
 
 @law
 def turning_stiffness_free(slip: Any, brake: Brake) -> Any:
-    """Moment over the angle between the caps [N m/rad] without vacuum, at a slip [m].
+    """Return the moment per angle between the caps [N m/rad] without vacuum, at a slip [m].
 
-    Left free sheets, overlap and right free sheets one behind the other, each sheet by itself.
+    Left free sheets, overlap and right free sheets are in series; each sheet bends separately.
     """
     left, right = sides(brake)
     sheet = _one_sheet(brake)
@@ -231,11 +234,11 @@ def turning_stiffness_free(slip: Any, brake: Brake) -> Any:
 
 @law
 def turning_stiffness_jammed(slip: Any, brake: Brake) -> Any:
-    """Moment over the angle between the caps [N m/rad] before any interface slips; slip [m].
+    """Return the moment per angle between the caps [N m/rad] before any interface slips; slip [m].
 
-    In the free lengths the sheets of one side lie two thicknesses apart, as spacers hold them, and
-    stretch and shorten by turns; in the overlap all bend as one. Without spacers they fan out to
-    there, and the free lengths are several times softer.
+    In the free lengths spacers hold the sheets of one side two thicknesses apart, so that outer
+    sheets stretch and inner ones shorten; in the overlap all sheets bend as one beam. Without
+    spacers the sheets fan out towards the overlap, and the free lengths are several times softer.
     """
     left, right = sides(brake)
     overlap = brake.sheets.count**3 * _one_sheet(brake)
@@ -245,9 +248,9 @@ def turning_stiffness_jammed(slip: Any, brake: Brake) -> Any:
 
 @law
 def slip_moment(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Contribution of friction to the moment of the caps [N m] once every interface slips.
+    """Return the part of the caps' moment [N m] from friction once every interface slips.
 
-    F_f (n - 1) t/4 with F_f the friction of flat sheets in a pull. An interface slips by its
+    It is F_f (n - 1) t/4, with F_f the friction of flat sheets in a pull. An interface slips by its
     distance from the middle times the angle; without spacers, by 3/4 of that for the angle of the
     free lengths. Zero for a brake that slides along its pull.
     """
@@ -258,10 +261,11 @@ def slip_moment(slip: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def buckling_moment(slip: Any, brake: Brake) -> Any:
-    """Moment [N m] at which a jammed brake's first compressed sheet buckles in its free length.
+    """Return the moment [N m] at which the first compressed sheet of a jammed brake buckles.
 
-    Euler's formula with both ends held, for the outermost sheet of the side that buckles first.
-    The enclosure and the other sheets support it, so that the true moment is somewhat higher.
+    It is Euler's formula for a free length with both ends held, for the outermost sheet of the side
+    that buckles first. The enclosure and the other sheets support it, so that the true moment is
+    somewhat higher.
     """
     t, sheet = brake.sheets.thickness, _one_sheet(brake)
     stretch = brake.film.modulus * sheet_section(brake)
@@ -284,14 +288,15 @@ def buckling_moment(slip: Any, brake: Brake) -> Any:
 
 @law
 def turning_moment(angle: Any, slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Moment [N m] that turns the caps by an angle [rad] against each other; slip [m], vacuum [Pa].
+    """Return the moment [N m] that turns the caps by an angle [rad]; slip [m], vacuum [Pa].
 
-    From `turning_stiffness_jammed` to `slip_moment` above `turning_stiffness_free`. Sheets end
-    within the overlap, so they slip from their ends at once, the outer ones first. The model has
-    fibres at all heights, each a lap joint with friction, T + b T^2 over its stretch until T is its
-    friction. The fibres' stiffness is set to the exact initial one. Both ends of the
-    curve are exact. In between it lies from 8 % below to 17 % above layered finite elements, from
-    nine sheets on from 1 % below to 13 % above. NaN for a negative angle.
+    The curve starts with `turning_stiffness_jammed` and ends at `slip_moment` above
+    `turning_stiffness_free`. Sheets end within the overlap, so they slip from their ends at once,
+    the outer ones first. The model has fibres at all heights, each a lap joint with friction whose
+    stretch is proportional to T + b T^2 until T equals its friction. The stiffness of the fibres is
+    set to the exact initial one. Both ends of the curve are exact. In between it is from 8 % below
+    to 17 % above layered finite elements; from nine sheets on, 1 % below to 13 % above. NaN for a
+    negative angle.
     """
     free = turning_stiffness_free(slip, brake)
     friction = slip_moment(slip, vacuum, brake)
@@ -305,7 +310,7 @@ def turning_moment(angle: Any, slip: Any, vacuum: Any, brake: Brake) -> Any:
 
 
 def _lap_joints(stretch: Any, bend: Any) -> Any:
-    """Share of the slip moment of fibres at all heights; `stretch` is that of the outermost one.
+    """Return the share of the slip moment; `stretch` is that of the outermost fibre.
 
     A fibre at the share h of the height has T + b T^2 = h times `stretch`, at most T = 1.
     The moment is the integral of 2 h T over h, written in T.

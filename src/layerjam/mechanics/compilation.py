@@ -1,4 +1,4 @@
-"""Compiled code kept between processes, and one line on stderr where compiling takes seconds."""
+"""Compiled code kept between processes, and a message on stderr if compiling takes seconds."""
 
 import functools
 import hashlib
@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 LONG = 2.0
-"""Time that JAX compiles before a process says so [s]."""
+"""Compile time of JAX after which a process prints a message [s]."""
 THRESHOLDS = {
     "jax_persistent_cache_min_compile_time_secs": (1.0, 0.0),
     "jax_persistent_cache_min_entry_size_bytes": (0, -1),
@@ -22,10 +22,10 @@ LOADED = "/jax/compilation_cache/cache_retrieval_time_sec"
 
 @functools.cache
 def keep_compiled_code() -> bool:
-    """Let JAX keep compiled code in the user's cache folder; return whether it does.
+    """Let JAX keep compiled code in the user's cache folder; return whether this is possible.
 
-    The settings do not change if the process has its own folder for JAX's compiled code, or no
-    writable one.
+    The settings do not change if the process has set its own folder for JAX's compiled code, or if
+    no folder is writable.
     """
     import jax
 
@@ -43,7 +43,7 @@ def keep_compiled_code() -> bool:
 
 
 def compile_loop(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Return a decorator that compiles a loop with numba, kept on disk if a folder is writable."""
+    """Return a decorator that compiles a loop with numba; it is cached on disk if possible."""
 
     def compile_function(function: Callable[..., Any]) -> Any:
         import numba
@@ -51,7 +51,7 @@ def compile_loop(**options: Any) -> Callable[[Callable[..., Any]], Any]:
         _announce_loops()
         try:
             return numba.njit(cache=True, **options)(function)
-        except RuntimeError:  # neither the source's folder nor the user's cache can be written
+        except RuntimeError:  # neither the source's folder nor the user's cache is writable
             return numba.njit(**options)(function)
 
     return compile_function
@@ -83,9 +83,9 @@ def stamp_of(files: Iterable[Path]) -> str:
 
 
 def user_cache(name: str) -> Path | None:
-    """Return a folder in the user's cache, else in the temporary folder; None if not writable.
+    """Return a folder in the user's cache, else in the temporary folder, else None.
 
-    The folder belongs to the user: nobody else can replace the code in it.
+    The folder belongs to the user, so nobody else can replace the code in it.
     """
     import platformdirs
 
@@ -110,7 +110,7 @@ def announce() -> None:
 
 
 class _Stopwatch:
-    """Time that JAX has compiled in this process, less that of reading compiled code."""
+    """Time that JAX has compiled in this process, without the time for reading compiled code."""
 
     def __init__(self) -> None:
         self.seconds = 0.0

@@ -7,17 +7,17 @@ class Cycle(NamedTuple):
     """Response to an elongation history; every field has the history's shape (N,)."""
 
     force: Any
-    """[N], never negative."""
+    """Force [N], never negative."""
     slip: Any
-    """[m]"""
+    """Slip [m]."""
     sleeve_force: Any
-    """[N]"""
+    """Force of the enclosure [N]."""
     work: Any
     """External work done on the brake so far [J]."""
     heat: Any
     """Energy dissipated so far [J], integrated separately."""
     stored: Any
-    """Elastic energy held now in enclosure, sheets and mount [J]."""
+    """Elastic energy in enclosure, sheets and mount [J]."""
     slack: Any
     """True if the crosshead is closer than the length of the brake."""
     closed: Any

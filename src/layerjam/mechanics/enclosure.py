@@ -1,8 +1,7 @@
-"""The enclosure: elastic strips pulled over the stack (paper, eq. 5, with x inside the root).
+"""The enclosure: elastic strips over the stack (paper, eq. 5, with x inside the root).
 
-Two faces carry the force. A pull stretches a strip of stiffness EA against the friction
-q = mu_e W P per length. The part that moves grows from both ends until it meets in the middle
-(saturation).
+Two faces carry the force. A pull stretches a strip of stiffness EA against the friction q = mu_e W
+P per length. The moving parts grow from both ends until they meet in the middle (saturation).
 """
 
 from typing import Any, NamedTuple
@@ -31,13 +30,13 @@ class EnclosureLaw(NamedTuple):
 
 
 def enclosure_at(vacuum: Any, brake: Brake) -> EnclosureLaw:
-    """The enclosure's constants at a vacuum [Pa]; QuantityError for a hyperelastic one."""
+    """Return the enclosure's constants at a vacuum [Pa]; QuantityError for a hyperelastic one."""
     stiffness, contact, reach = face_of(brake)
     return enclosure_of(stiffness, contact * vacuum, reach)
 
 
 def face_of(brake: Brake) -> tuple[Any, Any, Any]:
-    """EA [N], friction per vacuum and length mu_e W [m] and half the free length l [m] of a face.
+    """Return EA [N], friction per vacuum and length mu_e W [m] and half the free length l [m].
 
     QuantityError for a hyperelastic enclosure.
     """
@@ -60,14 +59,14 @@ def one_modulus(brake: Brake) -> None:
 
 
 def enclosure_of(stiffness: Any, friction: Any, reach: Any) -> EnclosureLaw:
-    """An enclosure from EA [N], friction q [N/m] and half its free length l [m]."""
+    """Return an enclosure with EA [N], friction q [N/m] and half its free length l [m]."""
     root = 2 * safe_sqrt(stiffness * friction)
     return EnclosureLaw(stiffness, friction, reach, root, friction * reach**2 / stiffness)
 
 
 @fuse
 def backbone(slip: Any, enclosure: EnclosureLaw) -> Any:
-    """f(x) [N], both faces, first loading: 2 sqrt(EA q x), then EA x/l + q l."""
+    """Return f(x) [N] of both faces in first loading: 2 sqrt(EA q x), then EA x/l + q l."""
     spread = enclosure.root * safe_sqrt(slip)
     linear = enclosure.stiffness * slip / enclosure.reach + enclosure.friction * enclosure.reach
     return jnp.where(slip < enclosure.saturation, spread, jnp.where(slip > 0, linear, 0.0))
@@ -75,7 +74,7 @@ def backbone(slip: Any, enclosure: EnclosureLaw) -> Any:
 
 @fuse
 def backbone_work(slip: Any, enclosure: EnclosureLaw) -> Any:
-    """Integral of `backbone` from 0 to slip [J]."""
+    """Return the integral of `backbone` from 0 to slip [J]."""
     start = jnp.minimum(slip, enclosure.saturation)
     spread = enclosure.root * start * safe_sqrt(start) * (2 / 3)
     rest_slip = slip - start
@@ -86,10 +85,10 @@ def backbone_work(slip: Any, enclosure: EnclosureLaw) -> Any:
 
 @fuse
 def backbone_stored(slip: Any, enclosure: EnclosureLaw) -> Any:
-    """Elastic energy in both faces after first loading to slip [J].
+    """Return the elastic energy in both faces after first loading to slip [J].
 
-    A third of f x while part of the face rests, i.e. half of the work; beyond saturation from the
-    tension F - q s along the half length, s from 0 to l.
+    It is a third of f x, which is half of the work, while part of the face rests. Beyond saturation
+    it follows from the tension F - q s along the half length, s from 0 to l.
     """
     spread = enclosure.root * slip * safe_sqrt(slip) / 3
     face = backbone(slip, enclosure) / 2
@@ -100,10 +99,10 @@ def backbone_stored(slip: Any, enclosure: EnclosureLaw) -> Any:
 
 @fuse
 def slipped_area(slip: Any, enclosure: EnclosureLaw) -> Any:
-    """Integral of the strip's slip over its length [m^2], both faces, after first loading to slip.
+    """Return the integral of slip along both faces [m^2] after first loading to slip.
 
-    Half of the work over q while part of the face rests; past saturation every point slips on with
-    the cap, which adds l (x - x*).
+    It is half of the work over q while part of the face rests. Beyond saturation every point moves
+    with the cap, which adds l (x - x*).
     """
     start = jnp.minimum(slip, enclosure.saturation)
     q = jnp.where(enclosure.friction > 0, enclosure.friction, 1.0)
@@ -111,13 +110,13 @@ def slipped_area(slip: Any, enclosure: EnclosureLaw) -> Any:
 
 
 def backbone_dissipated(slip: Any, enclosure: EnclosureLaw) -> Any:
-    """Friction heat of both faces in first loading to slip [J], integrated, not by difference."""
+    """Return the friction heat of both faces in first loading to slip [J], integrated itself."""
     return enclosure.friction * slipped_area(slip, enclosure)
 
 
 @fuse
 def inverse_backbone(force: Any, enclosure: EnclosureLaw) -> Any:
-    """The slip at which first loading carries `force` [N]."""
+    """Return the slip at which first loading carries `force` [N]."""
     at_saturation = 2 * enclosure.friction * enclosure.reach
     linear = (force - enclosure.friction * enclosure.reach) * enclosure.reach / enclosure.stiffness
     square = jnp.where(enclosure.root > 0, enclosure.root, 1.0) ** 2
@@ -125,14 +124,14 @@ def inverse_backbone(force: Any, enclosure: EnclosureLaw) -> Any:
 
 
 def first_loading(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Force [N], both faces, in first loading to a slip [m] at a vacuum [Pa]: whichever law."""
+    """Return the force [N] of both faces in first loading to a slip [m]; vacuum [Pa], any law."""
     if brake.hyperelastic is None:
         return backbone(slip, enclosure_at(vacuum, brake))
     return at_slip(slip, vacuum, brake)[1].force
 
 
 def first_loading_energy(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any]:
-    """Work and heat [J], both faces, of first loading to a slip [m]: whichever law."""
+    """Return work and heat [J] of both faces in first loading to a slip [m], by any law."""
     if brake.hyperelastic is None:
         enclosure = enclosure_at(vacuum, brake)
         return backbone_work(slip, enclosure), backbone_dissipated(slip, enclosure)
@@ -142,27 +141,27 @@ def first_loading_energy(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any
 
 @law
 def enclosure_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Force of the enclosure in first loading [N] (eq. 5 corrected); slip [m], vacuum [Pa].
+    """Return the enclosure's force in first loading [N] (eq. 5 corrected); slip [m], vacuum [Pa].
 
-    2 sqrt(E A P mu W x) up to `saturation_slip`, linear beyond (our "assumed closure"). Its
-    slope at zero slip is infinite; the gradient there is taken as zero. NaN for a negative slip
-    or vacuum. With `[hyperelastic]` that law instead, NaN beyond the strain that was fitted.
+    It is 2 sqrt(E A P mu W x) up to `saturation_slip`, and linear beyond (our "assumed closure").
+    Its slope at zero slip is infinite; the gradient there is taken as zero. NaN for a negative slip
+    or vacuum. With `[hyperelastic]` that law is used, NaN beyond the fitted strain.
     """
     return within((slip >= 0) & (vacuum >= 0), first_loading(slip, vacuum, brake))
 
 
 @law
 def saturation_slip(vacuum: Any, brake: Brake) -> Any:
-    """Slip [m] from which the whole enclosure moves; vacuum [Pa]."""
+    """Return the slip [m] above which the whole enclosure moves; vacuum [Pa]."""
     return within(vacuum >= 0, enclosure_at(vacuum, brake).saturation)
 
 
 @law
 def enclosure_stretch(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Local stretch [-] at the enclosure's end, F/(EA) per face; slip [m], vacuum [Pa].
+    """Return the local stretch [-] at the enclosure's end, F/(EA) per face; slip [m], vacuum [Pa].
 
-    5.5 at 40 mm and full vacuum, while the modulus is quoted at 1: the law is used far outside that
-    range.
+    It is 5.5 at 40 mm and full vacuum, whereas the modulus is stated at 1, so the law is used far
+    outside that range.
     """
     if brake.hyperelastic is not None:
         return within((slip >= 0) & (vacuum >= 0), at_slip(slip, vacuum, brake)[0])

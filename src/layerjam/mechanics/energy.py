@@ -14,27 +14,27 @@ from layerjam.mechanics.stiffness import working_stiffness
 
 
 def sheet_work(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Work of the sheets' friction over a slip [J], all of it heat."""
+    """Return the work of the sheets' friction over a slip [J], all of which is heat."""
     return work_of(jnp.zeros_like(slip), slip, sheets_at(vacuum, brake))
 
 
 @law
 def slip_work(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """E(d, P) [J]: external work to slip the brake by d [m] at a vacuum [Pa] (eq. 10, exact)."""
+    """Return E(d, P) [J], the external work to slip the brake by d [m] at P [Pa] (eq. 10)."""
     work = sheet_work(slip, vacuum, brake) + first_loading_energy(slip, vacuum, brake)[0]
     return within((slip >= 0) & (vacuum >= 0), work)
 
 
 @law
 def slip_heat(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Part of `slip_work` turned into heat [J]; the rest is stored in the enclosure."""
+    """Return the part of `slip_work` that becomes heat [J]; the enclosure stores the rest."""
     heat = sheet_work(slip, vacuum, brake) + first_loading_energy(slip, vacuum, brake)[1]
     return within((slip >= 0) & (vacuum >= 0), heat)
 
 
 @law
 def pull_work(elongation: Any, vacuum: Any, brake: Brake) -> Any:
-    """External work [J] of a pull from rest to an elongation [m], elastic part F^2/2k included."""
+    """Return the external work [J] of a pull from rest to an elongation [m], including F^2/2k."""
     slip = slip_at_elongation(elongation, vacuum, brake)
     k = working_stiffness(brake)
     return slip_work(slip, vacuum, brake) + k * (elongation - slip) ** 2 / 2
@@ -42,5 +42,5 @@ def pull_work(elongation: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def energy_capacity(brake: Brake) -> Any:
-    """E over the usable travel at the site's full vacuum [J]."""
+    """Return E over the usable travel at the site's full vacuum [J]."""
     return slip_work(brake.sheets.usable_travel, brake.site.atmosphere, brake)

@@ -1,10 +1,10 @@
 """Self-amplified friction of sheets clamped without spacers (after Alarcon et al. 2016).
 
-A cap without spacers clamps its sheets at their thickness t; in the overlap they lie 2t apart.
-Sheet i, counted from the middle, runs to the overlap at the angle i t/L. At both ends of the
-overlap its tension T presses all interfaces further in. With T = 2 mu N for a sheet that rubs on
-both faces, dT/di = -2 mu T (1/L1 + 1/L3) i t. So T = T_outer exp(alpha (1 - (i/m)^2)) for the
-m = n/4 sheets of one side's half, alpha = mu t m^2 (1/L1 + 1/L3). The factor is their mean over
+A cap without spacers clamps its sheets at a pitch t, but in the overlap their pitch is 2t. Sheet i,
+counted from the middle, therefore runs to the overlap at the angle i t/L. At both ends of the
+overlap its tension T presses on all interfaces further inside. With T = 2 mu N for a sheet that
+rubs on both faces, dT/di = -2 mu T (1/L1 + 1/L3) i t. So T = T_outer exp(alpha (1 - (i/m)^2)) for
+the m = n/4 sheets of one side's half, alpha = mu t m^2 (1/L1 + 1/L3). The factor is their mean over
 T_outer.
 """
 
@@ -24,7 +24,7 @@ STEEPEST = 1.0
 """Slope of the outermost sheet, n t/(4 L), above which the angles are not small."""
 _TERMS = 14
 _STEPS = 8
-"""Newton steps on a convex curve; quadratic, so that the last ones change nothing."""
+"""Newton steps on a convex curve; convergence is quadratic, so the last ones change nothing."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(32)
 
 
@@ -41,7 +41,7 @@ class Fan(NamedTuple):
 
 
 class Sheets(NamedTuple):
-    """The sheets' friction at a vacuum: c (overlap - x), times the factor of their fan."""
+    """The sheets' friction at a vacuum, c (overlap - x), times the factor of their fan."""
 
     c: Any
     overlap: Any
@@ -50,7 +50,7 @@ class Sheets(NamedTuple):
 
 
 def fan_of(brake: Brake, factor: Any = 1.0) -> Fan | None:
-    """Fan of a brake that states whether it has spacers; `factor` is (P/P_test)^m."""
+    """Return the fan of a brake that states whether it has spacers; `factor` is (P/P_test)^m."""
     sheets, mount = brake.sheets, brake.mount
     if mount.spacers is None:
         return None
@@ -63,12 +63,12 @@ def fan_of(brake: Brake, factor: Any = 1.0) -> Fan | None:
 
 
 def exponent_of(slip: Any, fan: Fan) -> Any:
-    """alpha [-] at a slip [m]: both free lengths grow with it."""
+    """Return alpha [-] at a slip [m], which lengthens both free lengths."""
     return fan.strength * (1 / (fan.left + slip) + 1 / (fan.right + slip))
 
 
 def mean_of(alpha: Any) -> Any:
-    """sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha)), 1 at 0: the mean of exp(alpha (1 - s^2))."""
+    """Return sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha)): the mean of exp(alpha (1 - s^2))."""
     small = alpha < 0.5
     series = jnp.ones_like(alpha)
     for k in reversed(range(1, _TERMS)):
@@ -86,13 +86,13 @@ def ratio_of(slip: Any, fan: Fan) -> Any:
 
 
 def force_of(slip: Any, sheets: Any) -> Any:
-    """Friction [N] of `Sheets` (or whatever has c, overlap and fan) at a slip [m]."""
+    """Return the friction [N] at a slip [m] of `Sheets`, or any object with c, overlap and fan."""
     plain = sheets.c * jnp.maximum(sheets.overlap - slip, 0.0)
     return plain if sheets.fan is None else plain * ratio_of(slip, sheets.fan)
 
 
 def scale_friction(sheets: Any, factor: Any) -> Any:
-    """Return the sheets with `factor` times the friction coefficient; their fan amplifies more.
+    """Return the sheets with `factor` times the friction coefficient, which their fan amplifies.
 
     All interfaces slide at one speed, so a speed-dependent coefficient is equal for all of them,
     and the derivation above remains valid.
@@ -104,7 +104,7 @@ def scale_friction(sheets: Any, factor: Any) -> Any:
 
 
 def rise_with_friction(slip: Any, sheets: Any) -> Any:
-    """Slope of friction over the logarithm of its coefficient [N]; friction if there is no fan."""
+    """Return the slope of friction over the logarithm of its coefficient [N]."""
     force = force_of(slip, sheets)
     if sheets.fan is None:
         return force
@@ -113,7 +113,7 @@ def rise_with_friction(slip: Any, sheets: Any) -> Any:
 
 
 def tangent(slip: Any, sheets: Any) -> Any:
-    """The same without a fan: the straight line that touches the friction at a slip [m]."""
+    """Return the sheets without a fan whose friction is tangent to this one at a slip [m]."""
     if sheets.fan is None:
         return sheets
     slip = jnp.clip(slip, 0.0, sheets.overlap)
@@ -128,7 +128,7 @@ def tangent(slip: Any, sheets: Any) -> Any:
 
 
 def _slope_of(alpha: Any) -> Any:
-    """d mean_of/d alpha: (1 - M + 2 alpha M)/(2 alpha), 2/3 at 0."""
+    """Return d mean_of/d alpha: (1 - M + 2 alpha M)/(2 alpha), 2/3 at 0."""
     small = alpha < 0.5
     low = jnp.where(small, alpha, 0.0)
     series, term = jnp.zeros_like(low), jnp.ones_like(low)
@@ -141,7 +141,7 @@ def _slope_of(alpha: Any) -> Any:
 
 
 def work_of(start: Any, end: Any, sheets: Any) -> Any:
-    """Work [J] of the friction from one slip [m] to another; the overlap is used up in between."""
+    """Return the friction's work [J] from one slip [m] to another; the overlap may end between."""
     start, end = jnp.minimum(start, sheets.overlap), jnp.minimum(end, sheets.overlap)
     if sheets.fan is None:
         return sheets.c * (end - start) * (sheets.overlap - (start + end) / 2)
@@ -149,7 +149,7 @@ def work_of(start: Any, end: Any, sheets: Any) -> Any:
 
 
 def growing_work(start: Any, end: Any, sheets: Any, c: Any) -> Any:
-    """The same while c changes linearly from `c` [N/m] to that of `sheets` over the slip."""
+    """Return the same if c changes linearly from `c` [N/m] to that of `sheets` over the slip."""
     slide = end - start
     if sheets.fan is None:
         work = sheets.c * slide * (sheets.overlap - (end + start) / 2)
@@ -166,7 +166,7 @@ def growing_work(start: Any, end: Any, sheets: Any, c: Any) -> Any:
 
 
 def _integrate(force: Callable[[Any], Any], start: Any, end: Any, fan: Fan) -> Any:
-    """Integral [J] by 32-point Gauss quadrature over ln(L + x), in which the factor is smooth."""
+    """Return the integral [J] by 32-point Gauss quadrature over ln(L + x), which is smooth."""
     least = jnp.minimum(fan.left, fan.right)
     low, high = jnp.broadcast_arrays(jnp.log(least + start), jnp.log(least + end))
     shape = (-1,) + (1,) * low.ndim
@@ -180,7 +180,7 @@ def along_tangents(solve: Callable[[Any], Any], start: Any, sheets: Any) -> Any:
     """Return the slip at which `solve` finds an equilibrium, for friction along any curve.
 
     `solve` assumes a linear friction; each step uses the tangent at the result of the previous one.
-    The search is not differentiated: the last step carries the gradient of the root.
+    The search is not differentiated; only the last step carries the gradient of the root.
     """
     if sheets.fan is None:
         return solve(sheets)
@@ -195,12 +195,12 @@ def along_tangents(solve: Callable[[Any], Any], start: Any, sheets: Any) -> Any:
 
 @law
 def amplification(slip: Any, brake: Brake) -> Any:
-    """Friction over Coulomb's of sheets that fan out [-], at a slip [m]; 1 with spacers.
+    """Return friction over Coulomb's for sheets that fan out [-], at a slip [m]; 1 with spacers.
 
-    sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha)), alpha = a mu_k t (n/4)^2 (1/(L1 + x) + 1/(L3 +
-    x)), with a the scale factor without the factor itself. NaN for a negative slip, for a brake
-    that does not state whether it has spacers, and if a sheet would run to the overlap at more than
-    45 degrees.
+    It is sqrt(pi/4 alpha) exp(alpha) erf(sqrt(alpha)) with alpha = a mu_k t (n/4)^2 (1/(L1 + x) +
+    1/(L3 + x)), where a is the scale factor without this amplification. NaN for a negative slip,
+    for a brake that does not state whether it has spacers, and if a sheet would run to the overlap
+    at more than 45 degrees.
     """
     fan = fan_of(brake)
     if fan is None:
@@ -209,7 +209,7 @@ def amplification(slip: Any, brake: Brake) -> Any:
 
 
 def straight(brake: Brake, caller: str) -> Brake:
-    """Return the brake with unstated spacers, for a `caller` that needs friction linear in slip.
+    """Return the brake as if without a fan, for a `caller` that needs friction linear in slip.
 
     With spacers, the part of another brake's fan is removed from the scale factor. Raises
     QuantityError for a brake without spacers.
@@ -244,21 +244,21 @@ def flat(brake: Brake) -> Brake:
 
 
 def steepness(brake: Brake) -> Any:
-    """Slope [-] at which the outermost sheet of a fan leaves its cap, n t/(4 L)."""
+    """Return the slope [-] at which the outermost sheet of a fan leaves its cap, n t/(4 L)."""
     sheets = brake.sheets
     least = jnp.minimum(sheets.free_left, sheets.free_right)
     return sheets.count * sheets.thickness / (4 * least)
 
 
 def is_flat(brake: Brake) -> Any:
-    """Whether the sheets lie flat, or run to the overlap at no more than 45 degrees."""
+    """Return whether the sheets are flat, or run to the overlap at no more than 45 degrees."""
     if brake.mount.spacers is None:
         return jnp.asarray(True)
     return (jnp.asarray(brake.mount.spacers) > 0) | (steepness(brake) <= STEEPEST)
 
 
 def concentration(brake: Brake) -> Any:
-    """Tension of the middle sheets over the mean of their side [-], at rest: exp(alpha)/factor."""
+    """Return the middle sheets' tension over the mean of their side [-] at rest."""
     fan = fan_of(brake)
     if fan is None:
         return 1.0

@@ -1,4 +1,4 @@
-"""Friction of the jammed sheets (paper, eq. 4 and 7), with all that changes its coefficient."""
+"""Friction of the jammed sheets (paper, eq. 4 and 7), and the effects on its coefficient."""
 
 from dataclasses import replace
 from typing import Any
@@ -12,19 +12,19 @@ from layerjam.mechanics.law import law, within
 
 
 def pressure_on_sheets(vacuum: Any, brake: Brake) -> Any:
-    """Pressure on the sheets [Pa] when the gauge reads a vacuum [Pa].
+    """Return the pressure on the sheets [Pa] if the gauge reads a vacuum [Pa].
 
-    Lower than the vacuum if that does not reach the middle of the stack. The full vacuum presses
-    the enclosure, which has the atmosphere on its other side.
+    It is lower than the vacuum if that does not reach the middle of the stack. The enclosure is
+    pressed by the full vacuum, because the atmosphere acts on its other side.
     """
     return vacuum if brake.vacuum_share is None else brake.vacuum_share * vacuum
 
 
 def friction_per_contact(vacuum: Any, brake: Brake) -> Any:
-    """Friction per metre of overlap c [N/m], all interfaces together.
+    """Return the friction per metre of overlap c [N/m] of all interfaces together.
 
-    The calibration factor multiplies the friction, and so does `friction_factor`. With a
-    `speed_law` the value holds at its `test_speed`; multiply it by `growth` for another speed.
+    It includes the calibration factor and `friction_factor`. With a `speed_law` the value applies
+    at its `test_speed`; multiply it by `growth` for another speed.
     """
     c = brake.scale_factor * brake.film.kinetic * (brake.sheets.count - 1)
     c = c * brake.sheets.width * pressure_on_sheets(vacuum, brake)
@@ -39,7 +39,7 @@ def is_proportional(brake: Brake) -> bool:
 
 
 def friction_factor(vacuum: Any, brake: Brake) -> Any:
-    """Return the friction coefficient at a vacuum [Pa] over the film's: all effects together."""
+    """Return the friction coefficient at a vacuum [Pa] over that of the film, with all effects."""
     factor = _friction_over_pressure(vacuum, brake)
     for effect in brake.effects:
         factor = factor * effect.friction_factor(vacuum, brake)
@@ -49,8 +49,8 @@ def friction_factor(vacuum: Any, brake: Brake) -> Any:
 def _friction_over_pressure(vacuum: Any, brake: Brake) -> Any:
     """Return the friction coefficient at a vacuum [Pa] over that at the test pressure.
 
-    (P/P_test)^m with the pressure P on the sheets and a fitted `pressure_exponent` m (ours); 1 if
-    none was fitted. Below `lowest_pressure` it stays what it is there.
+    It is (P/P_test)^m with the pressure P on the sheets and a fitted `pressure_exponent` m (ours),
+    or 1 if none was fitted. Below `lowest_pressure` it is constant.
     """
     if brake.pressure_exponent is None:
         return 1.0
@@ -69,7 +69,7 @@ def sheets_at(vacuum: Any, brake: Brake) -> Sheets:
 
 
 def static_at(vacuum: Any, brake: Brake) -> Sheets:
-    """The same with static friction, which the fan amplifies more."""
+    """Return the same law with static friction, which the fan amplifies more."""
     sheets: Sheets = scale_friction(
         sheets_at(vacuum, brake), brake.film.static / brake.film.kinetic
     )
@@ -77,17 +77,17 @@ def static_at(vacuum: Any, brake: Brake) -> Sheets:
 
 
 def growth(speed: Any, law: SpeedLaw) -> Any:
-    """Friction at a sliding speed [m/s], zero or more, over that at the law's `test_speed`."""
+    """Return the friction at a sliding speed [m/s] >= 0 over that at the law's `test_speed`."""
     return ((law.rest_speed + speed) / (law.rest_speed + law.test_speed)) ** law.power
 
 
 def growth_of(speed: Any, brake: Brake) -> Any:
-    """`growth` of a brake; 1 if it has no speed law."""
+    """Return `growth` of a brake; 1 if it has no speed law."""
     return 1.0 if brake.speed_law is None else growth(speed, brake.speed_law)
 
 
 def at_speed(speed: Any, brake: Brake) -> Brake:
-    """The brake with the friction of sheets that slide at a speed [m/s], whatever they then do."""
+    """Return the brake with the friction of sheets at a speed [m/s], which then stays constant."""
     if brake.speed_law is None:
         return brake
     kinetic: Any = growth(speed, brake.speed_law) * brake.film.kinetic
@@ -96,7 +96,7 @@ def at_speed(speed: Any, brake: Brake) -> Brake:
 
 @law
 def sheet_friction(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Kinetic friction of the jammed sheets [N] (eq. 4, 7); slip [m] and vacuum [Pa] broadcast.
+    """Return kinetic friction of the jammed sheets [N] (eq. 4, 7); slip [m], vacuum [Pa].
 
     Zero once the overlap is used up; NaN for a negative slip or vacuum.
     """
@@ -106,7 +106,7 @@ def sheet_friction(slip: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def sheet_friction_at(slip: Any, speed: Any, vacuum: Any, brake: Brake) -> Any:
-    """`sheet_friction` [N] at a sliding speed [m/s]; slip [m], speed and vacuum [Pa] broadcast.
+    """Return `sheet_friction` [N] at a sliding speed [m/s]; slip [m], vacuum [Pa] broadcast.
 
     NaN for a negative speed. Without a speed law the speed does not matter.
     """
@@ -116,8 +116,8 @@ def sheet_friction_at(slip: Any, speed: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def holding_force(vacuum: Any, brake: Brake) -> Any:
-    """Static friction of the sheets at rest [N]: which a slow load must exceed; vacuum [Pa].
+    """Return the static friction of the sheets at rest [N], which a load must exceed; vacuum [Pa].
 
-    The scale factor multiplies static friction as it does the kinetic one (ours).
+    The scale factor multiplies static friction like the kinetic one (ours).
     """
     return within(vacuum >= 0, force_of(0.0, static_at(vacuum, brake)))

@@ -1,11 +1,11 @@
 """Heat of a stop in the sheets: temperature rise, and allowed stops per minute.
 
-Adiabatic: a stop lasts tens of milliseconds, and heat takes some ten seconds through stack and
-enclosure, so it stays where it is generated. All of it is assigned to the sheets, even the part
-that also warms the enclosure, so the mean is slightly high. Between stops the enclosure gives the
-heat off to the air.
+The rise is adiabatic: a stop lasts tens of milliseconds, and heat takes some ten seconds through
+stack and enclosure, so it stays where it is generated. All of it is assigned to the sheets, even
+the part that warms the enclosure, so the mean is slightly high. Between stops the enclosure
+releases the heat to the air.
 
-Wear is not modelled: neither of the film nor its effect, or that of temperature, on friction.
+Neither wear of the film nor the effects of wear and temperature on friction are modelled.
 """
 
 from typing import Any
@@ -19,18 +19,18 @@ from layerjam.mechanics.law import law, within
 
 
 def _specific_heat(brake: Brake) -> Any:
-    """Specific heat of the film [J/(kg K)]; NaN if the brake does not state it."""
+    """Return the specific heat of the film [J/(kg K)]; NaN if the brake does not state it."""
     value = brake.film.specific_heat
     return jnp.nan if value is None else value
 
 
 def rubbing_mass(brake: Brake) -> Any:
-    """Mass of film within the overlap at rest [kg], all sheets: the part that rubs."""
+    """Return the mass of film in the overlap at rest [kg], over all sheets: the part that rubs."""
     return brake.sheets.count * sheet_mass(brake) * brake.sheets.overlap / brake.sheets.length
 
 
 def outer_area(brake: Brake) -> Any:
-    """Outer surface of the enclosure from cap to cap at rest [m^2], without the ends."""
+    """Return the outer surface of the enclosure from cap to cap at rest [m^2], without the ends."""
     sheets, wall = brake.sheets, brake.enclosure.wall
     around = 2 * (sheets.width + sheets.count * sheets.thickness) + 8 * wall
     return around * (sheets.free_left + sheets.overlap + sheets.free_right)
@@ -38,9 +38,9 @@ def outer_area(brake: Brake) -> Any:
 
 @law
 def temperature_rise(heat: Any, brake: Brake) -> Any:
-    """Mean rise [K] of the sheets' rubbing part, the overlap at rest, from a heat [J].
+    """Return the mean rise [K] of the sheets' rubbing part, the overlap at rest, from a heat [J].
 
-    m c dT = heat. NaN for negative heat, or if the film's specific heat is unknown.
+    It solves m c dT = heat. NaN for negative heat, or if the film's specific heat is unknown.
     """
     capacity = rubbing_mass(brake) * _specific_heat(brake)
     return within(heat >= 0, heat / capacity)
@@ -48,7 +48,7 @@ def temperature_rise(heat: Any, brake: Brake) -> Any:
 
 @law
 def temperature_rise_of_sheets(heat: Any, brake: Brake) -> Any:
-    """Mean rise [K] of the whole sheets, clamped and free parts too, from a heat [J].
+    """Return the mean rise [K] of whole sheets, clamped and free parts too, from a heat [J].
 
     The state after the heat has spread along the sheets, before any is lost.
     """
@@ -58,17 +58,17 @@ def temperature_rise_of_sheets(heat: Any, brake: Brake) -> Any:
 
 @law
 def local_rise(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Temperature rise [K] through the thickness, where an inner sheet rubs for the whole slip [m].
+    """Return the rise [K], mean over the thickness, of an inner sheet that rubs for a slip [m].
 
-    The hottest place: both its faces take half of the friction's work per area, a mu_k P d, and no
-    heat is conducted along the film. Slip and vacuum [Pa] broadcast. The surface itself is warmer
-    for some milliseconds, and the contact spots warmer still; neither is modelled.
+    This is the hottest place: both faces take half of the friction's work per area, a mu_k P d, and
+    no heat is conducted along the film. Slip and vacuum [Pa] broadcast. The surface itself is
+    warmer for some milliseconds, and the contact spots warmer still; neither is modelled.
     """
     sheets = brake.sheets
     # the friction law includes the pressure exponent
     shear = friction_per_contact(vacuum, brake) / ((sheets.count - 1) * sheets.width)
     fan = sheets_at(vacuum, brake).fan
-    if fan is not None:  # for the middle sheet, as if the self-amplification did not decay
+    if fan is not None:  # for the middle sheet, at its tension at rest
         shear = shear * jnp.exp(exponent_of(0.0, fan)) / fan.reference
     rise = shear * slip / (brake.film.density * _specific_heat(brake) * sheets.thickness)
     fine = (slip >= 0) & (slip <= sheets.overlap) & (vacuum >= 0)
@@ -77,15 +77,16 @@ def local_rise(slip: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def stops_per_minute(heat: Any, allowed_rise: Any, film_coefficient: Any, brake: Brake) -> Any:
-    """Continuous stops per minute [1/min] of equal heat [J] for a mean temperature rise [K].
+    """Return the stops per minute [1/min] of equal heat [J] for an allowed mean rise [K].
 
-    Equally spaced. A stop warms the rubbing sheets by `temperature_rise`, and between stops they
-    cool with the time constant C/(h A), h the `film_coefficient` [W/(m^2 K)] from the enclosure's
-    outer surface to still air. In the steady state the rise just after a stop is dT/(1 - exp(-h A
-    t/C)) at the spacing t; it may reach `allowed_rise` above the air. Zero if a single stop is too
-    much. For small dT this is h A (allowed rise)/heat, whatever C.
+    The stops are equally spaced. A stop warms the rubbing sheets by `temperature_rise`, and between
+    stops they cool with the time constant C/(h A), where h is the `film_coefficient` [W/(m^2 K)]
+    from the enclosure's outer surface to still air. In the steady state the rise just after a stop
+    is dT/(1 - exp(-h A t/C)) at the spacing t; it may reach `allowed_rise` above the air. The
+    result is zero if a single stop is too much. For small dT it is h A (allowed rise)/heat,
+    independent of C.
 
-    Not included: the enclosure's heat capacity and thermal resistance, conduction into the caps and
+    It neglects the enclosure's heat capacity and thermal resistance, conduction into the caps, and
     the drift of friction with temperature. NaN unless all three are positive.
     """
     capacity = rubbing_mass(brake) * _specific_heat(brake)

@@ -1,8 +1,8 @@
-"""The enclosure in first loading with a hyperelastic law instead of one modulus (ours).
+"""The enclosure in first loading with a hyperelastic law instead of a single modulus (ours).
 
-Each half of a face is a strip of section A, drawn at its end against the friction q = mu_e W P per
-length. The tension falls by q along it, dN/ds = -q, from A sigma(e0) at the end to zero, or to
-A sigma(e_m) in the middle once the whole face moves. With ds = A sigma'(e) de/q the slip is
+Each half of a face is a strip of section A, pulled at its end against the friction q = mu_e W P per
+length. The tension falls along it, dN/ds = -q, from A sigma(e0) at the end to zero, or to A
+sigma(e_m) in the middle once the whole face moves. With ds = A sigma'(e) de/q the slip is
 
     x/2 = integral of e ds = A/q integral of e sigma'(e) de = W*(N)/q,
 
@@ -36,7 +36,7 @@ def rubber_stress(strain: Any, rubber: Hyperelastic) -> Any:
 
 
 def rubber_energy(strain: Any, rubber: Hyperelastic) -> Any:
-    """Elastic energy a volume [Pa] of uniaxial tension at a strain [-]."""
+    """Return the elastic energy per volume [Pa] of uniaxial tension at a strain [-]."""
     stretch, total = 1 + strain, jnp.zeros(jnp.shape(strain))
     first = strain**2 * (stretch + 2) / stretch
     for coefficient, term in (
@@ -68,31 +68,31 @@ class Strip(NamedTuple):
 
 
 class FirstLoading(NamedTuple):
-    """The enclosure, both faces, or a whole brake, in first loading over a coordinate.
+    """The enclosure (both faces) or a whole brake in first loading, over a coordinate.
 
     The coordinate of a hyperelastic enclosure is the strain at its ends.
     """
 
     slip: Any
-    """[m]"""
+    """Slip [m]."""
     force: Any
-    """[N]"""
+    """Force [N]."""
     stored: Any
     """Elastic energy [J]."""
     heat: Any
-    """Friction heat since it was relaxed, and energy lost by softening of the rubber [J]."""
+    """Friction heat, and energy lost by softening of the rubber, since it was relaxed [J]."""
     slip_slope: Any
     """Slope of the slip over the coordinate."""
     force_slope: Any
 
     @property
     def work(self) -> Any:
-        """External work of the first loading [J]."""
+        """Return the external work of the first loading [J]."""
         return self.stored + self.heat
 
 
 def strip_at(vacuum: Any, brake: Brake) -> Strip:
-    """Half a face at a vacuum [Pa]; QuantityError for a brake with one modulus only."""
+    """Return half a face at a vacuum [Pa]; QuantityError for a brake with a single modulus."""
     if brake.hyperelastic is None:
         raise QuantityError.of(
             "hyperelastic",
@@ -105,12 +105,12 @@ def strip_at(vacuum: Any, brake: Brake) -> Strip:
 
 
 def rubber_slope(strain: Any, rubber: Hyperelastic) -> Any:
-    """Slope of `rubber_stress` over the strain [Pa]."""
+    """Return the slope of `rubber_stress` over the strain [Pa]."""
     return jax.jvp(lambda e: rubber_stress(e, rubber), (strain,), (jnp.ones_like(strain),))[1]
 
 
 def _middle(end: Any, strip: Strip) -> tuple[Any, Any]:
-    """Strain in the middle of a face, and the length that moves [m], at a strain at its end."""
+    """Return the strain in the middle of a face, and the moving length [m], at an end strain."""
     pull = rubber_stress(end, strip.rubber)
     left = pull - strip.friction * strip.reach / strip.section
     moves = left > 0
@@ -122,14 +122,14 @@ def _middle(end: Any, strip: Strip) -> tuple[Any, Any]:
 
 
 def saturation_strain(strip: Strip) -> Any:
-    """Strain at the ends [-] from which the whole enclosure moves, at most that fitted."""
+    """Return the end strain [-] above which the whole enclosure moves, at most the fitted one."""
     rubber, full = strip.rubber, strip.friction * strip.reach / strip.section
     top = jnp.zeros_like(full) + rubber.strain
     return rising_zero(lambda e: rubber_stress(e, rubber) - full, jnp.zeros_like(full), top)
 
 
 def loading_at(end: Any, strip: Strip) -> FirstLoading:
-    """The enclosure when the strain at the ends of its faces has grown to `end`, any shape."""
+    """Return the enclosure once the strain at the ends of its faces is `end`, any shape."""
     end = end + 0.0 * strip.friction
     middle, length = _middle(end, strip)
     axis = (...,) + (None,) * jnp.ndim(end)
@@ -156,9 +156,9 @@ def loading_at(end: Any, strip: Strip) -> FirstLoading:
 
 
 def end_strain(drive: Any, spring: Any, with_force: float, strip: Strip) -> Any:
-    """Strain at the ends where spring x + with_force F(x) = drive; 0 for a drive of zero or less.
+    """Return the strain at the ends where spring x + with_force F(x) = drive; 0 for a drive <= 0.
 
-    NaN beyond the strain that the law was fitted to. One Newton step carries the gradient.
+    NaN beyond the fitted strain. One Newton step carries the gradient.
     """
 
     def resists(point: FirstLoading, spring: Any) -> Any:
@@ -182,7 +182,7 @@ def end_strain(drive: Any, spring: Any, with_force: float, strip: Strip) -> Any:
 
 
 def at_slip(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, FirstLoading]:
-    """Strain at the ends, and the enclosure, at a slip [m] and a vacuum [Pa], which broadcast."""
+    """Return end strain and enclosure at a slip [m] and a vacuum [Pa], which broadcast."""
     slip, vacuum = jnp.broadcast_arrays(slip, vacuum)
     strip = strip_at(vacuum, brake)
     moves = slip > 0
@@ -193,7 +193,7 @@ def at_slip(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, FirstLoading]:
 
 
 def slip_under(drive: Any, spring: Any, vacuum: Any, brake: Brake) -> Any:
-    """x >= 0 [m] with spring x + F_e(x) = drive [N], as `pull.rising_root` with one modulus."""
+    """Return x >= 0 [m] with spring x + F_e(x) = drive [N]: `pull.rising_root` for this law."""
     drive, spring, vacuum = jnp.broadcast_arrays(drive, spring, vacuum)
     strip = strip_at(vacuum, brake)
     moves = drive > 0
@@ -203,6 +203,6 @@ def slip_under(drive: Any, spring: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def greatest_slip(vacuum: Any, brake: Brake) -> Any:
-    """Slip [m] at which the ends reach the greatest strain that was fitted."""
+    """Return the slip [m] at which the ends reach the greatest fitted strain."""
     strip = strip_at(vacuum, brake)
     return loading_at(strip.rubber.strain + 0.0 * vacuum, strip).slip

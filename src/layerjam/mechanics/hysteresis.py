@@ -1,7 +1,8 @@
-"""The brake under a moving crosshead: sheets that stick and slide, the enclosure with its memory.
+"""The brake under a moving crosshead: sheets that stick and slide, an enclosure with memory.
 
-Tension only: in compression the sheets buckle and the brake carries no load. Its slip does not
-change while friction holds the enclosure. Otherwise the enclosure closes the brake until it does.
+The model is for tension only: in compression the sheets buckle and the brake carries no load.
+Without load its slip stays constant if friction holds the enclosure; otherwise the enclosure closes
+the brake until friction holds it.
 """
 
 from typing import Any, NamedTuple
@@ -43,7 +44,7 @@ class State(NamedTuple):
     closed: Any
     snapped: Any
     growth: Any = None
-    """Friction over that at the speed law's test speed; None if no speed is given."""
+    """Friction relative to that at the speed law's test speed; None if no speed is given."""
 
 
 class Setting(NamedTuple):
@@ -67,10 +68,10 @@ def setting_of(vacuum: Any, spring: Any, brake: Brake, growth: Any = None) -> Se
 
 
 def slip_to_balance(memory: Memory, elongation: Any, direction: Any, setting: Setting) -> Any:
-    """Slip at which spring, enclosure and friction balance, in a direction: 1 out, -1 back.
+    """Return the slip at which spring, enclosure and friction balance; direction 1 out, -1 back.
 
-    k (u - x) = F_e(x) + F_f(x), or - F_f(x) in unloading; the present slip if it is already beyond
-    that.
+    It solves k (u - x) = F_e(x) + F_f(x), or - F_f(x) in unloading; if the present slip is already
+    beyond the solution, it is returned.
     """
     ready = face_direction(memory, direction, setting.enclosure)
     path = find_path(ready, direction, setting.enclosure)
@@ -93,7 +94,7 @@ def slip_to_balance(memory: Memory, elongation: Any, direction: Any, setting: Se
 
 
 def _friction_heat(start: Any, end: Any, setting: Setting) -> Any:
-    """Heat of the sheets' friction over a move [J]; zero past the end of the overlap."""
+    """Return the heat of the sheets' friction over a move [J]; zero past the end of the overlap."""
     if setting.fan is not None:
         return jnp.abs(work_of(start, end, setting))
     return jnp.abs(end - start) * setting.c * (setting.overlap - (end + start) / 2)
@@ -110,7 +111,7 @@ def move(state: State, elongation: Any, setting: Setting) -> State:
     direction = jnp.where(returns, -1.0, 1.0)
 
     def slide(tries: Any, slip: Any) -> Any:
-        # a brake that is now slack has slid back without the spring
+        # a brake that has become slack has slid back without the spring
         slack = (tries == 1) & returns & (elongation < slip)
         pull = setting._replace(k=jnp.where(slack, 0.0, setting.k))
         slides = (tries == 0) | slack
@@ -140,7 +141,7 @@ def move(state: State, elongation: Any, setting: Setting) -> State:
 
 
 def change_vacuum(state: State, vacuum: Any, after: Setting) -> State:
-    """Change the vacuum at a fixed crosshead: no work is done; released energy becomes heat."""
+    """Change the vacuum at a fixed crosshead, without work; released energy becomes heat."""
     pumped_memory = at_vacuum(state.enclosure, after.enclosure)
     new = move(state._replace(enclosure=pumped_memory), state.elongation, after)
     spring = (state.force**2 - new.force**2) / (2 * after.k)
@@ -150,14 +151,14 @@ def change_vacuum(state: State, vacuum: Any, after: Setting) -> State:
 
 @law
 def brake_cycle(elongation: Any, vacuum: Any, brake: Brake, speed: Any = None) -> Cycle:
-    """The brake along an elongation history [m], shape (N,), from rest at zero elongation.
+    """Return the response of the brake along an elongation history [m], (N,), from rest at zero.
 
-    `vacuum` [Pa] is one number or a history of the same shape, taken over before each move. Sheets
-    stick at k and slide at F_f; the enclosure has a memory. Once the brake starts to slide on a k
-    that is not above c (`least_stiffness`) it snaps, and forces from there are NaN. A hyperelastic
-    enclosure is followed as cells, at a vacuum that never falls (NaN from there). `speed` [m/s] of
-    the crosshead, a number or a history, activates a speed law: it replaces the speed of the slip,
-    which is smaller by the factor 1/(1 + F'/k).
+    `vacuum` [Pa] is one number or a history of the same shape, applied before each move. Sheets
+    stick with stiffness k and slide at F_f; the enclosure has a memory. If the brake starts to
+    slide on a k that is not above c (`least_stiffness`) it snaps, and later forces are NaN. A
+    hyperelastic enclosure is divided into cells, and its vacuum must not fall (NaN from there).
+    `speed` [m/s] of the crosshead, a number or a history, activates a speed law: it replaces the
+    speed of the slip, which is smaller by the factor 1/(1 + F'/k).
     """
     if brake.hyperelastic is not None:
         if speed is not None:
@@ -187,7 +188,7 @@ def _cycle(elongation: Any, vacuum: Any, growth: Any, brake: Brake) -> Cycle:
 
 
 def new_state(vacuum: Any, growth: Any = None) -> State:
-    """A brake that was never pulled, at a vacuum [Pa]."""
+    """Return a brake that was never pulled, at a vacuum [Pa]."""
     zero, no = jnp.array(0.0), jnp.array(False)
     return State(at_rest(), zero, zero, zero, zero, vacuum, no, no, growth)
 
@@ -200,7 +201,7 @@ def step_state(
     same = pressure == state.vacuum
     if growth is not None:
         same = same & (growth == state.growth)
-    # most of a history is at constant vacuum; the other branch is not computed there
+    # most of a history has constant vacuum, for which the other branch is not computed
     state = jax.lax.cond(
         same,
         lambda s: s,

@@ -1,10 +1,10 @@
-"""The brake bent over a joint while it is pulled: tension presses the sheets together.
+"""The brake pulled while it is bent over a joint: tension presses the sheets together.
 
 Over an arc of radius R an interface carries the vacuum and the tension C of all layers outside it,
 P W + C/R per length. Interleaved sheets pull alternately to the left and to the right. So C follows
-a separate capstan equation on every interface, grows by exp(a mu_k phi) on each, and starts with
-the end value of the interface outside. All sheets are assumed to have one radius (the stack is
-thin), and the arc to lie in the middle of the overlap. Sheets without spacers also press on each
+a separate capstan equation on every interface. It grows by exp(a mu_k phi) on each, starting with
+the end value of the next outer interface. All sheets are assumed to have the same radius (the stack
+is thin), and the arc to be in the middle of the overlap. Sheets without spacers also press on each
 other at the ends of the overlap; this would add to the friction and is not included.
 """
 
@@ -30,7 +30,7 @@ def _arc(slip: Any, vacuum: Any, angle: Any, radius: Any, tension: Any, brake: B
     overlap = sheets.overlap - slip
     on_joint = jnp.minimum(radius * angle, overlap)
     line_load = vacuum * sheets.width + tension / radius
-    # a pressure exponent is applied at the lowest pressure on the joint
+    # a pressure exponent applies at the lowest pressure on the joint
     pressure = jnp.where(line_load > 0, line_load, 1.0) / sheets.width
     friction = friction_per_contact(pressure, flat(brake)) / (
         (sheets.count - 1) * sheets.width * pressure
@@ -50,12 +50,12 @@ def _fine(slip: Any, vacuum: Any, angle: Any, radius: Any, tension: Any, brake: 
 def joint_friction(
     slip: Any, vacuum: Any, angle: Any, radius: Any, tension: Any, brake: Brake
 ) -> Any:
-    """Kinetic friction [N] of the sheets over a joint of a radius [m], bent by an angle [rad].
+    """Return kinetic friction [N] of sheets over a joint of a radius [m], bent by an angle [rad].
 
-    (P W R + T) (exp((n - 1) a mu_k angle) - 1) where the overlap lies on the joint, with T the
-    `tension` [N] of the enclosure's outer face, which covers it. (n - 1) a mu_k P W times the
-    overlap for small angles. The arc covers at most the overlap, `slip` [m] shortens that; vacuum
-    [Pa]. NaN outside the domain.
+    The part of the overlap on the joint contributes (P W R + T) (exp((n - 1) a mu_k angle) - 1),
+    where T is the `tension` [N] of the enclosure's outer face, which covers it. For small angles
+    the sum is (n - 1) a mu_k P W times the overlap. The arc covers at most the overlap, which
+    `slip` [m] shortens; vacuum [Pa]. NaN outside the domain.
     """
     arc = _arc(slip, vacuum, angle, radius, tension, brake)
     is_bent = arc.growth > 0
@@ -69,10 +69,10 @@ def joint_friction(
 def joint_sheet_force(
     slip: Any, vacuum: Any, angle: Any, radius: Any, tension: Any, brake: Brake
 ) -> Any:
-    """Greatest tension [N] of one sheet while it slides over a joint; as `joint_friction`.
+    """Return the greatest tension [N] of one sheet that slides over a joint; as `joint_friction`.
 
-    It occurs in the second sheet from the inside: it rubs on both faces where the pressure is
-    highest. If there are two sheets, each carries the whole force.
+    It occurs in the second sheet from the inside, which rubs on both faces at the highest pressure.
+    If there are only two sheets, each carries the whole force.
     """
     arc = _arc(slip, vacuum, angle, radius, tension, brake)
     count = brake.sheets.count
@@ -83,7 +83,7 @@ def joint_sheet_force(
 
 @law
 def capstan_ratio(angle: Any, friction: Any) -> Any:
-    """Pull at one end over that at the other [-]: exp(mu angle) of a band that slides on a joint.
+    """Return the ratio of pulls [-] at the ends of a band that slides on a joint: exp(mu angle).
 
     `friction` [-] is that of the enclosure on the surface below it, `angle` [rad] the wrap.
     """

@@ -44,7 +44,7 @@ def _register(cls: type) -> None:
 
     def flat(rec: Any) -> tuple[Any, None]:
         values = read(rec)
-        if no_floats:  # JAX differentiates with respect to floats alone
+        if no_floats:  # JAX differentiates only with respect to floats
             values = tuple(float(v) if isinstance(v, int) else v for v in values)
         return values, None
 
@@ -64,13 +64,13 @@ def _reader_of_one(name: str) -> Callable[[Any], tuple[Any, ...]]:
 
 
 def double_precision() -> AbstractContextManager[None]:
-    """Context in which JAX computes in float64 in this thread, without any effect outside."""
+    """Return a context in which JAX computes in float64, in this thread only."""
     already: bool = jax.config.jax_enable_x64
     return contextlib.nullcontext() if already else jax.enable_x64(True)
 
 
 def in_double_precision(function: F) -> F:
-    """The function, run in `double_precision` whatever the rest of the process has set."""
+    """Return the function, run in `double_precision` whatever the settings of the process are."""
 
     @functools.wraps(function)
     def wrapper(*args: Any, **named: Any) -> Any:
@@ -81,15 +81,15 @@ def in_double_precision(function: F) -> F:
 
 
 def law(function: F) -> F:
-    """A pure array function of SI quantities and records.
+    """Return a pure array function of SI quantities and records.
 
     A BrakeFile is accepted in place of its brake.
 
     Arrays, scalars and mixed shapes broadcast and are converted to float64; the function is
     compiled once per shape and can be traced, batched and differentiated. While JAX works in single
     precision a call still computes in `double_precision` and returns NumPy's numbers, which JAX
-    cannot truncate afterwards. A trace in single precision would, so there the law raises
-    PrecisionError.
+    cannot truncate afterwards. A trace in single precision would truncate them, so the law then
+    raises PrecisionError.
     """
     register_records()
     program, places = jax.jit(function), inspect.signature(function)
@@ -106,7 +106,7 @@ def law(function: F) -> F:
     def wrapper(*args: Any, **named: Any) -> Any:
         if len(_known_records) < len(RECORDS):  # an additional effect on the friction
             register_records()
-        # pass by position, so that a call by name does not compile again
+        # pass by position, because a call by name would compile again
         try:
             exact = not named and len(args) == len(places.parameters)
             arguments = args if exact else places.bind(*args, **named).args
@@ -134,7 +134,7 @@ def fuse(function: F) -> F:
 
 
 def _tracing(arguments: Any) -> bool:
-    """Whether JAX traces the arguments, or whatever is computed now."""
+    """Return whether JAX traces the arguments or the current computation."""
     leaves = [*jax.tree.leaves(arguments), jnp.zeros(())]
     return any(isinstance(leaf, jax.core.Tracer) for leaf in leaves)
 
@@ -159,14 +159,14 @@ def _as_argument(value: Any) -> Any:
 
 
 def _explain(name: str, places: inspect.Signature, values: Any) -> None:
-    """Raise QuantityError for arguments that no law takes, if they are why a call failed."""
+    """Raise QuantityError if a failed call has arguments that no law accepts."""
     records = {cls.__name__: cls for cls in RECORDS}
     arguments = dict(zip(places.parameters, values, strict=False))
     for key, value in arguments.items():
         parameter = places.parameters[key]
         is_record = type(value) in _known_records or isinstance(value, BrakeFile)
         is_optional = parameter.default is not parameter.empty
-        record = records.get(parameter.annotation, parameter.annotation)  # a name or the class
+        record = records.get(parameter.annotation, parameter.annotation)  # name or class
         if record in RECORDS:
             fits, kind = is_record, f"a {record.__name__}, such as layerjam.load(NAME).brake"
         else:
@@ -192,7 +192,7 @@ def _is_real(value: Any) -> bool:
 
 @fuse
 def safe_sqrt(value: Any) -> Any:
-    """Square root whose derivative at zero is taken as 0 instead of infinite; NaN below zero."""
+    """Return the square root; its derivative at zero is 0 instead of infinite. NaN below zero."""
     positive = value > 0
     root = jnp.sqrt(jnp.where(positive, value, 1.0))
     return jnp.where(positive, root, jnp.where(value == 0, 0.0, jnp.nan))

@@ -16,9 +16,10 @@ from layerjam.mechanics.stiffness import sheet_section
 
 @law
 def buckling_force(slip: Any, brake: Brake) -> Any:
-    """Compression [N] at which one sheet buckles over its free length: Euler, fixed-free.
+    """Return the compression [N] at which one sheet buckles over its free length.
 
-    pi^2 E I/(4 L^2) with L the longer free length grown by slip [m].
+    Euler's formula for one free end is pi^2 E I/(4 L^2), with L the longer free length plus the
+    slip [m].
     """
     sheets = brake.sheets
     inertia = sheets.width * sheets.thickness**3 / 12
@@ -28,16 +29,17 @@ def buckling_force(slip: Any, brake: Brake) -> Any:
 
 @law
 def sheet_stress(force: Any, brake: Brake) -> Any:
-    """Tensile stress [Pa] in the free part of the side with fewer sheets; force [N].
+    """Return the tensile stress [Pa] in the free part of the side with fewer sheets; force [N].
 
-    Equal share of each sheet; if the sheets fan out, that of the middle one, which carries most.
+    The sheets share the force equally; if they fan out, the stress is that of the middle one, which
+    carries most.
     """
     force = force * concentration(brake)
     return force / (jnp.floor(brake.sheets.count / 2) * sheet_section(brake))
 
 
 def greatest_force(brake: Brake) -> Any:
-    """Greatest force [N] at the site's full vacuum, static friction of all sheets included."""
+    """Return the greatest force [N] at the site's full vacuum, including static friction."""
     vacuum = brake.site.atmosphere
     top = peak(vacuum, brake.sheets.usable_travel, brake).force
     return jnp.maximum(top, holding_force(vacuum, brake))
@@ -45,9 +47,10 @@ def greatest_force(brake: Brake) -> Any:
 
 @law
 def clamp_stress(force: Any, brake: Brake) -> Any:
-    """Tensile stress [Pa] in the net section at the screw holes, same side; force [N].
+    """Return the tensile stress [Pa] in the net section at the screw holes, same side; force [N].
 
-    Shared as in `sheet_stress`. The holes lie side by side, so the section lacks all of them.
+    The sheets share the force as in `sheet_stress`. The holes are side by side, so the section is
+    reduced by all of them.
     """
     force, width = force * concentration(brake), brake.sheets.width
     holes = brake.mount.screws_across(width) * brake.mount.screw_hole
@@ -57,16 +60,16 @@ def clamp_stress(force: Any, brake: Brake) -> Any:
 
 @law
 def travel_left(slip: Any, brake: Brake) -> Any:
-    """Slip [m] left before the sheets separate; negative once they have."""
+    """Return the slip [m] that remains before the sheets separate; negative afterwards."""
     return brake.sheets.overlap - slip
 
 
 @law
 def self_closing_vacuum(slip: Any, brake: Brake) -> Any:
-    """Vacuum [Pa] below which the stretched enclosure closes an unloaded brake at a slip [m].
+    """Return the vacuum [Pa] below which the enclosure closes an unloaded brake at a slip [m].
 
-    Where F_e = F_f: P = (e_1/c_1)^2 x/(L2 - x)^2 unsaturated, else linear in P. Infinite if
-    friction can never hold the enclosure.
+    It solves F_e = F_f: P = (e_1/c_1)^2 x/(L2 - x)^2 before saturation, otherwise an equation
+    linear in P. Infinite if friction can never hold the enclosure.
     """
     unit = enclosure_at(1.0, brake)
     contact = jnp.maximum(brake.sheets.overlap - slip, 0.0)
@@ -82,7 +85,7 @@ def self_closing_vacuum(slip: Any, brake: Brake) -> Any:
 
 
 def _searched_closing(slip: Any, brake: Brake) -> Any:
-    """Return the same for other friction laws, found by a search over log P."""
+    """Return the same vacuum for other friction laws, found by a search over log P."""
 
     def holds(log_vacuum: Any) -> Any:
         vacuum = jnp.exp(log_vacuum)

@@ -1,15 +1,15 @@
-"""The enclosure under changing slip and vacuum: tension along its strips, in pieces (ours).
+"""The enclosure under changing slip and vacuum: piecewise tension along its strips (ours).
 
 A point at the distance s from the driven end of half a face is coupled to that end only by the
-friction in between, which carries at most q s. So a move limits each point's old tension to between
-N0 - q s and N0 + q s, with N0 the tension of the end. The part that slides grows from the end, the
-rest does not change, and the tension is a chain of straight pieces. While the front crosses a
-piece, the force follows the backbone of the change of slope there: 2 q after a turn at one vacuum
-(Masing's rule), q' - q if a strip that was stretched under q is stretched further under q'. Work
-and heat are exact integrals.
+friction in between, which carries at most q s. A move therefore clips each point's old tension to
+the range N0 - q s to N0 + q s, with N0 the tension of the end. The sliding part grows from the end,
+the rest does not change, and the tension is a chain of straight pieces. While the front crosses a
+piece, the force follows the backbone of the change of slope there. This is 2 q after a turn at
+constant vacuum (Masing's rule), and q' - q if a strip that was stretched under q is stretched
+further under q'. Work and heat are exact integrals.
 
-A rising vacuum does not change the tension. Under a falling vacuum the pieces slide that are
-steeper than friction now allows: see `at_vacuum`.
+A rising vacuum does not change the tension. Under a falling vacuum, pieces slide that are steeper
+than friction now allows (see `at_vacuum`).
 """
 
 from typing import Any, NamedTuple
@@ -30,9 +30,9 @@ from layerjam.mechanics.law import law, safe_sqrt, within
 from layerjam.mechanics.rubber_strip import along_slip
 
 DEPTH = 16
-"""Turning points remembered in either direction, nested loops one inside the other."""
+"""Largest number of nested turning points in each direction that are stored."""
 PIECES = 2 * DEPTH + 5
-"""Pieces of tension that are remembered, the middle of the face included."""
+"""Largest number of pieces of tension that are stored, including the middle of the face."""
 CLOSE = 1e-9
 """Relative difference within which two numbers count as equal. Histories reach equalities exactly
 (a loop that closes), and rounding must not decide the next step."""
@@ -46,16 +46,16 @@ class Memory(NamedTuple):
     slip: Any
     force: Any
     ends: Any
-    """Distance of the pieces from the driven end, relative to half the free length, the innermost
-    first; shape (PIECES, ...). The first has no length: it is the middle of the face.
+    """Distance of the pieces from the driven end, relative to half the free length; the innermost
+    first, shape (PIECES, ...). The first has no length: it is the middle of the face.
     """
     slopes: Any
-    """Slope of their tension over that distance [N/m]: -q if the strip was pulled out."""
+    """Slope of their tension over that distance [N/m]; -q if the strip was pulled out."""
     count: Any
     stored: Any
     heat: Any
     overflow: Any
-    """True once more nested turns were made than `DEPTH` holds."""
+    """True once there were more nested turns than `DEPTH`."""
 
 
 class Path(NamedTuple):
@@ -65,10 +65,10 @@ class Path(NamedTuple):
     """Start of the branch, as if the whole move had crossed this piece [m]."""
     force: Any
     strength: Any
-    """Change of friction that the branch moves against [N/m]."""
+    """Change of friction against which the branch moves [N/m]."""
     begin: Any
-    """Distance from the present slip to the piece [m], and to its far end; infinite past the
-    middle.
+    """Move from the present slip until the front reaches the piece [m], and its far end; infinite
+    beyond the middle.
     """
     end: Any
     end_force: Any
@@ -76,7 +76,7 @@ class Path(NamedTuple):
 
 
 def at_rest(shape: tuple[int, ...] = ()) -> Memory:
-    """A relaxed enclosure, or an array of them."""
+    """Return a relaxed enclosure, or an array of them."""
     zero = jnp.zeros(shape)
     none = jnp.zeros((PIECES, *shape))
     two = jnp.full(shape, 2)
@@ -84,7 +84,7 @@ def at_rest(shape: tuple[int, ...] = ()) -> Memory:
 
 
 def branch(strength: Any, enclosure: EnclosureLaw) -> EnclosureLaw:
-    """Response of the strip to a move against a change of friction `strength` [N/m]."""
+    """Return the response of the strip to a move against a change of friction `strength` [N/m]."""
     return enclosure_of(enclosure.stiffness, strength, enclosure.reach)
 
 
@@ -99,7 +99,7 @@ def piece(values: Any, place: Any) -> Any:
 
 
 def _sum_nearer(values: Any) -> Any:
-    """Return for each piece the sum over those nearer to the driven end."""
+    """Return for each piece the sum over the pieces nearer to the driven end."""
     return jnp.flip(jnp.cumsum(jnp.flip(values, 0), axis=0), 0) - values
 
 
@@ -114,7 +114,7 @@ def _with_piece(state: Memory, place: Any, end: Any, slope: Any) -> Memory:
 
 
 def face_direction(state: Memory, direction: Any, enclosure: EnclosureLaw) -> Memory:
-    """Return the state with a piece to grow at the driven end: in direction 1 out, or -1 back."""
+    """Return the state with a piece to grow at the driven end: direction 1 out, -1 back."""
     slope = -direction * enclosure.friction
     turned = piece(state.slopes, state.count - 1) != slope
     return _choose(turned, _with_piece(state, state.count, 0.0, slope), state)
@@ -142,7 +142,7 @@ def find_path(state: Memory, direction: Any, enclosure: EnclosureLaw) -> Path:
 
 
 def sliding_share(state: Memory) -> Any:
-    """Return the reach of the last move from the driven end, over half the free length [-].
+    """Return how far the last move reached from the driven end, over half the free length [-].
 
     The force then rises by EA over that length.
     """
@@ -150,7 +150,7 @@ def sliding_share(state: Memory) -> Any:
 
 
 def slide_to(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
-    """Return the enclosure stretched or let back to a slip [m], with its work and heat."""
+    """Return the enclosure after a move out or back to a slip [m], with its work and heat."""
     new = _grow_piece(state, slip, enclosure)
     full = new.count >= len(state.ends)  # leave room for the next turning point
     return jax.lax.cond(
@@ -159,7 +159,7 @@ def slide_to(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
 
 
 def _grow_piece(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
-    """Return the same, with one piece more than may be kept."""
+    """Return the same, possibly with one piece more than the limit."""
     direction = jnp.where(slip < state.slip, -1.0, 1.0)
     distance = jnp.abs(slip - state.slip)
     ready = face_direction(state, direction, enclosure)
@@ -201,18 +201,18 @@ def _grow_piece(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
 
 
 def _choose(condition: Any, yes: Memory, no: Memory) -> Memory:
-    """One state or the other, strip by strip."""
+    """Return one of two states, strip by strip."""
     return jax.tree.map(lambda a, b: jnp.where(condition, a, b), yes, no)
 
 
 class _Tension(NamedTuple):
-    """Both faces by pieces; arrays of the shape of `ends`."""
+    """Tension of both faces by pieces; arrays of the shape of `ends`."""
 
     start: Any
     """Tension of both faces at the near end [N], and its rise up to the far end."""
     rise: Any
     slip: Any
-    """Contribution of the stretch of the piece to the slip [m]."""
+    """Contribution of the piece's stretch to the slip [m]."""
     stored: Any
 
 
@@ -229,18 +229,18 @@ def _tension_of(state: Memory, enclosure: EnclosureLaw) -> _Tension:
 
 
 def _book_loss(state: Memory, new: Memory, enclosure: EnclosureLaw) -> Memory:
-    """Return the new pieces with the old slip; the loss of stored energy is heat."""
+    """Return the new pieces at the old slip; the loss of stored energy becomes heat."""
     before, after = (_tension_of(s, enclosure).stored.sum(axis=0) for s in (state, new))
     loss = jnp.maximum(before - after, 0.0)
     return new._replace(slip=state.slip, stored=state.stored - loss, heat=state.heat + loss)
 
 
 def _join_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
-    """Return the state with one piece fewer: joins the two of a bow whose union changes least.
+    """Return the state with one piece fewer: join the two whose union changes the tension least.
 
-    The piece before them is lengthened so that the slip does not change. Tension then only moves
-    from high to low, which stores less energy. If there are only turns and no bow, the last turn is
-    dropped and reported.
+    The two must have the same direction. The piece before them is lengthened so that the slip does
+    not change. Tension then only moves from high to low, which stores less energy. If all
+    neighbours have opposite directions, the last turn is dropped and reported.
     """
     places = _places(state)
     near_end, nearer = (jnp.roll(state.ends, -k, axis=0) for k in (1, 2))
@@ -270,10 +270,11 @@ def _join_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
 def at_vacuum(state: Memory, enclosure: EnclosureLaw) -> Memory:
     """Return the state under another vacuum at the same slip; only a lower one changes it.
 
-    Runs of pieces of one direction that are steeper than friction now allows turn, from the
-    innermost to the driven end, until they are as steep as allowed. The stretch of the strip beyond
-    the near end of a run does not change. This is exact for one run (a strip that was only pulled
-    out) and close to the effect of a slowly falling vacuum for more of them. It never stores more.
+    Runs of pieces of one direction that are steeper than friction now allows become flatter, from
+    the innermost to the driven end, until they are as steep as allowed. The stretch of the strip
+    beyond the near end of a run does not change. This is exact for one run (a strip that was only
+    pulled out), and close to the effect of a slowly falling vacuum for several runs. The stored
+    energy never increases.
     """
     steep = (_places(state) < state.count) & (jnp.abs(state.slopes) > enclosure.friction)
     return jax.lax.cond(
@@ -285,7 +286,7 @@ def at_vacuum(state: Memory, enclosure: EnclosureLaw) -> Memory:
 
 
 def _slide_steep_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
-    """`at_vacuum` if anything slides; slip and force are those beyond an index of the strip."""
+    """Apply `at_vacuum` if anything slides, from the innermost piece to the driven end."""
     places, q, tension = _places(state), enclosure.friction, _tension_of(state, enclosure)
     real = (places > 0) & (places < state.count)
     steep = real & (jnp.abs(state.slopes) > q)
@@ -323,12 +324,12 @@ def _slide_steep_pieces(state: Memory, enclosure: EnclosureLaw) -> Memory:
 
 @law
 def enclosure_cycle(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
-    """Force [N], stored energy and heat [J] of the enclosure along a slip history [m], shape (N,).
+    """Return force [N], stored energy and heat [J] of the enclosure along a slip history [m], (N,).
 
     The enclosure starts relaxed at zero slip; `vacuum` [Pa] is one number or a history of the same
-    shape, taken over before each move. NaN from the point where more than `DEPTH` nested turns were
-    made, or where slip or vacuum are negative. A hyperelastic enclosure is followed as cells: NaN
-    once the vacuum falls, or if it would have to be pushed.
+    shape, applied before each move. NaN after more than `DEPTH` nested turns, or where slip or
+    vacuum are negative. A hyperelastic enclosure is divided into cells: NaN once the vacuum falls,
+    or if it would have to be pushed.
     """
     slip = jnp.atleast_1d(slip)
     vacuum = jnp.broadcast_to(vacuum, slip.shape)

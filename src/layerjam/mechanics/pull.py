@@ -1,4 +1,4 @@
-"""The brake pulled: total force, peak, elongation, and the vacuum for a force.
+"""The pulled brake: total force, peak, elongation, and the vacuum for a force.
 
 With c the sheets' friction per metre of overlap and e the enclosure's root coefficient, F(x) = c
 (L2 - x) + e sqrt(x) until the enclosure saturates.
@@ -24,7 +24,7 @@ _PARTS = 64
 
 @law
 def brake_force(slip: Any, vacuum: Any, brake: Brake) -> Any:
-    """Force of the sliding brake [N] (eq. 3); slip [m] and vacuum [Pa] broadcast.
+    """Return the force of the sliding brake [N] (eq. 3); slip [m] and vacuum [Pa] broadcast.
 
     At zero slip the gradient is that of the sheets alone: the enclosure's infinite slope is treated
     as zero there. NaN for a negative slip or vacuum.
@@ -38,22 +38,22 @@ class Peak(NamedTuple):
     """The greatest force of a slow pull."""
 
     force: Any
-    """[N]"""
+    """Force [N]."""
     slip: Any
-    """[m]"""
+    """Slip [m]."""
     elongation: Any
     """Displacement of the test machine's crosshead, x + F/k [m]."""
     inside: Any
-    """True where the force falls again within the travel; otherwise it rises to the end."""
+    """True if the force falls again within the travel; otherwise it rises to the end."""
 
 
 @law
 def peak(vacuum: Any, travel: Any, brake: Brake) -> Peak:
-    """Peak of a pull over a slip `travel` [m] at a vacuum [Pa].
+    """Return the peak of a pull over a slip `travel` [m] at a vacuum [Pa].
 
-    x_p = (e/2c)^2 and c L2 + e^2/4c if that lies before saturation and within travel. At a lower
-    vacuum the force rises to the end, which is then reported with inside = False. Sheets that fan
-    out have no closed form: the greatest force is found by a search.
+    It is c L2 + e^2/4c at x_p = (e/2c)^2 if that is before saturation and within the travel. At a
+    lower vacuum the force rises to the end, which is then reported with inside = False. Sheets that
+    fan out have no closed form: the greatest force is found by a search.
     """
     sheets, enclosure = sheets_at(vacuum, brake), enclosure_at(vacuum, brake)
     if sheets.fan is None:
@@ -68,7 +68,7 @@ def peak(vacuum: Any, travel: Any, brake: Brake) -> Peak:
 def _closed_peak(
     travel: Any, c: Any, overlap: Any, enclosure: EnclosureLaw
 ) -> tuple[Any, Any, Any]:
-    """Force, slip and whether the peak lies inside, for friction along a straight line."""
+    """Return force, slip and whether the peak is inside, for friction along a straight line."""
     falls = c > enclosure.stiffness / enclosure.reach
     ratio = enclosure.root / (2 * jnp.where(falls, c, 1.0))
     inside = falls & (ratio**2 < travel)
@@ -79,9 +79,9 @@ def _closed_peak(
 
 
 def searched_peak(travel: Any, sheets: Sheets, enclosure: EnclosureLaw) -> tuple[Any, Any, Any]:
-    """Return the same along any friction: the best of 64 slips, and the top next to it.
+    """Return the same for any friction: the best of 64 slips, and the exact top next to it.
 
-    The search is not differentiated: the slope of the force vanishes at the peak.
+    The search is not differentiated, because the slope of the force vanishes at the peak.
     """
 
     def force(root: Any, laws: tuple[Sheets, EnclosureLaw]) -> Any:
@@ -104,16 +104,16 @@ def searched_peak(travel: Any, sheets: Sheets, enclosure: EnclosureLaw) -> tuple
 
 
 def spread_root(drive: Any, spring: Any, enclosure: EnclosureLaw) -> Any:
-    """Square root of `rising_root` while part of the enclosure rests."""
+    """Return the square root of `rising_root` while part of the enclosure rests."""
     push = jnp.maximum(drive, 0.0)
     below = enclosure.root + safe_sqrt(enclosure.root**2 + 4 * spring * push)
     return 2 * push / jnp.where(below > 0, below, 1.0)
 
 
 def rising_root(drive: Any, spring: Any, enclosure: EnclosureLaw) -> Any:
-    """x >= 0 with spring x + f(x) = drive, f the enclosure's backbone; 0 for drive <= 0.
+    """Return x >= 0 with spring x + f(x) = drive, f the enclosure's backbone; 0 for drive <= 0.
 
-    Every segment of a pull, whichever branch the enclosure is on, is this equation.
+    Every segment of a pull solves this equation, on any branch of the enclosure.
     """
     root = spread_root(drive, spring, enclosure)
     linear = jnp.maximum(drive, 0.0) - enclosure.friction * enclosure.reach
@@ -123,9 +123,9 @@ def rising_root(drive: Any, spring: Any, enclosure: EnclosureLaw) -> Any:
 
 @law
 def slip_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
-    """Slip [m] of a brake pulled from rest to an elongation [m] at a constant vacuum [Pa].
+    """Return the slip [m] of a brake pulled from rest to an elongation [m] at constant vacuum [Pa].
 
-    Solves k (u - x) = F(x) in closed form; zero while the load is below c L2. Valid while k > c
+    Solves k (u - x) = F(x) in closed form; zero while the load is below c L2. Valid for k > c
     (`least_stiffness`), NaN otherwise.
     """
     k = working_stiffness(brake)
@@ -148,26 +148,28 @@ def slip_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def force_at_elongation(elongation: Any, vacuum: Any, brake: Brake) -> Any:
-    """Force [N] of a pull from rest at an elongation [m] and constant vacuum [Pa], k (u - x)."""
+    """Return the force [N] at an elongation [m] and constant vacuum [Pa] from rest, k (u - x)."""
     slip = slip_at_elongation(elongation, vacuum, brake)
     return working_stiffness(brake) * (elongation - slip)
 
 
 @law
 def least_stiffness(vacuum: Any, brake: Brake) -> Any:
-    """Stiffness of rig or rope [N/m] above which no part of a pull can snap: c (vacuum [Pa]).
+    """Return the stiffness of rig or rope [N/m] above which no pull can snap: c (vacuum [Pa]).
 
-    Sheets that fan out fall steepest at the start, where their free lengths are shortest.
+    The friction of sheets that fan out falls most steeply at the start, where their free lengths
+    are shortest.
     """
     return tangent(0.0, sheets_at(vacuum, brake)).c
 
 
 @law
 def scale_factor_of_peak(force: Any, vacuum: Any, brake: Brake) -> Any:
-    """The scale factor a [-] with which a pull at `vacuum` [Pa] peaks at `force` [N].
+    """Return the scale factor a [-] with which a pull at `vacuum` [Pa] peaks at `force` [N].
 
-    The exact inverse of `peak`: (F + sqrt(F^2 - e^2 L2))/(2 c_1 L2), c_1 the friction per contact
-    at a = 1. NaN for F^2 < e^2 L2: no pull has such a low peak. For sheets that fan out by halving.
+    This is the exact inverse of `peak`: (F + sqrt(F^2 - e^2 L2))/(2 c_1 L2), with c_1 the friction
+    per contact at a = 1. NaN for F^2 < e^2 L2, because no pull has such a low peak. For sheets that
+    fan out it is found by bisection.
     """
     if brake.mount.spacers is not None:
         return _factor_by_bisection(force, vacuum, brake)
@@ -178,7 +180,7 @@ def scale_factor_of_peak(force: Any, vacuum: Any, brake: Brake) -> Any:
 
 
 def _factor_by_bisection(force: Any, vacuum: Any, brake: Brake) -> Any:
-    """The friction's amplification depends on it: halvings of log a, then one Newton step."""
+    """Return it by bisection of log a and one Newton step, as the amplification depends on it."""
     enclosure, start = enclosure_at(vacuum, brake), jnp.log(jnp.asarray(brake.scale_factor))
     force, vacuum, start = jnp.broadcast_arrays(force, vacuum, start)
 
@@ -195,7 +197,7 @@ def _factor_by_bisection(force: Any, vacuum: Any, brake: Brake) -> Any:
 
 @law
 def scale_factor_eq8(force: Any, displacement: Any, vacuum: Any, brake: Brake) -> Any:
-    """The paper's a (eq. 8), with the crosshead's displacement [m] in place of the slip."""
+    """Return the paper's a (eq. 8), with the crosshead's displacement [m] in place of the slip."""
     unit_friction = friction_per_contact(vacuum, brake) / brake.scale_factor
     enclosure = backbone(displacement, enclosure_at(vacuum, brake))
     return (force - enclosure) / (unit_friction * (brake.sheets.overlap - displacement))
@@ -227,10 +229,10 @@ def factor_and_stiffness_of_eq8_and_eq9(
 
 @law
 def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
-    """Vacuum [Pa] at which the sliding brake resists with `force` [N] at `slip` [m].
+    """Return the vacuum [Pa] at which the sliding brake resists with `force` [N] at `slip` [m].
 
-    The closed inverse of `brake_force`. NaN if no vacuum gives the force: below what the enclosure
-    alone carries, or above the force at the site's full vacuum.
+    This is the inverse of `brake_force` in closed form. NaN if no vacuum gives the force, because
+    the enclosure alone carries more or the site's full vacuum gives less.
     """
     sheets, atmosphere = brake.sheets, brake.site.atmosphere
     unit = enclosure_at(1.0, brake)
@@ -254,7 +256,7 @@ def vacuum_for_force(force: Any, slip: Any, brake: Brake) -> Any:
 
 
 def _vacuum_by_bisection(force: Any, slip: Any, brake: Brake) -> Any:
-    """Return the inverse for friction that is not proportional to the vacuum: no closed form."""
+    """Return the inverse by bisection if friction is not proportional to the vacuum."""
 
     def resist(vacuum: Any) -> Any:
         sheets = force_of(slip, sheets_at(vacuum, brake))
@@ -266,7 +268,7 @@ def _vacuum_by_bisection(force: Any, slip: Any, brake: Brake) -> Any:
 
 @law
 def force_limits(slip: Any, brake: Brake) -> tuple[Any, Any]:
-    """Least and greatest force [N] that any vacuum of the site gives at a slip [m]."""
+    """Return the least and the greatest force [N] that a vacuum of the site gives at a slip [m]."""
     low = backbone(slip, enclosure_at(0.0, brake))
     high = force_of(slip, sheets_at(brake.site.atmosphere, brake))
     return low, high + backbone(slip, enclosure_at(brake.site.atmosphere, brake))
@@ -274,9 +276,9 @@ def force_limits(slip: Any, brake: Brake) -> tuple[Any, Any]:
 
 @law
 def peak_vacuum(brake: Brake) -> Any:
-    """Vacuum [Pa] below which a pull has no peak: E_e A_e/(a mu_k (n-1) W l).
+    """Return the vacuum [Pa] below which a pull has no peak: E_e A_e/(a mu_k (n-1) W l).
 
-    Searched if the friction is not proportional to the vacuum.
+    It is found by a search if the friction is not proportional to the vacuum.
     """
     unit = enclosure_at(1.0, brake)
     bound = unit.stiffness / unit.reach

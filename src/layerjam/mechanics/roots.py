@@ -1,6 +1,6 @@
-"""Roots of array functions, element by element, between two arrays.
+"""Roots of array functions, element by element, between two arrays of bounds.
 
-Halvings are never differentiated. Where a gradient is needed, one Newton step after the search
+Bisections are never differentiated. If a gradient is needed, one Newton step after the search
 carries it (implicit function theorem).
 """
 
@@ -16,7 +16,7 @@ _SETTLED = 1e-13
 
 
 def rising_zero(function: Callable[[Any], Any], low: Any, high: Any, halvings: int = 80) -> Any:
-    """Return where a rising array function passes zero between two arrays; no gradient."""
+    """Return where a rising array function crosses zero between two arrays; no gradient."""
 
     def halve(_: int, bounds: tuple[Any, Any]) -> tuple[Any, Any]:
         below, above = bounds
@@ -30,7 +30,7 @@ def rising_zero(function: Callable[[Any], Any], low: Any, high: Any, halvings: i
 def implicit_root(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
     """Return the root of a rising array function between two arrays, never outside them.
 
-    80 halvings find it. One Newton step carries the gradient (implicit function theorem).
+    80 bisections find it. One Newton step carries the gradient (implicit function theorem).
     """
     guess = rising_zero(function, low, high)
     value, slope = jax.jvp(function, (guess,), (jnp.ones_like(guess),))
@@ -63,7 +63,7 @@ def newton_root(
     """Return the root of a rising array function by Newton steps kept between `low` and `high`.
 
     `function` takes (place, hint) and returns value, slope and the hint of the next step. In
-    reverse mode the values that it encloses must have no gradient.
+    reverse mode the values that the function captures must have no gradient.
     """
     close = _SETTLED * (high - low)
 
@@ -95,20 +95,20 @@ class Bracket(NamedTuple):
     high: Any
     above: Any
     best: Any
-    """Place with the value nearest to zero so far."""
+    """Argument with the value nearest to zero so far."""
     error: Any
     """Distance of that value from zero."""
 
     @property
     def is_met(self) -> Any:
-        """Whether the function passes zero between the ends."""
+        """Return whether the function crosses zero between the ends."""
         return (self.below <= 0) & (self.above >= 0)
 
 
 def false_position(
     rising: Callable[[Any], Any], low: Any, high: Any, close: Any, rounds: int
 ) -> Bracket:
-    """Search where a rising array function passes zero, by Illinois' false position.
+    """Return the search for a zero of a rising array function, by Illinois' false position.
 
     It ends when all values are within `close` of zero, when the ends meet (at a jump), or after
     `rounds` steps. No slope is needed, and the function is compiled once.
@@ -120,12 +120,12 @@ def false_position(
         return (bracket.turn < 2) | ((bracket.turn < rounds) & jnp.any(still))
 
     def step(bracket: Bracket) -> Bracket:
-        # the first two turns evaluate the ends
+        # the first two iterations evaluate the ends
         first, last = bracket.turn == 0, bracket.turn == 1
         share = -bracket.below / jnp.where(
             bracket.above > bracket.below, bracket.above - bracket.below, 1.0
         )
-        # every third step bisects, because a jump would be approached too slowly
+        # every third step bisects, because false position approaches a jump too slowly
         share = jnp.where(bracket.turn % 3 == 1, 0.5, jnp.clip(share, 0.0, 1.0))
         x = bracket.low + (bracket.high - bracket.low) * share
         x = jnp.where(first, bracket.low, jnp.where(last, bracket.high, x))

@@ -1,4 +1,4 @@
-"""The enclosure with a hyperelastic law under any slip: a strip of cells that stick and slide.
+"""The enclosure with a hyperelastic law under any slip, as a strip of cells that stick and slide.
 
 A cell at the distance s from the driven end of a half face is coupled to that end only by the
 friction in between, which carries at most q s. Its tension is the play of the end tension N0,
@@ -6,10 +6,10 @@ friction in between, which carries at most q s. Its tension is the play of the e
 N(s) = the old N(s), kept between N0 - q s and N0 + q s,
 
 for every law in which a cell's tension rises with its strain and depends on nothing else (Masing's
-rule is the special case of a strain linear in the tension). So no contact has to be solved for the
-tensions of a move: the only unknown is N0. A cell's strain follows from its tension and from its
-greatest strain so far. The cells act as springs with Coulomb friction between them, so that work,
-heat and elastic energy balance exactly. The error falls with the square of the number of cells.
+rule is the special case of a strain linear in the tension). So no contact problem has to be solved
+for a move: the only unknown is N0. A cell's strain follows from its tension and from its greatest
+strain so far. The cells act as springs with Coulomb friction between them, so that work, heat and
+elastic energy balance exactly. The error falls with the square of the number of cells.
 """
 
 from collections.abc import Callable
@@ -35,7 +35,7 @@ from layerjam.mechanics.softening import elastic_energy, lost_energy, softening
 from layerjam.mechanics.stiffness import working_stiffness
 
 CELLS = 240
-"""Cells of half a face."""
+"""Number of cells in half a face."""
 Drive = Callable[[Any, Any], tuple[Any, Any, Any]]
 """Function of end tension [N] and slip [m] that returns a falling residual and its two slopes."""
 
@@ -50,11 +50,11 @@ class Cells(NamedTuple):
     section: Any
     rubber: Hyperelastic
     top: Any
-    """Tension of the end at the greatest strain that was fitted [N]."""
+    """Tension of the end at the greatest fitted strain [N]."""
 
 
 class Rubber(NamedTuple):
-    """State of the enclosure: half a face, which the other three repeat."""
+    """State of the enclosure: half a face, representative of all four halves."""
 
     pull: Any
     """Tension of the end of a face [N]."""
@@ -69,11 +69,11 @@ class Rubber(NamedTuple):
     """Friction heat, and energy lost by softening [J]."""
     stored: Any
     is_exceeded: Any
-    """True once the rubber was strained beyond its measured range."""
+    """True once the rubber was strained beyond the fitted range."""
 
 
 def cells_for(slip: Any, least: Any, highest: Any, brake: Brake, count: int = CELLS) -> Cells:
-    """Cells for histories up to a slip [m], between a least and a highest vacuum [Pa].
+    """Return cells for histories up to a slip [m], between a least and a highest vacuum [Pa].
 
     They cover the part that can move, and are small near the driven end, where every reversal
     starts.
@@ -89,33 +89,33 @@ def cells_for(slip: Any, least: Any, highest: Any, brake: Brake, count: int = CE
 
 
 def new_strip(cells: Cells) -> Rubber:
-    """A new enclosure, never stretched."""
+    """Return a new enclosure that was never stretched."""
     none, zero = jnp.zeros_like(cells.place), jnp.array(0.0)
     return Rubber(zero, none, none, none, zero, zero, zero, jnp.array(False))
 
 
 def _stress(strain: Any, peak_energy: Any, rubber: Hyperelastic) -> tuple[Any, Any]:
-    """Stress [Pa] at a strain and its slope, of a point that has held an energy [Pa]."""
+    """Return the stress [Pa] at a strain, and its slope, of a point that has reached an energy."""
     first = rubber_stress(strain, rubber)
     eta, steep = softening(rubber_energy(strain, rubber), peak_energy, rubber)
     return eta * first, eta * rubber_slope(strain, rubber) + steep * first**2
 
 
 def _strain_under(tension: Any, peak_energy: Any, guess: Any, cells: Cells) -> Any:
-    """Strain of the cells [-] at their tension [N]."""
+    """Return the strain of the cells [-] at their tension [N]."""
 
     def excess(state: tuple[Any, Any]) -> tuple[Any, Any, Any]:
         stress, slope = _stress(state[0], peak_energy, cells.rubber)
         return stress - tension / cells.section, slope, state[1]
 
     top = cells.rubber.strain * 1.01 + 0.0 * tension
-    # below zero only for the search, so that no strain at rest is at the end of the bracket
+    # the lower end is below zero only for the search, so that a strain of zero is not at the end
     strain = newton_root(excess, guess, jnp.full_like(tension, -0.1), top, 0.0)
     return jnp.where(tension > 0, jnp.maximum(strain, 0.0), 0.0)
 
 
 def follow(state: Rubber, drive: Drive, friction: Any, cells: Cells) -> Rubber:
-    """Return the strip once `drive` is reached at a friction [N/m], in one direction."""
+    """Return the strip after a move in one direction up to `drive`, at a friction [N/m]."""
 
     def strip_at_pull(pull: Any, guess: Any) -> tuple[Any, Any]:
         bears = friction * cells.place
@@ -152,10 +152,10 @@ def follow(state: Rubber, drive: Drive, friction: Any, cells: Cells) -> Rubber:
 
 
 def along_slip(slip: Any, vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
-    """Force [N], elastic energy and heat [J] along a slip history [m], both of shape (N,).
+    """Return force [N], elastic energy and heat [J] along a slip history [m], both of shape (N,).
 
-    NaN once the vacuum [Pa] falls on a stretched strip, the strip would have to be pushed, or the
-    strain goes beyond what was fitted.
+    NaN once the vacuum [Pa] falls on a stretched strip, if the strip would have to be pushed, or if
+    the strain exceeds the fitted range.
     """
     cells = cells_for(slip.max(), vacuum.min(), vacuum.max(), brake)
 

@@ -9,19 +9,19 @@ from layerjam.mechanics.law import law
 
 
 def sides(brake: Brake) -> tuple[Any, Any]:
-    """Sheets on the left cap and on the right one, as floats."""
+    """Return the numbers of sheets on the left and on the right cap, as floats."""
     count = jnp.asarray(brake.sheets.count, jnp.float64)
     return jnp.ceil(count / 2), jnp.floor(count / 2)
 
 
 def sheet_section(brake: Brake) -> Any:
-    """Cross-section of one sheet, W t [m^2]."""
+    """Return the cross-section of one sheet, W t [m^2]."""
     return brake.sheets.width * brake.sheets.thickness
 
 
 @law
 def stiffness_before_slip(brake: Brake) -> Any:
-    """Sheets alone, stuck [N/m]: three springs in series (eq. 1, 2), A1 = ceil(n/2) W t."""
+    """Return the stiffness of the stuck sheets alone [N/m], three springs in series (eq. 1, 2)."""
     sheets, rigidity = brake.sheets, brake.film.modulus * sheet_section(brake)
     left, right = sides(brake)
     flexibility = sheets.free_left / left + sheets.overlap / sheets.count
@@ -30,9 +30,10 @@ def stiffness_before_slip(brake: Brake) -> Any:
 
 @law
 def stiffness_sliding(slip: Any, brake: Brake) -> Any:
-    """Sheets alone, sliding [N/m] (eq. 6): (1/k1 + 1/k3)^-1 with free lengths grown by slip [m].
+    """Return the stiffness of the sliding sheets alone [N/m] (eq. 6); slip [m].
 
-    The paper takes the lengths at rest: slip = 0.
+    It is (1/k1 + 1/k3)^-1 with free lengths increased by the slip. The paper uses the lengths at
+    rest: slip = 0.
     """
     sheets, rigidity = brake.sheets, brake.film.modulus * sheet_section(brake)
     left, right = sides(brake)
@@ -40,7 +41,7 @@ def stiffness_sliding(slip: Any, brake: Brake) -> Any:
 
 
 def working_stiffness(brake: Brake) -> Any:
-    """k in u = x + F/k [N/m]: as measured, if it was; otherwise that of the stuck sheets."""
+    """Return k in u = x + F/k [N/m]: as measured, otherwise that of the stuck sheets."""
     if brake.stiffness_measured is not None:
         return brake.stiffness_measured
     return stiffness_before_slip(brake)
@@ -48,10 +49,10 @@ def working_stiffness(brake: Brake) -> Any:
 
 @law
 def mount_stiffness(brake: Brake) -> Any:
-    """Stiffness of caps and rig [N/m] from 1/k = 1/k_before_slip + 1/k_mount; already part of k.
+    """Return the stiffness of caps and rig [N/m] from 1/k = 1/k_before_slip + 1/k_mount.
 
-    Infinite if no stiffness was measured; negative if the measured one exceeds that of the sheets,
-    which means that the film's modulus is too low.
+    It is part of k already. Infinite if no stiffness was measured; negative if the measured one
+    exceeds that of the sheets, because the film's modulus is then too low.
     """
     if brake.stiffness_measured is None:
         return jnp.inf

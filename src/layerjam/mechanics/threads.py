@@ -15,14 +15,15 @@ R = TypeVar("R")
 
 
 def cores() -> int:
-    """Number of cores this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def cache_threadsafe(make: Callable[P, R]) -> Callable[P, R]:
     """Call `make` once for each set of arguments; other threads wait for the result.
 
-    For compiled loops, which take seconds: `functools.cache` would let several threads compile.
+    It is for compiled loops, which take seconds: `functools.cache` would let several threads
+    compile.
     """
     results: dict[Any, R] = {}
     lock = threading.RLock()
@@ -41,7 +42,7 @@ def cache_threadsafe(make: Callable[P, R]) -> Callable[P, R]:
 class Workers(ThreadPoolExecutor):
     """A pool of threads, one for each core, that compute in double precision.
 
-    JAX keeps the precision for each thread: a worker does not inherit the setting of the submitting
+    JAX sets the precision for each thread, and a worker does not inherit that of the submitting
     thread.
     """
 
@@ -49,7 +50,7 @@ class Workers(ThreadPoolExecutor):
         super().__init__(threads or cores())
 
     def submit(self, work: Callable[P, R], /, *args: P.args, **named: P.kwargs) -> Future[R]:
-        """The future result of `work(*args, **named)`."""
+        """Return the future result of `work(*args, **named)`."""
         return super().submit(functools.partial(_in_double, work), *args, **named)
 
     def share(self, count: int, work: Callable[[int, int], None]) -> None:

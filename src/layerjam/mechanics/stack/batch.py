@@ -36,7 +36,7 @@ _MAX_STEPS = 200
 class Peaks:
     """Results of M stacks; arrays of shape (M,).
 
-    NaN if a mount was too soft to follow, or static friction broke and healed without end.
+    NaN if a mount was too soft, or if static friction broke and recovered endlessly.
     """
 
     peak: Array = field(repr=False)
@@ -44,11 +44,11 @@ class Peaks:
     elongation: Array = field(repr=False)
     """Elongation at that force [m]."""
     slip: Array = field(repr=False)
-    """Mean slip of the interfaces there [m]."""
+    """Mean slip of the interfaces at that force [m]."""
     stiffness: Array = field(repr=False)
     """Secant between a fifth and four fifths of that force [N/m], as used in a calibration."""
     onset: Array = field(repr=False)
-    """Force at which the first interface lets go [N]."""
+    """Force at which the first interface slips [N]."""
 
 
 @kernel
@@ -68,7 +68,7 @@ def _copy(new: State, old: State) -> None:  # pragma: no cover
 
 @kernel
 def _to_onset(stack: Stack, state: State) -> float:  # pragma: no cover
-    """Return the factor on the load at which the first interface lets go, if all forces scale."""
+    """Return the factor on the load at which the first interface slips, if all forces scale."""
     share = np.inf
     for i in range(len(stack.friction)):
         if state.interface[i] != 0.0:
@@ -79,7 +79,7 @@ def _to_onset(stack: Stack, state: State) -> float:  # pragma: no cover
 
 @kernel
 def _elongation_at(force: float, track: Array, points: int) -> float:  # pragma: no cover
-    """Return the elongation at which a track first carries `force`, straight between points."""
+    """Return the elongation at which a track first carries `force`, interpolated linearly."""
     k = 1
     while track[1, k] < force and k < points:
         k += 1
@@ -180,9 +180,9 @@ def _loop() -> Any:
 def peaks_of(stack: Stack, friction: Array, length: Array, end: float) -> Peaks:
     """Pull stacks from rest to their peak, at most to the elongation `end` [m].
 
-    They equal `stack` except for their own `friction` [N] and `length` [m], shape (M, n - 1).
-    Breaks of static friction are located exactly. Otherwise the peak is found by increments: COARSE
-    of them up to the sum of all friction, then LEVELS x PARTS around the greatest.
+    They equal `stack` except for `friction` [N] and `length` [m], shape (M, n - 1). Breaks of
+    static friction are located exactly. Otherwise the peak is found by increments: COARSE of them
+    up to the sum of all friction, then LEVELS x PARTS around the greatest.
     """
     check_stack(stack)
     out = np.full((len(friction), 5), np.nan)

@@ -1,4 +1,4 @@
-"""Faces of the enclosure in the stack, as compiled loops: Masing's rule at constant vacuum.
+"""Faces of the enclosure in the stack as compiled loops: Masing's rule at constant vacuum.
 
 A face is an elastic strip between the sheet it touches and the opposite cap. Over its gap x it
 carries f(x) in first loading (half of `enclosure.backbone`). After a turn at (x_r, F_r) it carries
@@ -16,14 +16,14 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Signs = np.ndarray[Any, np.dtype[np.int64]]
 
 DONE, SNAPPED, OVERFLOW, CHATTER, STALLED = range(5)
-"""End of an increment: success; too soft a mount; out of memory; endless breaks of static
-friction; no solution."""
+"""Result of an increment: success, a mount that is too soft, full memory, endless breaks of static
+friction, no solution."""
 DEPTH = 64
 """Number of turning points remembered for nested loops."""
 
 
 class Faces(NamedTuple):
-    """Both faces between two increments."""
+    """Both faces of the enclosure between two increments."""
 
     turns: Array
     """(2, 2, DEPTH) gap and force of the turning points, outermost first."""
@@ -32,11 +32,11 @@ class Faces(NamedTuple):
     heading: Signs
     """(2,) 1 while a face is being loaded, -1 while unloaded."""
     gap: Array
-    """(2,) [m]"""
+    """(2,) gaps [m]."""
     push: Array
-    """(2,) force [N]."""
+    """(2,) forces [N]."""
     energy: Array
-    """(2,) elastic energy [J]."""
+    """(2,) elastic energies [J]."""
 
 
 @kernel
@@ -63,7 +63,7 @@ def first_work(gap: float, face: Array) -> tuple[float, float]:  # pragma: no co
 def face_gap(
     push: float, e: int, faces: Faces, face: Array
 ) -> tuple[float, float]:  # pragma: no cover
-    """Return the gap at which face `e` carries `push`, and its slope: Masing's rule."""
+    """Return the gap at which face `e` carries `push`, and its slope, by Masing's rule."""
     direction = 1 if push >= faces.push[e] else -1
     gaps, pushes = faces.turns[e]
     origin, close = faces.counts[e] - 1, faces.counts[e] - 2
@@ -88,7 +88,7 @@ def face_gap(
 def move_face(
     push: float, e: int, faces: Faces, face: Array
 ) -> tuple[float, float, int]:  # pragma: no cover
-    """Move face `e` to `push`; returns work and heat [J]."""
+    """Move face `e` to `push` and return work and heat [J]."""
     work, heat = 0.0, 0.0
     if push == faces.push[e]:
         return work, heat, DONE

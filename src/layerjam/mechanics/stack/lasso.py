@@ -1,6 +1,6 @@
 """One increment of the stack: a weighted one-dimensional fused lasso, solved exactly.
 
-The kernels are plain loops for numba, as array code is slow with state and branches.
+The kernels are plain loops for numba, because array code with state and branches is slow.
 """
 
 from collections.abc import Callable
@@ -15,12 +15,12 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 _INNER: dict[str, Any] = dict.fromkeys(("no_cpython_wrapper", "no_cfunc_wrapper"), True)
 _INNER |= {"error_model": "numpy", "_nrt": False}
-"""These loops allocate nothing and only other loops call them. Reference counting of the arrays in
-their tuples took four fifths of the time of a pull."""
+"""These loops allocate nothing, and only other loops call them. Without these options, reference
+counting of the arrays in their tuples took four fifths of the time of a pull."""
 
 
 def inline_kernel(function: F) -> F:
-    """Compile a small kernel inline, as tuples of arrays are slow to pass."""
+    """Compile a small kernel inline, because tuples of arrays are slow to pass."""
     loop: Any = numba.njit(forceinline=True, **_INNER)(function)
     return loop
 
@@ -28,7 +28,7 @@ def inline_kernel(function: F) -> F:
 def kernel(function: F) -> F:
     """Compile a loop for other loops to call, not for Python.
 
-    It has no cache of its own: see `stack.kernel_stamp`.
+    It has no cache of its own (see `stack.kernel_stamp`).
     """
     loop: Any = numba.njit(**_INNER)(function)
     return loop
@@ -39,9 +39,9 @@ def fused_lasso(d: Array, b: Array, c: Array, z: Array, work: Array) -> None:  #
     """Find z minimising 1/2 sum d (z - b)^2 + sum c |z_{i+1} - z_i|, exactly; `work` is (4, 2 n).
 
     Dynamic programming over the derivative of the cost (Johnson 2013). The cost of z_i over all
-    terms to its left has a piecewise linear derivative. An interface clips it to its bound, the box
-    of the dual variable f_i, which adds two knots. Each knot is visited once, so the time is
-    linear.
+    terms to its left has a piecewise linear derivative. An interface clips this derivative to its
+    bound, the box of the dual variable f_i, which adds two knots. Each knot is visited once, so the
+    time is linear.
     """
     n = len(d)
     x, slope, level, bounds = work[0], work[1], work[2], work[3]

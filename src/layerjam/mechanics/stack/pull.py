@@ -1,12 +1,13 @@
 """Pull of a stack along a history of elongations: which sheet slides at which elongation.
 
 One increment is a weighted one-dimensional fused lasso (`solve`); the enclosure's faces are in
-`enclosure`. Static friction above kinetic is a jump, not another bound. The first interface to
-reach its static bound drops to the kinetic one at that elongation, and the stack is solved again,
-until none breaks. Interfaces that a break overloads slip together, or one at a time, the most
-overloaded first. An interface returns to static friction when its sliding stops: when it has not
-slid and its force has fallen below its kinetic friction. Between jumps heat and stored energy are
-exact for any increment, as a sliding interface slides at its bound throughout.
+`enclosure`. If static friction exceeds kinetic friction, breakaway is a jump, not another bound.
+The first interface to reach its static bound drops to the kinetic one at that elongation, and the
+stack is solved again, until none breaks. Interfaces that a break overloads slip together, or one at
+a time, the most overloaded first. An interface returns to static friction when its sliding stops:
+when it has not slid and its force has fallen below its kinetic friction. Between jumps heat and
+stored energy are exact for any increment, because a sliding interface slides at its bound
+throughout.
 """
 
 from collections.abc import Callable
@@ -55,10 +56,10 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 BLOCK = 200_000
-"""Sheets times increments between two progress reports."""
+"""Number of sheets times increments between two progress reports."""
 _ROUNDS = 100
 AT_BOUND = -1e-9
-"""Relative distance from its bound within which an interface is considered to be at it."""
+"""Relative distance from its bound within which an interface counts as being at it."""
 _LEAST = 1e-12  # least increment, as a share of the elongation
 _BREAKS = 500  # breaks in one increment, per sheet
 
@@ -85,7 +86,7 @@ def _overload(
 def _accept(
     target: float, jump: float, stack: Stack, state: State, t: Trial
 ) -> int:  # pragma: no cover
-    """Make the trial the state, with its work and heat.
+    """Accept the trial as the new state, with its work and heat.
 
     A sliding interface slides at its bound throughout, at any point of the increment, so its heat
     is exact, and so are the other energies. A jump does no work; its energy becomes heat.
@@ -97,7 +98,7 @@ def _accept(
         if t.slides[i] != 0:
             slid = abs(t.slip[i] - state.past[i])
             old, new = bound(i, state.past[i], stack), bound(i, t.slip[i], stack)
-            if old + new > 0.0 and (old == 0.0 or new == 0.0):  # up to the end of the overlap
+            if old + new > 0.0 and (old == 0.0 or new == 0.0):  # until the overlap ends
                 slid = min(slid, max(old, new) * stack.length[i] / stack.friction[i])
             friction_heat += slid * (old + new) / 2
     heat = friction_heat
@@ -123,7 +124,7 @@ def _accept(
     for i in range(n - 1):
         state.past[i], state.slides[i] = t.slip[i], t.slides[i]
         state.interface[i] = t.force[i]
-        # at a jump, only rounding decides whether a sliding interface at its bound has stopped
+        # at a jump, only rounding would decide whether a sliding interface at its bound has stopped
         least = (1.0 + AT_BOUND) * bound(i, t.slip[i], stack)
         state.moving[i] = t.slides[i] != 0 or (state.moving[i] and abs(t.force[i]) >= least)
     if values[FORCE] > values[TOP]:
@@ -137,7 +138,7 @@ def _accept(
 
 @kernel
 def _load(target: float, stack: Stack, state: State, t: Trial) -> int:  # pragma: no cover
-    """Solve in tension only: instead of being pushed, the brake rests without force."""
+    """Solve in tension only: a brake that would be pushed rests without force."""
     code = solve(target, 0.0, stack, state, t)
     state.values[SLACK] = 0.0
     if code == DONE and t.values[FORCE] < 0.0:
@@ -151,7 +152,7 @@ def _load(target: float, stack: Stack, state: State, t: Trial) -> int:  # pragma
 def _breaking(
     target: float, marks: Flags, stack: Stack, state: State, t: Trial
 ) -> tuple[int, float]:  # pragma: no cover
-    """Return where before `target` the first interface reaches its static bound (Illinois)."""
+    """Return where, before `target`, the first interface reaches its static bound (Illinois)."""
     low, high = state.values[ELONGATION], target
     above = _overload(AT_BOUND, stack, state, t, marks)
     for i in range(len(t.force)):
@@ -165,7 +166,7 @@ def _breaking(
         code = _load(point, stack, state, t)
         excess = _overload(AT_BOUND, stack, state, t, marks)
         if code != DONE or (excess <= 0.0 and excess > -1e-11) or point in (low, high):
-            # rounding may close the bracket just short of the bound: the nearest interface breaks
+            # rounding may end the search just short of the bound: the nearest interface breaks
             _overload(min(excess, 0.0) - 1e-9, stack, state, t, marks)
             return code, point
         if excess > 0.0:
@@ -191,7 +192,7 @@ def _release(marks: Flags, state: State) -> None:  # pragma: no cover
 def advance(
     target: float, stack: Stack, state: State, t: Trial, marks: Flags
 ) -> int:  # pragma: no cover
-    """Move the crosshead to `target`, from break to break of static friction."""
+    """Move the crosshead to `target`, stopping at each break of static friction."""
     values = state.values
     if target == values[ELONGATION] or (values[SLACK] > 0.0 and target <= values[CAP]):
         values[ELONGATION] = target
@@ -212,7 +213,7 @@ def advance(
         excess = _overload(AT_BOUND, stack, state, t, marks) if brittle else -1.0
         if excess > 0.0 and jump > 0.0:
             if stack.one_by_one:
-                # other interfaces remain as this break left them; ties break together
+                # other interfaces remain as this break left them; equal ones break together
                 _overload(excess + AT_BOUND, stack, state, t, marks)
                 code = _accept(goal, jump, stack, state, t)
                 if code != DONE:
@@ -259,7 +260,7 @@ def room_for(stack: Stack) -> tuple[Trial, Flags]:  # pragma: no cover
 
 @kernel
 def is_separated(stack: Stack, state: State) -> bool:  # pragma: no cover
-    """Return whether no interface that can lose its overlap has any left."""
+    """Return whether all interfaces that can lose their overlap have lost it."""
     can_separate = False
     for i in range(len(stack.friction)):
         if not np.isinf(stack.length[i]):
@@ -271,7 +272,7 @@ def is_separated(stack: Stack, state: State) -> bool:  # pragma: no cover
 
 
 class StackPull(NamedTuple):
-    """Motion of a stack along N elongations; walls of a housing count as sheets."""
+    """Motion of a stack along N elongations; the walls of a housing count as sheets."""
 
     force: Array
     """(N,) at the crosshead [N]."""
@@ -355,11 +356,12 @@ def pull_stack(
 ) -> StackPull:
     """Move the crosshead along `path` [m], shape (N,), from rest; it may turn.
 
-    Tension only: if the crosshead would have to push, the brake rests without load, its force is
-    zero, and `slack` is set until the crosshead is back. Buckling of single sheets is not checked.
-    The arrays end where no interface overlaps any more, or before the mount is too soft to
-    continue. The length of an increment has no effect while interfaces rest or slide in one
-    direction. If they turn within one, heat is that of the slip between its ends.
+    The motion is for tension only: if the crosshead would have to push, the brake rests without
+    load, its force is zero, and `slack` is set until the crosshead returns. Buckling of single
+    sheets is not checked. The arrays end when no interface overlaps any more, or before the mount
+    is too soft to continue. The length of an increment has no effect while interfaces rest or slide
+    in one direction. If they reverse within an increment, the heat is that of the slip between its
+    ends.
 
     `renew` is called before each increment with the slip of the interfaces [m], shape (n - 1,), and
     may change the friction in the stack's arrays; False ends the pull. `progress` is called with

@@ -7,9 +7,9 @@ min over w of 1/2 sum d_i (w_i - y_i)^2 + sum c_i |w_{i+1} - w_i - s_i|, y_i = 0
 
 strictly convex, so the solution is unique; no time step, no contact stiffness, no chatter. Which
 interfaces slide is found exactly in time linear in the sheets (`fused_lasso`). Then sheets, mount
-and slip-dependent bounds are one tridiagonal system, and the enclosure's faces two more unknowns
-(`respond`, `place`). The two steps alternate until the pattern does not change; usually at once,
-because it equals that of the last increment.
+and slip-dependent bounds form one tridiagonal system, and the enclosure's faces add two unknowns
+(`respond`, `place`). The two steps alternate until the pattern does not change. This is usually at
+once, because the pattern equals that of the last increment.
 """
 
 from typing import Any, NamedTuple
@@ -27,7 +27,7 @@ CAP, FORCE, ELONGATION, WORK, HEAT, STORED, SLACK, TOP, TOP_ELONGATION, TOP_SLIP
 """Places in `State.values`; the first two also in `Trial.values`."""
 _ROUNDS = 150
 _SNAPS = 40
-"""Attempts to find another pattern before the mount is considered too soft."""
+"""Number of attempts to find another pattern before the mount counts as too soft."""
 # tolerances against rounding, relative to the friction and to spring times cap
 _TIGHT, _ROUNDED = 1e-11, 4e-16
 
@@ -56,7 +56,7 @@ class Stack(NamedTuple):
     face: Array
     """(3,) one face of the enclosure: EA [N], friction q [N/m], reach l [m]; EA = 0 for none."""
     one_by_one: bool = False
-    """Whether only the most overloaded of the interfaces that a break overloads breaks next."""
+    """Whether only the most overloaded interface breaks next when a break overloads several."""
 
 
 class State(NamedTuple):
@@ -80,7 +80,7 @@ class State(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """Increment being solved, with its work arrays."""
+    """The increment being solved, with its work arrays."""
 
     slides: Signs
     z: Array
@@ -89,7 +89,7 @@ class Trial(NamedTuple):
     slip: Array
     push: Array
     pull: Array
-    """(2,) forces of the faces for which the pattern is determined [N]."""
+    """(2,) forces of the faces for which the pattern was determined [N]."""
     values: Array
     """Cap and force."""
     offset: Array
@@ -121,7 +121,7 @@ def stiffness_sum(stack: Stack) -> float:  # pragma: no cover
 
 @inline_kernel
 def margin(i: int, reach: float, stiff: float, stack: Stack) -> float:  # pragma: no cover
-    """Return the tolerance [N] within which a force of interface i is at its bound."""
+    """Return the tolerance [N] within which the force of interface i counts as at its bound."""
     return _TIGHT * stack.friction[i] + _ROUNDED * stiff * reach
 
 
@@ -133,7 +133,7 @@ def holds(i: int, stack: Stack, state: State) -> bool:  # pragma: no cover
 
 @kernel
 def respond(stack: Stack, state: State, t: Trial) -> None:  # pragma: no cover
-    """Compute how groups of stuck sheets follow cap and faces, for t's pattern.
+    """Compute how groups of stuck sheets follow cap and faces, for the pattern of `t`.
 
     A sliding interface carries f = s c (1 - slip/length), s its sign, which couples its groups.
     """
@@ -184,7 +184,7 @@ def respond(stack: Stack, state: State, t: Trial) -> None:  # pragma: no cover
 
 @inline_kernel
 def _lay_out(stack: Stack, state: State, t: Trial) -> None:  # pragma: no cover
-    """Compute sheets, forces and slips of t's pattern from its cap and the push of its faces."""
+    """Compute sheets, forces and slips of the pattern of `t` from its cap and faces."""
     n, cap = len(stack.springs), t.values[CAP]
     p0, p1 = t.push
     total, force = 0.0, 0.0
@@ -211,10 +211,10 @@ def _lay_out(stack: Stack, state: State, t: Trial) -> None:  # pragma: no cover
 def place(
     target: float, slack: float, stack: Stack, state: State, t: Trial
 ) -> int:  # pragma: no cover
-    """Compute cap, faces, sheets and forces for t's pattern; SNAPPED if the mount is too soft."""
+    """Compute cap, faces, sheets and forces of the pattern; SNAPPED if the mount is too soft."""
     n = len(stack.springs)
     respond(stack, state, t)
-    # force on the cap, and the gaps, over (1, U, p0, p1)
+    # coefficients of the force on the cap, and of the gaps, over (1, U, p0, p1)
     f0, fu, fa, fb = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
         if stack.right[i]:
@@ -226,7 +226,7 @@ def place(
     first, last = stack.ends
     fa += 0.0 if stack.right[first] else 1.0
     fb += 0.0 if stack.right[last] else 1.0
-    # the cap: U = u, or mount (u - U) = F, or F = 0
+    # equation of the cap: U = u, or mount (u - U) = F, or F = 0
     u0, ua, ub = target, 0.0, 0.0
     if slack > 0.0 or not np.isinf(stack.mount):
         spring = fu + (0.0 if slack > 0.0 else stack.mount)
@@ -248,7 +248,7 @@ def place(
         for _ in range(_ROUNDS):
             at0, slope0 = face_gap(p0, 0, state.faces, stack.face)
             at1, slope1 = face_gap(p1, 1, state.faces, stack.face)
-            # at the start of first loading, two faces of one group of sheets have a single unknown
+            # at the start of first loading, two faces on one group of sheets have a single unknown
             slope0, slope1 = max(slope0, -1e-6 * b00), max(slope1, -1e-6 * b11)
             r0 = g0 + b00 * p0 + b01 * p1 - at0
             r1 = g1 + b10 * p0 + b11 * p1 - at1
@@ -269,7 +269,7 @@ def place(
 def solve(
     target: float, slack: float, stack: Stack, state: State, t: Trial
 ) -> int:  # pragma: no cover
-    """Solve the increment to `target`, or to zero force; interfaces on static friction hold."""
+    """Solve the increment to `target`, or to zero force; static interfaces stay at rest."""
     n = len(stack.springs)
     for i in range(n - 1):
         t.slides[i], t.slip[i] = state.slides[i], state.past[i]
@@ -286,7 +286,7 @@ def solve(
             if t.slides[i] != 0:
                 progress = t.slides[i] * (t.slip[i] - state.past[i])
                 fine &= progress >= -tight / stack.springs[i]
-                # the remaining overlap is that of the previous round
+                # bounds depend on the overlap, which is that of the previous round
                 hold = t.slides[i] * bound(i, t.slip[i], stack)
                 fine &= abs(t.force[i] - hold) <= 1e3 * tight
             elif not holds(i, stack, state):
@@ -297,15 +297,15 @@ def solve(
             snaps += 1
             if snaps > _SNAPS:
                 return code
-            # if all slid in one direction before and in the other now, the solution is between
+            # if all slid in one direction before and in the other now, the solution is in between
             cap = (cap + before) / 2
-            # a pattern of sliding is a poor initial guess for a pattern of reversal
+            # a sliding pattern is a poor initial guess for a reversal
             for i in range(n - 1):
                 t.slides[i], t.slip[i] = 0, state.past[i]
             if turn == 0:
                 continue
-        # cap and faces for the next pattern: if two patterns lead to each other, the solution is
-        # between, and steps that get shorter find it
+        # cap and faces for the next pattern; if two patterns lead to each other, the solution is in
+        # between, and decreasing steps find it
         part = 1.0 if turn < 5 else 0.5 if turn < 25 else 12.0 / turn
         if code == DONE:
             before = cap

@@ -1,1 +1,1 @@
-"""A mass on a spring that sticks and slips."""
+"""Stick–slip of a mass on a spring."""

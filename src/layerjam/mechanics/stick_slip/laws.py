@@ -1,7 +1,7 @@
 """Friction that falls with speed, and its effect on a mass pulled through a spring (ours).
 
-A mass m is pulled through a spring k at a constant speed V against friction: the static bound F_s
-holds it, the kinetic force F_k resists its motion. Stribeck's curve leads from one to the other,
+A mass m is pulled through a spring k at a constant speed V against friction. The static bound F_s
+holds it at rest, and the kinetic force F_k resists its motion. Stribeck's curve connects the two,
 
 mu(v) = mu_k + (mu_s - mu_k) exp(-(|v|/v_s)^delta) + c |v|,
 
@@ -23,7 +23,7 @@ from layerjam.mechanics.stick_slip.curve import Stribeck
 
 
 def of_film(brake: Brake, speed: Any = 0.0, exponent: Any = 1.0, viscous: Any = 0.0) -> Stribeck:
-    """Static and kinetic friction of a brake's film with a Stribeck speed [m/s]."""
+    """Return static and kinetic friction of a brake's film with a Stribeck speed [m/s]."""
     film = brake.film
     return Stribeck(
         static=film.static, kinetic=film.kinetic, speed=speed, exponent=exponent, viscous=viscous
@@ -31,7 +31,7 @@ def of_film(brake: Brake, speed: Any = 0.0, exponent: Any = 1.0, viscous: Any = 
 
 
 def static_left(speed: Any, stribeck_speed: Any, exponent: Any) -> Any:
-    """Share of the static excess remaining at a speed: exp(-(|v|/v_s)^delta), 1 at rest."""
+    """Return the share of the static excess at a speed: exp(-(|v|/v_s)^delta), 1 at rest."""
     weakens = (stribeck_speed > 0) & (speed != 0)
     ratio = jnp.abs(speed) / jnp.where(weakens, stribeck_speed, 1.0)
     power = jnp.where(weakens, ratio, 1.0) ** exponent
@@ -40,10 +40,10 @@ def static_left(speed: Any, stribeck_speed: Any, exponent: Any) -> Any:
 
 @law
 def stribeck_friction(speed: Any, curve: Stribeck) -> Any:
-    """Friction coefficient at a sliding speed [m/s]; the static bound at rest.
+    """Return the friction coefficient at a sliding speed [m/s]; the static bound at rest.
 
-    Even in speed. At zero speed, a kink for delta <= 1, the gradient is taken as 0: the mean of
-    both sides. NaN if the kinetic coefficient is above the static one.
+    It is even in speed. At zero speed, where it has a kink for delta <= 1, the gradient is taken as
+    0, the mean of both sides. NaN if the kinetic coefficient is above the static one.
     """
     left = static_left(speed, curve.speed, curve.exponent)
     friction = curve.kinetic + (curve.static - curve.kinetic) * left
@@ -53,7 +53,7 @@ def stribeck_friction(speed: Any, curve: Stribeck) -> Any:
 
 @law
 def sliding_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, curve: Stribeck) -> Any:
-    """Force of the brake sliding steadily [N]; slip [m], speed [m/s], vacuum [Pa] broadcast.
+    """Return the force of steady sliding [N]; slip [m], speed [m/s], vacuum [Pa] broadcast.
 
     The sheets' part follows `curve` in place of the film's kinetic friction; the enclosure's does
     not depend on speed. Equal to `brake_force` for a flat curve with the film's kinetic friction.
@@ -79,7 +79,7 @@ class Saw(NamedTuple):
     period: Any
     """Time from one event to the next [s]."""
     slip_time: Any
-    """Time the mass moves in each [s]."""
+    """Duration of the motion in each event [s]."""
     slack: Any
     """True if the spring becomes slack."""
 
@@ -90,11 +90,12 @@ def _physical(static: Any, kinetic: Any, stiffness: Any) -> Any:
 
 @law
 def slow_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: Any) -> Saw:
-    """The saw of a slow pull without damping: F_s [N], F_k [N], k [N/m], m [kg], V [m/s].
+    """Return the saw of a slow pull without damping: F_s [N], F_k [N], k [N/m], m [kg], V [m/s].
 
-    The limit V -> 0: between F_s and 2 F_k - F_s with slips 2 (F_s - F_k)/k, period
-    2 (F_s - F_k)/(k V) plus the slip's own half period. For F_s > 2 F_k the spring goes slack and
-    friction alone stops the mass after F_s^2/(2 k F_k). Needs F_k > 0 then; NaN otherwise.
+    In the limit V -> 0 the force is between F_s and 2 F_k - F_s, with slips 2 (F_s - F_k)/k and the
+    period 2 (F_s - F_k)/(k V) plus the slip's own half period. For F_s > 2 F_k the spring becomes
+    slack, and friction alone stops the mass after F_s^2/(2 k F_k). This requires F_k > 0; NaN
+    otherwise.
     """
     drop = static - kinetic
     slack = drop > kinetic
@@ -103,7 +104,7 @@ def slow_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: Any) -
     slip = jnp.where(slack, run, 2 * drop / stiffness)
     omega = jnp.sqrt(stiffness / mass)
     bound = jnp.where(slack, kinetic / jnp.where(slack, drop, 1.0), 1.0)
-    # slides against k and F_k for part of the half period, then against F_k alone
+    # the mass slides against k and F_k for part of the half period, then against F_k alone
     after = safe_sqrt(jnp.maximum(drop**2 - kinetic**2, 0.0)) / jnp.where(slack, stops, 1.0)
     time = (jnp.arccos(jnp.where(slack, -bound, 0.0)) + after) / omega
     time = jnp.where(slack, time, jnp.pi / omega)
@@ -120,11 +121,12 @@ def slow_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: Any) -
 
 @law
 def undamped_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: Any) -> Saw:
-    """The saw at any speed without damping, exactly; arguments as in `slow_saw`.
+    """Return the exact saw at any speed without damping; arguments as in `slow_saw`.
 
     The mass always sticks again: with R = sqrt((F_s - F_k)^2 + k m V^2) the force swings by R
-    around F_k and is 2 F_k - F_s when the mass stops. NaN if only speed makes the spring slack (R >
-    F_k >= F_s - F_k): it then tightens again before the mass has stopped.
+    around F_k and is 2 F_k - F_s when the mass stops. NaN if the spring becomes slack only because
+    of the speed (R > F_k >= F_s - F_k), because it then becomes taut again before the mass has
+    stopped.
     """
     drop = static - kinetic
     omega = jnp.sqrt(stiffness / mass)
@@ -134,7 +136,7 @@ def undamped_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: An
     hard = jnp.where(drop > 0, drop, 1.0)
     taut_time = 2 * (jnp.pi - jnp.arctan2(drop, speed * jnp.sqrt(stiffness * mass))) / omega
     taut_slip = 2 * drop / stiffness + speed * taut_time
-    # until the spring is slack: from the phase at which it broke to the one of no force
+    # until the spring is slack: from the phase of breakaway to that of zero force
     phase = jnp.arccos(jnp.where(slack, -kinetic / swing, 0.0))
     phase = phase + jnp.arctan2(speed * jnp.sqrt(stiffness * mass), hard)
     first = jnp.where(slack, phase, 0.0) / omega
@@ -154,7 +156,7 @@ def undamped_saw(static: Any, kinetic: Any, stiffness: Any, mass: Any, speed: An
 
 
 def _critical_drop(ratio: Any) -> Any:
-    """kappa = (F_s - F_k)/(V sqrt(k m)) at which a mass just fails to stick again.
+    """Return kappa = (F_s - F_k)/(V sqrt(k m)) at which a mass just fails to stick again.
 
     From the tangent point (speed V, acceleration 0) the damped swing is followed back to the start
     of the slip, theta before it; `ratio` is the damping ratio, between 0 and 1.
@@ -173,7 +175,7 @@ def _critical_drop(ratio: Any) -> Any:
 
     low = jnp.pi + jnp.arctan2(root, inner)
     theta = rising_zero(excess, low, jnp.full_like(low, 2 * jnp.pi))
-    # one more Newton step carries the gradient; close to the aperiodic limit the root is `low`
+    # one more Newton step carries the gradient; near the aperiodic limit the root is `low`
     room = inside(theta)
     resolved = room > 1e-9
     slope = -jnp.sin(theta) / (root**2 * jnp.where(resolved, room, 1.0))
@@ -184,12 +186,12 @@ def _critical_drop(ratio: Any) -> Any:
 
 @law
 def critical_speed(static: Any, kinetic: Any, stiffness: Any, mass: Any, damping: Any) -> Any:
-    """Pulling speed [m/s] above which stick–slip from a standing start decays at once; jump law.
+    """Return the pulling speed [m/s] above which stick–slip from rest decays at once; jump law.
 
-    `damping` [N s/m] acts parallel to the spring. Exact while the spring stays taut. If it becomes
-    slack the mass may stop, and stick–slip may continue above this speed. For a small damping ratio
-    zeta, (F_s - F_k)/sqrt(4 pi zeta k m). Infinite without damping, zero from the aperiodic limit
-    on.
+    `damping` [N s/m] acts parallel to the spring. The result is exact while the spring stays taut.
+    If it becomes slack the mass may stop, and stick–slip may continue above this speed. For a small
+    damping ratio zeta it is (F_s - F_k)/sqrt(4 pi zeta k m). Infinite without damping, zero from
+    the aperiodic limit on.
     """
     impedance = jnp.sqrt(stiffness * mass)
     ratio = damping / (2 * impedance)
@@ -203,7 +205,7 @@ def critical_speed(static: Any, kinetic: Any, stiffness: Any, mass: Any, damping
 def stiffness_without_stick_slip(
     speed: Any, static: Any, kinetic: Any, mass: Any, damping_ratio: Any
 ) -> Any:
-    """Least stiffness [N/m] at which a pull at `speed` [m/s] does not stick and slip, jump law.
+    """Return the least stiffness [N/m] for a pull at `speed` [m/s] without stick–slip, jump law.
 
     At a given damping ratio (that of the mount as built), ((F_s - F_k)/(kappa V))^2/m. Infinite
     without damping, zero from the aperiodic limit on.
@@ -216,13 +218,13 @@ def stiffness_without_stick_slip(
 
 @law
 def stable_speed(drop: Any, stribeck_speed: Any, exponent: Any, damping: Any) -> Any:
-    """Pulling speed [m/s] above which steady sliding is stable against small disturbances.
+    """Return the pulling speed [m/s] above which steady sliding is stable to small disturbances.
 
     `drop` is F_s - F_k [N], `damping` [N s/m] that of the mount plus the friction's own viscous
-    slope. Stability needs damping > -dF/dv. The greatest speed where they are equal is v_s w^(1/d)
-    with w - (1 - 1/d) ln w = -ln(damping v_s/(drop d)); for d = 1, v_s ln(drop/(damping v_s)).
-    Zero if sliding is stable at every speed, infinite without damping. Independent of stiffness
-    and mass. Stick–slip that has begun may continue above it.
+    slope. Stability needs damping > -dF/dv. The greatest speed at which they are equal is v_s
+    w^(1/d) with w - (1 - 1/d) ln w = -ln(damping v_s/(drop d)); for d = 1, v_s ln(drop/(damping
+    v_s)). It is zero if sliding is stable at every speed, infinite without damping, and independent
+    of stiffness and mass. Stick–slip that has begun may continue above it.
     """
     power = 1 - 1 / exponent
     share = damping * stribeck_speed / jnp.where(drop > 0, drop * exponent, 1.0)

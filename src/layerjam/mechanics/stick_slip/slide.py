@@ -1,4 +1,4 @@
-"""A mass pulled through a spring against friction, in time, with true stick (ours).
+"""Motion in time of a mass pulled through a spring against friction, with true stick (ours).
 
 While the mass is stuck the slip is not updated at all, so that it stays the same bit for bit over
 any time and number of steps. Only the moment at which the spring reaches the static bound is
@@ -39,24 +39,24 @@ from layerjam.mechanics.stick_slip.slide_step import (
 )
 
 AT_END, ENOUGH_EVENTS, STEADY, SEPARATED, CLOSED, TOO_LONG = 1, 2, 3, 4, 5, 6
-"""Reasons for the end of a run; 0 while it runs."""
+"""Reasons for the end of a run; the value is 0 while it runs."""
 EVENT_COLUMNS = ("break_time", "stick_time", "force_at_break", "force_high", "force_low", "slip")
 TRACE_COLUMNS = ("time", "crosshead", "force", "slip", "speed", "work", "heat", "sliding")
 BLOCK = 32
 """Number of cases that run in parallel; all wait for the slowest, and the code is compiled once."""
 CALM = 0.02
-"""A deviation from steady sliding below this share of the pulling speed is treated as steady."""
+"""Deviation from steady sliding, relative to the pulling speed, below which it counts as steady."""
 
 
 def _bound(state: State, case: Slide) -> tuple[Any, Any, Any]:
-    """Longest allowed step, the next instant that no step may cross, and whether it is near."""
+    """Return the longest allowed step, the next instant not to cross, and whether it is near."""
     limit = jnp.where(state.time < case.ramp, jnp.minimum(case.ramp, case.end), case.end)
     left = limit - state.time
     return jnp.minimum(left, case.step), limit, left <= case.step
 
 
 def _stay(state: State, case: Slide) -> State:
-    """Stuck: time advances until the spring's force reaches the static bound.
+    """Advance the time of a stuck mass until the spring's force reaches the static bound.
 
     The slip is constant.
     """
@@ -91,21 +91,21 @@ def _stay(state: State, case: Slide) -> State:
 
 
 class _Step(NamedTuple):
-    """A trial step, and the changes of state in it."""
+    """A trial step and the changes of state in it."""
 
     slip: Any
     extension: Any
     trial: Trial
     is_stopped: Any
-    """The mass is at rest at its end."""
+    """Whether the mass is at rest at its end."""
     is_turned: Any
-    """The spring has become slack or taut at its end."""
+    """Whether the spring has become slack or taut at its end."""
     late: Any
-    """True if it passes a change of state, which lies about `sooner` from its start."""
+    """Whether it passes a change of state, at about `sooner` from its start."""
     sooner: Any
     tiny: Any
     wrong: Any
-    """Rounding lost a change of the spring before the step."""
+    """Whether rounding lost a change of the spring before the step."""
     high: Any
     low: Any
 
@@ -127,7 +127,7 @@ def _try_step(state: State, h: Any, case: Slide, exact: bool) -> _Step:
     f0, d0 = jnp.where(taut, force0, -reach0), jnp.where(taut, slope0, -pace0)
     f1, d1 = jnp.where(taut, force1, -reach1), jnp.where(taut, slope1, -pace1)
     turns, turn_at = hermite_root(h, f0, d0, f1, d1)
-    # close enough to count as the event itself
+    # near enough to count as the event itself
     strong = 1e-12 * (static_bound(state.slip, case) + case.spring / omega * case.speed)
     inside = (f0 > strong) | (d0 > 0)
     turns = turns & inside
@@ -144,7 +144,7 @@ def _try_step(state: State, h: Any, case: Slide, exact: bool) -> _Step:
 
 
 def _forces(e: Any, x: Any, v: Any, drive: Any, taut: Any, case: Slide) -> tuple[Any, Any, Any]:
-    """Spring and damper as if they could push [N], how fast that changes, acceleration."""
+    """Return the force of spring and damper if they could push [N], its rate, acceleration."""
     force = case.spring * e + case.damping * (drive - v)
     gain = (jnp.where(taut, force, 0.0) - resistance(x, v, case)) / case.mass
     return force, case.spring * (drive - v) - case.damping * gain, gain
@@ -155,9 +155,9 @@ def _least(a: Any, slope_a: Any, b: Any, slope_b: Any) -> tuple[Any, Any]:
 
 
 def _move(state: State, case: Slide, exact: bool) -> tuple[State, Any, Any]:
-    """Sliding: one trial step, which is accepted, cut at a change of state, or repeated.
+    """Make one trial step of a sliding mass: accept it, cut it at a change of state, or repeat it.
 
-    Gives the state, whether time has passed, and whether the mass has just come to rest.
+    Returns the state, whether time has passed, and whether the mass has just come to rest.
     """
     drive, omega = crosshead_speed(state.time, case), jnp.sqrt(case.spring / case.mass)
     span, limit, is_limit = _bound(state, case)
@@ -194,7 +194,7 @@ def _move(state: State, case: Slide, exact: bool) -> tuple[State, Any, Any]:
 
 
 def _deviation(extension: Any, slip: Any, velocity: Any, drive: Any, case: Slide) -> Any:
-    """Return the deviation from sliding along with the crosshead, as a speed [m/s]."""
+    """Return the deviation from sliding with the crosshead, as a speed [m/s]."""
     omega = jnp.sqrt(case.spring / case.mass)
     offset = extension - (resistance(slip, drive, case)) / case.spring
     return jnp.sqrt((velocity - drive) ** 2 + (omega * offset) ** 2)
@@ -211,7 +211,7 @@ def _select(choose: Any, a: State, b: State) -> State:
 
 
 def _record_action(old: State, new: State, has_passed: Any, rests: Any, case: Slide) -> State:
-    """The event and the sample of this action set down in their tables."""
+    """Record the event and the sample of this action in their tables."""
     extension, drive = extension_at(new.time, new.slip, case), crosshead_speed(new.time, case)
     pull = spring_force(extension, drive - new.velocity, case)
     force = jnp.where(new.mode == SLACK, 0.0, pull)
@@ -289,7 +289,7 @@ def _runs(case: Slide, exact: bool, events: int, samples: int, max_actions: int)
 
 
 def constant(case: Slide) -> bool:
-    """Whether friction depends on neither slip nor speed, so that the motion is exact."""
+    """Return whether friction depends on neither slip nor speed, so that the motion is exact."""
     plain = (case.fall, case.stribeck, case.viscous)
     return (
         case.enclosure is None

@@ -1,8 +1,8 @@
 """One step of a mass that slides on a spring: force laws, motion, and changes of state.
 
-Friction R(x, v) = (level - fall x)(1 + rise s(v) + viscous v) + base + enclosure(x), s the share of
-the static excess left at speed v; s = 1 gives the bound at rest. Spring and damper are parallel and
-only pull.
+Friction is R(x, v) = (level - fall x)(1 + rise s(v) + viscous v) + base + enclosure(x), with s the
+share of the static excess left at speed v; s = 1 gives the bound at rest. Spring and damper are
+parallel and only pull.
 """
 
 from typing import Any, NamedTuple
@@ -17,7 +17,7 @@ from layerjam.mechanics.roots import rising_zero
 from layerjam.mechanics.stick_slip.laws import static_left
 
 STUCK, TAUT, SLACK = 0, 1, 2
-"""States."""
+"""States of the mass and its spring."""
 
 _A = (
     (),
@@ -37,19 +37,19 @@ class Slide(NamedTuple):
     """A pulled mass; every entry is a number, or an array for a batch."""
 
     mass: Any
-    """[kg]"""
+    """Mass [kg]."""
     spring: Any
-    """[N/m]"""
+    """Stiffness of the spring [N/m]."""
     damping: Any
     """Damping parallel to the spring [N s/m]."""
     speed: Any
     """Speed of the crosshead until `ramp` [m/s], then zero."""
     ramp: Any
-    """[s]"""
+    """Time at which the crosshead stops [s]."""
     end: Any
-    """[s]"""
+    """End of the run [s]."""
     step: Any
-    """Longest step [s]; infinite: as long as may be."""
+    """Longest step [s]; infinite for no limit."""
     level: Any
     """Kinetic friction of the sheets at zero slip [N]."""
     fall: Any
@@ -57,7 +57,7 @@ class Slide(NamedTuple):
     rise: Any
     """(mu_s - mu_k)/mu_k."""
     stribeck: Any
-    """v_s [m/s]; 0: the static excess vanishes immediately."""
+    """v_s [m/s]; 0 means that the static excess vanishes immediately."""
     exponent: Any
     viscous: Any
     """Growth with speed, as a share of kinetic friction [s/m]."""
@@ -66,13 +66,13 @@ class Slide(NamedTuple):
     enclosure: EnclosureLaw | None
     """None if `base` contains its force."""
     overlap: Any
-    """Slip at which the sheets part [m]."""
+    """Slip at which the sheets separate [m]."""
     start: Any
-    """Slip at the start [m]; the spring has no force then."""
+    """Slip at the start [m], where the spring has no force."""
     events: Any
     """Number of slip events after which the run ends."""
     tolerance: Any
-    """Relative error tolerance of a step; 0: steps of `step`, whatever the error."""
+    """Relative error tolerance of a step; 0 means steps of `step`, whatever the error."""
     law: SpeedLaw | None = None
     """Kinetic friction over speed; `level` is the value at the law's test speed."""
 
@@ -100,7 +100,7 @@ class State(NamedTuple):
     written: Any
     actions: Any
     deviation: Any
-    """Last distance from steady sliding, as a speed [m/s]."""
+    """Latest deviation from steady sliding, as a speed [m/s]."""
     reason: Any
 
 
@@ -115,54 +115,54 @@ class Trial(NamedTuple):
 
 
 def static_bound(slip: Any, case: Slide) -> Any:
-    """Greatest force on a mass at rest [N]."""
+    """Return the greatest force on a mass at rest [N]."""
     return jnp.maximum(case.level - case.fall * slip, 0.0) * (1 + case.rise) + passive(slip, case)
 
 
 def passive(slip: Any, case: Slide) -> Any:
-    """Resistance other than that of the sheets [N]."""
+    """Return the resistance other than that of the sheets [N]."""
     if case.enclosure is None:
         return case.base
-    # a trial step may lie before the start, where the enclosure has no branch
+    # a trial step may start before the origin, where the enclosure has no branch
     return case.base + backbone(jnp.maximum(slip, case.start), case.enclosure)
 
 
 def resistance(slip: Any, velocity: Any, case: Slide) -> Any:
-    """Friction of the sliding mass [N].
+    """Return the friction of the sliding mass [N].
 
-    A trial step may end at a negative speed before the stop is located; there the excess is
-    mirrored about its value at rest, which keeps it smooth.
+    A trial step may end at a negative speed before the stop is located. The excess is then mirrored
+    about its value at rest, which keeps it smooth.
     """
     left = static_left(velocity, case.stribeck, case.exponent)
     left = jnp.where(velocity < 0, 2 - left, left)
-    # with the jump law, sliding starts at once
+    # with the jump law, sliding begins at once
     left = jnp.where(case.stribeck > 0, left, 0.0)
     sheets = jnp.maximum(case.level - case.fall * slip, 0.0)
     kinetic, excess = 1.0, case.rise
-    if case.law is not None:  # the bound at rest stays the static one
+    if case.law is not None:  # the bound at rest remains the static one
         kinetic = growth(jnp.maximum(velocity, 0.0), case.law)
         excess = 1 + case.rise - growth(0.0, case.law)
     return sheets * (kinetic + excess * left + case.viscous * velocity) + passive(slip, case)
 
 
 def extension_at(time: Any, slip: Any, case: Slide) -> Any:
-    """Stretch of the spring [m] at a time [s]; negative if it is slack."""
+    """Return the stretch of the spring [m] at a time [s]; negative if it is slack."""
     return case.start + case.speed * jnp.minimum(time, case.ramp) - slip
 
 
 def crosshead_speed(time: Any, case: Slide) -> Any:
-    """[m/s]; zero once the ramp is over."""
+    """Return the speed of the crosshead [m/s]; zero after the ramp."""
     return jnp.where(time < case.ramp, case.speed, 0.0)
 
 
 def spring_force(extension: Any, rate: Any, case: Slide) -> Any:
-    """Spring and damper together [N], which only pull."""
+    """Return the force of spring and damper together [N], which only pull."""
     force = case.spring * extension + case.damping * rate
     return jnp.where(extension > 0, jnp.maximum(force, 0.0), 0.0)
 
 
 def runge_kutta(state: State, h: Any, case: Slide) -> Trial:
-    """One step of Dormand and Prince: moved, speed, work and heat."""
+    """Return one step of Dormand and Prince: moved state, speed, work and heat."""
     e0, drive = extension_at(state.time, state.slip, case), crosshead_speed(state.time, case)
     taut = state.mode == TAUT
 
@@ -194,7 +194,7 @@ def runge_kutta(state: State, h: Any, case: Slide) -> Trial:
 
 
 def exactly(state: State, h: Any, case: Slide) -> Trial:
-    """The same step in closed form, for constant friction."""
+    """Return the same step in closed form, for constant friction."""
     drive = crosshead_speed(state.time, case)
     resist = resistance(state.slip, 1.0, case)
     balance = resist / case.spring
@@ -222,15 +222,15 @@ def exactly(state: State, h: Any, case: Slide) -> Trial:
 
 
 def slip_speed(slip: Any, case: Slide) -> Any:
-    """A speed of the size a slip reaches [m/s]."""
+    """Return a speed of the order of that in a slip [m/s]."""
     drop = jnp.maximum(case.level - case.fall * slip, 0.0) * case.rise
     return drop / jnp.sqrt(case.spring * case.mass) + case.speed
 
 
 def hermite_root(h: Any, f0: Any, d0: Any, f1: Any, d1: Any) -> tuple[Any, Any]:
-    """(crosses, first zero in (0, h]) of the cubic with these ends and slopes, f0 >= 0.
+    """Return (crosses, first zero in (0, h]) of the cubic with these ends and slopes, f0 >= 0.
 
-    Also detects a dip below zero between two positive ends.
+    It also detects a dip below zero between two positive ends.
     """
 
     def cubic(s: Any) -> Any:
@@ -245,7 +245,7 @@ def hermite_root(h: Any, f0: Any, d0: Any, f1: Any, d1: Any) -> tuple[Any, Any]:
 
 
 def hermite_range(h: Any, f0: Any, d0: Any, f1: Any, d1: Any) -> tuple[Any, Any]:
-    """Greatest and least value over a step, from ends and slopes."""
+    """Return the greatest and least value over a step, from ends and slopes."""
     turn = jnp.clip(d0 / jnp.where(d0 == d1, 1.0, d0 - d1), 0.0, 1.0)
     r = 1 - turn
     inner = r * r * ((1 + 2 * turn) * f0 + turn * h * d0)

@@ -6,8 +6,8 @@ Menisci pull the sheets together without vacuum (adhesion). The film is sheared 
 
     tau(v, P) = a mu(v) P + tau_0 + b v.
 
-All three must be fitted from data of wet sheets; see `layerjam.identify.friction.stribeck`. Dry
-sheets are the same law with a flat curve and neither of the other two.
+All three must be fitted to data of wet sheets (see `layerjam.identify.friction.stribeck`). Dry
+sheets follow the same law with a flat curve and neither of the other two parts.
 """
 
 from typing import Any
@@ -57,11 +57,11 @@ sentence. ILLUSTRATIVE: not measured, not fitted.
 
 @law
 def wet_stress(speed: Any, vacuum: Any, film: WetFilm, scale_factor: Any) -> Any:
-    """Shear stress of one wet interface [Pa]; speed [m/s] and vacuum [Pa] broadcast.
+    """Return the shear stress of one wet interface [Pa]; speed [m/s] and vacuum [Pa] broadcast.
 
-    `scale_factor` multiplies the Coulomb part alone: adhesion and viscous part are fitted on the
-    brake itself. At rest it is the stress at which the interface lets go. NaN for a negative speed
-    or vacuum.
+    `scale_factor` multiplies the Coulomb part alone, because adhesion and viscous part are fitted
+    on the brake itself. At rest the result is the stress at which the interface begins to slip. NaN
+    for a negative speed or vacuum.
     """
     left = static_left(speed, film.speed, film.exponent)
     friction = film.kinetic + (film.static - film.kinetic) * left
@@ -71,10 +71,11 @@ def wet_stress(speed: Any, vacuum: Any, film: WetFilm, scale_factor: Any) -> Any
 
 @law
 def wet_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, film: WetFilm) -> Any:
-    """Force of the wet brake sliding at a speed [N]; slip [m], speed [m/s], vacuum [Pa] broadcast.
+    """Return the force of the wet brake sliding at a speed [N]; slip [m], speed [m/s], vacuum [Pa].
 
-    (n - 1) W (L2 - x) tau + the enclosure's, which is assumed dry. A fitted pressure exponent of
-    the brake scales the Coulomb part. NaN for a negative slip, speed or vacuum.
+    It is (n - 1) W (L2 - x) tau plus the force of the enclosure, which is assumed dry. The
+    arguments broadcast. A fitted pressure exponent of the brake scales the Coulomb part. NaN for a
+    negative slip, speed or vacuum.
     """
     sheets = brake.sheets
     contact = (sheets.count - 1) * sheets.width * jnp.maximum(sheets.overlap - slip, 0.0)
@@ -85,8 +86,8 @@ def wet_force(slip: Any, speed: Any, vacuum: Any, brake: Brake, film: WetFilm) -
     stress = wet_stress(speed, vacuum, film, factor)
     force, fan = contact * stress, fan_of(brake)
     if fan is not None:
-        # the self-amplification acts on any shear stress: its friction is the stress over the
-        # pressure
+        # the self-amplification acts on any shear stress; its friction coefficient is the stress
+        # over the pressure
         share = stress / pressure_on_sheets(jnp.where(jammed, vacuum, 1.0), brake)
         share = share / (brake.scale_factor * brake.film.kinetic)
         force = force * ratio_of(slip, fan._replace(strength=fan.strength * share))

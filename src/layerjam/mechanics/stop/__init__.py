@@ -1,1 +1,1 @@
-"""A mass that the brake stops: exactly at constant vacuum, and marched in time."""
+"""Stop of a mass by the brake: exact at constant vacuum, and integrated in time."""

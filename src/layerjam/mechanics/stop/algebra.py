@@ -1,4 +1,4 @@
-"""The algebra of a stop, element by element: JAX runs it on arrays, the kernel prints it in C.
+"""Algebra of a stop, element by element: JAX runs it on arrays, the kernel prints it in C.
 
 It uses only arithmetic, comparisons and `where`, `sqrt`, `maximum`, `minimum`, `inf` of `jnp`, see
 `kernel/formulas.py`. GCC vectorises none of it if a condition joins one that it can infer.
@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from layerjam.mechanics.enclosure import EnclosureLaw
 
 STOPPED, NEVER_SLID, BOTTOMED_OUT, SNAPS, NOT_A_CASE = 0, 1, 2, 3, -1
-"""Outcome codes; the last one if a quantity lies outside the domain and all numbers are NaN."""
+"""Outcome codes; NOT_A_CASE if a quantity is outside the domain, so that all numbers are NaN."""
 
 
 class Setup(NamedTuple):
@@ -25,14 +25,14 @@ class Setup(NamedTuple):
     onset: Any
     k: Any
     compliance: Any
-    """1/k [m/N]; a division costs several products."""
+    """1/k [m/N], stored because a division is slower than several products."""
     enclosure: EnclosureLaw
     kinetic: Any
     """Kinetic energy when slip begins [J]."""
 
 
 class Quartic(NamedTuple):
-    """K(w) = a0 + a1 w + ... + a4 w^4 [J] in w = sqrt(slip), where the enclosure keeps one form."""
+    """K(w) = a0 + a1 w + ... + a4 w^4 [J] in w = sqrt(slip), while the enclosure keeps one form."""
 
     a0: Any
     a1: Any
@@ -59,13 +59,13 @@ class Stop(NamedTuple):
     slip: Any
     """Slip of the brake at standstill or at the end of its travel [m]."""
     peak_force: Any
-    """Greatest force until then [N]."""
+    """Greatest force until that point [N]."""
     end_speed: Any
     """Speed of the mass at the end of travel [m/s]; zero at a standstill."""
     heat: Any
-    """Energy dissipated until then [J]."""
+    """Energy dissipated until that point [J]."""
     stored: Any
-    """Elastic energy then stored in rope, sheets, mount and enclosure [J]."""
+    """Elastic energy stored at that point in rope, sheets, mount and enclosure [J]."""
     outcome: Any
     """STOPPED, NEVER_SLID, BOTTOMED_OUT, SNAPS (0 to 3), or NOT_A_CASE (-1): all else is NaN."""
 
@@ -73,7 +73,7 @@ class Stop(NamedTuple):
 def setup(
     mass: Any, speed: Any, c: Any, overlap: Any, enclosure: EnclosureLaw, spring: Any, gravity: Any
 ) -> Setup:
-    """Constants of a stop from the friction per contact c [N/m] and the enclosure."""
+    """Return the constants of a stop from the friction per contact c [N/m] and the enclosure."""
     weight, onset = mass * gravity, c * overlap
     arriving, compliance = mass * speed * speed / 2, 1 / spring
     kinetic = arriving + (weight * onset - onset * onset / 2) * compliance
@@ -87,7 +87,7 @@ def root_of(square: Any) -> Any:
 
 
 def balance_root(case: Setup, limit: Any) -> Any:
-    """Return sqrt of the slip at which the falling force meets the weight, at most `limit`.
+    """Return sqrt of the slip at which the falling force equals the weight, at most `limit`.
 
     Up to there the kinetic energy falls (or first rises, then falls), so its first root is the
     only one.
@@ -125,17 +125,17 @@ def quartic(case: Setup, linear: Any) -> Quartic:
 
 
 def value(p: Quartic, w: Any) -> Any:
-    """K(w) [J]."""
+    """Return K(w) [J]."""
     return p.a0 + w * (p.a1 + w * (p.a2 + w * (p.a3 + w * p.a4)))
 
 
 def slope_of(p: Quartic, w: Any) -> Any:
-    """dK/dw."""
+    """Return dK/dw."""
     return p.a1 + w * (2 * p.a2 + w * (3 * p.a3 + w * 4 * p.a4))
 
 
 def snap_root(soft: Any, enclosure: EnclosureLaw) -> Any:
-    """sqrt of the slip from which the brake snaps, infinite if it never does.
+    """Return sqrt of the slip from which the brake snaps, infinite if it never does.
 
     There the force falls as fast as the spring relaxes, 1 + Y'/k = 0; `soft` is c - k [N/m]. The
     enclosure's part of Y' falls to EA/l and remains constant: a spring above c - EA/l never snaps.
@@ -145,7 +145,7 @@ def snap_root(soft: Any, enclosure: EnclosureLaw) -> Any:
 
 
 def snap_slip(soft: Any, enclosure: EnclosureLaw) -> Any:
-    """The slip [m] whose `snap_root` it is."""
+    """Return the slip [m] that belongs to `snap_root`."""
     snap = snap_root(soft, enclosure)
     runs = snap < jnp.inf
     finite = jnp.where(runs, snap, 0.0)
@@ -153,7 +153,7 @@ def snap_slip(soft: Any, enclosure: EnclosureLaw) -> Any:
 
 
 def search(case: Setup, travel: Any) -> Search:
-    """Between which slips the kinetic energy passes zero, and as which quartic."""
+    """Return the slips between which the kinetic energy crosses zero, and its quartic there."""
     all_of_it, snap = root_of(travel), snap_root(case.c - case.k, case.enclosure)
     # the saturation slip's root, sqrt(q l^2/EA), from e = 2 sqrt(EA q)
     saturation = case.enclosure.root * (case.enclosure.reach / (2 * case.enclosure.stiffness))
@@ -176,7 +176,7 @@ def guess(p: Quartic, low: Any, high: Any) -> Any:
 
 
 def curvature_step(p: Quartic, w: Any, low: Any, high: Any) -> Any:
-    """One step that follows slope and curvature (Euler's, cubic), limited to the bracket."""
+    """Make one step that uses slope and curvature (Euler's, cubic), limited to the bracket."""
     first, second = slope_of(p, w), 2 * p.a2 + w * (6 * p.a3 + w * 12 * p.a4)
     energy = value(p, w)
     down = root_of(first * first - 2 * energy * second) - first
@@ -185,7 +185,7 @@ def curvature_step(p: Quartic, w: Any, low: Any, high: Any) -> Any:
 
 
 def polish_root(p: Quartic, root: Any, slope: Any) -> Any:
-    """The root after one more Newton step, with a slope that may be held fixed."""
+    """Return the root after one more Newton step, with a slope that may be held fixed."""
     down = slope < 0
     step = jnp.where(down, value(p, root) / jnp.where(down, slope, -1.0), 0.0)
     return jnp.maximum(root - step, 0.0)
@@ -212,7 +212,7 @@ def end_of(case: Setup, bracket: Search, root: Any) -> Stop:
     is_passed = falls & (ratio * ratio < jnp.minimum(slip, enclosure.saturation))
     top = case.onset + enclosure.root * jnp.where(is_passed, ratio, 0.0) / 2
     highest = jnp.maximum(jnp.maximum(resist, top), case.onset)
-    # the enclosure: half of the work is heat while it spreads; then from its tension, q s over l
+    # half of the enclosure's work is heat while slip spreads; then heat follows from q s over l
     spread = enclosure.root * slip * w * (1 / 3)
     linear_heat = push * (slip - enclosure.saturation) + 2 * push * enclosure.saturation * (1 / 3)
     face = line / 2
@@ -220,7 +220,7 @@ def end_of(case: Setup, bracket: Search, root: Any) -> Stop:
     linear_energy = 2 * enclosure.reach / enclosure.stiffness * linear_energy
     heat = case.onset * slip - case.c * slip * slip / 2 + jnp.where(linear, linear_heat, spread)
     energy = resist * resist * case.compliance / 2 + jnp.where(linear, linear_energy, spread)
-    # remaining energy; a drop that slides has a speed, another a swing: one root for both
+    # the remaining energy gives a speed if the drop slides, else a swing: one root for both
     left = case.arriving + case.weight * (slip + resist * case.compliance) - heat - energy
     pace = root_of(jnp.where(slides, jnp.where(stops, 0.0, 2 * left / mass), swing))
     elastic = case.weight + pace

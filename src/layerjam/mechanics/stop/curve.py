@@ -1,4 +1,4 @@
-"""A mass stopped by any brake in first loading, by its kinetic energy along the slip.
+"""Stop of a mass by any brake in first loading, from its kinetic energy along the slip.
 
 Slip, force, heat and elastic energy of a brake are explicit and smooth in one coordinate w. It is
 the square root of the slip, or the strain at the ends of a hyperelastic enclosure. With Y the force
@@ -6,8 +6,8 @@ and k the spring in series, the mass M moves by z = s + Y/k, and
 
     dK/dw = (M g - Y) (s' + Y'/k).
 
-So K falls to where the force falls through the weight, rises until the force rises through it
-again (if rubber stiffens), and falls from there. Before each of the two falls end, it has one root.
+So K falls until the falling force equals the weight. If rubber stiffens, K then rises until the
+rising force equals the weight, and falls from there. Each of the two falls has at most one root.
 """
 
 from collections.abc import Callable
@@ -66,12 +66,12 @@ class Mass(NamedTuple):
 
     @property
     def arriving(self) -> Any:
-        """Kinetic energy on arrival [J]."""
+        """Return the kinetic energy on arrival [J]."""
         return self.mass * self.speed**2 / 2
 
     @property
     def weight(self) -> Any:
-        """Weight [N]."""
+        """Return the weight [N]."""
         return self.mass * self.gravity
 
 
@@ -82,15 +82,15 @@ class Curve(NamedTuple):
     place: Callable[[Any], Any]
     """w at a slip [m]; NaN beyond the measured range."""
     w_max: Any
-    """Greatest w that was measured."""
+    """Greatest fitted w."""
     kink: Any
-    """w from which the whole enclosure moves: the slopes jump there."""
+    """w above which the whole enclosure moves; the slopes jump there."""
     turns: Callable[[Any, Any], tuple[Any, Any]]
-    """Return the w up to a given w at which K for a weight [N] is least, and the greatest after it;
-    no gradient.
+    """Function of a largest w that returns the w up to it at which K for a weight [N] is least, and
+    the w of the greatest K after that; no gradient.
     """
     expand: Callable[[Mass], Expand] | None = None
-    """Closed expansion of K, if there is one."""
+    """Expansion of K in closed form, if there is one."""
 
 
 def curve_of(vacuum: Any, brake: Brake) -> Curve:
@@ -119,7 +119,7 @@ def curve_of(vacuum: Any, brake: Brake) -> Curve:
 
         def balance(weight: Any, w_end: Any) -> tuple[Any, Any]:
             def meets(line: Sheets) -> Any:
-                # a unit mass, with the gravity that gives it this weight
+                # use a unit mass, with the gravity that gives it this weight
                 case = setup(1.0, 0.0, line.c, line.overlap, strip, 1.0, weight)
                 return balance_root(case, jnp.inf) ** 2
 
@@ -160,18 +160,18 @@ def curve_of(vacuum: Any, brake: Brake) -> Curve:
 
 
 def energy_at(point: FirstLoading, load: Mass) -> Any:
-    """Kinetic energy K of the mass [J]."""
+    """Return the kinetic energy K of the mass [J]."""
     loss = point.work + point.force**2 / (2 * load.k)
     return load.arriving + load.weight * (point.slip + point.force / load.k) - loss
 
 
 def _pace(point: FirstLoading, load: Mass) -> Any:
-    """Displacement of the mass over the coordinate; below zero the brake snaps."""
+    """Return the displacement of the mass over the coordinate; below zero the brake snaps."""
     return point.slip_slope + point.force_slope / load.k
 
 
 def stop_along(vacuum: Any, brake: Brake, load: Mass) -> Stop:
-    """Return how it ends, at a vacuum [Pa]; all of one shape but the numbers of the brake.
+    """Return the outcome at a vacuum [Pa]; all of one shape except the numbers of the brake.
 
     NOT_A_CASE if the mass would stretch the enclosure beyond the strain that was fitted.
     """
@@ -222,7 +222,7 @@ def stop_along(vacuum: Any, brake: Brake, load: Mass) -> Stop:
 
 
 def sliding_time(slip: Any, curve: Curve, load: Mass) -> Any:
-    """Return the seconds [s] from the first slip to a slip [m], up to the standstill."""
+    """Return the time [s] from the first slip to a slip [m], up to the standstill."""
     end = curve.place(slip)
     turns = curve.turns(load.weight, end)
     cuts = jnp.stack([jnp.zeros_like(end), *turns, jnp.minimum(curve.kink, end), end])

@@ -1,7 +1,7 @@
-"""A mass stopped by the brake at constant vacuum, exactly (paper, section III-E).
+"""Exact stop of a mass by the brake at constant vacuum (paper, section III-E).
 
-The mass hangs on a spring k, rope and brake in series, and on the brake, which slips by s once the
-force has reached Y(0). All is work and energy: K(s), the kinetic energy at slip s, is a closed
+The mass hangs on a spring k (rope and brake in series) and on the brake, which slips by s once the
+force has reached Y(0). The kinetic energy at slip s, K(s), follows from work and energy in closed
 form, and the travel is its first root. In w = sqrt(s) it is a quartic, smooth at the start.
 """
 
@@ -61,10 +61,10 @@ def paced_setup(
 
 
 def _first_root(energy: Quartic, low: Any, high: Any) -> Any:
-    """sqrt of the slip in [low, high] where the kinetic energy, falling, passes zero.
+    """Return sqrt of the slip in [low, high] at which the falling kinetic energy is zero.
 
-    Three curved steps from the root without an enclosure; if anywhere they have not settled, Newton
-    steps limited to their bracket for all.
+    It takes three curvature steps from the root without an enclosure. If any case has not settled,
+    Newton steps limited to the bracket follow for all cases.
     """
     before = guess(energy, low, high)
     for _ in range(2):
@@ -106,7 +106,7 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
 
 
 def _exact(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake) -> Stop:
-    """The stop at a friction that does not depend on speed."""
+    """Return the stop with a friction that does not depend on speed."""
     mass, speed, vacuum, spring, gravity = jnp.broadcast_arrays(
         mass, speed, vacuum, spring, gravity
     )
@@ -115,7 +115,7 @@ def _exact(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake:
     case = _setup(mass, speed, vacuum, spring, gravity, brake)
     travel = brake.sheets.usable_travel + jnp.zeros_like(case.kinetic)
     bracket = search(case, travel)
-    # the search is not differentiated: the polishing step carries the gradient of the root
+    # the search is not differentiated, but the polishing step carries the gradient of the root
     energy, low, high = jax.lax.stop_gradient((bracket.energy, bracket.low, bracket.high))
     root = _first_root(energy, low, high)
     root = polish_root(bracket.energy, root, jax.lax.stop_gradient(slope_of(energy, root)))
@@ -129,9 +129,9 @@ def _exact(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake:
 def _along_curve(
     mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
 ) -> Stop:
-    """Return `stop` for an energy that is not a quartic in the root of the slip."""
+    """Return `stop` for a kinetic energy that is not a quartic in the root of the slip."""
     fine = (mass > 0) & (speed >= 0) & (vacuum >= 0) & (spring > 0) & (gravity >= 0)
-    # outside its domain the search would meet NaN, so it gets a dummy case there
+    # outside its domain the search would meet NaN, so it gets a dummy case
     mass, speed, vacuum, spring, gravity = (
         jnp.where(fine, x, 1.0) for x in (mass, speed, vacuum, spring, gravity)
     )
@@ -152,7 +152,7 @@ def course_of(
 
 
 def _elastic_time(mass: Any, speed: Any, gravity: Any, spring: Any, force: Any, slides: Any) -> Any:
-    """Seconds until the brake begins to slide, or (if it never does) to the first standstill."""
+    """Return the time [s] until the brake begins to slide, or else to the first standstill."""
     omega = jnp.sqrt(spring / mass)
     sag, swing = gravity / omega**2, speed / omega
     size = jnp.sqrt(sag**2 + swing**2)
@@ -166,19 +166,19 @@ def _elastic_time(mass: Any, speed: Any, gravity: Any, spring: Any, force: Any, 
 def speed_at_slip(
     slip: Any, mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
 ) -> Any:
-    """Speed of the mass [m/s] once the brake has slipped by `slip` [m]; NaN past its standstill.
+    """Return the speed of the mass [m/s] at a slip [m] of the brake; NaN past its standstill.
 
-    NaN with a speed law, which has no closed form.
+    Also NaN with a speed law, which has no closed form.
     """
     curve, load = curve_of(vacuum, brake), Mass(mass, speed, spring, gravity)
     left, size = energy_at(curve.point(curve.place(slip)), load), load.arriving + load.weight * slip
-    # through rounding, a standstill may lie on either side of zero
+    # rounding may put a standstill on either side of zero
     pace = safe_sqrt(jnp.where(left < -1e-9 * size, left, jnp.maximum(left, 0.0)) * 2 / mass)
     return within(any_speed(brake), pace)
 
 
 def any_speed(brake: Brake) -> Any:
-    """Whether friction is the same at every speed."""
+    """Return whether friction is the same at every speed."""
     return jnp.asarray(True if brake.speed_law is None else brake.speed_law.power == 0)
 
 
@@ -186,10 +186,11 @@ def any_speed(brake: Brake) -> Any:
 def time_at_slip(
     slip: Any, mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: Brake
 ) -> Any:
-    """Seconds from the taut rope until the brake has slipped by `slip` [m], up to its standstill.
+    """Return the time [s] from the taut rope until the brake has slipped by `slip` [m].
 
-    The elastic part is a closed form. The sliding part is a Gauss quadrature of dz/v in pieces,
-    cut where the mass is slowest or fastest and where the enclosure saturates.
+    It is NaN beyond the standstill. The elastic part has a closed form. The sliding part is a Gauss
+    quadrature of dz/v in pieces, divided where the mass is slowest or fastest and where the
+    enclosure saturates.
     """
     arrays = jnp.broadcast_arrays(slip, mass, speed, vacuum, spring, gravity)
     slip, mass, speed, vacuum, spring, gravity = arrays

@@ -1,8 +1,8 @@
-"""A mass on a rope and the brake in time: any vacuum, rope damping, rebound, slack rope (ours).
+"""Motion in time of a mass on rope and brake: any vacuum, damping, rebound, slack rope (ours).
 
-The brake's force depends only on its path. A step finds the elongation at which its mean force,
-work over distance, is the force that slows the mass. Work and heat are exact along the path, so
-that energy is conserved to rounding with any step; time is of second order.
+The brake's force depends only on its path. A step finds the elongation at which its mean force
+(work over distance) equals the force that slows the mass. Work and heat are exact along the path,
+so that energy is conserved to rounding with any step; the error of time is of second order.
 
 Without rope damping, rope and brake are one spring, as in the exact stop. With it, the rope is a
 parallel spring and damper (it only pulls) in series with the brake.
@@ -32,11 +32,12 @@ from layerjam.mechanics.stop.motion_step import (
 )
 
 MOVING, STANDSTILL, TRAVEL_USED, CLOSED, SNAPPED = 0, 1, 2, 3, 4
-"""Outcomes: still moving, first standstill, end of travel, enclosure closes the brake, snap.
+"""Outcomes: still moving, first standstill, end of travel, closing enclosure, snap.
 
-NOT_A_CASE (-1) where a quantity lies outside the domain and all numbers are NaN."""
+NOT_A_CASE (-1) where a quantity lies outside the domain and all numbers are NaN.
+"""
 LONGEST = 0.25
-"""Longest step over sqrt(M/k): longer ones pass over a standstill."""
+"""Longest step over sqrt(M/k); longer ones would pass over a standstill."""
 
 
 def _event(old: Motion, new: Motion, setting: Setting, travel: Any) -> Any:
@@ -51,10 +52,10 @@ def _event(old: Motion, new: Motion, setting: Setting, travel: Any) -> Any:
 
 
 def _snaps(old: Motion, new: Motion, setting: Setting) -> Any:
-    """Return whether the force fell faster than the spring relaxes, between `old` and `new`.
+    """Return whether the force fell faster than the spring relaxes between `old` and `new`.
 
-    1 + Y'/k > 0 is required at the new position, and the brake must hold the spring there. Friction
-    that grows with speed is stable on any spring.
+    The brake does not snap if 1 + Y'/k > 0 at the new position and the brake holds the spring
+    there. Friction that grows with speed is stable on any spring.
     """
     if setting.law is not None:
         return jnp.zeros_like(new.slack)
@@ -74,7 +75,7 @@ def _snaps(old: Motion, new: Motion, setting: Setting) -> Any:
 
 
 class Vacuum(NamedTuple):
-    """A vacuum [Pa], or its samples over time [s], shape (H,), joined by straight lines."""
+    """A vacuum [Pa], or its samples over time [s], shape (H,), interpolated linearly."""
 
     pressure: Any
     time: Any = None
@@ -90,8 +91,9 @@ def _ready(
     """Return the state before a step of `dt` [s], its setting, and the friction at its start [N/m].
 
     A falling vacuum changes between steps, to its mean over the step. A rising vacuum changes while
-    the brake slides: at rest the force could not follow. After a fall, half of the last step's fall
-    has not yet been applied: it is applied first, or its slip would be lost.
+    the brake slides, because at rest the force could not follow. After a fall, half of the last
+    step's fall has not been applied yet. It is applied first, because its slip would otherwise be
+    lost.
     """
     if motion.enclosure is None:
         return motion, setting_of(vacuum.pressure, load.spring, brake), None
@@ -99,7 +101,7 @@ def _ready(
     falls = end < begin
     lags = begin < motion.vacuum * (1 - CLOSE)
     start = jnp.where(lags, begin, motion.vacuum)
-    if brake.speed_law is not None:  # the force follows by itself at the speed of the sheets
+    if brake.speed_law is not None:  # with a speed law the force follows by itself
         falls = jnp.zeros_like(falls)
     level = jnp.where(falls, (begin + end) / 2, end)
 
@@ -115,8 +117,8 @@ def _ready(
 def _change_vacuum(changes: Any, motion: Motion, vacuum: Any, load: Load, brake: Brake) -> Motion:
     """Apply another vacuum [Pa] to the drops for which it changes.
 
-    A separate branch: otherwise the compiler would repeat the computation for every number that
-    depends on it, with three times the code and three times the time to start.
+    It is a separate branch, because otherwise the compiler would repeat the computation for every
+    number that depends on it, with three times the code and start-up time.
     """
 
     def change(motion: Motion) -> Motion:
@@ -127,7 +129,7 @@ def _change_vacuum(changes: Any, motion: Motion, vacuum: Any, load: Load, brake:
 
 
 def step_on(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brake) -> Motion:
-    """One step of `dt` [s].
+    """Advance by one step of `dt` [s].
 
     A state whose next step contains an event does not change, except for its outcome.
     """
@@ -140,7 +142,7 @@ def step_on(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brake) -
 
 
 def go_to_event(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brake) -> Motion:
-    """Advance to the standstill, end of travel or snap in the next step, by 60 bisections."""
+    """Advance to the standstill, end of travel or snap within the next step, by 60 bisections."""
     travel = brake.sheets.usable_travel
 
     def state_after(time: Any) -> tuple[Motion, Any]:
@@ -149,7 +151,7 @@ def go_to_event(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brak
         snaps = _snaps(motion, new, setting)
         if new.enclosure is None:
             return new, snaps
-        # the remaining fall of the vacuum at the standstill
+        # the fall of the vacuum that remains at the standstill
         level = vacuum.value_at(new.time)
         return _change_vacuum(level < new.vacuum, new, level, load, brake), snaps
 
@@ -165,7 +167,7 @@ def go_to_event(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brak
             jnp.where(is_past, snaps, state.snaps),
         )
 
-    # the first one is the whole step, known to contain the event
+    # the first interval is the whole step, which is known to contain the event
     least, no = jnp.zeros_like(motion.time), jnp.zeros_like(motion.slack)
     end = jax.lax.fori_loop(0, 60, halve, _Bisection(least, least + 2 * dt, motion, motion, no))
     last = _choose(end.snaps, end.before, end.after)
@@ -181,7 +183,7 @@ def go_to_event(motion: Motion, dt: Any, vacuum: Vacuum, load: Load, brake: Brak
 
 
 class _Bisection(NamedTuple):
-    """The two times [s] between which something happens, and the states there."""
+    """The two times [s] between which an event happens, and the states there."""
 
     low: Any
     high: Any
@@ -191,12 +193,12 @@ class _Bisection(NamedTuple):
 
 
 def _choose(condition: Any, yes: Motion, no: Motion) -> Motion:
-    """One state or the other, drop by drop."""
+    """Return one of two states, drop by drop."""
     return jax.tree.map(lambda a, b: jnp.where(condition, a, b), yes, no)
 
 
 def stored_energy(motion: Motion, load: Load, brake: Brake) -> Any:
-    """Elastic energy [J] in rope, sheets, mount and enclosure."""
+    """Return the elastic energy [J] in rope, sheets, mount and enclosure."""
     if motion.enclosure is None:
         enclosure = backbone_stored(motion.slip, enclosure_at(motion.vacuum, brake))
     else:
@@ -208,14 +210,14 @@ def stored_energy(motion: Motion, load: Load, brake: Brake) -> Any:
 
 
 def load_of(mass: Any, gravity: Any, rope: Any, damping: Any, brake: Brake) -> Load:
-    """The load of a mass [kg] on a rope [N/m] (None: on the brake alone) with damping [N s/m]."""
+    """Return the load of a mass [kg] on a rope [N/m] (None: only the brake); damping [N s/m]."""
     if damping is not None:
         return Load(mass, gravity, working_stiffness(brake), rope, damping)
     return Load(mass, gravity, series_of(rope, brake), None, None)
 
 
 def series_of(rope: Any, brake: Brake) -> Any:
-    """Rope [N/m] (None: no rope) and brake in series [N/m]."""
+    """Return the stiffness [N/m] of rope (None: no rope) and brake in series."""
     stiffness = working_stiffness(brake)
     return stiffness if rope is None else 1 / (1 / stiffness + 1 / rope)
 
@@ -233,15 +235,16 @@ def stop_in_time(
     steps: Any,
     brake: Brake,
 ) -> Motion:
-    """March a mass [kg] arriving with `speed` [m/s] to its first standstill or the end of travel.
+    """Integrate the motion of a mass [kg] arriving with `speed` [m/s] to its first standstill.
 
-    `vacuum` [Pa] broadcasts with the rest where `times` is None; with `times` [s], shape (H,), it
-    holds samples of a history. `rope` [N/m] and `damping` [N s/m] may be None. `step` [s] may
-    differ from drop to drop. `steps` is the maximum number of steps (the greatest if several are
-    given); the outcome is MOVING if they were not enough. Energy is conserved to rounding. Time and
-    slip are of second order in the step (slip is exact at constant vacuum without damping). NaN and
-    NOT_A_CASE outside the domain. A step longer than a quarter of sqrt(M/k), with k of rope and
-    brake in series, is outside too, since it may pass over events.
+    It also ends at the end of travel. `vacuum` [Pa] broadcasts with the other arguments if `times`
+    is None; with `times` [s], shape (H,), it holds samples of a history. `rope` [N/m] and `damping`
+    [N s/m] may be None. `step` [s] may differ from drop to drop. `steps` is the maximum number of
+    steps (the greatest if several are given); the outcome is MOVING if they were not enough. Energy
+    is conserved to rounding. Time and slip are of second order in the step (slip is exact at
+    constant vacuum without damping). NaN and NOT_A_CASE outside the domain. A step longer than a
+    quarter of sqrt(M/k), with k of rope and brake in series, is also outside, since it may pass
+    over events.
     """
     steady = times is None
     history = Vacuum(vacuum, times)

@@ -1,4 +1,4 @@
-"""One step of a mass on rope and brake: taut, slack, or from one to the other (ours).
+"""One step of a mass on rope and brake: taut, slack, or a change from one to the other (ours).
 
 See `motion` for the definition of a step; this module has its states.
 """
@@ -28,16 +28,16 @@ _NEWTON = 3
 
 
 class Load(NamedTuple):
-    """Load on the brake, in SI; arrays broadcast."""
+    """Load on the brake in SI units; arrays broadcast."""
 
     mass: Any
     gravity: Any
     spring: Any
-    """Brake and rope in series, or only the brake if the rope is damped [N/m]."""
+    """Stiffness of brake and rope in series, or of the brake alone if the rope is damped [N/m]."""
     rope: Any
     """Stiffness of a damped rope [N/m]; None if the rope is part of the spring."""
     damping: Any
-    """[N s/m]; None if there is none, which omits the damper entirely."""
+    """Damping of the rope [N s/m]; None omits the damper entirely."""
 
 
 class Motion(NamedTuple):
@@ -45,10 +45,10 @@ class Motion(NamedTuple):
 
     time: Any
     place: Any
-    """Way of the mass from the taut rope [m]."""
+    """Displacement of the mass from the taut rope [m]."""
     speed: Any
     drawn: Any
-    """Elongation of the spring `Load.spring` and the brake [m]."""
+    """Elongation of the spring `Load.spring` and the brake together [m]."""
     stretch: Any
     """Stretch of a damped rope [m]."""
     slack: Any
@@ -56,11 +56,11 @@ class Motion(NamedTuple):
     force: Any
     """Force in brake and rope [N]."""
     enclosure: Memory | None
-    """State of the enclosure; None at constant vacuum, where the backbone is enough."""
+    """State of the enclosure; None at constant vacuum, for which the backbone is enough."""
     vacuum: Any
     """Vacuum of the last step [Pa]."""
     heat: Any
-    """Turned into heat in brake and rope so far [J], integrated separately."""
+    """Energy turned into heat in brake and rope so far [J], integrated separately."""
     peak: Any
     """Greatest force so far [N]."""
     outcome: Any
@@ -71,7 +71,7 @@ class Motion(NamedTuple):
 
 
 class _Extension(NamedTuple):
-    """The brake after being drawn by some distance at one vacuum."""
+    """The brake after an extension by some distance at one vacuum."""
 
     drawn: Any
     slip: Any
@@ -82,9 +82,9 @@ class _Extension(NamedTuple):
 
 
 def at_start(speed: Any, vacuum: Any, steady: bool, paced: bool = False) -> Motion:
-    """Just taut, everything relaxed; the shape is that of `speed` [m/s] and `vacuum` [Pa].
+    """Return a taut and relaxed state; its shape is that of `speed` [m/s] and `vacuum` [Pa].
 
-    `paced` if friction depends on the sliding speed.
+    `paced` states whether friction depends on the sliding speed.
     """
     speed, vacuum = jnp.broadcast_arrays(speed, vacuum)
     zero: Any = jnp.zeros_like(speed)
@@ -97,7 +97,7 @@ def at_start(speed: Any, vacuum: Any, steady: bool, paced: bool = False) -> Moti
 
 
 def force_of_enclosure(motion: Motion, enclosure: EnclosureLaw) -> Any:
-    """Force of the enclosure [N], by its memory if it has one."""
+    """Return the force of the enclosure [N], from its memory if it has one."""
     return backbone(motion.slip, enclosure) if motion.enclosure is None else motion.enclosure.force
 
 
@@ -106,7 +106,7 @@ def _extend_brake(
 ) -> _Extension:
     """Extend the brake by `distance` [m] from a taut state.
 
-    It slides if `slides`, otherwise it sticks.
+    The brake slides if `slides`, otherwise it sticks.
 
     Friction changes from `c` [N/m] to that of `setting` linearly over the slip.
     """
@@ -127,10 +127,10 @@ def _extend_brake(
 
 
 def _first_loading(elongation: Any, setting: Setting) -> Any:
-    """Slip [m] at an elongation [m] and constant vacuum; if nothing holds it, it snaps."""
+    """Return the slip [m] at an elongation [m]; the brake snaps if nothing holds it."""
     drive, soft = setting.k * elongation - setting.c * setting.overlap, setting.c - setting.k
     snap = snap_slip(soft, setting.enclosure)
-    # from there on nothing balances the spring's force: no root remains
+    # beyond this nothing balances the spring's force, so no root remains
     snaps = jnp.isfinite(snap) & (drive >= snap * soft)
     out = rising_root(jnp.where(snaps, 0.0, drive), -soft, setting.enclosure)
     return jnp.where(snaps, snap, out)
@@ -141,7 +141,7 @@ def _meet(
 ) -> tuple[_Extension, Any]:
     """Extend the brake until its mean force is alpha - beta distance [m].
 
-    Also return the distance.
+    Also returns the distance.
     """
     hold = force_of(motion.slip, setting)
     hold = hold + force_of_enclosure(motion, setting.enclosure)
@@ -158,14 +158,14 @@ def _meet(
         step = (mean + beta * travel - alpha) / ((pull.force - mean) / part + beta)
         return jnp.where(slides, jnp.maximum(travel - step, least), distance)
 
-    # at constant vacuum the loop is short enough to be unrolled, which batches well
+    # at constant vacuum the loop is short enough to be unrolled, which suits batches
     steady = motion.enclosure is None
     travel = jax.lax.fori_loop(0, _NEWTON, newton, travel, unroll=steady)
     return _extend_brake(motion, travel, slides, setting, c), travel
 
 
 def resting(setting: Setting) -> Setting:
-    """The same with the friction of sheets at rest."""
+    """Return the setting with the friction of sheets at rest."""
     result: Setting = (
         setting if setting.law is None else scale_friction(setting, growth(0.0, setting.law))
     )
@@ -175,7 +175,7 @@ def resting(setting: Setting) -> Setting:
 def _meet_paced(
     motion: Motion, alpha: Any, beta: Any, setting: Setting, law: SpeedLaw, dt: Any
 ) -> tuple[_Extension, Any]:
-    """Return `_meet` for friction that depends on the sliding speed: the slip is searched for.
+    """Return `_meet` for friction that depends on the sliding speed, by a search for the slip.
 
     The force changes linearly from its old value to that of the new slip and its speed, so that
     the spring's work is exact. The speed at the end follows from a parabola through two steps.
@@ -201,7 +201,7 @@ def _meet_paced(
     hold = hold + force_of_enclosure(motion, setting.enclosure)
     stuck = (alpha - force) / (beta + setting.k / 2)
     slides = force + setting.k * stuck > hold
-    # it slips at most as far as if nothing held mass and spring
+    # the slip is at most that of a mass and spring without resistance
     farthest = start + jnp.maximum(alpha / beta, 0.0) + force / setting.k
     guess = jnp.minimum(start + motion.pace * dt, (start + farthest) / 2)
     slip = jnp.where(slides, newton_root(excess, guess, start, farthest), start)
@@ -217,14 +217,14 @@ def _meet_paced(
 
 
 def _slide_to(motion: Motion, slip: Any, setting: Setting) -> Motion:
-    """The motion with its enclosure at another slip [m]."""
+    """Return the motion with its enclosure at another slip [m]."""
     if motion.enclosure is None:
         return motion._replace(slip=slip)
     return motion._replace(slip=slip, enclosure=slide_to(motion.enclosure, slip, setting.enclosure))
 
 
 def _of_enclosure(motion: Motion, slip: Any, setting: Setting) -> tuple[Any, Any, Memory | None]:
-    """Work of the enclosure up to a slip [J], the part that is heat, and the state there."""
+    """Return the enclosure's work up to a slip [J], the part that is heat, and its new state."""
     old, new = motion.enclosure, _slide_to(motion, slip, setting).enclosure
     if old is not None and new is not None:
         warm = new.heat - old.heat
@@ -235,7 +235,7 @@ def _of_enclosure(motion: Motion, slip: Any, setting: Setting) -> tuple[Any, Any
 
 
 def _taut(motion: Motion, dt: Any, setting: Setting, c: Any, load: Load) -> Motion:
-    """One step on the taut rope."""
+    """Advance by one step on the taut rope."""
     damped = load.damping is not None
     m, g, v = load.mass, load.gravity, motion.speed
     if damped:
@@ -269,7 +269,7 @@ def _taut(motion: Motion, dt: Any, setting: Setting, c: Any, load: Load) -> Moti
 
 
 def _line_at_top(setting: Setting) -> Any:
-    """The friction's tangent where the force of first loading is greatest."""
+    """Return the friction's tangent where the force of first loading is greatest."""
     top = 0.0 * setting.c
     for _ in range(4):
         top = (
@@ -279,17 +279,17 @@ def _line_at_top(setting: Setting) -> Any:
 
 
 def _highest(motion: Motion, pull: _Extension, setting: Setting) -> Any:
-    """Return the greatest force within a step [N], which its ends do not show.
+    """Return the greatest force within a step [N], which may exceed that at its ends.
 
-    It is the top of the backbone, if that was passed. With a speed law it is there only by chance,
-    so the force after the step is used; the error is of second order.
+    It is the top of the backbone, if the step passed it. With a speed law the peak depends on the
+    speeds, so the force after the step is used; the error is of second order.
     """
     if setting.law is not None:
         return pull.force
     line = setting if setting.fan is None else _line_at_top(setting)
     top = (setting.enclosure.root / (2 * jnp.where(line.c > 0, line.c, 1.0))) ** 2
     is_passed = (motion.slip < top) & (top < pull.slip) & (top < setting.enclosure.saturation)
-    if pull.enclosure is not None:  # only on the backbone
+    if pull.enclosure is not None:  # this holds only on the backbone
         first = backbone(pull.slip, setting.enclosure)
         is_passed = is_passed & (jnp.abs(pull.enclosure.force - first) <= 1e-9 * first)
     top_force = line.c * line.overlap + setting.enclosure.root**2 / (4 * line.c)
@@ -338,7 +338,7 @@ def _until_slack(motion: Motion, dt: Any, setting: Setting, load: Load) -> Motio
 
 
 def _slack(motion: Motion, dt: Any, load: Load) -> Motion:
-    """Free flight for a step, or up to the point where the rope is taut again."""
+    """Advance in free flight by a step, or until the rope is taut again."""
     damped = load.damping is not None
     g, v = load.gravity, motion.speed
 
@@ -349,7 +349,7 @@ def _slack(motion: Motion, dt: Any, load: Load) -> Motion:
 
     gap = motion.slip + motion.stretch - motion.place
     root = v + safe_sqrt(jnp.maximum(v**2 + 2 * g * gap, 0.0))
-    # the mass falls back, or never does if there is no gravity and it flies off
+    # the mass falls back; without gravity it flies off and never does
     time = jnp.where(root > 0, 2 * gap / jnp.where(root > 0, root, 1.0), jnp.inf)
     if damped:
         time = jnp.minimum(time, dt)
@@ -381,11 +381,11 @@ def pump(motion: Motion, vacuum: Any, setting: Setting) -> Motion:
     enclosure = at_vacuum(motion.enclosure, setting.enclosure)
     new = motion._replace(enclosure=enclosure)
     gives = motion.force > force_of(motion.slip, setting) + enclosure.force
-    if setting.law is not None:  # it starts to slide with a delay
+    if setting.law is not None:  # with a speed law it starts to slide with a delay
         gives = jnp.zeros_like(gives)
     pull = _extend_brake(new, jnp.zeros_like(motion.slip), gives & ~motion.slack, setting)
-    # the spring drives the sheets harder than friction resists: heat, except for the enclosure's
-    # share
+    # if the spring drives the sheets harder than friction resists, the excess is heat, except for
+    # the enclosure's share
     spring = (motion.force - pull.force) * (motion.force + pull.force) / (2 * setting.k)
     energy = enclosure.stored if pull.enclosure is None else pull.enclosure.stored
     loss = motion.enclosure.stored - energy + spring
@@ -399,11 +399,11 @@ def pump(motion: Motion, vacuum: Any, setting: Setting) -> Motion:
 
 
 def step_motion(motion: Motion, dt: Any, setting: Setting, c: Any, load: Load) -> Motion:
-    """One step, shortened if the rope becomes slack or taut within it."""
+    """Advance by one step, which is shortened if the rope becomes slack or taut within it."""
     taut = _taut(motion, dt, setting, c, load)
     loose = _until_slack(motion, dt, setting, load)
     free = _slack(motion, dt, load)
-    # a step so long that the sheets would separate has not been slack
+    # a step in which the sheets would separate has not been slack
     parts = (taut.force < 0) & (taut.slip < setting.overlap)
     taut = jax.tree.map(lambda a, b: jnp.where(parts, a, b), loose, taut)
     return jax.tree.map(lambda a, b: jnp.where(motion.slack, a, b), free, taut)

@@ -1,9 +1,9 @@
-"""A mass stopped at constant vacuum by sheets whose friction grows with their speed (ours).
+"""Stop of a mass at constant vacuum by sheets whose friction grows with their speed (ours).
 
 Friction is S(x, u) = c (L2 - x) G(u), with x the slip, u its rate, and G the brake's speed law. For
-a fan it is c (L2 - x) G(u) R(x, G(u)), with its factor R at the friction coefficient of that speed.
-The enclosure's force E(x) does not depend on speed. Mass M, spring k (rope and brake in series) and
-brake are in series,
+a fan it is c (L2 - x) G(u) R(x, G(u)), with R its factor at the friction coefficient of that speed.
+The enclosure's force E(x) does not depend on speed. Mass M, spring k (rope and brake) and brake are
+in series,
 
 k (z - x) = S(x, u) + E(x), M v' = M g - k (z - x), z' = v, x' = u,
 
@@ -44,13 +44,13 @@ from layerjam.mechanics.stop.rosenbrock import rosenbrock
 TOLERANCE = 1e-7
 """Relative error tolerance of a step."""
 COARSE = 1e-5
-"""Tolerance of a second run, which estimates the error of the first."""
+"""Tolerance of a second run, from which the error of the first is estimated."""
 MAX_STEPS = 5_000
-"""Steps, tried ones among them."""
+"""Largest number of steps, including rejected ones."""
 STILL = 1e-9
 """Speed of a creeping mass, relative to its greatest, below which it counts as at rest."""
 BEGIN = 1e-4
-"""Time from the onset for which a series replaces the integration, over its time scale."""
+"""Time after the onset in which a series replaces the integration, relative to its time scale."""
 MOVING = -2
 ROWS = 4000
 """Number of stored steps of a motion."""
@@ -78,12 +78,12 @@ class Run(NamedTuple):
     state: Any
     """Shape (4, ...): slip [m], speed of mass and of slip [m/s], heat of the sheets [J]."""
     step: Any
-    """The next one [s]; after the end of the run, the one that contains the end."""
+    """Next step [s]; after the end of the run, the step that contains the end."""
     peak: Any
     code: Any
     attempts: Any
     count: Any
-    """Rows of the table."""
+    """Number of rows in the table."""
     table: Any
 
 
@@ -96,19 +96,19 @@ def _sheets(pace: Any, case: PacedProblem) -> Sheets:
 
 
 def force_of(state: Any, case: PacedProblem) -> Any:
-    """Force [N] in spring and brake."""
+    """Return the force [N] in spring and brake."""
     slip, _, pace, _ = state
     return friction_of(slip, _sheets(pace, case)) + backbone(slip, case.setup.enclosure)
 
 
 def _stiffening(slip: Any, enclosure: EnclosureLaw) -> Any:
-    """Slope of the enclosure's force over slip [N/m]."""
+    """Return the slope of the enclosure's force over slip [N/m]."""
     spread = enclosure.root / (2 * jnp.sqrt(jnp.where(slip > 0, slip, 1.0)))
     return jnp.where(slip < enclosure.saturation, spread, enclosure.stiffness / enclosure.reach)
 
 
 def rates_of(state: Any, case: PacedProblem) -> Any:
-    """Rates of slip, speed, pace and heat."""
+    """Return the rates of slip, speed, pace and heat."""
     slip, speed, pace, _ = state
     law, setup, sheets = case.law, case.setup, _sheets(pace, case)
     inside = jnp.minimum(slip, case.overlap * (1 - 1e-9))
@@ -121,9 +121,9 @@ def rates_of(state: Any, case: PacedProblem) -> Any:
 
 
 def _first_moment(case: PacedProblem, arrival: Any) -> tuple[Any, Any]:
-    """Time since the onset [s] and state shortly after it: u = a t, x = a t^2/2.
+    """Return the time since the onset [s] and the state shortly after it: u = a t, x = a t^2/2.
 
-    There S'(0) a + e sqrt(a/2) = k v, with S' the slope over the speed.
+    The factor a solves S'(0) a + e sqrt(a/2) = k v, with S' the slope over the speed.
     """
     setup, law = case.setup, case.law
     rise = rise_with_friction(jnp.zeros_like(arrival), _sheets(0.0, case))
@@ -138,7 +138,7 @@ def _first_moment(case: PacedProblem, arrival: Any) -> tuple[Any, Any]:
 
 
 def _attempt(run: Run, case: PacedProblem, greatest: Any, tolerance: Any) -> Run:
-    """Take one step if its error allows it; `_finish` takes the one that contains the end."""
+    """Take one step if its error allows it; `_finish` takes the step that contains the end."""
     new, errors = rosenbrock(lambda y: rates_of(y, case), run.state, run.step)
     slip, speed, pace, _ = run.state
     error = jnp.maximum(
@@ -175,9 +175,9 @@ def _attempt(run: Run, case: PacedProblem, greatest: Any, tolerance: Any) -> Run
 
 
 def _add_row(run: Run, accepts: Any, row: Any) -> Any:
-    """Return the table with one more row, if there is one to store.
+    """Return the table with one more row if `accepts`.
 
-    The last row receives discarded values.
+    The table's last row receives discarded values.
     """
     if run.table is None:
         return None
@@ -187,12 +187,12 @@ def _add_row(run: Run, accepts: Any, row: Any) -> Any:
 
 
 def _loading(state: Any, case: PacedProblem) -> Any:
-    """Rate of the force [N/s]: k (v - u)."""
+    """Return the rate of the force [N/s]: k (v - u)."""
     return case.setup.k * (state[1] - state[2])
 
 
 def _finish(run: Run, case: PacedProblem) -> Run:
-    """Advance to the standstill or end of travel in the next step."""
+    """Advance to the standstill or end of travel within the next step."""
 
     def after(h: Any) -> Any:
         return rosenbrock(lambda y: rates_of(y, case), run.state, h).after
@@ -256,7 +256,7 @@ def slide_on(
 
 
 def paced_stop(case: PacedProblem, speed: Any) -> Stop:
-    """Return the outcome; the elastic part, and a mass that never slides, in closed form."""
+    """Return the outcome; the elastic part, and a mass that never slides, are in closed form."""
     setup = case.setup
     elastic = setup.weight + root_of(setup.weight**2 + 2 * setup.k * setup.arriving)
     slides = elastic > setup.onset
@@ -276,7 +276,7 @@ def paced_stop(case: PacedProblem, speed: Any) -> Stop:
 
 
 class Course(NamedTuple):
-    """A stop in time, from the onset of sliding; rows of time, slip, speed, pace, heat, force."""
+    """A stop in time from the onset of sliding; rows of time, slip, speed, pace, heat, force."""
 
     rows: Any
     """Shape (`ROWS` + 1, 6), of which `count` are valid."""
@@ -284,11 +284,11 @@ class Course(NamedTuple):
     end: Any
     """The last row, shape (6,): the standstill or the end of travel."""
     coarse: Any
-    """The same after steps a hundred times less exact."""
+    """The last row of a run with steps a hundred times less exact."""
 
 
 def paced_course(case: PacedProblem, speed: Any) -> Course:
-    """The states of one stop, and the result of a second run with coarse steps."""
+    """Return the states of one stop, and the result of a second run with coarse steps."""
     run, last = slide_on(case, speed, ROWS)
     rough = slide_on(case, speed, tolerance=COARSE)[1]
     end, coarse = (jnp.stack([r.time, *r.state, force_of(r.state, case)]) for r in (last, rough))
@@ -298,7 +298,7 @@ def paced_course(case: PacedProblem, speed: Any) -> Course:
 def paced_of(
     setup: Setup, gravity: Any, fan: Fan | None, brake: Brake, law: SpeedLaw
 ) -> PacedProblem:
-    """The constants of a stop, all of one shape; `setup` has the onset at rest."""
+    """Return the constants of a stop, all of one shape; `setup` has the onset at rest."""
     shape = jnp.shape(setup.kinetic)
     safe = SpeedLaw(
         power=jnp.where(law.power > 0, law.power, 1.0),  # type: ignore[arg-type]

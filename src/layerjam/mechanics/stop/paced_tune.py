@@ -1,6 +1,6 @@
-"""The vacuum, or the speed, at which stops with a speed law end after a given slip.
+"""Vacuum, or speed, at which stops with a speed law end after a given slip.
 
-There is no energy balance to solve beforehand, because friction depends on the speeds of the whole
+No energy balance can be solved beforehand, because friction depends on the speeds during the whole
 stop. The search therefore evaluates the stop itself, for many cases at once.
 """
 
@@ -24,15 +24,15 @@ FARTHEST = 1e-6
 """Greatest relative distance of an accepted stop."""
 ROUNDS = 62
 LEAST = 1e-4
-"""Least vacuum tried, relative to the atmosphere: without friction there is no stop to compute."""
+"""Least vacuum tried, relative to the atmosphere; without friction there would be no stop."""
 FASTEST = 1e3
 """Greatest arrival speed tried [m/s]."""
 
 
 def _excess_slip(slip: Any, case: tuple[Any, Any, Any, Any, Any], brake: Brake) -> Any:
-    """Distance of the stop beyond a slip [m], extended by the energy left at the end of travel.
+    """Return the distance of the stop beyond a slip [m], extended by the energy left at the end.
 
-    Continuous, and rising with the energy of the mass.
+    It is continuous, and rises with the energy of the mass.
     """
     result = stop(*case, brake)
     force = jnp.where(result.peak_force > 0, result.peak_force, 1.0)
@@ -42,16 +42,16 @@ def _excess_slip(slip: Any, case: tuple[Any, Any, Any, Any, Any], brake: Brake) 
 
 @law
 def holds(slip: Any, vacuum: Any, weight: Any, brake: Brake) -> Any:
-    """Return whether a weight [N] that came to rest at a slip [m] stays there; full vacuum [Pa].
+    """Return whether a weight [N] stays at rest at a slip [m]; full vacuum [Pa].
 
-    It may stop for a moment, held by sheets that still slide, and then continue.
+    The weight may stop for a moment, held by sheets that still slide, and then continue.
     """
     return brake_force(slip, vacuum, at_speed(0.0, brake)) >= weight * (1 - 1e-6)
 
 
 @jax.custom_jvp
 def block_gradient(value: Any) -> Any:
-    """A value found by a search: differentiating it raises QuantityError."""
+    """Return the value; differentiating this result of a search raises QuantityError."""
     return value
 
 
@@ -67,11 +67,12 @@ def _no_gradient(_: Any, __: Any) -> Any:
 def _root(
     rising: Callable[[Any], Any], low: Any, high: Any, slip: Any, already: float = jnp.nan
 ) -> Any:
-    """Return the point at which the distance [m] beyond a slip passes zero.
+    """Return the point at which the distance [m] beyond a slip crosses zero.
 
-    NaN if it does not come close enough.
+    It is NaN if it does not come close enough to zero.
 
-    `already` if it is above zero at the lower end. If it jumps over zero the result is NaN.
+    The result is `already` if the distance is positive at the lower end, and NaN if it jumps over
+    zero.
     """
     end = false_position(rising, low, high, CLOSE * slip, ROUNDS)
     is_close = end.is_met & (end.error <= FARTHEST * slip)
@@ -79,10 +80,10 @@ def _root(
 
 
 def paced_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) -> Any:
-    """Vacuum [Pa] at which the mass stops after a slip [m]; arrays of one shape.
+    """Return the vacuum [Pa] at which the mass stops after a slip [m]; arrays of one shape.
 
-    NaN if full vacuum does not stop it that soon, or the least vacuum stops it sooner. Also NaN
-    if friction at rest does not hold the weight there, so that it would slide on.
+    NaN if full vacuum does not stop the mass that soon, or if the least vacuum stops it sooner.
+    Also NaN if friction at rest does not hold the weight there, so that it would slide on.
     """
     top = brake.site.atmosphere + jnp.zeros_like(mass)
 
@@ -97,7 +98,7 @@ def paced_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
 
 
 def paced_speeds(mass: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) -> tuple[Any, Any]:
-    """Return the speeds [m/s] stopped there by the least holding vacuum and by full vacuum.
+    """Return the speeds [m/s] that the least holding vacuum and full vacuum stop at the slip.
 
     Arrays of one shape.
     """
@@ -107,7 +108,7 @@ def paced_speeds(mass: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) 
     holding_vacuum = vacuum_for_force(jnp.maximum(weight, enclosure_force), slip, rest_brake)
     holding = ~jnp.isnan(holding_vacuum)
     least = jnp.maximum(jnp.where(holding, holding_vacuum, full), LEAST * full)
-    # both ends are searched at once, so that the stop is compiled once
+    # both searches run at once, so that the stop is compiled once
     vacuum, case = jnp.stack([least, full]), (mass, slip, spring, gravity)
     mass, slip, spring, gravity = (jnp.stack([a, a]) + jnp.zeros_like(vacuum) for a in case)
 
@@ -115,6 +116,6 @@ def paced_speeds(mass: Any, slip: Any, spring: Any, gravity: Any, brake: Brake) 
         return _excess_slip(slip, (mass, pace, vacuum, spring, gravity), brake)
 
     zero = jnp.zeros_like(vacuum)
-    # none is needed at a vacuum at which it slides that far from rest anyway
+    # no speed is needed at a vacuum at which the mass slides that far from rest
     speeds = _root(excess, zero, zero + FASTEST, slip, already=0.0)
     return speeds[0], jnp.where(holding, speeds[1], jnp.nan)

@@ -1,7 +1,7 @@
-"""A stiffly accurate Rosenbrock method for three unknowns and an integral, for many cases at once.
+"""A stiffly accurate Rosenbrock method for three unknowns and an integral, for many cases.
 
-Rodas of Hairer and Wanner (Solving Ordinary Differential Equations II, IV.7): order 4, L-stable,
-embedded order 3; no iteration, so that every step costs the same.
+It is Rodas by Hairer and Wanner (Solving Ordinary Differential Equations II, IV.7): order 4,
+L-stable, with an embedded order 3. It needs no iteration, so that every step costs the same.
 """
 
 from collections.abc import Callable
@@ -29,20 +29,21 @@ _C[5, 3:5] = 16.31930543123136, -6.058818238834054
 Rates = Callable[[Any], Any]
 """Function from four numbers, shape (4, ...), to their rates.
 
-Three are coupled; the fourth is an integral over them, on which none depends."""
+Three are coupled; the fourth is an integral over them, on which none depends.
+"""
 
 
 class Step(NamedTuple):
     """Result of a step."""
 
     after: Any
-    """Shape (4, ...)."""
+    """State after the step, shape (4, ...)."""
     error: Any
     """Difference of the two orders."""
 
 
 def _solve_3x3(rows: list[list[Any]], right: Any) -> list[Any]:
-    """x of a 3 x 3 system, by Cramer's rule on rows scaled to size 1."""
+    """Return x of a 3 x 3 system, by Cramer's rule on rows scaled to size 1."""
     sizes = [jnp.maximum(jnp.maximum(abs(a), abs(b)), abs(c)) for a, b, c in rows]
     (a, b, c), (d, e, f), (g, h, i) = (
         [value / size for value in row] for row, size in zip(rows, sizes, strict=True)
@@ -57,7 +58,7 @@ def _solve_3x3(rows: list[list[Any]], right: Any) -> list[Any]:
 
 
 def rosenbrock(rates: Rates, state: Any, h: Any) -> Step:
-    """One step of `h` [s] from four numbers, shape (4, ...); `rates` is autonomous."""
+    """Return one step of `h` [s] from four numbers, shape (4, ...); `rates` is autonomous."""
     columns = [
         jax.jvp(rates, (state,), (jnp.zeros_like(state).at[j].set(1.0),))[1] for j in range(3)
     ]
@@ -73,7 +74,7 @@ def rosenbrock(rates: Rates, state: Any, h: Any) -> Step:
         new = jnp.stack([*solution, last])
         return point, jax.lax.dynamic_update_index_in_dim(stages, new, i, 0)
 
-    # solve one after another in a loop: unrolled, they take ten times longer to compile
+    # solve one after another in a loop, because unrolled code takes ten times longer to compile
     none = jnp.zeros((6, *state.shape))
     point, stages = jax.lax.fori_loop(0, 6, stage, (state, none))
     return Step(point + stages[5], stages[5])

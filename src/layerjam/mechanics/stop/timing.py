@@ -18,12 +18,12 @@ from layerjam.mechanics.stop.algebra import Quartic, slope_of, value
 NEAREST, FARTHEST = 1e-14, 1e6
 """Largest relative distance of a complex root of the kinetic energy to which the nodes adapt."""
 MARGIN = 1e-9
-"""Relative distance from the end of a piece that is still treated as that end."""
+"""Relative distance from the end of a piece that still counts as that end."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 
 
 class Expansion(NamedTuple):
-    """Kinetic energy starting from the slow end of a piece; `far` is the distance from that end."""
+    """Kinetic energy near the slow end of a piece; `far` is the distance from that end."""
 
     end_energy: Any
     """Kinetic energy at the end [J]."""
@@ -31,7 +31,7 @@ class Expansion(NamedTuple):
     """First derivative over the distance."""
     second: Any
     energy: Callable[[Any], Any]
-    """Kinetic energy [J] at a distance."""
+    """Function that returns the kinetic energy [J] at a distance."""
 
 
 Expand = Callable[[Any, Any], Expansion]
@@ -48,7 +48,7 @@ def expand_energy(energy: Callable[[Any], Any], slope: Callable[[Any], Any]) -> 
         def energy_at(gap: Any) -> Any:
             return energy(end + sign * gap)
 
-        # start slightly inside the piece: at w = 0 the root of the slip has no derivative
+        # start slightly inside the piece, because at w = 0 the root of the slip has no derivative
         inside = end + sign * MARGIN * jnp.maximum(jnp.abs(end), 1e-6)
         first, second = jax.jvp(slope, (inside,), (jnp.ones_like(inside),))
         energy_there = energy(end)
@@ -61,7 +61,7 @@ def expand_energy(energy: Callable[[Any], Any], slope: Callable[[Any], Any]) -> 
 
 
 def expand_quartic(part: Quartic, end: Any, sign: Any) -> Expansion:
-    """Return the expansion of a quartic from its exact derivatives: no digits are lost near zero.
+    """Return a quartic's expansion from its exact derivatives, without loss of digits near zero.
 
     It starts at `end`, in the direction `sign` (1 or -1).
     """
@@ -78,7 +78,7 @@ def expand_quartic(part: Quartic, end: Any, sign: Any) -> Expansion:
 def piece_time(
     low: Any, high: Any, expand: Expand, falls: Any, pace: Callable[[Any], Any], mass: Any
 ) -> Any:
-    """Return the seconds [s] from w = `low` to `high`, between which the energy has one slow end.
+    """Return the time [s] from w = `low` to `high`, between which the energy has one slow end.
 
     `falls` is true if the slow end is `high`; `pace` is the displacement of the mass over w, dz/dw.
     The nodes are w = end -+ (high - low) (sinh(a cos q)/sinh a)^2, with a from the distance of the
@@ -115,7 +115,7 @@ def pieces_time(
     pace: Callable[[Any], Any],
     mass: Any,
 ) -> Any:
-    """Return the seconds [s] over the pieces between rising `cuts`, stacked along the first axis.
+    """Return the time [s] over the pieces between rising `cuts`, stacked along the first axis.
 
     `falls` is true if the energy falls at the middle of a piece.
     """
@@ -124,7 +124,7 @@ def pieces_time(
         return piece_time(low, high, expand, falls((low + high) / 2), pace, mass)
 
     def add(total: Any, piece: tuple[Any, Any]) -> tuple[Any, None]:
-        # most stops end before the last cuts, where nothing is computed
+        # most stops end before the last cuts, for which nothing is computed
         has_length = jnp.any(piece[1] > piece[0])
         return total + jax.lax.cond(
             has_length, seconds, lambda low, _: jnp.zeros_like(low), *piece

@@ -19,7 +19,7 @@ from layerjam.mechanics.stop.paced_tune import FARTHEST, block_gradient, paced_s
 def _excess(
     vacuum: Any, mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, brake: Brake
 ) -> Any:
-    """Energy absorbed by the brake over `slip` minus that of the mass [J], both with springs."""
+    """Return the energy absorbed over `slip` minus that of the mass [J], both with springs."""
     force = brake_force(slip, vacuum, brake)
     work = slip_work(slip, vacuum, brake) + force**2 / (2 * spring)
     return work - mass * speed**2 / 2 - mass * gravity * (slip + force / spring)
@@ -64,8 +64,8 @@ def _balanced_vacuum(
 def tuned_stop(mass: Any, speed: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> Any:
     """Return the `tuned_vacuum` [Pa] if its stop ends as STOPPED after `slip` [m], or NaN.
 
-    The balance holds at the end of the slip; on a soft `rope` [N/m] (None: none) the mass may stop
-    or the brake snap before it. All broadcast, the brake's numbers with them.
+    The balance holds at the end of the slip; on a soft `rope` [N/m] (None: no rope) the mass may
+    stop or the brake snap earlier. All arguments broadcast, including the brake's numbers.
     """
     spring = series_of(rope, brake)
     arrays = (mass, speed, slip, spring, gravity, brake.sheets.count)
@@ -80,7 +80,7 @@ def tuned_stop(mass: Any, speed: Any, slip: Any, rope: Any, gravity: Any, brake:
 
 @law
 def speed_range(mass: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> tuple[Any, Any]:
-    """Speeds [m/s] between which a `tuned_vacuum` solves its balance at a slip [m].
+    """Return the speeds [m/s] between which `tuned_vacuum` solves its balance at a slip [m].
 
     The slowest belongs to the vacuum that just holds the weight there, the fastest to the site's
     full vacuum. NaN if even that cannot hold it; if the slowest exceeds the fastest, there is no
@@ -107,7 +107,7 @@ def speed_range(mass: Any, slip: Any, rope: Any, gravity: Any, brake: Brake) -> 
 
 @law
 def vacuum_eq10(mass: Any, speed: Any, slip: Any, brake: Brake) -> Any:
-    """The paper's tuned vacuum [Pa]: half m v^2 = E(slip, P), no gravity, no elastic part.
+    """Return the paper's tuned vacuum [Pa]: half m v^2 = E(slip, P), no gravity, no elastic part.
 
     NaN if full vacuum of the site is not enough.
     """
