@@ -35,8 +35,8 @@ Row = Mapping[str, Any]
 class FaultCampaign(Result):
     """Results of each fault; `record` holds the runs.
 
-    Each row shows the run that came nearest to its deadline: `onset` is the time from the pump's
-    start to the fault, `safe_after` the time from the fault to safe outputs in the plant's log.
+    Each row shows the run that came nearest to its deadline. `onset` is the time from the pump's
+    start to the fault, `safe_after` that from the fault to safe outputs in the plant's log.
     `vacuum_after` is the true vacuum at the time when a working vent would have released it.
     `named` counts the faults that the board reported, by name. `deadline` is null if there is no
     deadline.

@@ -50,8 +50,8 @@ Within = Annotated[
 def more_pulls(calibration: "Calibration", precision: float | None) -> dict[str, Any] | None:
     """Return {value: (half width now, after one more pull by condition, pulls needed)}.
 
-    None if not requested; a value is None if the pulls so far give no interval. Widths are relative
-    to the value.
+    Returns None if not requested; a value is None if the current pulls give no interval. Widths are
+    relative to the value.
     """
     if precision is None:
         return None

@@ -6,10 +6,10 @@ the two states the interfaces slip, each against the shear flow q = a mu_k W P [
 stay pressed together. The transition loads are those of Caruso et al. 2023
 (10.1016/j.ijmecsci.2023.108325, eqs. 8 to 11).
 
-There are two loads: a transverse force at the end of sheets that are all held at the other end
-(exact within beam theory), and equal and opposite moments that turn the caps, while the brake may
-shorten freely. The enclosure bends with the sheets as a tube. All formulas are for loading from the
-straight, unjammed state.
+There are two loads. One is a transverse force at the end of sheets that are all held at the other
+end (exact within beam theory). The other is a pair of opposite moments on the caps, while the brake
+may shorten freely. The enclosure bends with the sheets as a tube. All formulas are for loading from
+the straight, unjammed state.
 
 Sheets without spacers amplify their friction in a pull, where all of a side are in tension. In
 bending, the outer sheets are in tension and the inner ones compressed: the fan unloads one half of
@@ -167,10 +167,10 @@ def _fan_stiffness(count: Any, brake: Brake) -> tuple[Any, Any]:
     """Return E I [N m^2], with enclosure, of sheets that fan out from t to 2 t, and their couple.
 
     The couple is the share of the moment that axial forces carry at the cap. It doubles up to the
-    overlap while the moment is constant: axial forces carry Q(1 + s/L), the sheets' own bending
-    M - Q(1 + s/L). With B = own and tube and A = E W t^3 count (count^2 - 1)/12, the least
-    energy has Q/M = 9 A/(14 A + 6 B) and E I = B/(1 - 27 A/(28 A + 12 B)). Lines that meet in one
-    point carry no pure moment: 28 B however stiff the sheets are.
+    overlap while the moment is constant: axial forces carry Q(1 + s/L), the sheets' own bending M -
+    Q(1 + s/L). With B = own and tube and A = E W t^3 count (count^2 - 1)/12, the least energy has
+    Q/M = 9 A/(14 A + 6 B) and E I = B/(1 - 27 A/(28 A + 12 B)). Forces along lines that meet in one
+    point cannot balance a pure moment, so E I is at most 28 B, however stiff the sheets are.
     """
     bending = count * _one_sheet(brake) + enclosure_bending_stiffness(brake)
     axial = brake.film.modulus * sheet_section(brake) * brake.sheets.thickness**2
@@ -237,7 +237,7 @@ def turning_stiffness_jammed(slip: Any, brake: Brake) -> Any:
     """Return the moment per angle between the caps [N m/rad] before any interface slips; slip [m].
 
     In the free lengths spacers hold the sheets of one side two thicknesses apart, so that outer
-    sheets stretch and inner ones shorten; in the overlap all sheets bend as one beam. Without
+    sheets stretch and inner ones shorten. In the overlap all sheets bend as one beam. Without
     spacers the sheets fan out towards the overlap, and the free lengths are several times softer.
     """
     left, right = sides(brake)

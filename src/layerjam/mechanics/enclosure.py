@@ -38,7 +38,7 @@ def enclosure_at(vacuum: Any, brake: Brake) -> EnclosureLaw:
 def face_of(brake: Brake) -> tuple[Any, Any, Any]:
     """Return EA [N], friction per vacuum and length mu_e W [m] and half the free length l [m].
 
-    QuantityError for a hyperelastic enclosure.
+    Raises QuantityError for a hyperelastic enclosure.
     """
     one_modulus(brake)
     sheets = brake.sheets

@@ -98,7 +98,7 @@ def at_speed(speed: Any, brake: Brake) -> Brake:
 def sheet_friction(slip: Any, vacuum: Any, brake: Brake) -> Any:
     """Return kinetic friction of the jammed sheets [N] (eq. 4, 7); slip [m], vacuum [Pa].
 
-    Zero once the overlap is used up; NaN for a negative slip or vacuum.
+    It is zero once the overlap is used up; NaN for a negative slip or vacuum.
     """
     force = force_of(slip, sheets_at(vacuum, brake))
     return within((slip >= 0) & (vacuum >= 0), force)

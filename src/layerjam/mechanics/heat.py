@@ -50,7 +50,7 @@ def temperature_rise(heat: Any, brake: Brake) -> Any:
 def temperature_rise_of_sheets(heat: Any, brake: Brake) -> Any:
     """Return the mean rise [K] of whole sheets, clamped and free parts too, from a heat [J].
 
-    The state after the heat has spread along the sheets, before any is lost.
+    This is the state after the heat has spread along the sheets, before any is lost.
     """
     capacity = brake.sheets.count * sheet_mass(brake) * _specific_heat(brake)
     return within(heat >= 0, heat / capacity)
@@ -80,7 +80,7 @@ def stops_per_minute(heat: Any, allowed_rise: Any, film_coefficient: Any, brake:
     """Return the stops per minute [1/min] of equal heat [J] for an allowed mean rise [K].
 
     The stops are equally spaced. A stop warms the rubbing sheets by `temperature_rise`, and between
-    stops they cool with the time constant C/(h A), where h is the `film_coefficient` [W/(m^2 K)]
+    stops they cool with the time constant C/(h A). Here h is the `film_coefficient` [W/(m^2 K)]
     from the enclosure's outer surface to still air. In the steady state the rise just after a stop
     is dT/(1 - exp(-h A t/C)) at the spacing t; it may reach `allowed_rise` above the air. The
     result is zero if a single stop is too much. For small dT it is h A (allowed rise)/heat,

@@ -52,10 +52,10 @@ def joint_friction(
 ) -> Any:
     """Return kinetic friction [N] of sheets over a joint of a radius [m], bent by an angle [rad].
 
-    The part of the overlap on the joint contributes (P W R + T) (exp((n - 1) a mu_k angle) - 1),
-    where T is the `tension` [N] of the enclosure's outer face, which covers it. For small angles
-    the sum is (n - 1) a mu_k P W times the overlap. The arc covers at most the overlap, which
-    `slip` [m] shortens; vacuum [Pa]. NaN outside the domain.
+    The part of the overlap on the joint contributes (P W R + T) (exp((n - 1) a mu_k angle) - 1). T
+    is the `tension` [N] of the enclosure's outer face over it. For small angles the sum is (n - 1)
+    a mu_k P W times the overlap. The arc covers at most the overlap, which `slip` [m] shortens;
+    vacuum [Pa]. NaN outside the domain.
     """
     arc = _arc(slip, vacuum, angle, radius, tension, brake)
     is_bent = arc.growth > 0

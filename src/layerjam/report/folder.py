@@ -44,7 +44,8 @@ def _nearest(out: Path) -> Path:
 def write_folder(out: Path, content: Mapping[str, str | bytes], old: Sequence[str] = ()) -> None:
     """Write {path inside `out`: content} completely or not at all; delete unused `old` files.
 
-    Everything is written to a folder next to it first. Other files in `out` stay. Raises FileError.
+    Everything is first written to a folder next to `out`. Other files in `out` stay. Raises
+    FileError.
     """
     with report_failure(out, "cannot be written"):
         with hidden_folder(_nearest(out.parent)) as hidden:

@@ -327,7 +327,7 @@ def _raw(flat: Any, guess: Guess) -> Sites:
 def start(data: Data, curves: Sequence[Curve], brake: Brake) -> Sites:
     """Return the start of the search: the law through each sliding part, enclosure as stated.
 
-    The scatter is so wide that every curve is independent of the others.
+    The scatter is so large that the curves do not affect one another.
     """
     center = priors(brake)["stiffness"].center
     spring = np.array([c.pull.stiffness if c.pull.straight else center for c in curves])

@@ -275,8 +275,8 @@ def fit_all(strain: Array, stress_measured: Array) -> dict[str, Fit]:
 def choose(fits: Mapping[str, Fit]) -> tuple[str, str]:
     """Return (model, reason): the simplest stable one that predicts excluded blocks well.
 
-    As well: the mean of log(error/error of the best) over the blocks is within two of its standard
-    errors.
+    That is if the mean of log(error/error of the best) over the blocks is within two of its
+    standard errors.
     """
     usable = {m: f for m, f in fits.items() if f.stable} or dict(fits)
     floor = 1e-9 * max(f.cv_rmse for f in usable.values()) + 1e-300

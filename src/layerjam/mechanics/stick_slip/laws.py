@@ -207,7 +207,7 @@ def stiffness_without_stick_slip(
 ) -> Any:
     """Return the least stiffness [N/m] for a pull at `speed` [m/s] without stick–slip, jump law.
 
-    At a given damping ratio (that of the mount as built), ((F_s - F_k)/(kappa V))^2/m. Infinite
+    At a given damping ratio (that of the real mount) it is ((F_s - F_k)/(kappa V))^2/m. Infinite
     without damping, zero from the aperiodic limit on.
     """
     least = ((static - kinetic) / (_critical_drop(damping_ratio) * speed)) ** 2 / mass

@@ -85,9 +85,9 @@ def stop(mass: Any, speed: Any, vacuum: Any, spring: Any, gravity: Any, brake: B
     """Stop a mass [kg] that arrives with `speed` [m/s] on a taut rope, at a vacuum [Pa].
 
     `spring` [N/m] is rope and brake in series, `gravity` [m/s^2] acts along the pull (0 for a
-    horizontal one); all broadcast. Exact: closed-form work, one bracketed root, the first one. A
-    speed law of a power above 0 is integrated, see `paced_stop`, and has no reverse derivative. The
-    work of a hyperelastic enclosure is a quadrature; NOT_A_CASE if that is stretched too far.
+    horizontal one); all broadcast. The result is exact: closed-form work, and its first root. A
+    speed law of a power above 0 is integrated (see `paced_stop`) and has no reverse derivative. The
+    work of a hyperelastic enclosure is a quadrature; NOT_A_CASE if it is stretched too far.
     """
     result = _exact(mass, speed, vacuum, spring, gravity, brake)
     law = brake.speed_law

@@ -30,10 +30,11 @@ def tuned_vacuum(mass: Any, speed: Any, slip: Any, spring: Any, gravity: Any, br
     """Vacuum [Pa] at which a mass [kg] arriving with `speed` [m/s] stops after `slip` [m].
 
     `spring` [N/m] is rope and brake in series (infinite for none), `gravity` [m/s^2] acts along the
-    pull. NaN if there is none: too fast for the site's full vacuum, or too slow, because a brake
-    weak enough for that slip could not hold the weight there. With a speed law (of a power above 0)
-    there is no balance: stops are computed until one ends within 1e-6 of the slip, which takes a
-    thousand times as long. It needs a finite spring, and a derivative raises QuantityError.
+    pull. NaN if there is none. The mass may be too fast for the site's full vacuum, or so slow that
+    a brake weak enough for that slip could not hold the weight there. With a speed law (of a power
+    above 0) there is no energy balance: stops are computed until one ends within 1e-6 of the slip,
+    which takes a thousand times as long. It needs a finite spring, and a derivative raises
+    QuantityError.
     """
     shape = jnp.broadcast_arrays(mass, speed, slip, spring, gravity, brake.sheets.count)
     mass, speed, slip, spring, gravity, _ = shape

@@ -1,8 +1,9 @@
 """The accelerometer's record: the HAL samples it into a ring, and a trigger selects the record.
 
-A HAL with an accelerometer has `capture_start(rate)`, `capture_count()` (samples since then, or -1
-if some were lost), `capture_part(first, last)` (int16 counts of its ring of length ROOM, sample n
-at n % ROOM), `capture_scale()` and `capture_stop()`, and `external()` for the contact.
+A HAL with an accelerometer has `capture_start(rate)`, `capture_scale()`, `capture_stop()`, and
+`external()` for the contact. `capture_count()` returns the samples since the start, or -1 if some
+were lost. `capture_part(first, last)` returns int16 counts of its ring of length ROOM, sample n at
+n % ROOM.
 """
 
 import struct

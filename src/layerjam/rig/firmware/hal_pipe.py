@@ -1,9 +1,9 @@
 """HAL of the virtual board under MicroPython's unix port: stdin, stdout and two pipes.
 
 The clock has 30 bits and starts five seconds before it wraps. It runs `speed` times as fast as the
-host's; 0: as fast as samples are computed and fetched. While the host does not run this process, or
-its plant, the clock stands still 2 ms after the sample that is due: it is not the host's to lose,
-and the law sees the even samples that a board gives it.
+host's; with 0, as fast as samples are computed and fetched. While the host suspends this process or
+its plant, the clock stops 2 ms after the time of the next sample. The law therefore receives evenly
+spaced samples, as on a board.
 """
 
 import array

@@ -312,8 +312,8 @@ def values(rule: Rule, texts: list, bench) -> list:
 def run(root: Node, line: bytes, bench, session, pending=None) -> tuple:
     """Return (response, error or None, whether it commanded) of a line, or a `pending` rest.
 
-    The answer is that of the units before the error. A unit with the flag L or C commands. A unit
-    with the flag W that has to wait stays in `session.held`, with the rest of its line.
+    The response is that of the units before the error. A unit with the flag L or C is a command. A
+    unit with the flag W that must wait is stored in `session.held`, with the rest of its line.
     """
     out: list[bytes] = []
     text, path, commands = "", root, False

@@ -29,7 +29,7 @@ class Sensor:
     def read(self) -> tuple:
         """Return (vacuum [Pa] or NaN, counts, temperature [0.01 degC], 1 after an error).
 
-        Stale counts, those read twice, are the last ones still; the law finds a part that hangs.
+        Counts that are read twice are still valid; the law detects a part that stops responding.
         """
         data = self.got
         self.chosen.value(0)
