@@ -22,15 +22,15 @@ class Pair(NamedTuple):
     """An antagonistic pair along a history of angles, each of shape (N,)."""
 
     angle: np.ndarray
-    """[rad]"""
+    """Angle [rad]."""
     torque: np.ndarray
     """Resisting torque, (F1 - F2) r [N m]; positive if brake 1 pulls harder."""
     forces: np.ndarray
-    """[N], shape (N, 2)"""
+    """Forces [N], shape (N, 2)."""
     slips: np.ndarray
-    """[m], shape (N, 2)"""
+    """Slips [m], shape (N, 2)."""
     work: np.ndarray
-    """Work done on the pair by the shaft, and before that by the pretension [J]."""
+    """Work of the shaft on the pair, including that of the pretension [J]."""
     heat: np.ndarray
     """Energy dissipated so far [J]."""
     stored: np.ndarray

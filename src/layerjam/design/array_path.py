@@ -1,4 +1,4 @@
-"""Force path of a chain of brakes: the stage that slips at each elongation, while the others relax.
+"""Force path of a chain of brakes: the stage that slips at each elongation while others relax.
 
 Every brake is a polyline of force over elongation from the pull law; all later steps are exact on
 polylines. A brake's force rises to a peak and then falls, so only one stage of a series can slide
@@ -21,7 +21,7 @@ from layerjam.units import show
 KNOTS = 400
 _SAME = 1e-12
 _STOP = 1e7
-"""Force [N] to which a stop's line extends, more than any chain of brakes pulls with."""
+"""Force [N] up to which a stop's line extends, greater than that of any chain of brakes."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Backbone:
     slack: float = 0.0
 
     def shifted_by(self, slack: float) -> "Backbone":
-        """Return the same backbone, carrying force only after a slack [m]."""
+        """Return the same backbone with force only beyond a slack [m]."""
         if not slack:
             return self
         rows = (self.elongation + slack, self.force, self.slip)
@@ -58,8 +58,8 @@ def backbone(brake: Brake, vacuum: float, travel: float, stop: bool, name: str) 
             "which the brake's force falls as it slides; the brake would snap by itself"
         )
     top = peak(vacuum, travel, brake)
-    # the enclosure's square-root law is steep at first: knots crowd at zero slip. The knot nearest
-    # to the peak is moved onto it, so that only one shape is compiled
+    # the enclosure's square-root law is steep at first, so knots are dense at zero slip; the knot
+    # nearest to the peak is moved onto it, so that only one shape is compiled
     slip = travel * np.linspace(0.0, 1.0, KNOTS) ** 3
     peak_slip = float(top.slip)
     slip[np.argmin(np.abs(slip[1:-1] - peak_slip)) + 1] = min(peak_slip, travel * (1 - 1e-9))
@@ -105,7 +105,7 @@ class _Stage:
         return float(np.interp(self.front, self.u, self.f))
 
     def turns(self) -> tuple[float, float, float]:
-        """Return (peak force, its elongation, elongation of the valley after it) from here on.
+        """Return the next (peak force, its elongation, elongation of the valley after it).
 
         A final rise onto a stop has an infinite peak. Without a stop the end itself is the peak.
         """
@@ -125,7 +125,7 @@ class _Stage:
         return np.column_stack([np.interp(front, m.elongation, m.slip) for m in self.members])
 
     def relax(self, force: np.ndarray) -> np.ndarray:
-        """Return the elongation at a force below the frontier's: slips stay, taut members relax."""
+        """Return the elongation at a force below the frontier's; slips stay, taut members relax."""
         slack, k = np.array([(m.slack, m.stiffness) for m in self.members]).T
         start = self.slips(np.array([self.front]))[0] + slack
         order = np.argsort(start, kind="stable")
@@ -199,7 +199,7 @@ def _rise(
 def _fall(
     chain: Sequence[_Stage], weak: int, turn: tuple[float, float, float]
 ) -> tuple[float, _Block]:
-    """Return (valley force, block) of the weak stage past its peak; the others relax."""
+    """Return (valley force, block) of the weakest stage past its peak, while the others relax."""
     stage, (_, top, valley) = chain[weak], turn
     u = stage.u[(stage.u > top) & (stage.u <= valley)]
     force = np.interp(u, stage.u, stage.f)

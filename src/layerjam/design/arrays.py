@@ -41,7 +41,7 @@ class Member:
 
     @property
     def travel(self) -> float:
-        """Slip available [m]: the usable travel if a strap ends it, else the overlap."""
+        """Return the available slip [m]: the usable travel if a strap ends it, else the overlap."""
         sheets = self.brake.sheets
         return sheets.usable_travel if self.stop else sheets.overlap
 
@@ -76,12 +76,12 @@ class Array:
 
     @property
     def members(self) -> tuple[Member, ...]:
-        """Every member: chain by chain, stage by stage, in the order given."""
+        """Return every member: chain by chain, stage by stage, in the order given."""
         return tuple(m for chain in self.chains for stage in chain for m in stage)
 
 
 def single(brake: Brake, vacuum: float, **how: float | bool) -> Array:
-    """Return an array of one brake at a vacuum [Pa]; `how`: slack and stop of Member."""
+    """Return an array of one brake at a vacuum [Pa]; `how` is slack and stop of Member."""
     return Array(chains=(((Member(brake=brake, vacuum=vacuum, **how),),),))  # type: ignore[arg-type]
 
 
@@ -93,7 +93,7 @@ def grid(member: Member, *, series: int, parallel: int) -> Array:
 
 
 def in_series(*parts: Array) -> Array:
-    """Return arrays of one chain each connected in series, in the order given."""
+    """Return arrays of one chain each, connected in series in the order given."""
     if any(len(part.chains) != 1 for part in parts):
         raise QuantityError(
             "array: several parallel chains cannot be in series with others; a stage of parallel "
@@ -103,10 +103,10 @@ def in_series(*parts: Array) -> Array:
 
 
 def in_parallel(*parts: Array) -> Array:
-    """Return arrays connected in parallel: one elongation, forces that add.
+    """Return arrays connected in parallel, with a common elongation and added forces.
 
-    Single-stage chains stay separate chains. Brakes that share one stage of a longer chain belong
-    in one stage of Array.
+    Single-stage chains remain separate chains. To put parallel brakes into one stage of a longer
+    chain, use Array.
     """
     return Array(chains=tuple(chain for part in parts for chain in part.chains))
 
@@ -115,15 +115,15 @@ class Totals(NamedTuple):
     """Mass, travel, energy and stiffness of a whole array."""
 
     mass: float
-    """[kg]"""
+    """Mass [kg]."""
     travel: float
     """Elongation by slip alone until the first chain reaches its end [m]."""
     energy: float
     """Work to slip every brake over its own travel at its vacuum [J]."""
     stiffness: float
-    """Stiffness before any slip, all slack taken up [N/m]."""
+    """Stiffness before any slip, with all slack taken up [N/m]."""
     volume: float | None
-    """Gas volume the line has to empty [m^3], or None if no chamber was given."""
+    """Gas volume that the line must evacuate [m^3], or None if no chamber was given."""
     brakes: int
 
 
@@ -165,15 +165,15 @@ class ArrayLoading:
     """
 
     elongation: np.ndarray = field(repr=False)
-    """[m], shape (N,)"""
+    """Elongation [m], shape (N,)."""
     force: np.ndarray = field(repr=False)
-    """[N], shape (N,)"""
+    """Force [N], shape (N,)."""
     work: np.ndarray = field(repr=False)
     """External work so far [J], shape (N,), summed over members: slip work and F^2/2k."""
     slips: np.ndarray = field(repr=False)
-    """[m], shape (N, M)"""
+    """Slips [m], shape (N, M)."""
     forces: np.ndarray = field(repr=False)
-    """[N], shape (N, M)"""
+    """Forces [N], shape (N, M)."""
     order: tuple[tuple[float, int, str], ...]
     outcome: Outcome
     warnings: tuple[str, ...] = ()
@@ -248,7 +248,7 @@ def _interpolate(path: Path, grid: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
 def _work(members: Sequence[Member], slips: np.ndarray, forces: np.ndarray) -> np.ndarray:
     count = len(slips)
     total = np.zeros(count)
-    # whole blocks, so that few shapes are compiled
+    # use whole blocks, so that few shapes are compiled
     blocks = np.pad(np.maximum(slips, 0.0), ((0, -count % _BLOCK), (0, 0)))
     for column, m in enumerate(members):
         total += np.asarray(slip_work(blocks[:, column], m.vacuum, m.brake))[:count]
@@ -259,7 +259,7 @@ def _work(members: Sequence[Member], slips: np.ndarray, forces: np.ndarray) -> n
 def _order(
     members: Sequence[Member], grid: np.ndarray, slips: np.ndarray, backbones: Sequence[Backbone]
 ) -> tuple[tuple[float, int, str], ...]:
-    """Return when each member passed its peak (it then runs alone) and reached its end."""
+    """Return when each member passed its peak (and slips alone), and when it reached its end."""
     events = []
     for i, m in enumerate(members):
         is_running = slips[:, i] > backbones[i].peak_slip * (1 + 1e-9) + 1e-12

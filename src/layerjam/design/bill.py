@@ -1,8 +1,8 @@
 """Bill of a design: film, plastic and mass of the drawn parts, and the margin of `build`.
 
 Drawing a brake belongs to a higher layer (`fabricate`), which passes a function of brakes whose
-sheets are arrays. Its lengths change in steps (screws, nuts), so it is neither traced nor
-interpolated.
+sheets are arrays. Lengths of a drawn brake change in steps (screws, nuts), so its bill is neither
+traced nor interpolated.
 """
 
 from dataclasses import replace
@@ -28,22 +28,22 @@ SHEETS = (
     "usable_travel",
 )
 FILM = ("density", "kinetic", "strength")
-"""Numbers of sheets and film that the drawn parts and their checks depend on."""
+"""Numbers of sheets and film on which the drawn parts and their checks depend."""
 
 
 class Bill(NamedTuple):
     """Dimensions of many brakes as arrays; NaN if the parts of one do not fit together."""
 
     film_area: Any
-    """Sheets and spacers [m²]."""
+    """Area of sheets and spacers [m²]."""
     printed: Any
-    """Printed parts that stay in the brake [m³]."""
+    """Volume of printed parts that stay in the brake [m³]."""
     tools: Any
-    """Mould and core, which serve any number of brakes [m³]."""
+    """Volume of mould and core, which serve any number of brakes [m³]."""
     mass: Any
-    """Mass as drawn, of parts of known mass [kg]."""
+    """Mass as drawn, over parts of known mass [kg]."""
     margin: Any
-    """Least margin of all checks of `build`: below 1 it refuses or fails."""
+    """Smallest margin of all checks of `build`; below 1 a check fails or the brake is rejected."""
 
 
 class Draw(Protocol):
@@ -53,12 +53,12 @@ class Draw(Protocol):
         """Return the bills of brakes given as arrays, at their greatest forces [N]."""
 
     def reason(self, brake: Brake, force: float) -> str | None:
-        """Return why one brake cannot be built, or None."""
+        """Return why a brake cannot be built, or None."""
 
 
 @jax.jit
 def _columns(point: Point, base: Brake) -> Any:
-    """Return a row for each number of SHEETS and FILM of some designs, then four more.
+    """Return a row for each number of SHEETS and FILM of some designs, and four more rows.
 
     These are the wall, the greatest force of one brake at the site's full vacuum, the number of
     brakes in the design, and whether the design can be built.

@@ -1,4 +1,4 @@
-"""Sweep on disk: one Parquet file per block, each complete or absent, and the manifest last.
+"""Sweep on disk: one Parquet file per block, complete or absent, and finally the manifest.
 
 A block's file holds the designs it keeps (its front, and those the verdict mentions) with all their
 variables and merits; its metadata holds the totals of the whole block. The same block always gives
@@ -40,7 +40,7 @@ def parquet() -> Any:
 
 
 def fingerprint(spec: DesignSpecification, block: int) -> str:
-    """Return the SHA-256 of all that decides the result: designs, requirements, inputs, version."""
+    """Return the SHA-256 of everything that affects the result: designs, inputs, version."""
     grid: Grid = spec.grid
     parts: list[Any] = [__version__, block, CHUNK, grid.names, grid.thickness.tolist()]
     parts += [[np.asarray(row).tolist() for row in grid.stock]]
@@ -70,7 +70,7 @@ def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any
     values = np.empty((len(names), 0))
     if len(numbers):
         values = np.concatenate([search.kernel.all_merits(numbers), search.drawn_merits(numbers)])
-    # the merit is the travel of all brakes in series; the variable is that of one brake
+    # the merit is the travel of all brakes in series, but the variable is that of one brake
     rows = {("travel_of_one" if n in names else n): v for n, v in grid.columns(numbers).items()}
     rows |= dict(zip(names, values, strict=True))
     columns: dict[str, Any] = {
@@ -93,7 +93,7 @@ def table_bytes(search: Search, numbers: Any, on_front: Any, note: dict[str, Any
 
 
 def decode_block(search: Search, data: bytes | Path, mark: str, index: int) -> SweepResult | None:
-    """Return the result of a block read from its file, or None if the file is not this block."""
+    """Return the result of a block from its file, or None if the file belongs to another block."""
     pq = parquet()
     try:
         table = pq.read_table(io.BytesIO(data) if isinstance(data, bytes) else data)
@@ -109,7 +109,7 @@ def decode_block(search: Search, data: bytes | Path, mark: str, index: int) -> S
 
 
 class Store:
-    """Folder of one sweep; use it as a context manager, which locks out a second process."""
+    """Folder of one sweep; as a context manager it excludes a second process."""
 
     def __init__(self, folder: str | Path, search: Search) -> None:
         self.folder, self.search, self.spec = Path(folder), search, search.spec
@@ -138,7 +138,7 @@ class Store:
             self.handle = None
 
     def _reject_foreign(self) -> None:
-        """Refuse a folder whose files would be replaced, before anything is written there."""
+        """Reject a folder whose files would be replaced, before anything is written."""
         if (self.folder / NOTE).exists():
             return
         with report_failure(self.folder, "cannot be read"):

@@ -1,8 +1,8 @@
-"""Proof, before a sweep, of whether a specification can be met, by the corners of boxes of designs.
+"""Test before a sweep whether a specification can be met, by the corners of boxes of designs.
 
 Many merits are monotonic in every variable, so the best value in a box of designs is at one corner.
 A box in which no design can meet a constraint is discarded; the others are cut in two. If no box is
-left, nothing meets all constraints.
+left, no design meets all constraints.
 """
 
 import math
@@ -20,7 +20,7 @@ from layerjam.design.stopping import gravity, least_peak
 from layerjam.units import show
 
 MOST_BOXES = 1_000_000
-"""Boxes examined before the sweep has to find the answer."""
+"""Largest number of boxes examined before the sweep has to find the answer."""
 UNBUILDABLE = "none of the designs can be built: travel, overlap and width contradict one another"
 FEASIBLE, IMPOSSIBLE, UNKNOWN = "feasible", "impossible", "unknown"
 
@@ -47,16 +47,17 @@ _FOLLOWS: dict[str, tuple[str, str]] = {
     "rise_time": ("vacuum series parallel", ""),
     "gas_work": ("vacuum series parallel", ""),
 }
-"""Merit: variables with which it rises, and with which it falls; no other variable changes it. Free
-lengths change the friction only of sheets that fan out. Nothing is assumed about missing merits.
+"""{merit: (variables with which it rises, those with which it falls)}; no other variable changes
+it. Free lengths change the friction only of sheets that fan out. Merits that are not listed have
+unknown directions.
 """
 
 
 def direction(merit: str, variable: str, tied: bool) -> int | None:
     """Return 1, -1 or 0 if a merit rises, falls or stays with a variable, None if unknown.
 
-    `tied`: the usable travel follows the overlap. Otherwise the force at the end of a weak brake
-    may fall with the overlap, and so may the work.
+    If `tied`, the usable travel follows the overlap. Otherwise the force at the end of travel of a
+    weak brake, and its work, may fall with the overlap.
     """
     if merit in ("sheet_stress", "clamp_stress", "stress_margin"):
         return _stress(merit, variable, tied)
@@ -74,7 +75,7 @@ def direction(merit: str, variable: str, tied: bool) -> int | None:
 def _stress(merit: str, variable: str, tied: bool) -> int | None:
     turn = -1 if merit == "stress_margin" else 1
     if variable == "count":
-        return None  # with an odd number of sheets one side has one more
+        return None  # with an odd number of sheets, one side has one more
     if variable == "width":
         return 0 if merit == "sheet_stress" else -turn
     if variable == "parallel":
@@ -118,14 +119,14 @@ class Boxes:
         return [direction(merit, variable, tied) for variable in self.grid.axes]
 
     def initial_boxes(self) -> tuple[Numbers, Numbers]:
-        """Return digits of the two corners of the initial boxes, one for each film."""
+        """Return the indices of the two corners of the initial boxes, one box for each film."""
         shape = np.array(self.grid.shape, np.int64)
         low, high = np.zeros((shape[0], len(shape)), np.int64), np.tile(shape - 1, (shape[0], 1))
         low[:, 0] = high[:, 0] = np.arange(shape[0])
         return low, high
 
     def corner(self, low: Numbers, high: Numbers, c: Constraint) -> tuple[Numbers, Any]:
-        """Return digits of the best corner for a constraint, and for which boxes it is a bound."""
+        """Return the indices of the best corner for a constraint, and the boxes that it bounds."""
         best, sure = low.copy(), np.ones(len(low), bool)
         for axis, sign in enumerate(self.signs(c.name), 1):
             wide = high[:, axis] > low[:, axis]
@@ -136,7 +137,7 @@ class Boxes:
         return best, sure
 
     def prove(self, constraints: Sequence[Constraint]) -> Proof:
-        """Return whether designs can meet all constraints that corners bound."""
+        """Return whether designs can meet all constraints that have bounds at corners."""
         rules = [c for c in constraints if c.name not in LATE_MERITS]
         if not rules:
             return Proof(UNKNOWN)
@@ -160,7 +161,7 @@ class Boxes:
                 meets = {o: o.holds(self.search.quantity(o.name, rows, numbers)) for o in rules}
                 is_open &= ~(sure & is_built & ~meets[c])
                 good = np.all([is_built, *meets.values()], axis=0)
-                if good.any():  # merits computed later may still exclude it
+                if good.any():  # merits that are computed later may still exclude it
                     number = int(numbers[np.argmax(good)])
                     return Proof(FEASIBLE, number) if is_complete else Proof(UNKNOWN)
             is_single = (low == high).all(axis=1)
@@ -173,7 +174,7 @@ class Boxes:
         return Proof(IMPOSSIBLE)
 
     def farthest(self, c: Constraint, others: Sequence[Constraint]) -> BestValue:
-        """Return the best value of c's quantity while the others hold, to 1e-4 of the limit."""
+        """Return the best value of c's quantity while the others are met, to 1e-4 of the limit."""
         if not others and (best := self.single(c)) is not None:
             return BestValue(best, True)
         number = self.prove(others).number if others else self.grid.size - 1
@@ -196,7 +197,7 @@ class Boxes:
         return BestValue(value, True)
 
     def single(self, c: Constraint) -> float | None:
-        """Return the best value of c's quantity by corners alone, or None if they give no bound."""
+        """Return the best value of c's quantity from corners alone, or None without a bound."""
         best, sure = self.corner(*self.initial_boxes(), c)
         values = self.values(self.grid.number(best.T), c)
         if not sure.all() or not np.isfinite(values).all():
@@ -204,7 +205,7 @@ class Boxes:
         return float(values.min() if c.most else values.max())
 
     def values(self, numbers: Numbers, c: Constraint) -> Array:
-        """Return a constraint's quantity (not of a stop) for designs by number."""
+        """Return a constraint's quantity (except of a stop) for designs by number."""
         merits = self.search.kernel.all_merits(numbers, stop=False)
         return self.search.quantity(c.name, merits, numbers)
 
@@ -227,16 +228,16 @@ def _cut(low: Numbers, high: Numbers, first: Any) -> tuple[Numbers, Numbers]:
 
 @dataclass(frozen=True)
 class Exclusion:
-    """Reason why nothing meets a specification: constraints that exclude each other."""
+    """Reason why no design meets a specification: constraints that exclude each other."""
 
     constraint: str | None
-    """The constraint that fails, or None if nothing can be built at all."""
+    """Constraint that fails, or None if nothing can be built."""
     reason: str
     reachable: float | None = None
     """Best value of its quantity while the others are met."""
     unit: str = "1"
     others: tuple[str, ...] = ()
-    """Constraints that must be relaxed for it; empty if it fails on its own."""
+    """Constraints that must be relaxed to meet it; empty if it fails alone."""
     short: float = 0.0
     """Relative shortfall from the limit."""
 
@@ -289,7 +290,7 @@ def describe_shortfall(c: Constraint, best: float | None, exact: bool = True) ->
 
 
 def _physics(search: Search) -> Exclusion | None:
-    """Return the exclusion if a stop is beyond every brake of the grid, or any brake."""
+    """Return the exclusion if a stop is impossible for every brake of the grid, or any brake."""
     stop = search.spec.evaluation.stop
     if stop is None or stop.travel is None:
         return None

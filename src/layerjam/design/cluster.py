@@ -1,4 +1,4 @@
-"""Blocks of a sweep on a Dask cluster: workers compute, this process writes.
+"""Blocks of a sweep on a Dask cluster: workers compute, and this process writes.
 
 A task is one block and returns its file's bytes, so workers need no shared disk. The blocks of a
 lost worker are computed again on another, to the same bytes.
@@ -18,11 +18,11 @@ from layerjam.design.search import Search
 from layerjam.errors import LayerjamError, MissingExtraError
 
 BLOCKS_PER_THREAD = 3
-"""Blocks submitted per thread of the cluster: no thread waits, and little is lost."""
+"""Number of blocks submitted per thread, so that no thread waits and little is lost."""
 PATIENCE = 20.0
 """Seconds to wait for the scheduler and for the first worker."""
 TRIM_THRESHOLD, MMAP_THRESHOLD, KEPT = -1, -3, 1 << 28
-"""Options of glibc's mallopt, and bytes."""
+"""Options of glibc's mallopt, and the number of bytes kept."""
 _search_lock = threading.Lock()
 
 
@@ -43,8 +43,8 @@ def _search(pickled_search: bytes) -> tuple[Search, str]:
 def _keep_memory() -> None:
     """Allow freed memory to be reused immediately.
 
-    Dask's nanny starts workers with MALLOC_TRIM_THRESHOLD_ so low that every array of a chunk comes
-    as fresh pages from the system, which doubles the time of a block.
+    Dask's nanny starts workers with such a low MALLOC_TRIM_THRESHOLD_ that every array of a chunk
+    needs new pages from the system, which doubles the time of a block.
     """
     with contextlib.suppress(OSError, AttributeError, TypeError):  # it needs glibc
         set_option = ctypes.CDLL(None).mallopt
@@ -78,7 +78,7 @@ def _connect(scheduler: str) -> Iterator[tuple[Any, Any]]:
 
 
 def reach(scheduler: str) -> None:
-    """Raise the errors of `spread` if the cluster cannot be reached, before a folder is created."""
+    """Raise the errors of `spread`, before a folder exists, if the cluster cannot be reached."""
     with _connect(scheduler):
         pass
 
@@ -86,8 +86,8 @@ def reach(scheduler: str) -> None:
 def spread(search: Search, blocks: Sequence[int], scheduler: str) -> Iterator[tuple[int, bytes]]:
     """Yield (block, bytes of its file) as the workers finish them, in any order.
 
-    Raises MissingExtraError if Dask is not installed, and ClusterError if the scheduler or every
-    worker is out of reach or a block fails repeatedly.
+    Raises MissingExtraError if Dask is not installed. Raises ClusterError if the scheduler or all
+    workers are unreachable, or if a block fails repeatedly.
     """
     with _connect(scheduler) as (dask, client):
         threads = sum(client.nthreads().values())

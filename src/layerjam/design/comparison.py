@@ -11,7 +11,7 @@ from layerjam.units import show
 
 KIND = "layer-jamming brake"
 PAPER_VACUUM = 94.5e3
-"""Vacuum of the paper's tests [Pa], for which it gives 17.5 N per sheet."""
+"""Vacuum of the paper's tests [Pa], at which it states 17.5 N per sheet."""
 LOWER = (PAPER_VACUUM, 50e3, 20e3)
 STACKED = (2, 5, 10)
 OF_SOME = {
@@ -22,7 +22,7 @@ OF_SOME = {
     "lever": None,
     "calibrated": None,
 }
-"""Fields known only of brakes computed here, or only of rotary devices."""
+"""Fields that are known only for brakes computed here, or only for rotary devices."""
 
 
 def comparison(

@@ -1,4 +1,4 @@
-"""File of a designed brake: the chosen values, those of the base brake, and unknown ones."""
+"""File of a designed brake, with the chosen values, those of the base brake, and unknown ones."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ from layerjam.units import get, quantities
 from layerjam.verdict import Acceptance, remaining
 
 CARRIED = (*OF_A_FIT, "stiffness_measured", "fittings_mass")
-"""Numbers of one built brake, which another brake need not share."""
+"""Numbers of one built brake that another brake need not share."""
 
 
 def design_file(
@@ -29,8 +29,8 @@ def design_file(
 ) -> BrakeFile:
     """Return one brake of a design, read back from its own text.
 
-    `values` are the design in words. `acceptances` are the failed checks of the design that
-    somebody accepted. Acceptances of the base brake stay if its numbers stay.
+    `values` is the design as text. `acceptances` are the accepted failed checks of the design.
+    Those of the base brake are kept if its numbers are kept.
     """
     base, brake = spec.brake, design_brake(spec, point)
     film = str(values["film"])
@@ -100,7 +100,7 @@ def _film_sources(film: str, base: BrakeFile) -> Mapping[str, Source]:
 
 
 def _making(film: str, base: BrakeFile) -> tuple[Making, dict[str, Source]]:
-    """Return the base file's values for building and casting, with the film's for cutting."""
+    """Return the base file's values for building and casting, and the film's values for cutting."""
     paths = dict(entries(Making))
     origins = {path: source for path, source in base.sources.items() if path in paths}
     if film == base.name:

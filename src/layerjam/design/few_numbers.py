@@ -1,4 +1,4 @@
-"""Design requests from a few numbers: a force to hold or a mass to stop."""
+"""Design requests from a few numbers: a force to resist, or a mass to stop."""
 
 import math
 from collections.abc import Mapping
@@ -35,9 +35,9 @@ HOLD: Mapping[str, QuantitySpec] = MappingProxyType(
         "vacuum": VARIABLES["vacuum"],
     }
 )
-"""Quantities asked of a brake that holds; a stress_margin or a travel of 0 sets no limit."""
+"""Quantities asked for a brake that resists a force; stress_margin or travel of 0: no limit."""
 FORCES = MappingProxyType({"rest": "holding_force", "sliding": "max_force"})
-"""{when a brake must resist: the force that is meant}: before it slips, or the peak of a pull."""
+"""{when a brake must resist: the force in question}, before it slips or at the peak of a pull."""
 PREFERENCES = MappingProxyType(
     {
         "mass": Objective("mass", True),
@@ -45,13 +45,13 @@ PREFERENCES = MappingProxyType(
         "energy": Objective("energy_capacity", False),
     }
 )
-"""Objective of each preference."""
+"""{preference: its objective}."""
 STOP: Mapping[str, QuantitySpec] = MappingProxyType(
     {name: spec for name, spec, _ in quantities(StopRequirement)}
     | {name: HOLD[name] for name in ("stress_margin", "width", "length", "vacuum")}
     | {"own_mass": HOLD["mass"]}
 )
-"""Quantities asked of a brake that stops a mass."""
+"""Quantities asked for a brake that stops a mass."""
 STEPS = 20
 VACUUMS = (0.6, 0.8, 0.93)
 """Fractions of the site's atmosphere; the paper's pump reached 94.5 kPa of 101.3."""
@@ -72,12 +72,12 @@ def hold(
     when: str = "rest",
     prefer: str = "mass",
 ) -> DesignRequest:
-    """Return the request for a brake that resists `force` at most at `vacuum`, light if `mass`.
+    """Return the request for a brake that resists `force` at no more than `vacuum`.
 
-    `brake_name` is the name of the base brake in the request, `when` a key of FORCES and `prefer`
-    one of PREFERENCES; the slip is at least `travel`. Raises QuantityError for numbers out of
-    bounds, a length that the brake's free and clamped parts alone use up, or a stress margin if the
-    film's strength is not known.
+    `mass` is the greatest mass. `brake_name` is the name of the base brake in the request, `when` a
+    key of FORCES and `prefer` one of PREFERENCES; the slip is at least `travel`. Raises
+    QuantityError for numbers out of bounds, for a length that leaves no overlap, or for a stress
+    margin if the film's strength is unknown.
     """
     values = _read(
         HOLD,
@@ -188,7 +188,7 @@ def _margin(brake: BrakeFile, margin: float) -> tuple[Constraint, ...]:
 
 
 def _gap(brake: BrakeFile) -> float:
-    """Return the overlap that must remain, as on the base brake [m]."""
+    """Return the overlap that must remain, as for the base brake [m]."""
     return brake.brake.sheets.overlap - brake.brake.sheets.usable_travel
 
 
@@ -214,7 +214,7 @@ def _vacuums(brake: BrakeFile, available: Number | None) -> Axis:
 
 
 def _range(low: float, high: float, steps: int = STEPS) -> Range:
-    """Return a range from about `low` to `high` in round steps that end on `high`."""
+    """Return a range from about `low` to `high` in round steps that end at `high`."""
     raw = (high - low) / steps
     power = 10.0 ** math.floor(math.log10(raw))
     step = next(f * power for f in (1, 2, 5, 10) if f * power >= raw * (1 - 1e-9))

@@ -10,11 +10,11 @@ SHEETS = (21, 41, 81, 161, 321)
 
 @dataclass(frozen=True, kw_only=True)
 class SheetLine:
-    """One brake with more and more sheets, all else equal: counts, masses [kg], forces [N]."""
+    """One brake with increasing numbers of sheets: counts, masses [kg], forces [N]."""
 
     brake: str
     vacuum: float
-    """[Pa]"""
+    """Vacuum [Pa]."""
     sheets: tuple[int, ...]
     masses: tuple[float, ...]
     forces: tuple[float, ...]

@@ -1,4 +1,4 @@
-"""Designs of a specification as one long row: design number to values and back."""
+"""Designs of a specification as one long row: from design number to values and back."""
 
 import functools
 import math
@@ -29,14 +29,14 @@ from layerjam.device.brake import Brake
 Array = npt.NDArray[np.float64]
 Numbers = npt.NDArray[np.int64]
 PIECE = 1 << 15
-"""Most designs computed in one call, so that they stay in the cache."""
+"""Largest number of designs computed in one call, so that they stay in the cache."""
 AXES = tuple(n for n in VARIABLES if n != "thickness")
-"""Every axis but the first, which is the film with its thickness."""
+"""Every axis except the first, which is the film with its thickness."""
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Values of every variable. Design numbers count through them, the last axis fastest.
+    """Values of every variable; design numbers count through them, with the last axis fastest.
 
     `stock` and `thickness` are rows of equal length: a film and a thickness in which it is sold.
     `axes` has a row for every other variable; `usable_travel` may be absent. `ranges` maps the
@@ -65,7 +65,7 @@ class Grid:
         return int(self.axes["series"].max())
 
     def digits(self, numbers: Any) -> tuple[Any, ...]:
-        """Return the index on every axis of designs by number."""
+        """Return the index on every axis of designs with these numbers."""
         return np.unravel_index(numbers, self.shape)
 
     def number(self, digits: Any) -> Any:
@@ -85,7 +85,7 @@ class Grid:
         return Point(stock=film, **{"usable_travel": None, **self.columns(numbers)})
 
     def values(self, number: int) -> dict[str, float | str]:
-        """Return one design in words and SI: `film`, `thickness` and every variable."""
+        """Return one design as text and SI values: `film`, `thickness` and every variable."""
         columns = self.columns(number).items()
         return {
             "film": self.names[self.digits(number)[0]],
@@ -114,7 +114,7 @@ class Evaluation:
 
     @property
     def all_names(self) -> tuple[str, ...]:
-        """`names` and the merits of the stop."""
+        """Return `names` and the merits of the stop."""
         return (*self.names, *(STOP_MERITS if self.stop is not None else ()))
 
 
@@ -122,7 +122,7 @@ class Evaluation:
 def _merits(
     point: Point, base: Brake, stick_slip: StickSlipPull | None, *, names: tuple[str, ...]
 ) -> Any:
-    """Return merits of a row of designs, (merits, n). Compiled once for all specifications."""
+    """Return merits of a row of designs, (merits, n); compiled once for all specifications."""
     out = merits(point, base, stick_slip)
     shape = jnp.shape(out["mass"])
     return jnp.stack([jnp.broadcast_to(out[n], shape) for n in names])
@@ -188,6 +188,6 @@ class Kernel:
 
 
 def _pad(numbers: Numbers) -> Numbers:
-    """Pad to one of a few lengths, as each length compiles once."""
+    """Pad to one of a few lengths, because each length is compiled separately."""
     size = next(n for n in (256, 4096, PIECE) if n >= len(numbers))
     return np.pad(np.asarray(numbers, np.int64), (0, size - len(numbers)), "edge")

@@ -1,4 +1,4 @@
-"""Figures of merit of brakes that could be built: one pure batch function over designs.
+"""Figures of merit of buildable brakes, as one pure batch function over designs.
 
 A design is a `Point`: sheets, film, lengths, enclosure, vacuum, and how many equal brakes are in
 series and in parallel. A base brake supplies everything else. The laws of `mechanics` give all
@@ -95,7 +95,7 @@ OF_A_FIT = ("scale_factor", "amplification_held")
 
 
 class Stock(NamedTuple):
-    """Film, with values from the friction test of this pair of surfaces and the data sheet."""
+    """A film with values from the friction test of this pair of surfaces and the data sheet."""
 
     modulus: Any
     density: Any
@@ -223,10 +223,10 @@ def can_be_built(point: Point, brake: Brake) -> Any:
 
 
 def merits(point: Point, base: Brake, puller: StickSlipPull | None = None) -> dict[str, Any]:
-    """Return every figure of merit that follows from the brake alone, of the broadcast shape.
+    """Return every figure of merit that depends on the brake alone, of the broadcast shape.
 
-    For `series` times `parallel` equal brakes that share the load equally. All NaN if the design
-    cannot be built; `judder_margin` only with a stick–slip `puller`.
+    They are for `series` times `parallel` equal brakes that share the load equally, and all NaN if
+    the design cannot be built. `judder_margin` is included only with a stick–slip `puller`.
     """
     brake = brake_of(point, base)
     sheets, vacuum = brake.sheets, point.vacuum
@@ -269,10 +269,10 @@ def merits(point: Point, base: Brake, puller: StickSlipPull | None = None) -> di
 
 
 def line_merits(vacuum: float, line: Line, brakes: float) -> tuple[float, float]:
-    """Return `rise_time` [s] and `gas_work` [J] with one chamber of the line for every brake.
+    """Return `rise_time` [s] and `gas_work` [J] if every brake has a chamber like the line's.
 
-    Rise time is NaN if the line never reaches the vacuum. Closed forms: a rigid chamber at one
-    temperature without a significant tube; both are proportional to the chamber volume.
+    Rise time is NaN if the line never reaches the vacuum. The closed forms assume a rigid chamber
+    at one temperature and no significant tube; both results are proportional to the chamber volume.
     """
     chamber = replace(
         line.chamber, volume=line.chamber.volume * brakes, shrink=line.chamber.shrink * brakes
@@ -284,5 +284,5 @@ def line_merits(vacuum: float, line: Line, brakes: float) -> tuple[float, float]
 
 
 def line_table(vacuums: np.ndarray[Any, Any], line: Line) -> np.ndarray[Any, Any]:
-    """Return `line_merits` of one brake, shape (2, vacuums [Pa]); proportional to the brakes."""
+    """Return `line_merits` of one brake at vacuums [Pa], shape (2, vacuums)."""
     return np.array([line_merits(float(v), line, 1.0) for v in vacuums]).T

@@ -1,4 +1,4 @@
-"""Published brakes, dampers and clutches: mass and force, each quoted from its source."""
+"""Published brakes, dampers and clutches with mass and force, each quoted from its source."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -28,18 +28,18 @@ _SHEET, _NONE = "paper-sheet", "looked_for"
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedDevice:
-    """Published device: `kind` is its class, `words` is a quotation, `note` is by layerjam."""
+    """Published device: `kind` is its class, `words` a quotation, `note` a remark of layerjam."""
 
     name: str
     kind: str
     mass: float
-    """[kg]"""
+    """Mass [kg]."""
     force: float
-    """[N]; for a rotary device its torque over the lever arm"""
+    """Force [N]; for a rotary device its torque over the lever arm."""
     torque: float | None
-    """[N m]; None for a linear device"""
+    """Torque [N m]; None for a linear device."""
     lever: float | None
-    """[m]"""
+    """Lever arm [m]."""
     words: str
     note: str
     sources: Mapping[str, Source] = field(repr=False)
@@ -60,12 +60,12 @@ class PublishedDevice:
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedDevices:
-    """The catalogue: devices, the effect of one more sheet by the paper, empty classes."""
+    """The catalogue: devices, the paper's effect of one more sheet, and empty classes."""
 
     devices: tuple[PublishedDevice, ...]
     sheet: PublishedDevice
     looked_for: Mapping[str, str]
-    """Class to search history, for classes without a device that states both numbers."""
+    """{class: search history}, for classes without a device that states both numbers."""
 
 
 @cache

@@ -1,7 +1,7 @@
-"""Local search from the best design of a grid: continuous variables by their gradients.
+"""Local search from the best design of a grid, with gradients of continuous variables.
 
 JAX differentiates the merits; the search is SciPy's SLSQP on their logarithms. Film, thickness,
-whole numbers and variables that the specification gives as a list or one value stay.
+whole numbers, and variables that the specification gives as a list or a single value do not change.
 """
 
 import functools
@@ -32,12 +32,12 @@ Array = npt.NDArray[np.float64]
 LENGTHS = tuple(n for n, spec in VARIABLES.items() if not spec.whole and n != "usable_travel")
 FILM = tuple(n for n in Stock._fields if n != "strength")
 SLOPE_STEP = 1e-5
-"""Relative step for slopes of untraced closed forms: the line and the drawn brake."""
+"""Relative step for slopes of closed forms that are not traced: the line and the drawn brake."""
 ACCURACY = 1e-9
 ROUNDS, DRAWN_ROUNDS = 200, 40
 """Rounds of the search; fewer if drawn parts matter, because it cannot converge on their steps."""
 BAD = 1e3
-"""Cost of an invalid design; ln of a merit is never this large."""
+"""Cost of an invalid design, larger than ln of any merit."""
 
 
 def replace_values(point: Point, values: dict[str, Any]) -> Point:
@@ -62,7 +62,7 @@ _slopes = jax.jit(jax.jacfwd(_values), static_argnames=("names", "row"))
 
 
 class Smooth:
-    """ln of one design's merits as a function of its lengths, vacuum and film, with slopes.
+    """ln of one design's merits as a function of lengths, vacuum and film, with slopes.
 
     It always evaluates all merits, so that every specification uses the same compiled function.
     Drawn merits are not traced: their slopes are differences, calculated only when needed.
@@ -71,7 +71,7 @@ class Smooth:
     def __init__(
         self, spec: DesignSpecification, point: Point, among: Collection[str] | None = None
     ) -> None:
-        """`among`: the only variables whose slopes are needed; None for all."""
+        """`among` are the only variables whose slopes are needed; None for all."""
         self.spec = spec
         self.point = jax.tree.map(float, point)
         travel = () if point.usable_travel is None else ("usable_travel",)
@@ -101,12 +101,12 @@ class Smooth:
         source = self.spec.evaluation
         if source.draw is None:
             return {n: np.full(len(x), math.nan) for n in DRAWN_MERITS}
-        batch = np.pad(x, ((0, -len(x) % 32), (0, 0)), "edge")  # each length compiles once
+        batch = np.pad(x, ((0, -len(x) % 32), (0, 0)), "edge")  # each length is compiled separately
         point = replace_values(self.point, dict(zip(self.names, batch.T, strict=True)))
         return {n: row[: len(x)] for n, row in bills(point, source.base, source.draw).items()}
 
     def _stencil(self, x: Array) -> dict[str, Array]:
-        """Return DRAWN_MERITS at x, and one SLOPE_STEP above and below it in `among`.
+        """Return DRAWN_MERITS at x, and one SLOPE_STEP above and below it for `among`.
 
         The last result is kept, as several callers ask at one point.
         """
@@ -209,7 +209,7 @@ def refine(spec: DesignSpecification, number: int) -> RefinedDesign | None:
 
 
 class LocalSearch:
-    """Search among the continuous variables of one design, each from 0 to 1 of its range."""
+    """Search among the continuous variables of one design, each scaled to 0 to 1 over its range."""
 
     def __init__(self, smooth: Smooth, live: list[Constraint]) -> None:
         self.smooth, goals = smooth, smooth.spec.objectives
@@ -271,7 +271,8 @@ class LocalSearch:
             options={"ftol": ACCURACY, "maxiter": DRAWN_ROUNDS if spec.drawn_merits else ROUNDS},
         )
         y = np.clip(result.x, 0.0, 1.0)
-        # SLSQP may end just outside a limit or beyond a step of the drawn parts: move to the start
+        # SLSQP may end just outside a limit, or beyond a step of drawn parts: move towards the
+        # start
         for share in (0.0, 1e-9, 1e-7, 1e-5, 1e-3, 0.03, 0.1, 0.3, 1.0):
             nearer = y + share * (first - y)
             if (self.room(nearer) >= -ACCURACY).all():

@@ -42,7 +42,7 @@ class Range(NamedTuple):
     def values(self) -> Array:
         """Return all values; the last step may end below `last`."""
         steps = math.floor((self.last - self.first) / self.step * (1 + 1e-12) + 1e-9)
-        # twelve digits undo the rounding of sums of steps, so that 13 mm stays 13 mm
+        # rounding to twelve digits keeps sums of steps exact, so that 13 mm stays 13 mm
         return np.array([float(f"{v:.12g}") for v in self.first + self.step * np.arange(steps + 1)])
 
 
@@ -103,7 +103,7 @@ _SD = "standard deviation of the {} friction, relative"
 
 @dataclass(frozen=True, kw_only=True)
 class ScatterRequest:
-    """[scatter] of the friction; None leaves it to the brake's own sources."""
+    """[scatter] of the friction; with None the brake's own sources determine it."""
 
     static: float | None = quantity("1", _SD.format("static"), hi=1, default=None)
     kinetic: float | None = quantity("1", _SD.format("kinetic"), hi=1, default=None)

@@ -46,15 +46,15 @@ class Constraint:
         return value <= self.limit + slack if self.most else value >= self.limit - slack
 
     def short(self, value: float) -> float:
-        """Return the relative shortfall of a value, 0 if it meets the limit."""
+        """Return the relative shortfall of a value; 0 if it meets the limit."""
         excess = value - self.limit if self.most else self.limit - value
         return max(excess, 0.0) / abs(self.limit) if self.limit else math.inf
 
 
 BUILDABLE = Constraint("buildable", False, 1.0)
-"""Holds if `build` neither refuses a design nor finds it too weak."""
+"""Constraint that `build` neither rejects a design nor finds it too weak."""
 DEFAULTS = ("buildable", "drawn_mass")
-"""Names by which a request turns off `BUILDABLE`, and limits on the mass as drawn."""
+"""Names with which a request turns off `BUILDABLE`, and limits on the mass as drawn."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class ObjectiveSpec(AsItIs):
         return "'minimise mass' or 'maximise force_density'"
 
     def read(self, text: object, name: str) -> Objective:
-        """Return the objective, of weight 1; errors name its own text."""
+        """Return the objective with weight 1; errors name its own text."""
         pattern = r"\s*(minimi[sz]e|maximi[sz]e)\s+(\w+)\s*"
         sense, quantity = _words(pattern, text, name, "objective", self.limits())
         _spec_of("objective", quantity, text)
@@ -169,7 +169,7 @@ class DesignSpecification:
     """Names of DEFAULTS that do not apply."""
 
     def drawn_by(self, draw: Draw) -> "DesignSpecification":
-        """Return the specification with a function that draws brakes, and the rules it allows.
+        """Return the specification with a function that draws brakes, and the rules for it.
 
         Each design must be `BUILDABLE`, and a limit on the mass applies to the mass as drawn.
         """
@@ -188,11 +188,11 @@ class DesignSpecification:
 
     @property
     def drawn_merits(self) -> tuple[str, ...]:
-        """Merits of the drawn brake that a constraint or an objective names."""
+        """Return the merits of the drawn brake that a constraint or an objective names."""
         names = {c.name for c in self.constraints} | {o.name for o in self.objectives}
         return tuple(name for name in DRAWN_MERITS if name in names)
 
     @property
     def merits(self) -> tuple[str, ...]:
-        """Every merit computed of designs, in the order of their rows."""
+        """Return every merit that is computed for designs, in the order of their rows."""
         return (*self.evaluation.all_names, *self.drawn_merits)

@@ -16,9 +16,9 @@ class Chance(NamedTuple):
 
     probability: float
     error: float
-    """Standard error; never below one sample's weight."""
+    """Standard error, never below the weight of one sample."""
     low: float
-    """5 % quantile of the quantity, SI; NaN if more than 5 % of the samples have none."""
+    """5 % quantile of the quantity, SI; NaN if more than 5 % of the samples have no value."""
     high: float
     """95 % quantile."""
 

@@ -1,6 +1,6 @@
-"""Sweep of all designs of a specification, block by block, which keeps the front and highlights.
+"""Sweep of all designs of a specification, block by block; it keeps the front and highlights.
 
-A block of designs is cut into chunks that stay in the cache, one core each. The outcome does not
+A block of designs is cut into chunks that fit into the cache, one per core. The outcome does not
 depend on the number of cores or the order in which they finish.
 """
 
@@ -20,7 +20,7 @@ from layerjam.errors import QuantityError
 from layerjam.mechanics.threads import Workers
 
 CHUNK = PIECE
-"""Designs computed at a time by one core."""
+"""Number of designs that one core computes at a time."""
 BLOCK = 1 << 20
 """Designs in one block, the smallest unit that is stored, repeated or sent to a machine."""
 FAMILIES = 8
@@ -47,18 +47,18 @@ class SweepResult:
 
 
 class Highlights(NamedTuple):
-    """Highlighted designs of a run, as places among its `numbers`."""
+    """Highlighted designs of a run, as indices into its `numbers`."""
 
     scores: Array
     """Score of every design: sum of weight times signed ln(objective); less is better."""
     front: Numbers
-    """Designs that no other dominates."""
+    """Designs that no other design dominates."""
     best: list[int]
     """Best design of each of the best families."""
     obstacle: dict[int, int]
-    """Constraint to the best design that only this constraint excludes."""
+    """{constraint: the best design that only this constraint excludes}."""
     reach: dict[int, int]
-    """Constraint to the design nearest to it among those that meet all others."""
+    """{constraint: the design nearest to it among those that meet all others}."""
 
 
 class Search:
@@ -111,7 +111,7 @@ class Search:
         values = self.kernel.merits(numbers)
         is_built = np.isfinite(values[self.row["mass"]])
         numbers, values = numbers[is_built], values[:, is_built]
-        # drawn merits are faster to compute than a stop and exclude many designs
+        # drawn merits are faster to compute than a stop, and they exclude many designs
         drawn_rows = self._late_drawn(numbers, values)
         if self.spec.evaluation.stop is not None:
             values = np.concatenate([values, self._late_stops(numbers, values, drawn_rows)])
@@ -284,14 +284,14 @@ def _drop_missing(places: dict[int, int | None]) -> dict[int, int]:
 
 
 def front(costs: Array) -> npt.NDArray[np.int64]:
-    """Return places, rising, of the rows of (n, objectives) that no other row dominates.
+    """Return indices, ascending, of the rows of (n, objectives) that no other row dominates.
 
-    Less is better. Of equal rows the first stays. Rows with NaN never do.
+    Less is better. Among equal rows the first is kept. Rows with NaN are never kept.
     """
     good = np.flatnonzero(np.isfinite(costs).all(axis=1))
     if costs.shape[1] == 1:
         return good[[int(np.argmin(costs[good, 0]))]] if len(good) else good
-    # sorted by sum: a dominating row has a smaller sum, so it is met early
+    # in the order of sums a dominating row comes early, because its sum is smaller
     keys = costs[good]
     order = good[np.lexsort((good, keys.sum(axis=1)))]
     places = _front_kernel()(np.ascontiguousarray(costs[order]))
@@ -318,7 +318,7 @@ def _front_kernel() -> Any:
                         break
                 if worse:
                     beaten = True
-                    # a design that dominates one often dominates the next
+                    # a design that dominates one often dominates the next one too
                     front[j], front[j // 2] = front[j // 2], front[j]
                     break
             if not beaten:

@@ -1,4 +1,4 @@
-"""From a design request to its specification: the files it names, and all its designs."""
+"""Conversion of a design request to its specification, with the files it names and all designs."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -172,7 +172,7 @@ def _stop_constraints(stop: StopRequirement | None) -> tuple[Constraint, ...]:
 
 
 def _scatter(request: DesignRequest, file: BrakeFile) -> Scatter | None:
-    """Return the requested scatter, else that of the brake's own friction sources."""
+    """Return the requested scatter, otherwise that of the brake's own friction sources."""
     fields = {} if request.scatter is None else vars(request.scatter).copy()
     from_sources = {n: file.sources[p].sd for n in _FRICTION if (p := f"film.{n}") in file.sources}
     sds = {n: sd for n in _FRICTION if (sd := fields.pop(n, None)) is not None}
@@ -187,7 +187,7 @@ _FRICTION = ("static", "kinetic")
 
 
 def _check_known(requirements: Iterable[Constraint | Objective], evaluation: Evaluation) -> None:
-    """Raise QuantityError for a merit that needs input missing from the request."""
+    """Raise QuantityError if a merit needs input that the request lacks."""
     inputs = {**dict.fromkeys(LINE_MERITS, "a line"), **dict.fromkeys(STOP_MERITS, "a [stop]")}
     inputs["judder_margin"] = "a [judder]"
     for requirement in requirements:
@@ -229,11 +229,11 @@ def _grid(request: DesignRequest, file: BrakeFile, films: "_Films") -> Grid:
 
 
 _Films = tuple[Stock, tuple[str, ...], Array]
-"""Rows of the grid's first axis: film, its name, a thickness in which it is sold."""
+"""(film, its name, a thickness in which it is sold) of each row of the grid's first axis."""
 
 
 def _films(request: DesignRequest, finder: FileFinder, file: BrakeFile, notes: list[str]) -> _Films:
-    """Return films with the thicknesses in which they are sold, by default the brake's own."""
+    """Return films with the thicknesses in which they are sold, by default that of the brake."""
     axis = request.vary.get("thickness")
     default = (file.brake.sheets.thickness,) if axis is None else axis
     default = tuple(default.values()) if isinstance(default, Range) else default
@@ -256,7 +256,7 @@ def _stock(file: BrakeFile) -> Stock:
 
 
 def _film(use: str, finder: FileFinder, file: BrakeFile, notes: list[str]) -> Stock:
-    """Return a film of a brake (its friction and scale factor) or of the catalogue (a = 1)."""
+    """Return a film of a brake (with its friction and scale factor) or of the catalogue (a = 1)."""
     films = materials()["films"]
     if use in catalogue() or use.endswith(".toml"):
         source = finder.brake(use, use)

@@ -1,6 +1,6 @@
 """Stop requirement of a design: exact for brakes in parallel.
 
-Brakes in series are assumed rigid.
+Brakes in series are assumed to be rigid.
 """
 
 from typing import Any
@@ -17,7 +17,7 @@ from layerjam.toml_files.values import value
 from layerjam.units import FlagSpec, like, quantity, record
 
 RIGID = 1e12
-"""Stiffness [N/m] of a brake in series; the energy in its spring is neglected."""
+"""Stiffness [N/m] of a brake in series, so high that the energy in its spring is negligible."""
 
 
 @record
@@ -80,5 +80,5 @@ def all_merits(
 
 @law
 def least_peak(mass: Any, speed: Any, travel: Any, gravity: Any) -> Any:
-    """Return the least possible peak force [N] of a stop within a travel [m]: M (v^2/2z + g)."""
+    """Return the least possible peak force [N] of a stop within a travel [m], M (v^2/2z + g)."""
     return mass * (speed**2 / (2 * travel) + gravity)

@@ -1,4 +1,4 @@
-"""Notice of a comparison between calibrated and uncalibrated brakes. Loads no JAX."""
+"""Notice of a comparison between calibrated and uncalibrated brakes; it does not load JAX."""
 
 from collections.abc import Sequence
 

@@ -25,11 +25,11 @@ from layerjam.units import show
 from layerjam.verdict import Check, check
 
 LEAST_SHARE = 5e-5
-"""Least share visible in a percentage with two decimals."""
+"""Smallest share that is visible in a percentage with two decimals."""
 
 
 def describe_design(design: Mapping[str, Any]) -> str:
-    """Return a design in a few words: film, thickness, sheets and number of brakes."""
+    """Return a design in a few words: film, thickness, number of sheets and of brakes."""
     words = [
         f"{design['count']:.0f} sheets",
         f"{show(design['thickness'], 'm')} of {design['film']}",
@@ -67,12 +67,12 @@ def why_lost(
 
 
 def percent(part: float, sign: str = "+") -> str:
-    """Return a share in percent, in words if two decimals would not show it."""
+    """Return a share in percent, or in words if two decimals would not show it."""
     return f"{part:{sign}.2%}" if abs(part) >= LEAST_SHARE else "by less than 0.01 %"
 
 
 def forbidden(search: Search, result: SweepResult, picks: Highlights) -> list[dict[str, Any]]:
-    """Return designs that would have won but for one constraint, and their excess."""
+    """Return designs that only one constraint excludes from winning, and their excess."""
     rows = []
     score = picks.scores[picks.best[0]]
     for i, k in sorted(picks.obstacle.items(), key=lambda item: (picks.scores[item[1]], item[1])):
@@ -94,7 +94,7 @@ def forbidden(search: Search, result: SweepResult, picks: Highlights) -> list[di
 
 
 def refusal(search: Search, c: Constraint, number: int) -> str:
-    """Return why `build` refuses a design, empty for another constraint than `BUILDABLE`."""
+    """Return why `build` rejects a design; empty for constraints other than `BUILDABLE`."""
     draw = search.spec.evaluation.draw
     if c.name != BUILDABLE.name or draw is None:
         return ""
@@ -103,7 +103,7 @@ def refusal(search: Search, c: Constraint, number: int) -> str:
 
 
 def binding(design: Mapping[str, Any], spec: DesignSpecification) -> list[str]:
-    """Return constraints met with less than 2 % to spare."""
+    """Return the constraints that are met with less than 2 % to spare."""
     out = []
     for c in spec.constraints:
         room = abs(design[c.name] - c.limit) / abs(c.limit) if c.limit else math.inf

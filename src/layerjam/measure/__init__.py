@@ -1,1 +1,1 @@
-"""Reading of measurements: readers for the formats, column selection, sidecars, traces."""
+"""Measurements: readers for file formats, selection of columns, sidecars, traces."""

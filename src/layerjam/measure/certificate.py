@@ -11,9 +11,9 @@ from layerjam.toml_files.values import AsItIs
 
 @dataclass(frozen=True, kw_only=True)
 class Certificate:
-    """One certificate: number, day of calibration, laboratory, and day of the next calibration.
+    """One certificate: number, calibration day, laboratory, and day of the next calibration.
 
-    Days are ISO 8601; `due` is empty if nobody stated it.
+    Days are in ISO 8601 format; `due` is empty if it is not stated.
     """
 
     number: str

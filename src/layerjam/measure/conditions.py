@@ -1,4 +1,4 @@
-"""Conditions of a test: from its sidecar, from one list for a whole folder, from its name."""
+"""Conditions of a test, from its sidecar, a list for the whole folder, or the file's name."""
 
 import csv
 import io
@@ -120,7 +120,7 @@ def parse_list(text: str, path: str | Path) -> dict[str, dict[str, Any]]:
 
 
 def _value(name: str, text: str, unit: str | None) -> Any:
-    """Return the SI value of a cell or of a part of a name, whose unit may be elsewhere."""
+    """Return the SI value of a cell or of a part of a name; its unit may be in the heading."""
     of_number = name in _IN_NAMES and unit is not None
     return _FIELDS[name].spec.read(f"{text} {unit}" if of_number else text, name)
 

@@ -14,7 +14,7 @@ from layerjam.units import show
 def read_history(
     path: str | Path, atmosphere: float, options: ReadingOptions | None = None
 ) -> History:
-    """Read the history in a log such as ``time [s],vacuum [kPa]``, like every other log.
+    """Read the history in a log such as ``time [s],vacuum [kPa]``, read like other logs.
 
     The column's name (vacuum, absolute pressure, gauge pressure) or `options.reading` states the
     reference of the pressure. Raises FileError if neither does, if the file is not such a log, if

@@ -1,7 +1,7 @@
-"""Time log of any logger or test machine: named columns and units, without guesses.
+"""Time log of any logger or test machine, with named columns and units.
 
 A command lists the quantities it needs (`Want`). A column is selected by its unit first, then by
-its name. `ReadingOptions` decide where the file does not.
+its name. If the file is ambiguous, `ReadingOptions` decide.
 """
 
 import re
@@ -68,7 +68,7 @@ class Log:
     head: Mapping[str, tuple[str, ...]]
     understood: tuple[str, ...]
     synthetic: bool = False
-    """Whether a program wrote the file: its head says so, or its sidecar."""
+    """Whether a program generated the file, according to its head or its sidecar."""
 
     def __getitem__(self, role: str) -> Array:
         return self.columns[role]
@@ -126,8 +126,8 @@ def reference_of(column: Column) -> str | None:
 def read_log(path: str | Path, wants: Sequence[Want], options: ReadingOptions | None = None) -> Log:
     """Read the required columns of a file in SI units.
 
-    Raises FileError (column missing or ambiguous, no unit, no number) and QuantityError for invalid
-    options. A required time may not run backwards.
+    Raises FileError if a column is missing or ambiguous, or has no unit or no number, and
+    QuantityError for invalid options. A required time may not run backwards.
     """
     options = options or ReadingOptions()
     entries = options.entries({w.role: w.si for w in wants})
@@ -151,7 +151,7 @@ def read_log(path: str | Path, wants: Sequence[Want], options: ReadingOptions | 
 def _table(source: Source, wants: Sequence[Want], listed: bool) -> Table:
     """Return the table with the most rows, one with units if there is one.
 
-    If the user has `listed` its columns it has all rows from the first row of numbers on.
+    If the user has `listed` the columns, the table has all rows from the first row of numbers on.
     """
     lines = read_lines(source)
     blocks = blocks_of(lines)

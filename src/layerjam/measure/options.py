@@ -18,7 +18,7 @@ from layerjam.units import like, quantity
 
 SKIP = "skip"
 REFERENCES = ("absolute", "gauge", "vacuum")
-"""References of a pressure: zero, above the atmosphere, below the atmosphere."""
+"""References of a pressure: absolute, above the atmosphere, below the atmosphere."""
 
 
 @dataclass(frozen=True)
@@ -34,16 +34,16 @@ class ColumnEntry:
 @explain_arguments
 @dataclass(frozen=True, kw_only=True)
 class ReadingOptions:
-    """Options for ambiguities of a file; empty or None leaves a choice to the file.
+    """Options for ambiguities of a file; with an empty one or None the file decides.
 
-    `negative` lists those of "force" and "elongation" that the machine counts with the other sign.
-    `columns` assigns the columns, in order (``time:ms,skip,force:N``) or by name
-    (``force:N=Load,time=Zeit``); an entry of `column` does so for one name, and in Python it may be
-    a mapping, {"force:N": "Load"}. `decimal` is "." or ",". `specimen` is the number of one of
-    several in a file, from 1. `sheet` is the name of a workbook's sheet. `names` is the pattern of
-    the files' names, such as "pull_{vacuum}_{speed:mm/s}_*". `speed` [m/s] is the crosshead's if
-    nothing else states it; without elongation in the file, that is speed times time. `reading` is
-    the reference of a pressure, one of `REFERENCES`.
+    `negative` lists those of "force" and "elongation" that the machine counts with the opposite
+    sign. `columns` assigns the columns, in order (``time:ms,skip,force:N``) or by name
+    (``force:N=Load,time=Zeit``). An entry of `column` assigns one column by its name, and in Python
+    it may be a mapping, {"force:N": "Load"}. `decimal` is "." or ",". `specimen` is the number of a
+    specimen if a file has several, from 1. `sheet` is the name of a workbook's sheet. `names` is
+    the pattern of the files' names, such as "pull_{vacuum}_{speed:mm/s}_*". `speed` [m/s] is the
+    crosshead's if nothing else states it; without elongation in the file, that is speed times time.
+    `reading` is the reference of a pressure, one of `REFERENCES`.
     """
 
     negative: Sequence[str] = value(ListSpec(each=TextSpec(choices=tuple(ROLES)), single=True), ())
@@ -68,7 +68,7 @@ class ReadingOptions:
                 entry.spec.check(setting, name)
 
     def over(self, sidecar: "ReadingOptions") -> "ReadingOptions":
-        """Return the options of both; these outrank `sidecar`."""
+        """Return the options of both; these take precedence over `sidecar`."""
         settings = {f.name: v for f in fields(self) if (v := getattr(self, f.name))}
         if self.column and sidecar.by_order:  # an explicit name overrides an order in the sidecar
             settings["columns"] = self.columns
@@ -76,7 +76,7 @@ class ReadingOptions:
 
     @property
     def by_order(self) -> list[str] | None:
-        """Entries of `columns` if they follow the file's order, else None."""
+        """Return the entries of `columns` if they follow the file's order, else None."""
         if self.columns is None or "=" in self.columns:
             return None
         return [entry.strip() for entry in self.columns.split(",")]
@@ -106,7 +106,7 @@ class ReadingOptions:
 
 
 def _split_names(columns: str) -> list[str]:
-    """Return ROLE=NAME entries; a part without "=" belongs to the name before, with its comma."""
+    """Return ROLE=NAME entries; a part without "=" belongs to the previous name, with its comma."""
     out: list[str] = []
     for part in columns.split(",") if columns else ():
         if out and "=" not in part:

@@ -19,7 +19,7 @@ from layerjam.measure.readers.unit_words import ROLES, convert
 from layerjam.measure.trace import Array
 
 ROWS, LETTERS, COLUMN_LIMIT = 6, 40, 40
-"""Largest number of rows, of letters of a cell, and of columns."""
+"""Largest number of rows, of characters in a cell, and of columns."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,8 @@ class Preview:
 
     `names` and `units` are as written, "column 1" and "" if missing. `rows` are the first ones as
     text, `taken` {index of a column: (role, unit)} its interpretation, `sheets` those of a
-    workbook. `ours` states that this program wrote the file, whose columns need no correction.
+    workbook. `ours` states that this program wrote the file, so that its columns need no
+    correction.
     """
 
     names: tuple[str, ...]

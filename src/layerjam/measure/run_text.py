@@ -1,4 +1,4 @@
-"""A run of a bench as the CSV that every command reads, and the facts for its sidecar."""
+"""A run of a bench as CSV that every command reads, and the facts for its sidecar."""
 
 import io
 
@@ -19,20 +19,20 @@ UNITS = {
     "acceleration": "m/s^2",
 }
 FIRST = ("time", "elongation", "force", "vacuum", "target")
-"""Columns that commands look for, first; the board's own follow unchanged."""
+"""Columns that commands need, in front; the board's own follow unchanged."""
 LONG = 400
-"""Characters of the longest fact in a header."""
+"""Largest number of characters of a fact in a header."""
 
 
 def in_order(run: Run) -> dict[str, Array]:
-    """Return the columns of a run, those of FIRST first."""
+    """Return the columns of a run, with those of FIRST in front."""
     names = [name for name in FIRST if name in run.columns]
     names += [name for name in run.columns if name not in names]
     return {name: run.columns[name] for name in names}
 
 
 def csv_text(run: Run) -> str:
-    """Return the whole run as text: a header with the facts, names with units, a row per sample."""
+    """Return the whole run as text: a header with the facts, names with units, rows of samples."""
     head = {"data": SYNTHETIC if run.simulated else MEASURED}
     head |= {key: text for key, text in run.meta.items() if text and key != "simulated"}
     short = {key: text for key, text in head.items() if "\n" not in text and len(text) <= LONG}
@@ -48,7 +48,7 @@ def csv_text(run: Run) -> str:
 
 
 def _cells(name: str, values: Array) -> list[str]:
-    """Return digits that read back to the same numbers; times are in microseconds."""
+    """Return digits that can be read back to the same numbers; times are in microseconds."""
     if name == "time":
         return [f"{value:.6f}" for value in values.tolist()]
     return list(map(repr, values.tolist()))

@@ -1,6 +1,7 @@
 """A run of a bench from its file: one SQLite database, also readable without this program.
 
-`rig/run_file.py` writes it. An unclosed file is read in place, with the content of its `-wal`.
+`rig/run_file.py` writes it. A file that was not closed is read in place, with the content of its
+`-wal` file.
 """
 
 import json
@@ -62,8 +63,8 @@ class Run:
 
     `columns` are those of `samples` preceded by `time` [s], shape (N,), with `elongation` [m] and
     `force` [N] if a machine gave them. `time` is zero at the start of the recording; earlier
-    samples of the board are negative. Between two starts of the board it is the host's. `gaps`
-    counts missing samples.
+    samples of the board are negative. Between two starts of the board the host's time is used.
+    `gaps` counts missing samples.
     """
 
     path: str
@@ -144,16 +145,16 @@ def missing(boot: Array, seq: Array) -> int:
 
 
 def open_run(path: str | Path, is_complete: bool = False) -> sqlite3.Connection:
-    """Open a run file to read only; FileError if it is not a run file.
+    """Open a run file for reading; FileError if it is not a run file.
 
-    `is_complete` is for a file that nobody writes to and that has no `-wal`: SQLite then leaves
-    nothing next to it.
+    `is_complete` is for a file to which nobody writes and that has no `-wal` file. SQLite then
+    creates no files next to it.
     """
     name = str(path)
     try:
         if not Path(path).is_file():
             raise FileError(name[:200], "is not a file")
-        # open it with SQLite only: another open and close would release the locks of an active
+        # use SQLite only, because another open and close would release the locks of an active
         # recorder
         uri = f"file:{quote(str(Path(path).absolute()))}?mode=ro{'&immutable=1' * is_complete}"
         base = sqlite3.connect(uri, uri=True)
@@ -240,7 +241,7 @@ def _crosshead_at(columns: Mapping[str, Array], board_us: Array, values: Array) 
 def time_of(columns: Mapping[str, Array], clock: Array) -> Array:
     """Return the seconds from the first sample on, shape (N,).
 
-    Within a boot they are the board's clock, from one to the next the host's, never backwards.
+    They follow the board's clock within a boot, and the host's between boots, never backwards.
     """
     boot, board = columns["boot"], columns["board_us"]
     time = np.zeros(len(boot))
@@ -254,7 +255,7 @@ def time_of(columns: Mapping[str, Array], clock: Array) -> Array:
         if origin is None:
             origin = start
         elif start is not None:
-            # the monotonic clock restarts with the host; then only the calendar clock can be used
+            # the monotonic clock restarts with the host, so only the calendar clock can be used
             clock_index = 0 if start[0] > origin[0] + last * 1e9 else 1
             after = max((start[clock_index] - origin[clock_index]) * 1e-9, last)
         else:

@@ -1,7 +1,7 @@
-"""One record that was exported twice, with another sampling, unit or separator.
+"""Detection of a record that was exported twice, with another sampling, unit or separator.
 
-Repeats of one brake look alike, but the load cell's noise identifies a record. It is compared in
-second differences, which contain hardly anything else.
+Repeats of one brake look similar, but the load cell's noise identifies a record. The noise is
+compared by second differences, which contain almost nothing else.
 """
 
 from collections.abc import Iterator
@@ -12,50 +12,50 @@ import numpy as np
 from layerjam.measure.trace import Array, Trace
 
 LEAST, SAMPLE_LIMIT = 30, 20_000
-"""Samples that two records must share to be compared, and samples of a record that are stored."""
+"""Number of common samples needed for a comparison, and number of samples of a record stored."""
 ALIKE = 0.75
-"""Correlation of the noise from which two records are one. Repeats of virtual brakes reach 0.46,
-strokes of a printed actuator 0.84, but these differ by 1.5 times their noise."""
+"""Correlation of the noise above which two records are the same. Repeats of virtual brakes reach
+0.46. Strokes of a printed actuator reach 0.84, but these differ by 1.5 times their noise."""
 CLOSE_CURVES = 1.0
-"""Median difference of the curves over that of the noise, up to which two records may be one."""
+"""Median difference of the curves over that of the noise below which records may be the same."""
 QUIET = 1e-5
-"""Noise over the range of forces below which a record has none: a program computed it, and two of
-these are alike without being one."""
+"""Noise, relative to the range of forces, below which a record is considered computed, so that two
+of them may be alike without being the same."""
 SHARED = 0.5
-"""Part of the shorter record that both must have in common."""
+"""Share of the shorter record that both must have in common."""
 MOST_SIZE = 4.5
-"""Noise over its median size beyond which it is cut, so that a jump does not decide."""
+"""Noise, relative to its median size, at which it is clipped, so that a jump does not decide."""
 SAMPLE = 200
-"""Points at which two curves are compared before their noise is."""
+"""Number of points at which two curves are compared before their noise."""
 STARTS = 50
-"""Samples of the denser record at which the sparser one may start."""
+"""Number of samples of the denser record at which the sparser one may start."""
 
 
 @dataclass
 class Records:
-    """Records seen so far, by name."""
+    """Records so far, by name."""
 
     seen: dict[str, Trace] = field(default_factory=dict)
 
     def find_same(self, trace: Trace) -> str | None:
-        """Return the name of the earlier record that this one is a copy of, or None."""
+        """Return the name of an earlier record of which this one is a copy, or None."""
         part = _window(trace)
         return next(
             (name for name, earlier in self.seen.items() if is_same_record(earlier, part)), None
         )
 
     def add(self, name: str, trace: Trace) -> None:
-        """Remember a record."""
+        """Store a record."""
         self.seen[name] = _window(trace)
 
 
 def is_same_record(first: Trace, second: Trace) -> bool:
-    """Return whether two traces are one record: equal up to noise, with the same noise."""
+    """Return whether two traces are the same record: equal up to noise, with the same noise."""
     return noise_correlation(first, second) >= ALIKE
 
 
 def noise_correlation(trace: Trace, other_trace: Trace) -> float:
-    """Correlation of the noise of two records [1]; 0 if their curves differ by more than noise."""
+    """Return the correlation of the noise of two records [1]; 0 if their curves differ by more."""
     best = 0.0
     for clock in ("elongation", "time"):
         first, second = _rising(trace, clock), _rising(other_trace, clock)
@@ -73,7 +73,7 @@ def _window(trace: Trace) -> Trace:
 
 
 def _rising(trace: Trace, clock: str) -> tuple[Array, Array] | None:
-    """Return the clock up to its greatest value, and the force; each clock value once."""
+    """Return the clock up to its greatest value, and the force, with each clock value once."""
     values = getattr(trace, clock)
     if values is None or len(values) < LEAST:
         return None
@@ -82,7 +82,7 @@ def _rising(trace: Trace, clock: str) -> tuple[Array, Array] | None:
 
 
 def _correlations(curve: tuple[Array, Array], other_curve: tuple[Array, Array]) -> Iterator[float]:
-    """Yield the correlations of the noise for the same origin of both clocks, and the same start.
+    """Yield the correlations of the noise with the same clock origin, and with the same start.
 
     A record of which every n-th sample was stored may start with another sample.
     """
@@ -98,7 +98,7 @@ def _correlations(curve: tuple[Array, Array], other_curve: tuple[Array, Array]) 
 
 
 def _is_near(sparse: tuple[Array, Array], dense: tuple[Array, Array]) -> bool:
-    """Return whether two curves differ by hardly more than noise: others are not one record."""
+    """Return whether two curves differ by little more than noise, as copies do."""
     part = slice(None, None, max(1, len(sparse[0]) // SAMPLE))
     gaps = np.abs(sparse[1][part] - np.interp(sparse[0][part], *dense))
     second = np.abs(sparse[1][1:-1] - (sparse[1][2:] + sparse[1][:-2]) / 2)
@@ -112,7 +112,7 @@ def _step(clock: Array) -> float:
 def _at_offset(sparse: tuple[Array, Array], dense: tuple[Array, Array]) -> Iterator[float]:
     """Yield the correlations at the samples of the sparser record.
 
-    The denser record enters at these points, and as its mean around each, as programs resample.
+    The denser record is taken at these points, and as means around them, as programs resample.
     """
     low, high = max(sparse[0][0], dense[0][0]), min(sparse[0][-1], dense[0][-1])
     spans = [clock[-1] - clock[0] for clock in (sparse[0], dense[0])]

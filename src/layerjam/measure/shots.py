@@ -1,4 +1,4 @@
-"""Accelerometer record of one drop, from a board or a run file."""
+"""The accelerometer's record of one drop, from a board or a run file."""
 
 import json
 import sqlite3
@@ -17,7 +17,7 @@ from layerjam.toml_files.table_text import comment
 SYNTHETIC = "synthetic: computed by a virtual bench, not measured"
 MEASURED = "measured on a bench"
 PIECE = 1000
-"""Samples in one row of `shot_data`, and in one query to a board."""
+"""Number of samples in one row of `shot_data`, and in one query to a board."""
 SCHEMA = """
 -- accelerations: trigger_us on the clock of board_us; samples of the whole record, pre of them
 -- before the trigger; scale is JSON: zero (counts at 0), gain (m/s^2 a count), range (m/s^2)
@@ -49,9 +49,9 @@ class Shot:
     range: float
     before: int
     trigger_us: int
-    """The board's time of the trigger [us]; outside a run file only its low 32 bits."""
+    """Trigger time on the board's clock [us]; outside a run file only its low 32 bits."""
     synthetic: bool
-    """Whether a virtual board made it."""
+    """Whether it comes from a virtual board."""
     number: int = 1
     boot: int = 0
 
@@ -88,7 +88,7 @@ class Shot:
     def from_rows(
         cls, row: Mapping[str, Any], parts: list[tuple[int, int, bytes]], synthetic: bool
     ) -> "Shot":
-        """Return the record of `row` and `parts`, up to the first gap."""
+        """Return the record in `row` and `parts`, up to the first gap."""
         data = b""
         for first, _, samples in sorted(parts):
             if first * 2 == len(data):

@@ -1,4 +1,4 @@
-"""Facts missing in a measurement's file: NAME.csv.toml next to NAME.csv."""
+"""Facts that a measurement's file lacks, stored as NAME.csv.toml next to NAME.csv."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +15,7 @@ from layerjam.units import FlagSpec, build, like, quantity
 
 SIDECAR_ENDING = ".toml"
 FOLDER = "conditions.toml"
-"""File of facts common to all files of its folder, with the same keys."""
+"""File of facts that apply to all files of its folder, with the same keys."""
 READ = "read"
 """Table of a sidecar with reading options; see `measure.options`."""
 
@@ -39,9 +39,9 @@ def _limit(quantity_name: str) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Facts:
-    """Conditions of one test; None (or empty) if nobody stated them.
+    """Conditions of one test; None (or empty) if not stated.
 
-    From `number` on they are the content of a report to sign (ASTM D1894, section 12; ISO/IEC
+    The fields from `number` on are for a report to be signed (ASTM D1894, section 12; ISO/IEC
     17025, section 7.8.2).
     """
 
@@ -100,7 +100,7 @@ _FIELDS = dict(entries(Facts))
 
 
 def sidecar_path(path: str | Path) -> Path:
-    """Return the place of a data file's facts: the same name with .toml behind it."""
+    """Return the path of a data file's facts: the same name followed by .toml."""
     path = Path(path)
     return path.parent / (path.name + SIDECAR_ENDING)  # a name may be empty: '', '.', '/'
 
@@ -108,7 +108,7 @@ def sidecar_path(path: str | Path) -> Path:
 def read_facts(path: str | Path) -> Facts:
     """Return the facts of the data file `path`; all unknown if there is no sidecar.
 
-    Facts of all files of a folder are in its conditions.toml; a file's own sidecar outranks it.
+    Facts of all files of a folder are in its conditions.toml; a file's own sidecar has priority.
     Raises FileError, with file and line, for broken TOML, an unknown key or a bad value.
     """
     of_all, of_file = (_read(place) for place in places(path))
@@ -116,7 +116,7 @@ def read_facts(path: str | Path) -> Facts:
 
 
 def places(path: str | Path) -> tuple[Path, Path]:
-    """Return the places of a data file's facts: its folder's and its own, which outranks it."""
+    """Return the paths of a data file's facts: its folder's and its own, which has priority."""
     return Path(path).parent / FOLDER, sidecar_path(path)
 
 
@@ -135,7 +135,7 @@ def text_of(place: Path) -> str:
     """Return the text of a file of facts; empty if there is none."""
     try:
         exists = place.exists()
-    except (OSError, ValueError):  # a name too long or with a NUL has no sidecar
+    except (OSError, ValueError):  # a name that is too long or contains a NUL has no sidecar
         exists = False
     return read_text(place) if exists else ""
 

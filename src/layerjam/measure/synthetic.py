@@ -1,4 +1,4 @@
-"""Detection of files that a program wrote: by their own words, or by their sidecar."""
+"""Detection of files that a program generated, by their own words or by their sidecar."""
 
 import re
 

@@ -13,7 +13,7 @@ from layerjam.units import show
 Array = npt.NDArray[np.float64]
 
 FEWEST_ROWS = 10
-# No test machine exceeds these: a larger number is damage, and its square would overflow.
+# no test machine exceeds these: a larger number is damage, and its square would overflow
 _LARGEST = {"force": (1e8, "N"), "elongation": (1e3, "m"), "time": (1e11, "s")}
 
 
@@ -44,12 +44,12 @@ class Trace:
 
     @property
     def travel(self) -> Array:
-        """Elongation from the first sample on [m]."""
+        """Return the elongation from the first sample on [m]."""
         return self.elongation - self.elongation[0]
 
     @property
     def synthetic(self) -> bool:
-        """Whether a program wrote the file, according to its sidecar or the file itself."""
+        """Whether a program generated the file, according to its sidecar or the file itself."""
         return self.facts.synthetic
 
     def between(
@@ -84,14 +84,14 @@ class Trace:
         )
 
     def thinned(self, most: int) -> "Trace":
-        """Return the record with at most `most` samples, means over neighbours."""
+        """Return the record with at most `most` samples, as means over neighbours."""
         time = None if self.time is None else block_means(self.time, most)
         force, elongation = (block_means(a, most) for a in (self.force, self.elongation))
         return replace(self, force=force, elongation=elongation, time=time)
 
 
 def block_means(values: Array, limit: int) -> Array:
-    """Return means over equally many neighbours, at most `limit`; the last may be of fewer."""
+    """Return means over equal numbers of neighbours, at most `limit` of them."""
     size = -(-len(values) // limit)
     if size <= 1:
         return values
@@ -104,9 +104,9 @@ def check_trace(trace: Trace, line: Callable[[int], int | None], *, turned: bool
     """Return the trace with its warnings; FileError if it cannot be a tension test.
 
     `line` returns the line of the file for a row (0-based); `turned` states that the user changed
-    the sign of the force. Rejected are fewer than 10 rows, and values that are not finite or beyond
-    any test machine. Time that runs backwards, a force that never changes or is saturated, and
-    signs of compression are rejected too.
+    the sign of the force. The check rejects fewer than 10 rows, and values that are not finite or
+    exceed any test machine. It also rejects time that runs backwards, a force that never changes or
+    is saturated, and signs of compression.
     """
     rows = len(trace)
     if rows < FEWEST_ROWS:
@@ -190,9 +190,9 @@ def _check_stuck(trace: Trace) -> None:
     A saturated load cell repeats one number; a real plateau has noise, so its greatest value is
     rare. The force is rejected if the greatest value occurs at least 20 times (fewer in short
     records) and ten times as often, in a row or in all, as any other value in the upper half. If no
-    other value repeats, 20 times is enough. The factor ten accepts smooth peaks with coarse digits,
-    whose top level is at most about five times as long as its neighbours. A hold, with the
-    crosshead at rest, is not a saturation.
+    other value repeats, 20 times is enough. The factor ten accepts smooth peaks of coarse
+    resolution, whose top level is at most about five times as long as its neighbours. A hold with
+    the crosshead at rest is not a saturation.
     """
     force, rows = trace.force, len(trace)
     top = float(force.max())
@@ -209,7 +209,7 @@ def _check_stuck(trace: Trace) -> None:
     if np.ptp(trace.elongation[at_top]) < 0.005 * np.ptp(trace.elongation):
         return
     if np.unique(force).size < 10:
-        return  # too coarsely digitised to tell whether the crosshead is at rest
+        return  # the resolution is too coarse to tell whether the crosshead is at rest
     upper = (force > top / 2) & ~at_top
     _, counts = np.unique(force[upper], return_counts=True)
     often, longest = int(counts.max(initial=1)), _longest_run(upper, force)
@@ -223,7 +223,7 @@ def _check_stuck(trace: Trace) -> None:
 
 
 def _far_more(stuck: int, others: int, least: int) -> bool:
-    """Return whether there are ten times as many, or `least` if no other value repeats."""
+    """Return whether the number is ten times that of others, or at least `least` without others."""
     return stuck >= max(least, 10 * others if others > 1 else least)
 
 

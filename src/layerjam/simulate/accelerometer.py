@@ -1,8 +1,8 @@
-"""Reading of an accelerometer on the mass during a stop: low-pass, sampling, range, CFC filter.
+"""Reading of an accelerometer on the mass: low-pass, sampling, noise, range, CFC filter.
 
-An accelerometer reads specific force, the force on the mass over the mass: F/M. It reads 0 in free
-fall and 1 g at rest on the brake, so gravity is part of the reading and is not subtracted. An ideal
-one reads the peak F_peak/M; in g that is `peak_g` of `drop`.
+An accelerometer reads specific force, which is the force on the mass divided by the mass, F/M. It
+reads 0 in free fall and 1 g at rest on the brake, so gravity is part of the reading and is not
+subtracted. An ideal sensor reads the peak F_peak/M, which in g is `peak_g` of `drop`.
 
 The order is that of a measuring chain: analogue low-pass, samples, noise, range, steps of the
 converter, then the digital filter of SAE J211-1. Outside the record the signal keeps its first and
@@ -27,15 +27,16 @@ KINDS = ("bessel", "butterworth")
 LEAST_RATE = 10
 """Least sampling rate of SAE J211-1, in multiples of the class."""
 FINE = 400
-"""Sampling rate for a sensor without its own, in multiples of the cutoff.
+"""Sampling rate of a sensor without a given rate, in multiples of the cutoff.
 
-A peak at the cutoff between two samples is then missed by at most (pi/400)^2/2 = 3e-5 of it.
+A peak at the cutoff frequency between two samples is then missed by at most the share (pi/400)^2/2
+= 3e-5.
 """
 MOST_SAMPLES = 5_000_000
 _INSTANT = 1e-12
 """Duration of a jump [s]."""
 _MEMORY = 30.0
-"""Age, in time constants, after which a filter has forgotten its input (exp(-30) = 1e-13)."""
+"""Age, in time constants, after which an input no longer affects a filter (exp(-30) = 1e-13)."""
 
 Array = np.ndarray[Any, np.dtype[Any]]
 Signal = DropRecord | tuple[Any, Any]
@@ -44,7 +45,7 @@ Signal = DropRecord | tuple[Any, Any]
 @explain_arguments
 @dataclass(frozen=True, kw_only=True)
 class Accelerometer:
-    """Accelerometer and its converter, along the pull; None is no limit.
+    """Accelerometer and its converter, along the pull; None means no limit.
 
     `kind` is the low-pass, bessel or butterworth, both -3 dB at `bandwidth`. `noise` is white from
     sample to sample and needs a `seed`, so that results are reproducible.
@@ -142,7 +143,7 @@ def specific_force(record: DropRecord) -> tuple[Array, Array]:
     """
     time, force = np.asarray(record.time, float), np.asarray(record.force, float)
     if _swings_back(record):
-        from layerjam.simulate.drop import spring_of  # imports JAX, which a sensor does not need
+        from layerjam.simulate.drop import spring_of  # loads JAX, which a sensor does not need
 
         spring = spring_of(record.brake.brake, record.rope_stiffness)
         weight = record.mass * record.gravity
@@ -165,7 +166,7 @@ def _swings_back(record: DropRecord) -> bool:
     # with a speed law the sheets keep sliding after the standstill
     steady = steady and not follows_speed(record.brake.brake)
     stopped = record.outcome in (Outcome.STOPPED, Outcome.NEVER_SLID)
-    # below the weight, the mass does not rise again: it hangs, and the force stays constant
+    # below the weight the mass does not rise again: it hangs, and the force stays constant
     return stopped and still and steady and record.force[-1] > record.mass * record.gravity
 
 
@@ -218,14 +219,14 @@ def low_pass(time: Any, value: Any, poles: Array, first: float, rate: float, cou
 
 
 def _phi1(x: Array) -> Array:
-    """(e^x - 1)/x."""
+    """Return (e^x - 1)/x."""
     small = abs(x) < 1e-3
     safe = np.where(small, 1.0, x)
     return np.where(small, 1 + x / 2 + x**2 / 6 + x**3 / 24, np.expm1(safe) / safe)
 
 
 def _phi2(x: Array) -> Array:
-    """(e^x - 1 - x)/x^2."""
+    """Return (e^x - 1 - x)/x^2."""
     small = abs(x) < 1e-2
     safe = np.where(small, 1.0, x)
     series = 1 / 2 + x / 6 + x**2 / 24 + x**3 / 120 + x**4 / 720 + x**5 / 5040
@@ -248,12 +249,12 @@ def cfc_coefficients(cfc: float, rate: float) -> tuple[Array, Array]:
 
 
 def cfc_filter(value: Any, rate: float, cfc: float) -> Array:
-    """Return equally spaced samples, shape (N,), through the SAE J211-1 filter, both ways.
+    """Filter equally spaced samples, shape (N,), by SAE J211-1, forwards and backwards.
 
-    Four poles, no phase. Beyond its ends the signal keeps its first and last value, which is exact
-    for the zeros before a drop. The filter starts at rest at that value, and continues past the end
-    until it has settled (at least 10 ms, the padding of the standard). Raises QuantityError for a
-    rate below ten times the class, which the standard requires.
+    The result has four poles and no phase shift. Beyond its ends the signal keeps its first and
+    last value, which is exact for the zeros before a drop. The filter starts at rest at that value,
+    and continues past the end until it has settled (at least 10 ms, the padding of the standard).
+    Raises QuantityError for a rate below ten times the class, which the standard requires.
     """
     from scipy.signal import lfilter
 
@@ -275,7 +276,7 @@ def cfc_filter(value: Any, rate: float, cfc: float) -> Array:
 
 
 def memory(cfc: float) -> float:
-    """Return the time [s] after which the filter of a class has forgotten; at least 10 ms."""
+    """Return the time [s] after which a class's filter has settled; at least 10 ms."""
     return float(max(_MEMORY * np.sqrt(2) / (2 * np.pi * 2.0775 * cfc), 0.010))
 
 
@@ -394,7 +395,7 @@ seen = measure_acceleration  # former name
 
 
 def find_accelerometer(name: str) -> Accelerometer:
-    """Return the accelerometer ideal or adxl193; raises UnknownNameError for another."""
+    """Return the accelerometer "ideal" or "adxl193"; raises UnknownNameError for others."""
     try:
         return SENSORS[name.lower()]
     except KeyError:

@@ -1,4 +1,4 @@
-"""A law over millions of cases: any mix of swept quantities, all cores, bounded memory."""
+"""Evaluation of a law over millions of cases, on all cores and in limited memory."""
 
 import functools
 import inspect
@@ -33,9 +33,9 @@ class Constants(NamedTuple):
     """Constants of a brake for the compiled loop, in the order of `kernel/c/stops.c`; SI."""
 
     friction: float
-    """c per pascal [N/m/Pa]."""
+    """c per vacuum [N/m/Pa]."""
     drag: float
-    """q per pascal [N/m/Pa]."""
+    """q per vacuum [N/m/Pa]."""
     overlap: float
     travel: float
     stiffness: float
@@ -54,11 +54,11 @@ def constants_of(brake: Brake) -> Constants | None:
 
 
 CHUNK = 1 << 17
-"""Cases between two progress reports: their results stay in the cache of the cores."""
+"""Number of cases between two progress reports; their results stay in the cores' caches."""
 QUICK = 16
-"""Chunks per call of the compiled loop, about 20 ms, if the pieces are not needed."""
+"""Number of chunks per call of the compiled loop, about 20 ms, if the pieces are not needed."""
 LARGEST = 4 << 30
-"""Greatest size of results kept in memory [bytes]; larger ones need a sink."""
+"""Greatest size of results in memory [bytes]; larger ones need a sink."""
 Sink = Callable[[int, Mapping[str, Array]], None]
 Run = Callable[[int, int, Mapping[str, Array]], None]
 """Function that evaluates flat cases (first, count) into arrays of that length."""
@@ -113,7 +113,7 @@ def batch(
     The result is a labelled Dataset with the axes in the order given. A result with the name of an
     axis (the speed of a march) becomes NAME_reached. With `sink`, called as sink(first, {name:
     values}) with flat pieces in order, nothing is stored and the number of cases is returned.
-    `wanted` selects results of the law; `out` gives arrays of float64 to reuse. `progress` is
+    `wanted` selects results of the law; `out` provides arrays of float64 to reuse. `progress` is
     called with (done, all). Ctrl-C ends the batch with the cases done; the others are NaN,
     attribute `done`.
 
@@ -311,7 +311,7 @@ def _traced_run(
         return jax.eval_shape(evaluate, row, constants, brake)
 
     try:
-        # a single case: a law that takes samples would accept a block of cases as such
+        # a single case, because a law that takes samples would accept a block of cases as such
         result_shape(())
         # three cases, to distinguish one result per case from samples and from one number
         shape = result_shape((3,))
@@ -322,7 +322,7 @@ def _traced_run(
             "that are the same samples for every case, or None, into fixed"
         ) from None
     results = shape._asdict() if hasattr(shape, "_asdict") else {law.__name__: shape}
-    # results without one number per case, such as a memory, are omitted
+    # results that are not one number per case, such as a memory, are omitted
     fields = tuple(n for n, v in results.items() if getattr(v, "shape", None) == (3,))
 
     def run(first: int, count: int, out: Mapping[str, Array]) -> None:
@@ -347,7 +347,7 @@ def _samples(name: str, data: Any) -> Array:
 
 
 def _replace_field(record: Any, path: list[str], value: Any) -> Any:
-    """Return the record with one field, however deep, replaced; unchecked, as it is traced."""
+    """Return the record with one field replaced at any depth; unchecked, because it is traced."""
     names = {n: getattr(record, n) for n in record.__dataclass_fields__}
     names[path[0]] = value if len(path) == 1 else _replace_field(names[path[0]], path[1:], value)
     new = object.__new__(type(record))

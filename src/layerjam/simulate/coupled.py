@@ -1,9 +1,9 @@
-"""Brake and line together in time: the enclosure stretches, the pump runs, the vacuum changes.
+"""Brake and line together in time: enclosure stretch, pump and vacuum affect one another.
 
-Waveform relaxation: the slip over time gives the vacuum over time (equations of the line), which
-gives the slip over time (solver of the brake in time), until neither changes. The force P A_s of a
-volume A_s per slip is not added to the brake's law, as the calibration by a pull contains it
-(`gas_force` gives its size).
+The method is waveform relaxation. The slip over time gives the vacuum over time (equations of the
+line), which gives the slip over time (solver of the brake in time), until neither changes. The
+force P A_s of a volume A_s per slip is not added to the brake's law, because the calibration by a
+pull contains it (`gas_force` gives its size).
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ TOLERANCE = 1e-6
 """Relative change of slip, peak and vacuum between rounds at convergence."""
 ROUNDS = 25
 NODES = 241
-"""Number of times at which a round passes on the vacuum; linear in between."""
+"""Number of times at which a round passes on the vacuum, interpolated linearly."""
 MATTERS = 0.01
 """Relative change of slip or peak above which the coupling matters."""
 
@@ -40,7 +40,7 @@ class CoupledStop:
     timed: TimedStop
     record: DropRecord
     line: Response
-    """Chamber, tube and reservoir from taut rope to standstill; pressure only for water."""
+    """Chamber, tube and reservoir from taut rope to standstill; for water only the pressure."""
     constant: TimedStop
     """The exact stop at the vacuum of the taut rope."""
     changes: tuple[float, ...]
@@ -63,17 +63,17 @@ class CoupledStop:
 
     @property
     def slip_change(self) -> float:
-        """Change of slip against constant vacuum [m]."""
+        """Change of slip relative to constant vacuum [m]."""
         return self.timed.slip - self.constant.slip
 
     @property
     def peak_change(self) -> float:
-        """Change of peak force against constant vacuum [N]."""
+        """Change of peak force relative to constant vacuum [N]."""
         return self.timed.peak_force - self.constant.peak_force
 
     @property
     def matters(self) -> bool:
-        """Whether outcome, slip or peak (by more than 1 %) differ from constant vacuum."""
+        """Return whether outcome, slip or peak (by over 1 %) differ from constant vacuum."""
         stop, constant = self.timed, self.constant
         return (
             stop.outcome is not constant.outcome
@@ -92,8 +92,9 @@ def line_along(
 ) -> Response:
     """Return the line at times [s] for a given slip of the brake [m], shape (N,) each.
 
-    Monotone cubics (PCHIP) join the slip, so that its rate has no jumps. Air by LSODA at a relative
-    error of 1e-9, gas conserved to rounding; water C P = F t + A_s slip, until it boils.
+    Monotone cubics (PCHIP) interpolate the slip, so that its rate has no jumps. For air it uses
+    LSODA at a relative error of 1e-9 and conserves gas to rounding; for water C P = F t + A_s slip,
+    until it boils.
     """
     if water:
         return _water_along(line, start, time, slip, drive)

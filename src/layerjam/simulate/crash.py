@@ -1,6 +1,6 @@
 """Motion after the travel is used up: the mass on its rope alone, behind a rigid end.
 
-No record states the compliance at the end of a brake's travel. layerjam assumes the worst case, a
+No source states the compliance at the end of a brake's travel. layerjam assumes the worst case, a
 rigid end: only the rope stretches further, starting from its force and the remaining speed of the
 mass.
 """
@@ -53,9 +53,9 @@ def crash(record: DropRecord) -> Crash | None:
     brake_stretch = float(record.force[-1]) / float(working_stiffness(record.brake.brake))
     stretch = float(record.travel[-1] - record.slip[-1]) - brake_stretch
     speed = float(record.speed_of_mass[-1])
-    # the weight less the force in the rope, which would hang `sag - stretch` lower
+    # the weight minus the force in the rope, in whose equilibrium the mass is `sag - stretch` lower
     left = system.stiff * (sag - stretch)
-    if system.square <= 0:  # no swing, so sample densely at the response of the damper
+    if system.square <= 0:  # there is no swing, so sample densely within the damper's response time
         slow = system.stiff / (system.decay + math.sqrt(-system.square))
         after = np.append(0.0, np.geomspace(1e-9, 10.0, 4 * SAMPLES) / slow)
     else:

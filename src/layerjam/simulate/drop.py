@@ -1,4 +1,4 @@
-"""Drop of a mass on the brake (paper, section III-E): constant vacuum, exact.
+"""Drop of a mass on the brake (paper, section III-E), exact at constant vacuum.
 
 Time counts from the taut rope. Without a brake the mass hangs on the rope alone.
 """
@@ -46,7 +46,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class TimedStop(NamedTuple):
-    """Result of a stop: values at the first standstill or the end of travel, in SI."""
+    """Result of a stop in SI units: values at the first standstill or at the end of travel."""
 
     slip: float
     peak_force: float
@@ -61,7 +61,7 @@ class TimedStop(NamedTuple):
     reason: str | None = None
     """Reason for the snap, or None."""
     least_stiffness: float | None = None
-    """Stiffness that cannot snap at the vacuum of the snap [N/m]."""
+    """Stiffness above which the brake cannot snap, at the vacuum of the snap [N/m]."""
 
 
 def spring_of(brake: Brake, rope_stiffness: float | None) -> float:
@@ -230,8 +230,8 @@ def _append_slide(
 ) -> tuple[dict[str, Array], float, float]:
     """Return the columns with the integrated slide of a stop with a speed law.
 
-    Also the fastest slip [m/s], and the relative difference of a coarser run in slip, time and
-    force.
+    Also returns the fastest slip [m/s], and the relative difference of a coarser run in slip, time
+    and force.
     """
     vacuum, spring, brake = case[2], case[3], case[5]
     first, course = course_of(law, *case)
@@ -255,7 +255,7 @@ def _append_slide(
 def _slid_samples(end: float, vacuum: float, brake: Brake) -> Array:
     """Return slips [m] up to `end`, dense at both ends, where the force bends and the speed drops.
 
-    The greatest force is among them; the number of slips does not depend on this, so the laws
+    They include that of the greatest force. Their number is always the same, so that the laws
     compile once.
     """
     if brake.hyperelastic is not None:

@@ -1,4 +1,4 @@
-"""Drop of a mass on the brake, in time: a changing vacuum, a damped rope, the rebound."""
+"""Drop of a mass on the brake in time, with a changing vacuum, a damped rope, the rebound."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -69,7 +69,7 @@ CLOSE = 1e-6
 """Relative change of slip and time, after halving the step, below which a run is accepted."""
 MOST_HALVINGS, MOST_STEPS = 7, 4_000_000
 STILL = 1e-20
-"""Energy of a motion at rest, as a share of that in the hanging spring."""
+"""Energy of a motion that counts as rest, relative to that in the hanging spring."""
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
@@ -87,7 +87,7 @@ def _next(motion: Motion, until: Any, dt: Any, vacuum: Vacuum) -> Any:
     step = jnp.minimum(dt, until - motion.time)
     if vacuum.time is None:
         return step
-    # slightly before a sample counts as at the sample
+    # a time slightly before a sample counts as that of the sample
     index = jnp.searchsorted(vacuum.time, motion.time + 1e-9 * dt, side="right")
     distance = vacuum.time[jnp.minimum(index, len(vacuum.time) - 1)] - motion.time
     return jnp.where(distance > 0, jnp.minimum(step, distance), step)
@@ -136,9 +136,9 @@ def drop_in_time(
 
     `vacuum` is one number or a History. With `duration` [s] the run continues after the first
     standstill (rebound, slack rope) up to that time. The values remain those of the first
-    standstill; if there is none by then, the outcome is FINISHED. A mass that hangs at rest is not
-    marched on. By default the `step` [s] is halved until slip and time change by less than 1e-6.
-    `progress` is called with the time reached [s]; KeyboardInterrupt from it ends the run.
+    standstill; if there is none by then, the outcome is FINISHED. The integration ends once the
+    mass hangs at rest. By default the `step` [s] is halved until slip and time change by less than
+    1e-6. `progress` is called with the time reached [s]; KeyboardInterrupt from it ends the run.
 
     Raises QuantityError for values out of bounds, for damping without a rope, for a step longer
     than a quarter of sqrt(M/k), and if the mass does not come to rest in 4 million steps.
@@ -193,7 +193,7 @@ def _choose_step(case: _Case, step: float | None, until: float) -> tuple[float, 
     if step is not None:
         return step, _event(case, step, until), []
     load = case.load
-    # a slow mass on a stiff spring and a fast one on a soft spring: both need a quarter period
+    # both a slow mass on a stiff spring and a fast one on a soft spring need a quarter period
     dt = float(jnp.sqrt(load.mass / load.spring)) / 200
     before = _event(case, dt, until)
     change = last = math.inf
@@ -207,7 +207,7 @@ def _choose_step(case: _Case, step: float | None, until: float) -> tuple[float, 
             / max(float(getattr(event, name)), 1e-9)
             for name in ("slip", "time")
         )
-        # extrapolate the remaining error, at best of second order
+        # extrapolate the remaining error, which is at best of second order
         ratio = min(last / change, 4.0) if change else 4.0
         before, last = event, change
         if change <= CLOSE or (ratio > 2.5 and change <= CLOSE * (ratio - 1)):

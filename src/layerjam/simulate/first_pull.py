@@ -1,4 +1,4 @@
-"""Brake with a hyperelastic enclosure: one pull out at one vacuum, and the cases rejected."""
+"""First pull of a brake with a hyperelastic enclosure at one vacuum, and its rejected cases."""
 
 from typing import Any
 
@@ -23,7 +23,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 def check_hyperelastic(vacuum: Array, brake: Brake) -> None:
-    """Raise ProcedureError or QuantityError for cases without a hyperelastic law."""
+    """Raise ProcedureError or QuantityError for cases that the hyperelastic law does not cover."""
     if follows_speed(brake):
         raise QuantityError.of(
             "hyperelastic",
@@ -45,10 +45,10 @@ def is_first_pull(elongation: Array, vacuum: Array) -> bool:
 
 @law
 def first_peak(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
-    """Return slip [m] and force [N] at the peak of a first pull, and whether a part still rests.
+    """Return slip [m] and force [N] at the peak, and whether a part of the enclosure still rests.
 
-    While part of a face rests, dx/dN = 2 e/q. The force then peaks if the strain at the ends is q
-    over the fall of the sheets' friction.
+    While part of a face rests, dx/dN = 2 e/q. The force then peaks when the strain at the ends
+    equals q over the fall of the sheets' friction.
     """
     sheets, strip = sheets_at(vacuum, brake), strip_at(vacuum, brake)
     limit = strip.rubber.strain
@@ -69,7 +69,7 @@ def first_peak(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
 
 @law
 def first_events(vacuum: Any, brake: Brake) -> tuple[Any, Any, Any]:
-    """Return elongations [m] at onset, at the peak and at separation, in first loading.
+    """Return elongations [m] of onset, peak and separation in first loading.
 
     If there is no peak while a part of the enclosure rests, the peak is the separation.
     """
@@ -112,7 +112,7 @@ def first_pull(elongation: Array, vacuum: Array, brake: Brake) -> Cycle:
     never = np.zeros(len(elongation), bool)
     is_snapped = never
     if k <= float(least_stiffness(pressure, brake)):
-        # the rig is too soft: elastic up to the onset, undefined beyond
+        # if the rig is too soft: elastic up to the onset, undefined beyond
         is_snapped = elongation > float(first_events(pressure, brake)[0])
         slip = sleeve = heat = np.where(is_snapped, np.nan, 0.0)
         force = k * elongation + slip

@@ -1,4 +1,4 @@
-"""Test as typed steps and as text, shared by the simulator, the bench and a sidecar.
+"""Test procedure as typed steps and as text, for the simulator, the bench and sidecars.
 
 ``"evacuate to 94.5 kPa; pull at 13 mm/s until 40 mm; return at 13 mm/s to 0 mm"``
 """
@@ -36,7 +36,7 @@ class _Step:
 
 @dataclass(frozen=True, kw_only=True)
 class Evacuate(_Step):
-    """Bring the vacuum to `to` [Pa] with the crosshead at rest, then wait `hold` [s]."""
+    """Bring the vacuum to `to` [Pa] with the crosshead at rest, then wait for `hold` [s]."""
 
     to: float = _quantity(VACUUM)
     hold: float = field(default=0.0, metadata={"quantity": _TIME})
@@ -56,7 +56,7 @@ class Vent(_Step):
 
 @dataclass(frozen=True, kw_only=True)
 class Hold(_Step):
-    """Wait `duration` [s]."""
+    """Wait for `duration` [s]."""
 
     sentence = "hold {duration}"
     duration: float = _quantity(_TIME)
@@ -78,7 +78,7 @@ class Pull(_Step):
 
 @dataclass(frozen=True, kw_only=True)
 class Return(_Step):
-    """Move the crosshead back at `speed` [m/s] to elongation `to` [m]."""
+    """Move the crosshead back at `speed` [m/s] to the elongation `to` [m]."""
 
     sentence = "return at {speed} to {to}"
     speed: float = _quantity(CROSSHEAD_SPEED)
@@ -98,8 +98,8 @@ Step = Evacuate | Vent | Hold | Pull | Return
 class Procedure:
     """Steps in order, checked against each other on creation.
 
-    Raises ProcedureError for a pull that does not go out, a return that does not go back, or a
-    value out of bounds.
+    Raises ProcedureError for a pull that does not increase the elongation, a return that does not
+    decrease it, or a value out of bounds.
     """
 
     steps: tuple[Step, ...]

@@ -1,4 +1,4 @@
-"""Quantities shared by simulations, measured files, designs and commands: one definition each.
+"""Quantities shared by simulations, measured files, designs and commands.
 
 `replace` changes the meaning or example of one, `units.like` makes it a field.
 """

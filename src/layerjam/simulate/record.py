@@ -1,4 +1,4 @@
-"""Results: arrays with units, a named outcome, and all inputs to run them again."""
+"""Results as arrays with units, a named outcome, and all inputs needed to repeat them."""
 
 import io
 from collections.abc import Iterator
@@ -51,7 +51,7 @@ class Record:
     warnings: tuple[str, ...] = ()
 
     def conditions(self) -> dict[str, str]:
-        """Return the other inputs needed to run this again."""
+        """Return the other inputs needed to repeat the simulation."""
         return {}
 
     def columns(self) -> Iterator[tuple[str, np.ndarray, QuantitySpec]]:
@@ -70,7 +70,7 @@ class Record:
         return frame
 
     def to_xarray(self) -> "xarray.Dataset":
-        """Return a Dataset along `time`, with units, meanings and all inputs to run it again."""
+        """Return a Dataset along `time`, with units, meanings and all inputs to repeat it."""
         with MissingExtraError.raise_if_missing("a labelled result (xarray)", "labelled"):
             import xarray
         time = next(values for name, values, _ in self.columns() if name == "time")
@@ -163,7 +163,7 @@ class TensileRecord(PullRecord):
     """
 
     def conditions(self) -> dict[str, str]:
-        """Model and procedure."""
+        """Return model and procedure."""
         return {"model": self.model, "procedure": self.procedure}
 
 
@@ -195,7 +195,7 @@ class DropRecord(Record):
 
     @property
     def deceleration(self) -> np.ndarray:
-        """Deceleration of the mass [m/s^2]: force over mass less gravity along the pull."""
+        """Return the deceleration [m/s^2]: force over mass minus gravity along the pull."""
         return self.force / self.mass - self.gravity
 
     def conditions(self) -> dict[str, str]:

@@ -1,9 +1,9 @@
-"""Mass on the rope alone, without a brake: every number in closed form (derived here).
+"""Mass on the rope alone, without a brake, in closed form (derived here).
 
-The rope is a spring and a damper in parallel that only pull. With d = c/2M and w0^2 = k/M speed,
-acceleration and jerk of the mass all obey x'' + 2 d x' + w0^2 x = 0, under-, critically or
-overdamped. As (a^2 + 2 d a v + w0^2 v^2) e^(2 d t) is constant, it gives force and heat at the
-standstill directly.
+The rope is a spring and a damper in parallel that only pull. With d = c/2M and w0^2 = k/M, the
+speed, acceleration and jerk of the mass all obey x'' + 2 d x' + w0^2 x = 0, whether under-,
+critically or overdamped. The quantity (a^2 + 2 d a v + w0^2 v^2) e^(2 d t) is constant and directly
+gives force and heat at the standstill.
 """
 
 import math
@@ -14,9 +14,9 @@ import numpy as np
 Array = np.ndarray[Any, np.dtype[np.float64]]
 SAMPLES = 2000
 FADED = 1e-7
-"""Relative distance from the weight within which a creeping force is treated as equal."""
+"""Relative distance from the weight within which a creeping force counts as equal to it."""
 _INSTANT = 1e-9
-"""Time before which the rope is slack [s]."""
+"""Time before the taut rope at which the record starts [s]."""
 
 
 class BareDrop(NamedTuple):
@@ -35,12 +35,12 @@ class BareDrop(NamedTuple):
 
     @property
     def force(self) -> Array:
-        """Force of the rope on the mass [N]."""
+        """Return the force of the rope on the mass [N]."""
         return self.mass * self.acceleration
 
     @property
     def deceleration(self) -> Array:
-        """Deceleration of the mass [m/s^2]: force over mass less gravity along the pull."""
+        """Return the deceleration [m/s^2]: force over mass minus gravity along the pull."""
         return self.acceleration - self.along
 
 
@@ -77,7 +77,7 @@ def course(time: Any, start: float, slope: float, osc: Oscillator) -> Any:
 
 
 def standstill(mass: float, speed: float, spring: float, damping: float, gravity: float) -> float:
-    """Return the time [s] of the first standstill from above zero, infinite if there is none.
+    """Return the time [s] of the first standstill from above zero; infinite if there is none.
 
     An overdamped mass has one only if speed (d - sqrt(d^2 - w0^2)) > g. A slower mass creeps down
     to its equilibrium and never swings beyond.
@@ -104,7 +104,7 @@ def time_of_peak(mass: float, speed: float, osc: Oscillator, gravity: float, end
     if math.isfinite(end):
         return 0.0
     split = math.sqrt(-osc.square)
-    # speed = A e^(-slow t) + B e^(-fast t); the jerk passes zero once if B < 0 < A
+    # speed = A e^(-slow t) + B e^(-fast t); the jerk crosses zero once if B < 0 < A
     slow = osc.stiff / (osc.decay + split)
     margin = gravity - (osc.decay + split) * speed
     if margin <= 0:
@@ -120,9 +120,9 @@ def damped_rope_only(
 ) -> tuple[float, float, float]:
     """Return peak force [N], time of the first standstill [s] and heat [J] on a damped rope.
 
-    The time is infinite if the mass never comes to a standstill (`standstill`); then peak and heat
-    are those of infinite time. Mass [kg], speed [m/s], spring [N/m], damping [N s/m], gravity along
-    the pull [m/s^2]; all in closed form.
+    The time is infinite if the mass never comes to a standstill (see `standstill`); peak and heat
+    are then those at infinite time. Mass [kg], speed [m/s], spring [N/m], damping [N s/m], gravity
+    along the pull [m/s^2]; all in closed form.
     """
     osc, weight = oscillator(mass, spring, damping), mass * gravity
     time = standstill(mass, speed, spring, damping, gravity)
@@ -150,7 +150,7 @@ def simulate_bare_drop(
 ) -> BareDrop:
     """Return the specific force of a bare drop until the rope is slack or hangs at rest.
 
-    Free fall before counts as 0; bounces after the first are omitted. `site` [m/s^2] is the gravity
+    The free fall before it counts as 0; later bounces are omitted. `site` [m/s^2] is the gravity
     for readings in g.
     """
     osc = oscillator(mass, spring, damping)
@@ -159,7 +159,7 @@ def simulate_bare_drop(
     fades = math.inf if slow == 0 else -math.log(FADED) / slow
     period = math.inf if osc.square <= 0 else 2 * math.pi / math.sqrt(osc.square)
     last = min(fades + 4 / math.sqrt(osc.stiff), period)
-    # dense at the response of the damper, however short
+    # sample densely within the damper's response time, even if it is short
     fine = np.append(np.linspace(0, 1, SAMPLES)[1:-1], np.geomspace(1e-12, 1, SAMPLES))
     time = np.append(0.0, np.unique(fine) * last)
     force = _force(time, mass, speed, osc, gravity)

@@ -1,4 +1,4 @@
-"""Motion of the sheets: a pull sheet by sheet at a few hundred of its elongations."""
+"""Motion of the sheets in a pull sheet by sheet, at a few hundred elongations."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 EVEN, MAX_SAMPLES = 300, 2000
-"""Number of samples over the pull, and the maximum including those where an interface changes."""
+"""Number of evenly spread samples, and the maximum including changes of interfaces."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Notices of friction that depends on the sliding speed, or was not measured for it."""
+"""Notices of friction that depends on the sliding speed, or whose dependence is unknown."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,7 +9,7 @@ from layerjam.errors import Notice
 from layerjam.units import show
 
 SLOW = 25e-3
-"""Fastest pull of the paper [m/s], which saw no effect of speed on dry sheets."""
+"""Speed of the paper's fastest pull [m/s]; it saw no effect of speed on dry sheets."""
 UNMEASURED = Notice(
     "no speed law was measured for this brake: friction is assumed equal at every "
     "sliding speed, although that of PTFE rises several times from 10 to 500 mm/s "
@@ -24,14 +24,14 @@ def follows_speed(brake: Brake) -> bool:
 
 
 def without_idle_speed_law(brake: Brake) -> Brake:
-    """Return the brake without a speed law that has no effect."""
+    """Return the brake without a speed law if that law has no effect."""
     return brake if follows_speed(brake) else replace(brake, speed_law=None)
 
 
 def stop_notices(
     file: BrakeFile, fastest: float | None = None, error: float | None = None
 ) -> list[Notice]:
-    """Return notices of a stop; `fastest` is its sliding speed [m/s], `error` of integration."""
+    """Return notices of a stop with a sliding speed `fastest` [m/s] and an integration `error`."""
     law = file.brake.speed_law
     if law is None:
         return [UNMEASURED]
@@ -50,7 +50,7 @@ def stop_notices(
 
 
 def speed_notices(file: BrakeFile, fastest: float) -> list[Notice]:
-    """Return a notice if sheets slide faster [m/s] than the speed law was measured."""
+    """Return a notice if sheets slide faster [m/s] than the range of the speed law."""
     law = file.brake.speed_law
     limit = None if law is None else law.fastest
     if limit is None or fastest <= limit:
@@ -108,7 +108,7 @@ def slide_notices(file: BrakeFile, speed: float, fastest: float) -> list[Notice]
 
 
 def machine_notices(file: BrakeFile) -> list[Notice]:
-    """Return notices of the friction of brakes in a machine."""
+    """Return notices about the friction of brakes in a machine."""
     words = (
         "friction follows the brake's [speed_law] at the speed of the sheets; a holding "
         "force is that of very slowly sliding sheets, or the static one"
@@ -117,7 +117,7 @@ def machine_notices(file: BrakeFile) -> list[Notice]:
 
 
 def _by_law(file: BrakeFile, words: str, fastest: float, unmeasured: bool = True) -> list[Notice]:
-    """Return a notice on how friction follows the speed law, or that none was measured."""
+    """Return a notice on how friction follows the speed law, or that no law was measured."""
     if file.brake.speed_law is None:
         return [UNMEASURED] if unmeasured else []
     if not follows_speed(file.brake):

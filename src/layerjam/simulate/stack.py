@@ -25,7 +25,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 def _split_procedure(procedure: Procedure) -> tuple[Evacuate, list[Pull | Return | Hold]]:
-    """Return the evacuation and later steps; raises ProcedureError if not supported."""
+    """Return the evacuation and the later steps; raises ProcedureError if not supported."""
     first, *others = procedure.steps
     if not isinstance(first, Evacuate) or not any(isinstance(s, Pull) for s in others):
         raise ProcedureError(
@@ -43,7 +43,7 @@ def _split_procedure(procedure: Procedure) -> tuple[Evacuate, list[Pull | Return
 
 
 def _path(first: Evacuate, steps: list[Pull | Return | Hold], brake: Brake) -> tuple[Array, Array]:
-    """Return time and elongation of every sample, dense while sheets let go one after another."""
+    """Return time and elongation of every sample, dense while sheets begin to slip one by one."""
     top = float(peak(first.to, brake.sheets.overlap, brake).force)
     rise = 2.0 * top / float(working_stiffness(brake))
     moves = sum(not isinstance(s, Hold) for s in steps)
@@ -66,7 +66,7 @@ def _path(first: Evacuate, steps: list[Pull | Return | Hold], brake: Brake) -> t
 
 
 def sliding_at(speed: float, brake: Brake) -> Brake:
-    """Return the brake with its kinetic friction at a speed [m/s], and static at least that."""
+    """Return the brake with kinetic friction at a speed [m/s], and static friction not below."""
     sliding = at_speed(speed, brake)
     static = max(float(brake.film.static), float(sliding.film.kinetic))
     return replace(sliding, film=replace(sliding.film, static=static))
@@ -136,7 +136,7 @@ def tensile_stack(
 
 
 def _closed(slip: Array, slack: Any, brake: Brake) -> bool:
-    """Return whether all interfaces, not only the outer ones, slid back when unloaded."""
+    """Return whether all interfaces, not only the outer ones, slid back without load."""
     if not slack.any():
         return False
     slid_back = np.maximum.accumulate(slip, axis=0) - slip

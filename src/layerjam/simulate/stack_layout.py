@@ -69,7 +69,7 @@ class FannedFriction:
 
 
 def _interface_factors(slip: Array, fan: Fan) -> tuple[Array, Array]:
-    """Return the factor of each interface at its slip [m], and its loss per metre of slip."""
+    """Return the factor of each interface at its slip [m], and its decrease per metre of slip."""
     count = len(slip)
     middle = (2 * np.arange(count) + 1) / count - 1
     depth = 1 - (middle[:, None] + _NODES / count) ** 2
@@ -86,8 +86,8 @@ def fanned_friction(
     """Return the friction of interfaces that hold `flat` [N] over `length` [m] without a fan.
 
     None for a brake that does not state whether it has spacers. Scatter and missing vacuum change
-    an interface's own friction, not how its neighbours press it. Raises QuantityError for a fan
-    steeper than 45 degrees.
+    an interface's own friction, but not the pressure from its neighbours. Raises QuantityError for
+    a fan steeper than 45 degrees.
     """
     kinetic, still = sheets_at(vacuum, brake).fan, static_at(vacuum, brake).fan
     if kinetic is None or still is None:
@@ -102,10 +102,10 @@ def fanned_friction(
 @explain_arguments
 @dataclass(frozen=True, kw_only=True)
 class Interfaces:
-    """Differences of the n - 1 interfaces; each entry is one number or one per interface.
+    """Differences between the n - 1 interfaces; each entry is one number or one per interface.
 
-    `friction` multiplies the friction of each, `vacuum` the vacuum that reaches it; `extra_overlap`
-    [m] is added to its overlap. Combine several with ``dataclasses.replace``.
+    `friction` multiplies the friction of each interface, `vacuum` the vacuum that reaches it;
+    `extra_overlap` [m] is added to its overlap. Combine several with ``dataclasses.replace``.
     """
 
     friction: float | Array = 1.0
@@ -127,8 +127,8 @@ class Interfaces:
         """Return a stack of `count` sheets whose middle has only the share `middle` of the vacuum.
 
         The share falls like a parabola from 1 at the outermost interfaces (assumed: the effect of a
-        uniform leak through sheets of equal resistance). An interface is pressed by the vacuum in
-        it, because the pressure in the stack is the atmosphere throughout.
+        uniform leak through sheets of equal resistance). The vacuum in an interface presses it,
+        because the pressure in the stack equals the atmosphere throughout.
         """
         if not 0 <= middle <= 1:
             raise QuantityError(f"middle: {middle!r} is not a share; 0 to 1 is allowed")
@@ -221,7 +221,7 @@ def stack_of(
 def fan_of_stack(
     brake: Brake, vacuum: float, interfaces: Interfaces | None, static: bool
 ) -> FannedFriction | None:
-    """Return the decreasing friction of the interfaces with slip, or None if it is a line."""
+    """Return friction of the interfaces that decreases with slip, or None if it is linear."""
     if brake.mount.spacers is None or brake.mount.spacers:
         return None
     friction, length = _resting_interfaces(brake, vacuum, interfaces or Interfaces())

@@ -1,4 +1,4 @@
-"""Scatter of peak and stiffness from scatter of interfaces: a Monte Carlo over whole stacks."""
+"""Scatter of peak and stiffness from scatter of interfaces, by Monte Carlo over whole stacks."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -15,12 +15,12 @@ from layerjam.simulate.stack_layout import Housing, Interfaces, stack_of
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 CHUNK = 2000
-"""Stacks between two progress reports."""
+"""Number of stacks between two progress reports."""
 
 
 @dataclass(frozen=True)
 class Spread(Peaks):
-    """Results of the stacks; M is at most `asked`, or fewer if stopped."""
+    """Results of the stacks; M is `asked`, or fewer if stopped."""
 
     asked: int
     scatter: float

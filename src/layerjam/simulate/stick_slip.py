@@ -34,7 +34,7 @@ from layerjam.units import QuantitySpec, show
 
 Array = np.ndarray[Any, np.dtype[Any]]
 TEETH = 12
-"""Events in a run, unless its travel is given."""
+"""Number of events in a run, unless its travel is given."""
 EVENTS, SAMPLES, TOLERANCE = 512, 60_000, 1e-9
 MAP_TOLERANCE, MAP_ACTIONS = 1e-7, 20_000
 LIMITS = {
@@ -51,7 +51,7 @@ ENDS = {
     CLOSED: Outcome.CLOSED_BY_SLEEVE,
     STEADY: Outcome.STEADY_SLIDING,
 }
-"""Outcome for each reason to end; other outcomes depend on the events."""
+"""{reason to end: outcome}; other outcomes depend on the events."""
 
 
 @dataclass(frozen=True)
@@ -71,9 +71,9 @@ class Events:
 
 @dataclass(frozen=True, kw_only=True)
 class StickSlipRecord(PullRecord):
-    """Pull with stick and slip; arrays have shape (N,), SI units; N differs from run to run.
+    """Pull with stick–slip; arrays have shape (N,), SI units; N differs from run to run.
 
-    While the sheets stick there is a sample at either end only, with straight lines in between. The
+    While the sheets stick there are samples only at both ends, with straight lines in between. The
     outcome is STEADY_SLIDING (the record ends when the motion has settled), JUDDERS, STUCK,
     SEPARATED or CLOSED_BY_SLEEVE.
     """
@@ -105,7 +105,7 @@ class StickSlipRecord(PullRecord):
         }
 
     def frozen(self, slip: Any) -> Slide:
-        """Return this slide with friction constant at its value at a slip [m]; slips broadcast."""
+        """Return this slide with constant friction, as at a slip [m]; slips broadcast."""
         inputs: dict[str, Any] = {name: getattr(self, name) for name in _INPUTS}
         return slide_of(self.brake.brake, slip=slip, frozen=True, **inputs)
 
@@ -114,7 +114,7 @@ _INPUTS = ("vacuum", "speed", "mass", "stiffness", "damping", "stribeck")
 
 
 def moving_mass(brake: Brake) -> float:
-    """Return half of the brake [kg]: one cap and its sheets, nothing of the rig (assumed)."""
+    """Return half of the brake's mass [kg], one cap and its sheets without the rig (assumed)."""
     return mass(brake) / 2
 
 
@@ -181,7 +181,7 @@ class Bounds(NamedTuple):
     static: Any
     """Greatest force of the brake at rest [N], enclosure included."""
     kinetic: Any
-    """[N]"""
+    """Kinetic force [N]."""
 
 
 def bounds_at(run: Slide, speed: Any = None) -> Bounds:
@@ -253,7 +253,7 @@ def stick_slip(
     table = np.asarray(state.table)[: min(int(state.count), EVENTS)]
     rows = np.asarray(state.trace)[: int(state.written)]
     time, crosshead, force, slips, pace, work, heat, sliding = rows.T
-    # all rows, whose number is constant, so that this compiles once
+    # read all rows, whose number is constant, so that this compiles once
     energy = np.asarray(backbone_stored(state.trace[:, 3], enclosure_at(vacuum, brake)))
     energy = energy[: len(rows)]
     spring_held = setup.spring * np.maximum(crosshead - slips, 0.0) ** 2 / 2
@@ -265,7 +265,7 @@ def stick_slip(
         speed_of_mass=pace,
         sliding=sliding,
         work=work,
-        # friction of the enclosure is part of the resistance, but half of its work is stored
+        # the enclosure's friction is part of the resistance, but half of its work is stored
         dissipated_energy=heat - (energy - energy[0]),
         stored_energy=spring_held + setup.mass * pace**2 / 2 + energy,
         events=Events(*table.T),
@@ -307,13 +307,13 @@ class Tooth(NamedTuple):
     force_high: Array
     force_low: Array
     slip: Array
-    """[m]"""
+    """Slip [m]."""
     period: Array
-    """[s]"""
+    """Period [s]."""
 
 
 def tooth(run: Slide, swings: int = 300) -> Tooth:
-    """Return one event of a slide with friction frozen, or none; entries of `run` may be arrays.
+    """Return one event of a slide with constant friction, or none; entries of `run` may be arrays.
 
     A mass that sticks again starts its next slip like this one, so one event describes all. Without
     an event the motion is followed for some number of `swings`.
@@ -363,7 +363,7 @@ def amplitude_map(
 
 
 def critical_speed_of(run: Slide) -> float:
-    """Return the speed [m/s] above which stick–slip from rest decays, with friction frozen.
+    """Return the speed [m/s] above which stick–slip from rest decays, with constant friction.
 
     Closed form for the jump law while the spring stays taut; otherwise found by simulations to
     within 0.1 %. Infinite without damping.

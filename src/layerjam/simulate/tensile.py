@@ -32,7 +32,7 @@ from layerjam.units import show
 SAMPLES = 400
 RISE = 80
 HOLDING = 100
-"""Samples of a hold during which the vacuum leaks."""
+"""Number of samples of a hold in which the vacuum leaks."""
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
@@ -92,14 +92,14 @@ def _rows(time: Any, elongation: Any, vacuum: Any, speed: Any) -> Array:
 
 
 def _positions(step: Pull | Return, start: float, vacuum: float, brake: Brake) -> Array:
-    """Return elongations of a move's samples, with the events of a pull among them."""
+    """Return the elongations of a move's samples, including the events of a pull."""
     if isinstance(step, Return):
         return np.linspace(start, step.end, SAMPLES + 1)[1:]
     find_events = _events if brake.hyperelastic is None else first_events
     events = np.array([float(e) for e in find_events(vacuum, brake)])
     # the grid may end after separation, as nothing is simulated beyond
     end = min(step.end, max(start, *events) * 1.001 + 1e-9)
-    # the rise to the peak takes a millimetre or two, which is enough samples to measure it
+    # the rise to the peak takes one or two millimetres, with enough samples to measure it
     rise = np.linspace(start, min(end, 2 * events[1]), RISE + 1)
     events = events[(events > start) & (events < end)]
     grid = np.append(np.linspace(start, end, SAMPLES + 1)[1:], rise[rise > start])
@@ -146,8 +146,8 @@ def tensile(
     """Pull a brake through a procedure.
 
     With `leak_time` [s] the line is shut off after every evacuation and its hold, and the vacuum
-    leaks (laminar, rigid chamber) until the next evacuation or vent. Otherwise the vacuum stays.
-    The outcome is FINISHED, SEPARATED (the overlap was used up; the record ends there),
+    leaks (laminar, rigid chamber) until the next evacuation or vent. Otherwise the vacuum stays
+    constant. The outcome is FINISHED, SEPARATED (the overlap was used up; the record ends there),
     CLOSED_BY_SLEEVE (unloaded, the enclosure pulled the brake back) or SNAPS (the brake's force
     falls faster than the rig relaxes; the record ends before it). Raises QuantityError for a vacuum
     above the site's atmosphere, and ProcedureError if nested turns exceed the memory of the

@@ -1,4 +1,4 @@
-"""Vacuum, or number of sheets, with which a pull peaks at a given force.
+"""Vacuum, or number of sheets, at which a pull peaks at a given force.
 
 The pull is a function: the lumped brake, the stack, or any model with a rising peak.
 """
@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from layerjam.errors import QuantityError
 
 CLOSE = 1e-9
-"""Tolerance of the root, as a share of the greatest vacuum."""
+"""Tolerance of the root, relative to the greatest vacuum."""
 FEWEST = 2
-"""Least number of sheets of a brake."""
+"""Smallest number of sheets of a brake."""
 
 
 @dataclass(frozen=True)
@@ -19,18 +19,18 @@ class ToPeak:
     """Setting that gives the requested peak, or the nearest peak if none does."""
 
     value: float | None
-    """Vacuum [Pa] or number of sheets, or None if none gives the force."""
+    """Vacuum [Pa] or number of sheets; None if none gives the force."""
     force: float
-    """Peak at that setting [N], or the nearest possible."""
+    """Peak at that setting [N], or the nearest possible one."""
     at: float
-    """Vacuum [Pa] or sheets with that peak."""
+    """Vacuum [Pa] or number of sheets with that peak."""
 
 
 def vacuum_to_peak(peak_at: Callable[[float], float], force: float, limit: float) -> ToPeak:
     """Return the vacuum [Pa], from zero to `limit`, at which a pull peaks at a force [N].
 
-    `peak_at` is the rising peak [N] over the vacuum. Bracketed, then by Brent's method. Raises
-    QuantityError for an invalid force.
+    `peak_at` is the rising peak [N] over the vacuum. The root is bracketed, then found by Brent's
+    method. Raises QuantityError for an invalid force.
     """
     from scipy.optimize import brentq
 
@@ -48,8 +48,8 @@ def vacuum_to_peak(peak_at: Callable[[float], float], force: float, limit: float
 def sheets_to_peak(peak_at: Callable[[int], float], force: float, limit: int) -> ToPeak:
     """Return the number of sheets, from two to `limit`, whose pull peaks nearest to a force [N].
 
-    `peak_at` is the rising peak [N] over the number. The value is None for a force below the peak
-    of two sheets by more than half a step, or above that of `limit`. By bisection. Raises
+    `peak_at` is the rising peak [N] over the number. The value, found by bisection, is None for a
+    force below the peak of two sheets by more than half a step, or above that of `limit`. Raises
     QuantityError for an invalid force.
     """
     _check(force)

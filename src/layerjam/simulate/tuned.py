@@ -1,7 +1,7 @@
 """Search for the vacuum that stops a mass after a travel, and advice if there is none.
 
-One function, `tuned_stop`, decides whether a case can be tuned. All advice is tested: a search over
-many cases finds it, and the single case confirms it.
+The function `tuned_stop` decides whether a case can be tuned. All advice is tested: a search over
+many cases finds it, and a test of the single case confirms it.
 """
 
 import math
@@ -22,20 +22,20 @@ from layerjam.units import spec_of
 Array = npt.NDArray[np.float64]
 MOST_SHEETS, MOST_BRAKES = 499, 999
 TRAVELS = SPEEDS = 500
-"""Number of travels and speeds to try, and of further ones between two of them."""
+"""Number of travels and speeds that are tried, and of further ones between two of them."""
 AT_ONCE = 1024
-"""Cases per call: always the same number, so that the law compiles once."""
+"""Number of cases per call, always the same, so that the law compiles once."""
 FEW = 65
-"""The same, and the number of travels and speeds, if every stop has to be integrated."""
+"""The same, and the number of travels and speeds, if every stop must be integrated."""
 MARGINS = np.array([1e-12, 1e-9, 1e-6, 1e-3])
-"""Relative distances from the ends of a range of speeds at which to try a speed."""
+"""Relative distances from the ends of a range at which a speed is tried."""
 DIGITS = 4
 """Digits of a suggested travel, which users read and type."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """Mass to be stopped, slip after which it stops, and number of parallel brakes; SI."""
+    """A mass to be stopped, the slip after which it stops, number of parallel brakes; SI."""
 
     brake: Brake
     mass: float
@@ -56,7 +56,7 @@ class Case:
         return replace(self, **changes)
 
     def of_one(self) -> tuple[Any, ...]:
-        """Return arguments of `tuned_stop`: each brake bears its share of mass and rope."""
+        """Return the arguments of `tuned_stop`: each brake carries its share of mass and rope."""
         rope = None if self.rope is None else self.rope / self.share
         mass = self.mass / self.share
         return (mass, self.speed, self.travel, rope, self.gravity, self.brake)
@@ -69,7 +69,7 @@ def tuning_vacuum(case: Case) -> float | None:
 
 
 def _arguments(case: Case) -> tuple[Any, ...]:
-    """Return arguments of `tuned_stop`, always of one shape if every stop is integrated."""
+    """Return the arguments of `tuned_stop`, always of one shape if every stop is integrated."""
     mass, speed, travel, rope, gravity, brake = case.of_one()
     if not follows_speed(brake):
         return mass, speed, travel, rope, gravity, without_idle_speed_law(brake)
@@ -102,7 +102,7 @@ def _can_tune_batch(case: Case, name: str, values: Array, size: int) -> npt.NDAr
 
 
 def _first_tunable(case: Case, name: str, values: Array) -> Any:
-    """Return the first value with which the case can be tuned, also by itself, or None."""
+    """Return the first value with which the case can be tuned, confirmed by itself, or None."""
     size = _batch_size(case)
     for i in range(0, len(values), size):
         piece = values[i : i + size]
@@ -158,7 +158,8 @@ def more_brakes(case: Case) -> int | None:
 def balanced_speeds(case: Case) -> tuple[float, float]:
     """Return speeds [m/s] between which the balance holds; NaN if the weight cannot be held.
 
-    On a soft rope the mass does not get there from all of them: `speeds` returns those that do.
+    On a soft rope the mass does not reach the travel at all of them; `speeds` returns those at
+    which it does.
     """
     mass, _, travel, rope, gravity, brake = _arguments(case)
     low, high = speed_range(mass, travel, rope, gravity, brake)
@@ -166,9 +167,10 @@ def balanced_speeds(case: Case) -> tuple[float, float]:
 
 
 def speeds(case: Case) -> tuple[float, float] | None:
-    """Return slowest and fastest arrival [m/s] that some vacuum stops after the travel, or None.
+    """Return the slowest and the fastest arrival [m/s] that some vacuum stops, or None.
 
-    Both are tried. If some in between fail, the result is the longest range without a gap.
+    Both ends are tested, as are speeds in between. If some fail, the result is the longest range
+    without a gap.
     """
     low, high = balanced_speeds(case)
     low, high = max(low, ARRIVAL_SPEED.lo), min(high, ARRIVAL_SPEED.hi)

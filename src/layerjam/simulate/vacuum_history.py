@@ -18,7 +18,7 @@ TIME = QuantitySpec("s", "time from the taut rope", lo=-1e9, hi=1e9)
 @explain_arguments
 @dataclass(frozen=True, eq=False)
 class History:
-    """Changing vacuum: samples [Pa] over time from the taut rope [s], linear in between.
+    """Changing vacuum: samples [Pa] over time from the taut rope [s], interpolated linearly.
 
     Shape (N,) each, N >= 2, times rising. The vacuum is constant before the first and after the
     last sample. Raises QuantityError for other shapes, times that do not rise, and values that are
@@ -57,7 +57,7 @@ class History:
     def leaking(
         cls, vacuum: float, leak_time: float, atmosphere: float, held: float = 0.0
     ) -> "History":
-        """Return a vacuum [Pa] shut off `held` [s] before the rope is taut, and its laminar leak.
+        """Return a leaking vacuum [Pa]; the line is shut off `held` [s] before the taut rope.
 
         `leak_time` [s] is the volume of the chamber divided by the conductance of the leak. The
         samples follow `fluid.closed_forms.held_vacuum` to 1.2e-7 of `vacuum` and end at 2.4e-7 of

@@ -1,8 +1,8 @@
-"""Assignment of columns to quantities: units first, then names in several languages.
+"""Assignment of columns to quantities, by units first, then by names in several languages.
 
-A unit outranks a name: a column in s is the time, whatever its name. Among several columns of one
-dimension the name decides (standard travel before the absolute crosshead), and the trace states the
-choice. If nothing decides, the reader asks the user and never guesses.
+A unit has priority over a name: a column in s is the time, whatever its name. Among several columns
+of one dimension the name decides (standard travel before the absolute crosshead), and the trace
+states the choice. If neither decides, the reader asks the user and never guesses.
 """
 
 import re
@@ -51,7 +51,7 @@ class Want:
         return re.search(self.words, plain_words(name)) is not None
 
     def rank(self, name: str) -> int | None:
-        """Return the rank of a name, 0 best; None if it means something else."""
+        """Return the rank of a name, 0 for the best; None if it has another meaning."""
         if self.avoid and re.search(self.avoid, plain_words(name)):
             return None
         return int(not self.named(name))
@@ -71,7 +71,7 @@ class MachineWant(Want):
         return named_role(name) == self.role
 
     def rank(self, name: str) -> int | None:
-        """Return the rank of a name, 0 best; None if it means something else."""
+        """Return the rank of a name, 0 for the best; None if it has another meaning."""
         return _rank(self.role, name)
 
 
@@ -87,7 +87,7 @@ TIMED = tuple(replace(w, optional=w.role == "elongation") for w in PULL)
 
 @dataclass(frozen=True)
 class Column:
-    """A selected column: its place, its name and unit as written or given, its scale to SI."""
+    """A selected column: its index, its name and unit as written or given, its scale to SI."""
 
     role: str
     index: int
@@ -99,7 +99,7 @@ class Column:
     """Whether the user named the column."""
 
     def si(self, values: Array) -> Array:
-        """Return values in SI units; a factor such as 1/1000 divides, which rounds once."""
+        """Return values in SI units; for a factor such as 1/1000 it divides, to round only once."""
         factor = self.factor
         if factor.numerator == 1:
             values = values / factor.denominator if factor.denominator != 1 else values
@@ -108,7 +108,7 @@ class Column:
         return values + self.offset if self.offset else values
 
     def sentence(self, others: "Sequence[Column]" = (), by_unit: bool = False) -> str:
-        """Return the interpretation of the column, with the columns it was preferred to."""
+        """Return the interpretation of the column, with the columns that it was preferred to."""
         text = f"{self.role} is the column '{cut(self.name)}'"
         text += f" in {self.unit}" if self.unit else ", a pure number"
         text += ", as given" if self.given else " (by its unit)" if by_unit else ""
@@ -124,9 +124,9 @@ class Column:
 class Header:
     """Columns of a file's table: names and units as written, and the line of the names.
 
-    `style` is the place of the units: "bracket row", "plain row", "names", "units", "units above",
-    "stated" or "" (none). `label` has the fields of the line above the names, which may number
-    specimens.
+    `style` names the position of the units: "bracket row", "plain row", "names", "units", "units
+    above", "stated" or "" (none). `label` has the fields of the line above the names, which may
+    number specimens.
     """
 
     names: tuple[str, ...]
@@ -138,7 +138,7 @@ class Header:
 
     @property
     def columns(self) -> list[tuple[str, str | None]]:
-        """(name, unit) of each column."""
+        """Return (name, unit) of each column."""
         return list(zip(self.names, self.units, strict=True))
 
     def select(self, indices: Collection[int]) -> "Header":
@@ -175,7 +175,7 @@ class Header:
 def by_order(
     header: Header, wants: Sequence[Want], entries: Mapping[str, ColumnEntry], count: int
 ) -> "Assignment":
-    """Return the columns as the user lists them; FileError if the file has not as many."""
+    """Return the columns as the user lists them; FileError if the file has more or fewer."""
     if count != len(header.names):
         raise header.fail(
             f"has {len(header.names)} columns",
@@ -202,7 +202,7 @@ def assign(
     entries: Mapping[str, ColumnEntry],
     same: Callable[[Sequence[Column]], bool] | None = None,
 ) -> Assignment:
-    """Return the column of each required quantity, and sentences about them.
+    """Return the column of each required quantity, and sentences that describe them.
 
     `same` returns whether several columns are the same measurement; then the first is used. Raises
     FileError if a column is missing, has no unit or one of another dimension, or is ambiguous.
@@ -246,7 +246,7 @@ def complete(
 
 
 def columns_hint(wants: Sequence[Want]) -> str:
-    """Return the hint how to name the columns."""
+    """Return a hint on how to name the columns."""
     due = ",".join(f"{w.role}:{w.units[0]}" for w in wants if not w.optional)
     return f"write --columns {due} ({SKIP}: not used)"
 
@@ -271,7 +271,7 @@ def _missing(header: Header, want: Want, entry: ColumnEntry | None) -> tuple[str
 
 
 def _not_read(header: Header, want: Want) -> list[str]:
-    """Return a note on an optional column that is not read because its unit is unknown."""
+    """Return a note on an optional column that is ignored because its unit is unknown."""
     for name, unit in header.columns:
         if want.named(name):
             reason = (
@@ -339,7 +339,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
     match = re.fullmatch(rf"(.*?)\s*{_BRACKETS.pattern}", text, re.DOTALL)
     if match and unit_role(match[2]):
         return match[1].strip(), match[2]
-    for inner in _BRACKETS.finditer(text):  # Load (N) Specimen 2, Time (s).1
+    for inner in _BRACKETS.finditer(text):  # for example: Load (N) Specimen 2, Time (s).1
         if unit_role(inner[1]):
             name_left = f"{text[: inner.start()].strip()} {text[inner.end() :].strip()}"
             return name_left.strip(), inner[1]
@@ -371,7 +371,7 @@ def _weakly_split(text: str) -> tuple[str, str | None]:
 
 
 def _without_origin(text: str) -> str:
-    """Return a name without its origin: "extension from preload" is not a load."""
+    """Return a name without its reference: "extension from preload" is not a load."""
     return re.sub(r"\b(from|after|since|at|ab|bei) (pre-?load|vorkraft)\b", "", text)
 
 
@@ -390,7 +390,7 @@ def named_role(name: str) -> str | None:
 
 
 def _rank(role: str, name: str) -> int | None:
-    """Return the rank of a name for a role, 0 best; None if it means something else."""
+    """Return the rank of a name for a role, 0 for the best; None if it has another meaning."""
     text = _without_origin(plain(name))
     if role == "time":
         if re.fullmatch(r"(time|zeit|temps|tiempo|tempo|prufzeit|testzeit|temps d'essai)", text):

@@ -1,4 +1,4 @@
-"""Bytes to text: byte-order marks, UTF-16 without one, and the code page of a header."""
+"""Conversion of bytes to text: byte-order marks, UTF-16 without one, code page of a header."""
 
 import codecs
 import re
@@ -14,11 +14,11 @@ _MARKS = (
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
 _TWO_BYTES = ("cp932", "gb18030", "big5", "cp949", "euc-jp")
-# In all of these digits, separators, quotes and line ends are the bytes they are in ASCII.
+# In all of these, digits, separators, quotes and line ends are the same bytes as in ASCII.
 _PAGES = ("cp1252", "cp1250", "cp1251", *_TWO_BYTES, "koi8-r", "cp1253", "cp1254")
 _HEAD = 16_384
 TYPOGRAPHY = {"\u2212": "-", "\u00a0": " ", "\u202f": " ", "\u2009": " ", "\u2019": "'"}
-"""Minus signs, hard blanks and apostrophes of typesetters, with their ASCII equivalents."""
+"""{minus sign, hard blank or apostrophe of typesetters: its ASCII equivalent}."""
 _ALLOWED = b"\t\n\r\f\x1a"
 
 
@@ -51,7 +51,7 @@ def decode(name: str, data: bytes) -> tuple[bytes, str]:
 
 
 def _replace_sign(data: bytes, mark: str, plain: str, encoding: str) -> bytes:
-    """Replace a typesetter's sign by ASCII, if that is safe with two bytes to a letter."""
+    """Replace a typographic sign by ASCII, if that is safe in an encoding of two-byte letters."""
     try:
         code = mark.encode(encoding)
     except UnicodeEncodeError:
@@ -96,7 +96,7 @@ def _encoding(data: bytes) -> str:
 
 
 def _score(text: str) -> int:
-    """Return the number of letters in known words and units of a head, read in one code page."""
+    """Return the number of letters in known words and units of a head decoded in one code page."""
     units = [u for u in re.split(r"[\t;,|\"'()\[\]/\n]+", text) if u and not u.isascii()]
     unit_letters = sum(8 for u in set(units) if len(u) <= 12 and unit_role(u.strip()))
     return known_words(text[:4000]) + unit_letters

@@ -17,8 +17,8 @@ def trace_of_frame(frame: Any, options: ReadingOptions, number: int = 1) -> Trac
 
     Columns are recognised by name and unit as in a file ("Force [N]"); `frame.attrs["units"]` may
     give {column: unit}, and other attributes state the conditions under the names of a sidecar
-    (`frame.attrs["vacuum"] = "67 kPa"`). A named index is a column too. Raises FileError as for a
-    file, QuantityError for a condition out of bounds.
+    (`frame.attrs["vacuum"] = "67 kPa"`). A named index counts as a column. Raises FileError as for
+    a file, QuantityError for a condition out of bounds.
     """
     path = f"<DataFrame>/{number}"
     units = frame.attrs.get("units", {})

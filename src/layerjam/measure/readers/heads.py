@@ -19,7 +19,7 @@ _OTHER_UNIT = re.compile(
 
 
 def head_of(above: Sequence[tuple[int, str]], separator: str, width: int) -> Header | None:
-    """Return names and units in the lines (number, text) above numbers `width` columns wide.
+    """Return names and units in the lines (number, text) above `width` columns of numbers.
 
     The last line may have the units, with the names above it, or the names with their units. If it
     has neither, the lines above it are tried. None if no line has enough fields.
@@ -38,7 +38,7 @@ def head_of(above: Sequence[tuple[int, str]], separator: str, width: int) -> Hea
 
 
 def _of_no_use(fields: Sequence[str]) -> bool:
-    """Return whether a line may be skipped because none of its fields names a column."""
+    """Return whether a line can be skipped because none of its fields names a column."""
     return not any(named_role(f) or unit_role(f) for f in fields if f)
 
 
@@ -111,10 +111,10 @@ def _label(above: Sequence[tuple[int, list[str]]]) -> tuple[str, ...]:
 
 
 def _unit_row(fields: Sequence[str]) -> tuple[str | None, ...] | None:
-    """Return the units of a line that has nothing else, None for any other line."""
+    """Return the units of a line that contains nothing else, None for any other line."""
     start = re.match(r"[^:]{2,20}:\s*(?=\S)", fields[0])
     if start and re.search(words.UNIT, plain(start[0])):
-        fields = [fields[0][start.end() :], *fields[1:]]  # Units: s, mm, N
+        fields = [fields[0][start.end() :], *fields[1:]]  # for example: Units: s, mm, N
     units = tuple(re.sub(r"^[(\[<{]\s*|\s*[)\]>}]$", "", f).strip() or None for f in fields)
     if any(len(u or "") > 20 for u in units):
         return None
@@ -124,7 +124,7 @@ def _unit_row(fields: Sequence[str]) -> tuple[str | None, ...] | None:
         unit_role(u or "") is None and (_OTHER_UNIT.fullmatch(u or "") is not None) for u in units
     )
     units_present = sum(u is not None for u in units)
-    # A name may look like a unit ("m"), so units must be the rule in the line.
+    # a name may look like a unit ("m"), so most fields of the line must be units
     if known_units and (
         in_brackets == units_present or (known_units + other_units) * 2 >= units_present
     ):
@@ -169,7 +169,7 @@ def trim(fields: list[str]) -> list[str]:
 
 
 def stated_units(texts: Sequence[str]) -> dict[str, str]:
-    """Return units that lines above the table state: `Force unit;kN`, `Einheit Weg: mm`."""
+    """Return units stated in lines above the table: `Force unit;kN`, `Einheit Weg: mm`."""
     units_of: dict[str, set[str]] = {"time": set(), "elongation": set(), "force": set()}
     for text in texts:
         if len(text) > 200:

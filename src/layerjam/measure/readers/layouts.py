@@ -1,7 +1,8 @@
 """Layouts of particular programs, converted to plain tables.
 
-Each layout takes a file's bytes and returns as many lines, so that an error names the line of the
-user's file. A foreign head becomes blank; names and units are joined in one line.
+Each layout takes a file's bytes and returns the same number of lines, so that an error names the
+line of the user's file. The program's own head becomes blank; names and units are joined in one
+line.
 """
 
 import re
@@ -27,7 +28,7 @@ Layout = tuple[bytes, tuple[str, ...]]
 
 
 def plain_table(data: bytes) -> Layout:
-    """Return the lines of a file without its program's additions, and notes about that."""
+    """Return the lines of a file without its program's additions, and notes about these."""
     notes: list[str] = []
     for layout in _LAYOUTS:
         data, layout_notes = layout(data)
@@ -49,7 +50,7 @@ def _serial_monitor(data: bytes) -> Layout:
 
 
 def _microcontroller(data: bytes) -> Layout:
-    """Name the columns of `millis,grams,mm`, a sketch that names its columns by their units."""
+    """Name the columns of `millis,grams,mm`, the head of a sketch that uses units as names."""
     for number, line in enumerate(data[:_HEAD].split(b"\n")[:_FEW]):
         match = _UNITS_ALONE.fullmatch(line.strip().lower())
         if match:
@@ -79,7 +80,7 @@ def _texture_analyser(data: bytes) -> Layout:
 
 
 def _labview(data: bytes) -> Layout:
-    """Read a LabVIEW measurement (.lvm): units and time steps are above each block of rows."""
+    """Read a LabVIEW measurement (.lvm), with units and time steps above each block of rows."""
     if not data[:99].lstrip().startswith(_LVM):
         return data, ()
     lines = data.split(b"\n")
@@ -117,7 +118,7 @@ def _rows_of_lvm(
 
 
 def _mts(data: bytes) -> Layout:
-    """Join the blocks of one MTS 793 file, each with a title and the same names, to one table.
+    """Join the blocks of one MTS 793 file, each with a title and the same names, in one table.
 
     If the time restarts, the blocks are separate tests and remain separate.
     """

@@ -1,6 +1,6 @@
 """Lines of a text: their separator, and whether they are numbers, words or blank.
 
-The signs in a line determine its kind, so that 40,000 lines of numbers take milliseconds. Only
+The characters in a line determine its kind, so that 40,000 lines of numbers take milliseconds. Only
 lines with letters and digits are examined field by field.
 """
 
@@ -28,7 +28,7 @@ _KIND_OF = {
 }
 _KIND = {byte: int(kind) for signs, kind in _KIND_OF.items() for byte in signs}
 _KINDS = bytes(_KIND.get(byte, int(_LETTER)) for byte in range(256))
-"""Kind of each byte: of a number, between numbers, blank (0), or anything else."""
+"""Kind of each byte: part of a number, between numbers, blank (0), or anything else."""
 
 Flags = npt.NDArray[np.bool_]
 Places = npt.NDArray[np.int64]
@@ -48,20 +48,20 @@ def split(line: str, separator: str) -> list[str]:
 
 
 def looks_numeric(field: str) -> bool:
-    """Return whether a field could be a number in some country; not yet which."""
-    # The pattern may try every pair of places in a text, so a long text is not given to it.
+    """Return whether a field could be a number in some notation."""
+    # the pattern may try every pair of positions in a text, so it is not used for long texts
     return len(field) <= 60 and _LOOSE_NUMBER.fullmatch(field) is not None
 
 
 def separator_of(lines: Iterable[str]) -> str:
     """Return tab, semicolon or bar if most lines have it outside quotes, else blanks or comma.
 
-    Lines of numbers alone decide, if there are any: words may contain any sign.
+    If there are lines of numbers, only these decide, because words may contain any character.
     """
     plain_lines = [re.sub(r'"[^"]*"', "0", line) for line in lines if line.strip()]
     numbers = [line for line in plain_lines if len(line) <= 2000 and _BARE_NUMBERS.fullmatch(line)]
     evidence = numbers if len(numbers) >= 3 else plain_lines
-    # A comma may be a decimal comma, so the others come first.
+    # a comma may be a decimal comma, so the others come first
     for mark in ("\t", ";", "|"):
         if sum(mark in line.strip(" ") for line in evidence) * 2 > len(evidence):
             return mark
@@ -70,17 +70,17 @@ def separator_of(lines: Iterable[str]) -> str:
 
 
 def _only_words(line: str) -> bool:
-    """Return whether a line is two numbers or more, separated by blanks."""
+    """Return whether a line consists of two or more numbers, separated by blanks."""
     fields = line.split()
     return len(fields) >= 2 and all(_WORD.fullmatch(f) for f in fields)
 
 
 @dataclass(frozen=True)
 class Lines:
-    """Every line of a source: its place and its kind.
+    """Every line of a source, with its position and its kind.
 
-    `starts` and `stops` [bytes] exclude the line end. `number`: a field is a number. `pure`: all
-    fields are. `blank`: there are only separators.
+    `starts` and `stops` [bytes] exclude the line end. A line is a `number` if any field is a
+    number, `pure` if all fields are, and `blank` if it has only separators.
     """
 
     source: Source

@@ -1,4 +1,4 @@
-"""Text to floats: the decimal sign, and every number exactly as written."""
+"""Conversion of text to floats, exactly as written, with any decimal sign."""
 
 import io
 import re
@@ -15,7 +15,7 @@ from layerjam.measure.readers.rows import Rows, no_row_of_numbers
 from layerjam.measure.trace import Array
 
 Style = tuple[str, str]
-"""The decimal sign, and the sign that groups thousands or none."""
+"""Decimal sign, and the sign that groups thousands, if any."""
 _PLAIN: tuple[Style, ...] = ((".", ""), (",", ""))
 _GROUPED = ((".", ","), (",", "."), (".", " "), (",", " "), (".", "'"), (",", "'"))
 _STYLES = (*_PLAIN, *_GROUPED)
@@ -32,7 +32,7 @@ def _pattern(decimal: str, thousands: str) -> str:
 _CELL = {style: re.compile(_pattern(*style), re.ASCII) for style in _STYLES}
 _CLOCK = re.compile(r"(\d{1,4}):([0-5]\d):([0-5]\d(?:[.,]\d+)?)", re.ASCII)
 _CELLS = {style: re.compile(rf"(?:{_pattern(*style)}\n)*", re.ASCII) for style in _STYLES}
-"""The same for many cells, one per line."""
+"""The same pattern for many cells, one per line."""
 
 
 def read_columns(rows: Rows, columns: Sequence[Column], decimal: str | None) -> list[Array]:
@@ -60,16 +60,16 @@ def _read(
             return _one_by_one(rows, columns, style), style
         except FileError as error:
             errors.append(error)
-    # use the style that reads furthest: it fails where the file is damaged
+    # use the style that reads the most rows; it fails where the file is damaged
     raise max(errors, key=lambda error: error.line or 0)
 
 
 def same(rows: Rows, columns: Sequence[Column], decimal: str | None) -> bool:
-    """Return whether columns are equal, apart from their origins, to a ten-thousandth."""
+    """Return whether columns are equal to a ten-thousandth, apart from their origins."""
     try:
         first, *others = (v - v[0] for v in read_columns(rows, columns, decimal))
     except FileError:
-        return False  # an unreadable column has some other content
+        return False  # an unreadable column has other content
     return all(float(np.abs(v - first).max()) <= 1e-4 * float(np.ptp(first)) for v in others)
 
 
@@ -104,7 +104,7 @@ def _styles(rows: Rows, indices: Sequence[int], decimal: str | None) -> list[Sty
 
 
 def _at_once(rows: Rows, columns: Sequence[Column], decimal: str) -> list[Array] | None:
-    """Return the columns by pandas; None if a row or a cell requires a closer look."""
+    """Return the columns as read by pandas; None if a row or a cell needs a closer look."""
     import pandas
 
     body, mark = rows.body.rstrip(b"\n"), rows.table.separator.encode()
@@ -132,7 +132,7 @@ def _at_once(rows: Rows, columns: Sequence[Column], decimal: str) -> list[Array]
             engine="c",
             low_memory=False,
         )
-    except (ValueError, OverflowError):  # ParserError too: a cell is not a number
+    except (ValueError, OverflowError):  # also ParserError: a cell is not a number
         return None
     columns_read = [frame[i].to_numpy() for i in indices]
     is_complete = all(len(c) == lines and np.isfinite(c).all() for c in columns_read)
@@ -175,7 +175,7 @@ def clock_seconds(cell: str) -> float | None:
 
 def _bad_cell(rows: Rows, line: int, fields: list[str], column: Column) -> FileError:
     path, cell = rows.source.path, fields[column.index]
-    # A row without any number is not a damaged number: it is a footer, or the next table.
+    # a row without any number is not damaged: it is a footer, or begins the next table
     if not any(map(looks_numeric, fields)):
         return no_row_of_numbers(path, fields, line)
     fault = f"'{cut(cell)}' in column '{column.name[:40]}' is not a finite number"
@@ -188,9 +188,9 @@ def _bad_cell(rows: Rows, line: int, fields: list[str], column: Column) -> FileE
 def _check_last(rows: Rows, decimal: str) -> None:
     """Reject a last line without line end whose last number seems to be cut.
 
-    Many programs omit the last line end, so that alone is not damage. A number that was cut off has
-    fewer decimals than all rows above. If their count varies, it has fewer digits than any number
-    above, or fewer digits and a jump.
+    Many programs omit the last line end, so this alone is not damage. A truncated number has fewer
+    decimals than those in all rows above. If the number of decimals varies, it has fewer digits
+    than any number above, or fewer digits and a jump.
     """
     if rows.ended:
         return
@@ -205,7 +205,7 @@ def _check_last(rows: Rows, decimal: str) -> None:
     elif len(set(decimals[:-1])) == 1 and not any("e" in c.lower() for c in cells):
         is_cut = decimals[-1] < decimals[0]
     elif not last.strip("+-0.,"):
-        is_cut = False  # a plain zero
+        is_cut = False  # a plain zero is not truncated
     else:
         is_cut = digits[-1] < min(digits[:-1]) or (
             digits[-1] < digits[-2] and _jumps([c.replace(decimal, ".") for c in cells[-20:]])
@@ -222,7 +222,7 @@ def _check_last(rows: Rows, decimal: str) -> None:
 
 
 def _jumps(cells: list[str]) -> bool:
-    """Return whether the last step is larger than three times the largest step before."""
+    """Return whether the last step is larger than three times the largest earlier step."""
     try:
         step = np.abs(np.diff([float(c) for c in cells]))
     except ValueError:  # an unused column may contain words

@@ -38,14 +38,14 @@ OWN_FORMAT = "layerjam CSV"
 
 @dataclass(frozen=True)
 class UnreadSpecimen:
-    """A specimen before it is read: its label in the file, and its sidecar's options."""
+    """A specimen that is not read yet: its label in the file, and its sidecar's options."""
 
     label: str
     take: Callable[[ReadingOptions], Trace]
     beside: ReadingOptions
 
     def read(self, options: ReadingOptions) -> Trace:
-        """Return the trace; FileError as the readers raise it."""
+        """Return the trace; raises FileError as `read_trace` does."""
         trace = self.take(options.over(self.beside))
         if self.beside == ReadingOptions():
             return trace
@@ -77,7 +77,7 @@ def read_trace(path: str | Path, options: ReadingOptions | None = None) -> Trace
 
 @explain_arguments
 def read_traces(path: str | Path, options: ReadingOptions | None = None) -> list[Trace]:
-    """Return every specimen of a file as a trace, in the file's order; else as `read_trace`."""
+    """Return every specimen of a file as a trace, in the file's order; see `read_trace`."""
     return [entry.read(options or ReadingOptions()) for entry in open_traces(path, options)]
 
 
@@ -107,7 +107,7 @@ def open_traces(path: str | Path, options: ReadingOptions | None = None) -> list
 
 
 def _of_sheets(sources: list[Source], options: ReadingOptions) -> list[Specimen]:
-    """Return the specimens of all sheets with any; FileError if their columns differ."""
+    """Return the specimens of all sheets that have any; FileError if their columns differ."""
     curves = [s for s in sources if not re.search(words.RESULTS, plain(s.sheet))]
     by_sheet: dict[str, list[Specimen]] = {}
     reasons: list[FileError] = []
@@ -159,7 +159,7 @@ def read_own(source: Source, options: ReadingOptions) -> Trace:
 
 
 def _vacuum(source: Source) -> float | None:
-    """Return the vacuum of the header's procedure, if it evacuates once and then only moves."""
+    """Return the vacuum of the header's procedure if it evacuates once and then only moves."""
     for _, text in source.lines():
         if not text.startswith("#"):
             break

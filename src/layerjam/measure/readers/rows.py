@@ -18,7 +18,7 @@ _SIGNS = str.maketrans(TYPOGRAPHY)
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of a table and the place of its numbers in the text, in bytes.
+    """Columns of a table, and the position of its numbers in the text [bytes].
 
     `first` is the first row of numbers, or the length of the text if there is none. `last` is the
     byte after the last row, None at the text's end.
@@ -33,7 +33,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of a table, each with its line (from 1) and as many fields as there are columns.
+    """Rows of a table; each has its line (from 1) and one field for each column.
 
     Blank ones are skipped. Rows `shared` by adjacent specimens may end early.
     """
@@ -43,7 +43,7 @@ class Rows:
     shared: bool = False
 
     def __iter__(self) -> Iterator[tuple[int, list[str]]]:
-        """Yield the rows; FileError, with the line, if a row is broken or there is none."""
+        """Yield the rows; FileError, with the line, if a row is broken or there are no rows."""
         if not self.body.strip():
             header = self.table.header
             raise header.fail("contains column names but no rows of numbers")
@@ -51,20 +51,20 @@ class Rows:
 
     @cached_property
     def body(self) -> bytes:
-        """All rows as bytes of the text."""
+        """Return all rows as bytes of the text."""
         return self.source.data[self.table.first : self.table.last].rstrip(b"\x1a")
 
     @property
     def ended(self) -> bool:
-        """Whether the last row has its line end."""
+        """Return whether the last row has its line end."""
         return self.body.endswith(b"\n")
 
     def broken_off(self, line: int) -> bool:
-        """Return whether a line is the text's last and has no end."""
+        """Return whether a line is the last of the text and has no line end."""
         return not self.ended and line == self.source.line_number(len(self.source.data))
 
     def line(self, row: int) -> int:
-        """Return the line of a row."""
+        """Return the line number of a row."""
         return next(islice(self, row, None))[0]
 
     def tail(self) -> list[list[str]]:
@@ -90,7 +90,7 @@ class Rows:
                 yield line, self._complete(fields, line)
 
     def _fields(self, text: str, line: int) -> list[str]:
-        """Return the fields of a line, typesetters' signs as ASCII."""
+        """Return the fields of a line, with typographic signs as ASCII."""
         mark = self.table.separator
         if not text.isascii():
             text = text.translate(_SIGNS)

@@ -1,4 +1,4 @@
-"""Specimens in a file: one below the other, next to each other, or one to a sheet."""
+"""Specimens in a file: below each other, next to each other, or one per sheet."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -45,7 +45,7 @@ _COUNTED = re.compile(r"(.*?)[\s_.\-#(]*(\d{1,3})\)?")
 
 @dataclass(frozen=True)
 class Specimen:
-    """Columns of one specimen in a table; the header is empty for columns of others."""
+    """Columns of one specimen in a table; the header is empty for columns of other specimens."""
 
     rows: Rows
     header: Header
@@ -103,7 +103,7 @@ class Specimen:
 
 
 def specimens(source: Source, options: ReadingOptions) -> list[Specimen]:
-    """Return the specimens in a text, in order; FileError if no table can be one."""
+    """Return the specimens in a text, in order; FileError if no table can be a specimen."""
     lines, entries = read_lines(source), options.entries(ROLES)
     blocks = list(under_one_head(lines, blocks_of(lines)))
     if (order := options.by_order) is not None:
@@ -146,7 +146,7 @@ def _over_time(header: Header, entries: Mapping[str, ColumnEntry]) -> bool:
 
 
 def _alike(block: Block, main: Block) -> bool:
-    """Return whether a block is a specimen like the largest: same columns, or as long as one."""
+    """Return whether a block is a specimen like the largest: same columns, or the same length."""
     table, main_table = block.table, main.table
     if table and main_table and table.header.columns == main_table.header.columns:
         return True
@@ -154,7 +154,7 @@ def _alike(block: Block, main: Block) -> bool:
 
 
 def _by_order(lines: Lines, blocks: list[Block], count: int) -> list[Specimen]:
-    """Return the blocks of as many columns as the user lists."""
+    """Return the blocks with as many columns as the user lists."""
     fit = [b for b in blocks if b.width == count] or blocks
     if not fit:
         raise FileError(lines.source.path, "holds no row of numbers")
@@ -175,7 +175,7 @@ def _by_order(lines: Lines, blocks: list[Block], count: int) -> list[Specimen]:
 
 
 def _with_stated_units(lines: Lines, block: Block) -> Block:
-    """Return a block whose units are stated in lines of their own: `Force unit: kN`."""
+    """Return a block with units that separate lines state: `Force unit: kN`."""
     table = block.table
     if table is None or all(table.header.units):
         return block
@@ -295,7 +295,7 @@ def _side_by_side(
     rows = Rows(source, table, shared=is_split)
     if not is_split:
         title = block.title if several else ""
-        number = next((n for n in head.names[:1] if n.isdigit()), "")  # 1,Time,Load
+        number = next((n for n in head.names[:1] if n.isdigit()), "")  # for example: 1,Time,Load
         label = next((c for c in head.label[:1] if _counts(c)), "") or number or title
         return [Specimen(rows, head, form, label)]
     result = []
@@ -313,7 +313,7 @@ def _counts(text: str) -> bool:
 
 
 def _groups(head: Header) -> list[list[int]]:
-    """Return columns of each specimen if specimens are next to each other, else nothing."""
+    """Return columns of each specimen if specimens are next to each other; empty otherwise."""
     columns = [i for i, n in enumerate(head.names) if n or head.units[i]]
     starts = [i for i, cell in enumerate(head.label) if cell and i < len(head.names)]
     labelled = len(starts) > 1 and starts[0] == columns[0] and len(starts) < len(columns)
@@ -369,7 +369,7 @@ def _base(name: str) -> str:
 
 
 def format_of(source: Source, table: Table) -> str:
-    """Return the format's name, for people; nothing depends on it."""
+    """Return the format's name for display; nothing depends on it."""
     head = source.data[: min(table.first, 4000)]
     text = head.decode(source.encoding, errors="replace").lower()
     if source.sheet:

@@ -23,11 +23,11 @@ _LINES_ABOVE = 8
 
 @dataclass(frozen=True)
 class Block:
-    """A run of lines of numbers and the lines above it; lines count from 0.
+    """A run of lines of numbers with the lines above it; lines count from 0.
 
     `rows` is the number of lines that are not blank, `width` the number of fields of the first
-    line. `pure`: it has only numbers. `table` is the table to read, None if no line above can have
-    names.
+    line. A `pure` block has only numbers. `table` is the table to read, None if no line above can
+    have names.
     """
 
     first: int
@@ -41,7 +41,7 @@ class Block:
 
     @property
     def styled(self) -> bool:
-        """Whether units are above it."""
+        """Return whether units are above it."""
         return self.table is not None and bool(self.table.header.style)
 
 
@@ -54,7 +54,7 @@ def headless(lines: Lines, blocks: list[Block]) -> Table | None:
 
 
 def bare_table(lines: Lines, block: Block) -> Table:
-    """Return the table of a block whose columns the user lists, whatever is above it."""
+    """Return the table of a block whose columns the user lists, ignoring the lines above it."""
     names = tuple(f"column {i + 1}" for i in range(block.width))
     path = lines.source.path
     header = Header(names, (None,) * block.width, "", block.first + 1, path=path)
@@ -104,7 +104,7 @@ def blocks_of(lines: Lines) -> list[Block]:
 
 
 def _words_first(lines: Lines, rows: np.ndarray, number: np.ndarray, place: int) -> None:
-    """Mark names or units with a number among them ("Time (s)", "1") as words."""
+    """Mark names or units that contain a number ("Time (s)", "1") as words."""
     for k in range(place, min(place + 3, len(rows))):
         if lines.pure[rows[k]]:
             return
@@ -116,7 +116,7 @@ def _words_first(lines: Lines, rows: np.ndarray, number: np.ndarray, place: int)
 
 
 def _words_last(lines: Lines, rows: np.ndarray, number: np.ndarray) -> None:
-    """Mark statistics below the numbers ("Mean;1.2;3.4") as words, if only they follow.
+    """Mark statistics below the numbers ("Mean;1.2;3.4") as words if only statistics follow.
 
     They begin with a word for a statistic, or follow a blank line.
     """
@@ -151,7 +151,7 @@ def _without_empty_columns(head: Header | None, width: int) -> Header | None:
 
 
 def _texts(lines: Lines, above: tuple[int, ...] | range) -> list[tuple[int, str]]:
-    """Return those of the lines above that have two fields or more."""
+    """Return those of the lines above that have two or more fields."""
     texts = []
     for line in above:
         if lines.blank[line]:
@@ -170,7 +170,7 @@ def _any_fields(text: str, separator: str) -> list[str]:
 
 
 def under_one_head(lines: Lines, blocks: list[Block]) -> Iterator[Block]:
-    """Yield the blocks; those below a title such as "Specimen 2" use the head of the one before."""
+    """Yield the blocks; one below a title such as "Specimen 2" uses the previous block's head."""
     before: Block | None = None
     for plain_block in blocks:
         block = plain_block

@@ -1,6 +1,6 @@
-"""Units of time, length and force as machines write them: `Sek.`, `lbF`, `кН`, `毫米`, `㎜`.
+"""Units of time, length and force in the spellings of machines: `Sek.`, `lbF`, `кН`, `毫米`, `㎜`.
 
-These outrank the table of all units, which would read `Min` as megainches.
+They have priority over the table of all units, which would read `Min` as megainches.
 """
 
 import math
@@ -23,7 +23,7 @@ _KNOWN = {
 }
 CLOCK = "hh:mm:ss"
 _KNOWN[CLOCK] = "time", Fraction(1)
-# Where upper and lower case differ in meaning.
+# units in which upper and lower case differ in meaning
 _CASED = {
     "N": ("force", Fraction(1)),
     "mN": ("force", Fraction(1, 1000)),
@@ -39,7 +39,7 @@ _SANE = (Fraction(1, 10**12), Fraction(10**8))
 
 @lru_cache(maxsize=4096)
 def unit_role(unit: str) -> tuple[str, Fraction] | None:
-    """Return (role, factor to SI) of a unit's text, None for units of other quantities."""
+    """Return (role, factor to SI) of a unit's text; None for units of other quantities."""
     return common_unit(unit) or _from_table(unit)
 
 
@@ -57,16 +57,16 @@ def common_unit(unit: str) -> tuple[str, Fraction] | None:
 
 
 def weight_unit(unit: str) -> str | None:
-    """Return the unit of force for a unit of mass on a load cell: gf for g, ozf for oz."""
+    """Return the unit of force that corresponds to a unit of mass on a load cell: gf for g."""
     text = unicodedata.normalize("NFKC", unit).strip().rstrip(".").strip()
     return _WEIGHTS.get(text.lower()) if text not in ("G", "T") else None
 
 
 def _from_table(unit: str) -> tuple[str, Fraction] | None:
-    """Return a unit from the table of all units (pdl, dm, Å), if machines could use its size."""
+    """Return a unit from the table of all units (pdl, dm, Å) if its size is plausible."""
     text = unicodedata.normalize("NFKC", unit).strip()
     if not 0 < len(text) <= 20 or "/" in text or any(c.isdigit() for c in text):
-        return None  # mm/min, mm2: other quantities
+        return None  # mm/min or mm2: other quantities
     if weight_unit(text) or len(text) == 1:
         return None
     for role, si in ROLES.items():
@@ -98,7 +98,7 @@ def convert(unit: str, si: str) -> tuple[Fraction, float] | None:
     In addition to all units it accepts machines' spellings of time, length and force, °C and °F, g
     as an acceleration, bara and barg.
     """
-    text = re.sub(r"(?<=m)([23])$", r"^\1", unit.strip())  # N/mm2
+    text = re.sub(r"(?<=m)([23])$", r"^\1", unit.strip())  # for example: N/mm2
     role = next((role for role, of_role in ROLES.items() if of_role == si), None)
     if role is not None:
         unit_found = unit_role(text)
@@ -120,7 +120,7 @@ def convert(unit: str, si: str) -> tuple[Fraction, float] | None:
 def units_differ(file_unit: str, unit: str, si: str) -> bool:
     """Return whether a file's unit is known and differs from the unit given.
 
-    It may differ in size or in dimension; for a force g is gf. An unknown text never differs.
+    It may differ in size or in dimension; for a force, g means gf. An unknown text never differs.
     """
     given_scale, file_scale = convert(unit, si), convert(file_unit, si)
     if file_scale is None and si == "N" and (weight := weight_unit(file_unit)):

@@ -1,8 +1,9 @@
 """Words of machines for time, travel and force in many languages, from vocabulary.toml.
 
-Words are compared in lower case, without accents, and in one form of full and half width letters.
-Latin and Cyrillic words begin a word (`displacement`). German joins them, so its words may end one
-(`Standardkraft`). Chinese, Japanese and Korean have no blanks, so theirs may be anywhere.
+Words are compared in lower case, without accents, and with full-width letters converted to half
+width. Latin and Cyrillic entries match the start of a word (`displacement`). German joins words, so
+its entries may match the end (`Standardkraft`). Chinese, Japanese and Korean have no blanks, so
+their entries may match anywhere.
 """
 
 import re
@@ -29,7 +30,7 @@ def plain(name: str) -> str:
 
 
 def _pattern(name: str) -> str:
-    """Return one regular expression of words that begin a word, end one, or may be anywhere."""
+    """Return one regular expression for entries that match a word's start, its end or any part."""
     entry = VOCABULARY["names"][name]
     begin, end, anywhere = (plain(entry.get(k, "")).split() for k in ("begin", "end", "anywhere"))
     parts = [rf"(?<![^\W_])(?:{'|'.join(map(re.escape, begin))})"] if begin else []

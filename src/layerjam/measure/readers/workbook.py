@@ -14,9 +14,9 @@ from layerjam.errors import FileError, MissingExtraError
 from layerjam.measure.readers.content import Source
 
 MAX_UNPACKED = 250_000_000
-"""Largest size of an unpacked workbook [bytes]; the memory is several times that."""
+"""Largest size of an unpacked workbook [bytes]; reading it needs several times as much memory."""
 MOST_CELLS = 10_000_000
-"""Cells of a sheet from its first to its last row and column: the reader stores the empty ones."""
+"""Largest number of cells of a sheet, including empty ones, which the reader stores."""
 FEW_CELLS, SPARSE = 200_000, 100
 """A larger sheet is rejected if fewer than one in `SPARSE` cells is filled."""
 _CLEAN = str.maketrans({"\t": " ", "\n": " ", "\r": " ", '"': "''"})
@@ -59,9 +59,9 @@ def sheets(path: str, data: bytes, sheet: str | None) -> list[Source]:
 
 
 def _check_size(path: str, data: bytes) -> None:
-    """Reject a small file that is too large once unpacked, with its gaps filled."""
+    """Reject a small file that becomes too large once unpacked with its gaps filled."""
     if not data.startswith(b"PK"):
-        return  # .xls: 65,536 rows of 256 columns at most
+        return  # .xls: at most 65,536 rows of 256 columns
     with zipfile.ZipFile(io.BytesIO(data)) as book:
         size = sum(part.file_size for part in book.infolist())
         if size > MAX_UNPACKED:
@@ -94,7 +94,7 @@ def _check_cells(path: str, cells: int, count: int) -> None:
 def _cells_of(name: str, data: bytes) -> Iterator[tuple[int, int]]:
     """Yield (rows times columns, filled cells) of a part of a workbook.
 
-    Any part may be a sheet, because a workbook names its parts freely.
+    Any part may be a sheet, because names of parts are arbitrary.
     """
     if name == "content.xml":
         yield from _open_document_cells(data)
@@ -105,9 +105,9 @@ def _cells_of(name: str, data: bytes) -> Iterator[tuple[int, int]]:
 
 
 def _xml_cells(data: bytes) -> tuple[int, int]:
-    """Return the same for an .xlsx sheet: a row or cell without a place follows the one before.
+    """Return the same for an .xlsx sheet; a cell without a position follows the previous one.
 
-    A cell that is closed at once is empty, and the reader skips it.
+    A self-closing cell is empty, and the reader skips it.
     """
     row = column = rows = columns = count = 0
     for tag in _CELL.finditer(data):
@@ -116,7 +116,7 @@ def _xml_cells(data: bytes) -> tuple[int, int]:
             row, column = row + 1, 0
         else:
             column += 1
-        if number:  # usually the first attribute
+        if number:  # the position is usually the first attribute
             row, column = int(number), _column(letters) or column
         for letters, number in _PLACE.findall(attributes) if b"r" in attributes else ():
             row, column = int(number), _column(letters) or column
@@ -133,7 +133,7 @@ def _column(letters: bytes) -> int:
 
 
 def _binary_cells(data: bytes) -> tuple[int, int]:
-    """Return the same for an .xlsb sheet: records of a type, a length, and a row or a column."""
+    """Return the same for an .xlsb sheet of records with a type, a length, and a row or column."""
     offset = rows = columns = count = 0
     while offset < len(data):
         kind, offset = _varint(data, offset)
@@ -158,9 +158,9 @@ def _varint(data: bytes, offset: int) -> tuple[int, int]:
 
 
 def _open_document_cells(data: bytes) -> Iterator[tuple[int, int]]:
-    """Yield the same for the sheets of an .ods: up to the last cell that is not empty.
+    """Yield the same for the sheets of an .ods, up to the last cell that is not empty.
 
-    A cell that is closed at once may still have a value in an attribute.
+    A self-closing cell may still have a value in an attribute.
     """
     row = last_row = column = widest = cells = 0
     for tag in _REPEATED.finditer(data):
