@@ -138,7 +138,7 @@ def _cut(trace: Trace, span: tuple[float | None, float | None]) -> Trace:
 
 
 def _second_rise_time(trace: Trace, summary: PullSummary) -> float | None:
-    """Return the time [s] at which the second rise begins; None without a second rise or time."""
+    """Return the time [s] at which the second rise begins; None if unknown."""
     second = summary.second_rise
     if second is None or trace.time is None:
         return None

@@ -58,8 +58,8 @@ def backbone(brake: Brake, vacuum: float, travel: float, stop: bool, name: str) 
             "which the brake's force falls as it slides; the brake would snap by itself"
         )
     top = peak(vacuum, travel, brake)
-    # the enclosure's square-root law is steep at first, so knots are dense at zero slip; the knot
-    # nearest to the peak is moved onto it, so that only one shape is compiled
+    # the enclosure's square-root law is steep at first, so knots are dense at zero slip.
+    # The knot nearest to the peak is moved onto it, so that only one shape is compiled
     slip = travel * np.linspace(0.0, 1.0, KNOTS) ** 3
     peak_slip = float(top.slip)
     slip[np.argmin(np.abs(slip[1:-1] - peak_slip)) + 1] = min(peak_slip, travel * (1 - 1e-9))

@@ -197,7 +197,7 @@ class Boxes:
         return BestValue(value, True)
 
     def single(self, c: Constraint) -> float | None:
-        """Return the best value of c's quantity from corners alone, or None without a bound."""
+        """Return the best value of c's quantity from corners alone, or None if unbounded."""
         best, sure = self.corner(*self.initial_boxes(), c)
         values = self.values(self.grid.number(best.T), c)
         if not sure.all() or not np.isfinite(values).all():

@@ -138,7 +138,7 @@ class Desk:
         self._become(replace(self.state, pins=pins), "pins")
 
     def put_file(self, kind: str, text: str) -> None:
-        """Set the "brake", the "line" or the second brake ("beside"): a catalogue name or TOML.
+        """Set the "brake", the "line" or the second brake, "beside": a catalogue name or TOML.
 
         An empty text removes the second brake. Raises LayerjamError.
         """

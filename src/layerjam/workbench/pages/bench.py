@@ -302,7 +302,7 @@ class Bench(Page):
         return await self._try_call(lambda: session.ask(act))
 
     async def _begin(self) -> dict[str, Any] | None:
-        """Return the settings of a connected bench; None if one is missing, shown beside it."""
+        """Return the settings of a connected bench; None and a message if one is missing."""
         for item, words, alert in self.required:
             alert.say("" if self.word(item) else words)
         if not all(self.word(item) for item, *_ in self.required):
