@@ -2,8 +2,7 @@
 
 The commands are functions (`layerjam.force`, `layerjam.drop`, ...) that take text with units or SI
 numbers and return results that print, plot and save themselves; the equations are in
-`layerjam.laws`. Every name is imported when it is first used, so that ``import layerjam`` costs
-nothing.
+`layerjam.laws`. Every name is imported when it is first used, so that ``import layerjam`` is fast.
 """
 
 import ast
@@ -45,7 +44,7 @@ _FOLDERS = {"design": "design_brake", "report": "write_report"}
 
 
 def _names(file: str) -> dict[str, tuple[str, str]]:
-    """Return {name: (module, name there)} of the names that a file of imports offers."""
+    """Return {name: (module, name there)} of the names that a file of imports defines."""
     tree = ast.parse(Path(__file__).with_name(file).read_text(encoding="utf-8"))
     return {
         alias.asname or alias.name: (str(node.module), alias.name)

@@ -1,4 +1,4 @@
-"""Factors between units, and numbers out of the quantity objects of other packages."""
+"""Factors between units, and numbers from the quantity objects of other packages."""
 
 import functools
 import math
@@ -33,7 +33,7 @@ class HasDtype(Protocol):
 
 
 class Quantity(Generic[T]):
-    """Type of a field of a record: its constructor also accepts text and objects with units."""
+    """Type of a record's field, whose constructor also accepts text and objects with units."""
 
     if TYPE_CHECKING:
 
@@ -80,7 +80,7 @@ def _registry() -> Any:
 
     try:
         return pint.UnitRegistry(cache_folder=":auto:")
-    except Exception:  # if there is no writable cache, or another process is writing it: slower
+    except Exception:  # no writable cache, or another process is writing it: continue more slowly
         return pint.UnitRegistry()
 
 
@@ -109,7 +109,7 @@ def factor_by_pint(unit: str, si: str) -> Fraction | None:
     try:
         registry = _registry()
         factor = registry.Quantity(1, registry.parse_units(text)).to(_pint_name(si)).magnitude
-    except Exception:  # pint raises a dozen kinds (and any parser error) for unknown text
+    except Exception:  # pint raises a dozen kinds of errors (and any parser error) for unknown text
         return None
     if not isinstance(factor, int | float) or not math.isfinite(factor) or factor <= 0:
         return None
@@ -129,18 +129,18 @@ def shown_units(si: str) -> tuple[str, ...]:
 
 
 def without_unit(value: Any, si: str, name: str) -> Any:
-    """Return the SI number or array of a value that carries its unit; any other value as it is.
+    """Return the SI number or array of a value that has its unit; other values are unchanged.
 
     Units are read from pint and astropy quantities, and from a DataArray or Series whose
-    `attrs["units"]` names its unit. A DataArray stays one. Raises QuantityError for a unit of
-    another dimension or one that is not understood, and for a table.
+    `attrs["units"]` names its unit. A DataArray remains one. Raises QuantityError for a unit of
+    another dimension, for an unknown unit, and for a table.
     """
     if hasattr(value, "columns") or hasattr(value, "data_vars"):
         kind = type(value).__name__
         raise QuantityError.of(name, f"a {kind} holds several quantities; give one of its columns")
     if hasattr(value, "magnitude") and hasattr(value, "units"):  # pint, of any registry
         return _convert(value, "magnitude", si, name)
-    if hasattr(value, "to_value") and hasattr(value, "unit"):  # astropy
+    if hasattr(value, "to_value") and hasattr(value, "unit"):  # a quantity of astropy
         return _convert(value, "value", si, name)
     if hasattr(value, "dims") and hasattr(value, "copy"):
         data = without_unit(value.data, si, name)
@@ -162,7 +162,7 @@ def _convert(value: Any, number: str, si: str, name: str) -> Any:
     """Return the number of a quantity object in the SI unit `si`."""
     try:
         return getattr(value.to("" if si == "1" else _pint_name(si)), number)
-    except Exception:  # each package has its own
+    except Exception:  # each package raises its own errors
         goal = "a dimensionless number" if si == "1" else si
         raise QuantityError.of(name, f"{str(value)[:60]} cannot be converted to {goal}") from None
 

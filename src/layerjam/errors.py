@@ -1,4 +1,4 @@
-"""Every error a user can cause, under one base class.
+"""All errors that a user can cause, under one base class.
 
 A message is one plain sentence that names the quantity, its value, its unit and what is allowed.
 """
@@ -32,7 +32,7 @@ class LayerjamError(Exception):
     """Base of all errors of this package; the command line then exits with code 2."""
 
     key: ClassVar[str] = "error"
-    """Kind of error, for programs; the sentence is for people."""
+    """Kind of error, for programs; the message is for people."""
     quantity: str | None = None
     """Dotted path or name of the quantity that the error concerns, or None."""
 
@@ -53,7 +53,7 @@ class QuantityError(LayerjamError, ValueError):
 
 
 class FileError(LayerjamError):
-    """A file that cannot be read or written; names the file and, where known, the line."""
+    """A file that cannot be read or written; names the file and, if known, the line."""
 
     key = "file"
 
@@ -66,10 +66,11 @@ class FileError(LayerjamError):
         how: str = "",
         asks: str = "",
     ) -> None:
-        """Build the message: `how` ends it with the option that helps.
+        """Build the message; `how` ends it with the option that helps.
 
         `asks` names the missing choice: "columns", "force-sign", "elongation-sign", "decimal",
-        "specimen", "sheet", "speed" or "reading". A page offers it in its own way, after `plain`.
+        "specimen", "sheet", "speed" or "reading". A page offers this choice in its own way, after
+        `plain`.
         """
         place = f"{path}, line {line}" if line else f"{path}"
         super().__init__(f"{place}: {reason}{how}")
@@ -81,7 +82,7 @@ class FileError(LayerjamError):
 
 
 class UnknownNameError(LayerjamError, KeyError):
-    """A name that is not in a catalogue; the message offers the nearest names."""
+    """A name that is not in a catalogue; the message suggests the nearest names."""
 
     key = "unknown-name"
 
@@ -106,7 +107,7 @@ class ArgumentError(LayerjamError, TypeError):
 
 
 def explain_arguments(target: T) -> T:
-    """Make a function or a dataclass raise ArgumentError for arguments that do not fit it."""
+    """Make a function or a dataclass raise ArgumentError for arguments that it does not accept."""
     is_class = isinstance(target, type)
     call: Any = target.__init__ if is_class else target  # type: ignore[misc]
 
@@ -116,7 +117,7 @@ def explain_arguments(target: T) -> T:
             return call(*args, **named)
         except TypeError as error:
             if error.__traceback__ is None or error.__traceback__.tb_next is not None:
-                raise  # inside the call
+                raise  # the error comes from inside the call
             words = _explain_arguments(call, is_class, args, named)
             name = target.__name__ if is_class else call.__name__  # type: ignore[attr-defined]
             raise ArgumentError(f"{name}() {words}") from None
@@ -148,7 +149,7 @@ def _explain_arguments(
 
 
 class NotKnownError(LayerjamError, ValueError):
-    """A number that is not known, or a result that is infeasible, from which one was required."""
+    """A required number that is unknown, or a result that is infeasible."""
 
     key = "not-known"
 
@@ -172,7 +173,7 @@ class ProcedureError(LayerjamError, ValueError):
 
 
 class FitError(LayerjamError, ValueError):
-    """Measurements that do not determine a quantity; `path` if it concerns one file."""
+    """Measurements that do not determine a quantity; `path` is set if it concerns one file."""
 
     key = "fit"
     path: str = ""
@@ -187,12 +188,12 @@ class FitError(LayerjamError, ValueError):
 
 
 class MissingExtraError(LayerjamError, ImportError):
-    """An optional part that is not installed."""
+    """An optional package that is not installed."""
 
     key = "missing-extra"
 
     def __init__(self, feature: str, extra: str) -> None:
-        # use double quotes: the Windows shell knows no others
+        # use double quotes, because the Windows shell accepts no others
         super().__init__(f'{feature} needs an optional package: pip install "layerjam[{extra}]"')
 
     @classmethod

@@ -1,7 +1,7 @@
 """The laws: pure array functions of SI quantities and a brake, one equation each.
 
-They broadcast, trace, differentiate and batch with JAX, and take a Brake or a BrakeFile. Called on
-numbers they compute in double precision whatever the process has set; traced, they need
+They broadcast, trace, differentiate and batch with JAX, and take a Brake or a BrakeFile. Called
+with numbers they compute in double precision, whatever the process has set. Traced, they need
 ``jax.config.update("jax_enable_x64", True)``.
 """
 

@@ -19,7 +19,7 @@ else:  # annotations use these names before a figure needs Matplotlib
 T = TypeVar("T")
 Formatter = Callable[[Any], str]
 ENDS = ("low", "high")
-"""Ends of the names of an interval's bounds."""
+"""Suffixes of the names of an interval's bounds."""
 
 
 def number(
@@ -31,11 +31,11 @@ def number(
     listed: bool = True,
     interval: bool = False,
 ) -> Any:
-    """A field that holds a quantity in SI, an array or a list of them; None means unknown.
+    """Return a field for a quantity in SI, an array or a list of them; None means unknown.
 
-    `shown` formats it for people if the usual text is unsuitable; a field that is not `listed` is
-    in the JSON and not in the table. With an `interval` the fields NAME_low and NAME_high follow
-    it, the ends of its 95 % interval; None is an open end.
+    `shown` formats it if the usual text is unsuitable; a field that is not `listed` is in the JSON
+    but not in the table. With an `interval` the fields NAME_low and NAME_high follow it, the ends
+    of its 95 % interval; None marks an open end.
     """
     spec = QuantitySpec(unit, text, lo=-math.inf)
     return _field(spec, text, default, shown, listed, interval=interval)
@@ -49,7 +49,7 @@ def fact(
     listed: bool = True,
     key: str = "",
 ) -> Any:
-    """A field without a unit: a word, a flag, a table, a file's name.
+    """Return a field without a unit: a word, a flag, a table, a file's name.
 
     `key` is its key in the JSON if no field can have that name.
     """
@@ -70,10 +70,10 @@ def _field(
 
 
 def declare(cls: type[T]) -> type[T]:
-    """Complete the fields of a class before `dataclass` processes it.
+    """Return a decorator that completes the fields of a class before `dataclass` processes it.
 
-    A field named again without a value keeps the unit and text of the base class's, and its key
-    comes at this place. The ends follow a quantity with an interval.
+    A field that is named again without a value keeps the unit and text of the base class's field,
+    and its key is moved to this place. The ends follow a quantity with an interval.
     """
     bases = [base for base in reversed(cls.__mro__[1:]) if is_dataclass(base)]
     inherited = {f.name: f for base in bases for f in fields(base)}
@@ -99,5 +99,5 @@ def declare(cls: type[T]) -> type[T]:
     kw_only_default=True, frozen_default=True, field_specifiers=(number, fact, field)
 )
 def outputs(cls: type[T]) -> type[T]:
-    """A frozen, keyword-only record of computed quantities; a result that inherits has its keys."""
+    """Return a decorator for a frozen, keyword-only record of computed quantities."""
     return dataclass(frozen=True, kw_only=True)(declare(cls))

@@ -1,4 +1,4 @@
-"""Differences between operating systems: file names, locks, typed commands, errors of files."""
+"""Differences between operating systems: file names, locks, typed commands, file errors."""
 
 import contextlib
 import errno
@@ -17,23 +17,23 @@ DEVICES = {"CON", "PRN", "AUX", "NUL", "CONIN$", "CONOUT$"} | {
     f"{port}{n}" for port in ("COM", "LPT") for n in "123456789¹²³"
 }
 LONGEST = 260
-"""Longest path that Windows accepts by default, with its end, in characters."""
+"""Longest path that Windows accepts by default, including its terminator [characters]."""
 LOCKED = 0x4000_0400
-"""Position of the byte to lock. Windows lets no other program read a locked byte; SQLite neither
-locks this one nor stores data in its page."""
+"""Position of the byte to lock. Windows does not let other programs read a locked byte. SQLite
+neither locks this byte nor stores data in its page."""
 _PLAIN = re.compile(r"[\w.:/\\*?=+~-]+")
 """Words that need no quotes in cmd.exe and PowerShell."""
 
 
 def is_windows() -> bool:
-    """Whether this is Windows."""
+    """Return whether this is Windows."""
     return WINDOWS
 
 
 def check_name(path: PurePath) -> None:
     """Raise FileError for a path with the name of a file or folder that Windows rejects.
 
-    Check it first: to Windows, a device's name exists already.
+    Check it first, because for Windows a device's name exists already.
     """
     for name in path.parts[bool(path.anchor) :] if WINDOWS else ():
         if name != ".." and (problem := _refusal(name)):
@@ -56,7 +56,7 @@ def _refusal(name: str) -> str | None:
 
 @contextlib.contextmanager
 def report_failure(path: str | PurePath, problem: str) -> Iterator[None]:
-    """Turn an error of the system inside into a FileError: `path`: `problem`, and the reason."""
+    """Turn a system error inside the block into a FileError: `path`: `problem`, and the reason."""
     try:
         yield
     except (OSError, ValueError) as error:
@@ -88,9 +88,9 @@ def is_reader_gone(error: OSError) -> bool:
 
 
 def lock_file(file: int, wait: bool = False) -> bool:
-    """Lock an open file until it is closed, or the process ends.
+    """Lock an open file until it is closed or the process ends.
 
-    False if another program has locked it, or the system cannot.
+    Returns False if another program has locked it, or if the system cannot lock it.
     """
     try:
         if WINDOWS:
@@ -107,15 +107,15 @@ def lock_file(file: int, wait: bool = False) -> bool:
 
 
 def typed_line(words: Iterable[str]) -> str:
-    """Return a command as it is typed, its words quoted for the system's command line."""
+    """Return a command as it is typed, with its words quoted for the system's command line."""
     return " ".join(map(quote_word, words))
 
 
 def quote_word(word: str) -> str:
     """Return a word of a command, quoted if necessary.
 
-    Windows needs double quotes: cmd.exe hands single ones to the program. Backslashes in front of a
-    quote are doubled (Microsoft C, "Parsing C command-line arguments").
+    Windows needs double quotes, because cmd.exe passes single quotes to the program. Backslashes
+    before a quote are doubled (Microsoft C, "Parsing C command-line arguments").
     """
     if not WINDOWS:
         return shlex.quote(word)
@@ -128,6 +128,6 @@ def quote_word(word: str) -> str:
 def quote_pattern(folder: Path, name: str) -> str:
     """Return a path whose name has wildcards, quoted so that these still work.
 
-    On Windows layerjam expands them, elsewhere the shell.
+    On Windows layerjam expands them, on other systems the shell does.
     """
     return quote_word(str(folder / name)) if WINDOWS else f"{shlex.quote(str(folder))}/{name}"

@@ -1,4 +1,4 @@
-"""Text to SI values and back, and the `quantity` field: unit, meaning and bounds, stored once.
+"""Conversion of text to SI values and back, and `quantity` fields with unit and bounds.
 
 Inside the package every number is an SI float. Only this module reads text such as ``"0.254 mm"``
 or ``"94.5kPa"``. pint knows the units and a plain pattern reads the number: expressions in a user's
@@ -25,7 +25,7 @@ _NUMBER = r"[+-]?(?:[0-9]{1,40}(?:\.[0-9]{0,40})?|\.[0-9]{1,40})(?:[eE][+-]?[0-9
 _QUANTITY = re.compile(rf"({_NUMBER})\s*([^\d\s+.-].{{0,40}})?", re.DOTALL)
 _LONGEST = 120
 
-# Units to suggest if a unit is missing and the first two do not fit.
+# units to suggest if a unit is missing and the first two do not fit
 _HINTS = {
     "m": ("mm", "cm"),
     "Pa": ("kPa", "mbar"),
@@ -94,7 +94,7 @@ def _finite(value: float, text: object, name: str) -> float:
 
 
 def is_traced(value: object) -> bool:
-    """Return whether JAX traces a value, so that nothing can be known of it."""
+    """Return whether JAX traces a value, whose number is then unknown."""
     core = getattr(sys.modules.get("jax"), "core", None)
     # a thread may be importing JAX at this moment
     return isinstance(value, getattr(core, "Tracer", ()))
@@ -140,7 +140,7 @@ def show_at_least(value: float, si: str, limit: float = math.inf) -> str:
 
 
 def _awkwardness(number: float) -> float:
-    """Return the distance of a number from 0.1 ... 1000, in decades."""
+    """Return the distance of a number from the range 0.1 to 1000, in decades."""
     if number == 0 or 0.1 <= number < 1000:
         return 0.0
     return abs(math.log10(number / (0.1 if number < 0.1 else 1000))) + 0.1
@@ -216,7 +216,7 @@ class QuantitySpec:
         if self.whole and isinstance(text, str) and re.fullmatch(r"\s*[0-9]{1,40}\s*", text):
             text = int(text)
         if self.whole and isinstance(text, int):
-            # exact beyond the precision of a float, because seeds may need it
+            # read it exactly, beyond the precision of a float, because seeds may need this
             self.check(text if abs(text) < 2**63 else math.inf, name)
             return text
         value = self.check(parse(text, self.unit, name), name)
@@ -272,7 +272,7 @@ class QuantitySpec:
 
 @dataclass(frozen=True, kw_only=True)
 class FlagSpec(QuantitySpec):
-    """A switch. In arrays and sweeps it is stored as 1 and 0."""
+    """A switch; arrays and sweeps store it as 1 and 0."""
 
     unit: str = "1"
     text: str
@@ -326,13 +326,12 @@ def quantity(
 
 
 def like(spec: QuantitySpec, text: str = "", *, default: Any = MISSING) -> Any:
-    """Return a field of a quantity that is defined elsewhere, with its meaning in other words."""
+    """Return a field of a quantity that is defined elsewhere, with another description."""
     return field(default=default, metadata={"quantity": replace(spec, text=text or spec.text)})
 
 
 RECORDS: list[type] = []
-"""Every class decorated with `record`; the mechanics registers them with JAX, which loads slowly.
-"""
+"""Every class decorated with `record`; the mechanics registers them with JAX."""
 
 
 @dataclass_transform(
@@ -343,9 +342,8 @@ def record(cls: type[T]) -> type[T]:
 
     Its constructor reads text and quantity objects, and raises QuantityError for a number that
     would be invalid in a file. An array may hold any numbers, with NaN for a case without a value.
-    Values traced by JAX are not checked. Nor are numbers from layerjam's own code, such as a step
-    of a fit, because input was checked before. A method `validate` of the class finds fields that
-    contradict each other.
+    Values traced by JAX are not checked, nor are numbers from layerjam's own code, such as a step
+    of a fit. The method `validate` of the class finds fields that contradict each other.
     """
     cls.__post_init__ = _take_quantities  # type: ignore[attr-defined]
     dataclass_type = explain_arguments(dataclass(frozen=True, kw_only=True)(cls))
@@ -354,7 +352,7 @@ def record(cls: type[T]) -> type[T]:
 
 
 def _take_quantities(rec: Any) -> None:
-    """Check the fields of a new record; text and quantity objects become SI numbers."""
+    """Check the fields of a new record, and convert text and quantity objects to SI numbers."""
     frame: Any = sys._getframe(3)
     while frame.f_globals.get("__name__") in ("dataclasses", "copy"):
         frame = frame.f_back
@@ -400,7 +398,7 @@ def spec_of(cls: type, name: str) -> QuantitySpec:
 
 
 def quantities(cls: type, prefix: str = "") -> Iterator[tuple[str, QuantitySpec, bool]]:
-    """Iterate over (dotted path, specification, required) of a record class and nested ones."""
+    """Yield (dotted path, specification, required) of a record class and nested ones."""
     for f in fields(cls):  # type: ignore[arg-type]
         if "quantity" in f.metadata:
             yield prefix + f.name, f.metadata["quantity"], f.default is MISSING

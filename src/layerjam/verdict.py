@@ -1,9 +1,9 @@
-"""Checks of a result, their levels, and the verdict that follows from them.
+"""Checks of a result, their levels, and the resulting verdict.
 
 A failed check means that the numbers must not be used without a decision: the command line exits
 with code 4 and writes nothing. A person may accept one failed check by name, with a reason. The
-acceptance is stored in the file that is written. Every later command that reads the file reports
-it.
+acceptance is stored in the file that is written, and every later command that reads this file
+reports it.
 """
 
 import math
@@ -18,7 +18,7 @@ from layerjam.errors import Notice, QuantityError, UnknownNameError
 Level = Literal["passed", "note", "warning", "failed"]
 """`note` needs no action, `warning` a review, `failed` a decision."""
 WIDEST = 0.5
-"""Relative width of a 95 % interval above which the value is considered unknown."""
+"""Relative width of a 95 % interval above which the value counts as unknown."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +70,7 @@ def interval_check(name: str, value: float, low: float, high: float) -> Check:
 
 @dataclass(frozen=True, kw_only=True)
 class Acceptance:
-    """Somebody's decision to use numbers although a check failed.
+    """A person's decision to use numbers although a check failed.
 
     `finding` is the sentence of the check, `date` is ISO 8601, `numbers` are the dotted paths of
     the numbers it concerns (all of the file if empty), `file` is the file that stores it.

@@ -1,7 +1,7 @@
 """A campaign of the virtual laboratory: friction tests and pulls of a known true brake.
 
-This module writes nothing (`campaign_files` does). `Campaign.traces` returns the records as if read
-without error, so a study of thousands of campaigns needs no files.
+This module writes nothing (`campaign_files` does). `Campaign.traces` returns the records as they
+would be read from files, so a study of thousands of campaigns needs no files.
 """
 
 from collections.abc import Iterator
@@ -31,8 +31,8 @@ class Campaign:
     def traces(self, kind: str = "") -> list[Trace]:
         """Return the records in order, of one kind ("pull", "friction") if it is given.
 
-        They equal records that were read without error: machine faults are included, faults added
-        to files for practice are not. Needs JAX in double precision (PrecisionError).
+        They include the faults of the machine, but not the practice faults of files. Raises
+        PrecisionError unless JAX is in double precision.
         """
         traces = {test.number: trace for test, trace in self.records(kind)}
         return [traces[number] for number in sorted(traces)]

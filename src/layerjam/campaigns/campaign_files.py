@@ -1,4 +1,4 @@
-"""A campaign's folder: files of the machine, true values, and a README with the next steps."""
+"""A campaign's folder: the machine's files, true values, and a README with the next steps."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -42,11 +42,11 @@ class CampaignFiles:
     samples: int
     stopped: bool
     strangers: int
-    """Other files that are in the folder already."""
+    """Other files that already exist in the folder."""
 
 
 def form_of(campaign: Campaign, test: Trial) -> Form:
-    """Return the form of a test's file; each test takes the next layout."""
+    """Return the form of a test's file; the layouts alternate from test to test."""
     forms = campaign.spec.files.forms()
     return forms[test.number % len(forms)]
 
@@ -130,7 +130,7 @@ def _write(campaign: Campaign, test: Trial, trace: Trace, folder: Path, overwrit
 
 
 def brake_of(subject: Subject) -> str:
-    """Return the brake as a spec in the campaign's folder names it."""
+    """Return the name or path of the brake for a spec in the campaign's folder."""
     return f"brake-{subject.label}.toml" if subject.copied else subject.name
 
 

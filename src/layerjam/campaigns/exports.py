@@ -1,7 +1,7 @@
-"""Records written like exports of test machines: one layout for each machine's software.
+"""Records written in the style of exports of test machines, one layout for each software.
 
-Every file states that it is synthetic, in its own text and in its sidecar. The layouts imitate the
-look of such files; the machines did not write them.
+Every file states that it is synthetic, in its own text and in its sidecar. The layouts imitate such
+files; no machine wrote them.
 """
 
 import tomllib
@@ -51,7 +51,7 @@ class Layout:
     second: str = "s"
     newline: str = "\n"
     mark: str = ""
-    """Column separator. If empty: a comma, or a semicolon if the decimal sign is a comma."""
+    """Column separator; if empty, a comma, or a semicolon if the decimal sign is a comma."""
     decimal: str = "."
     english: Sequence[str] = ()
     fixed: bool = False
@@ -86,7 +86,7 @@ class Form:
 
     @property
     def details(self) -> Layout:
-        """Layout of that name."""
+        """Layout with that name."""
         return LAYOUTS[self.layout]
 
     def choices(self) -> tuple[str, str, str]:
@@ -157,7 +157,7 @@ def _rows(layout: Layout, trace: Trace, time: Array, mark: str, decimal: str) ->
     every = {"t": time, "m": trace.elongation, "f": force, "F": force}
     every |= {"x": travel, "X": travel, "c": travel + 250.0}
     flat = np.column_stack([every[c] for c in layout.columns]).ravel().tolist() if count else ()
-    # insert the mark last: a comma between columns is not a decimal sign
+    # insert the mark last, because a comma between columns is not a decimal sign
     row = "\0".join(layout.columns.values()) + layout.newline
     return (row * count % tuple(flat)).replace(".", decimal).replace("\0", mark)
 

@@ -17,7 +17,7 @@ from layerjam.units import quantity
 
 Bools = npt.NDArray[np.bool_]
 
-# a fixed number for each use of random numbers; it is part of the seed, so never change it
+# a fixed number for each use of random numbers; it is part of the seed and must never change
 STREAMS = {
     "scatter": 1,
     "jitter": 2,
@@ -37,7 +37,7 @@ def fault(unit: str, text: str, hi: float, lo: float = 0.0) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class LoadCell:
-    """A load cell and its recording; without any fault by default."""
+    """A load cell and its recording; by default without any fault."""
 
     sampling_rate: float = quantity("Hz", "samples per second", lo=0.1, hi=1e6, default=1000.0)
     force_noise: float = fault("N", "white noise of the load cell, standard deviation", 1e4)
@@ -50,7 +50,7 @@ class LoadCell:
 
 @dataclass(frozen=True, kw_only=True)
 class Faults(LoadCell):
-    """A test machine; without any fault by default."""
+    """A test machine; by default without any fault."""
 
     force_drift: float = fault("N/s", "drift of the load cell's zero", 100, lo=-100)
     travel_step: float = fault("m", "resolution of the recorded travel", 1e-3)
@@ -90,7 +90,7 @@ class Faults(LoadCell):
 
 
 def consistent(machine: Faults) -> None:
-    """Raise QuantityError for faults that contradict each other."""
+    """Raise QuantityError if faults contradict each other."""
     if machine.slack > 0 and machine.preload > 0:
         raise QuantityError.of(
             "machine.slack",
@@ -119,7 +119,7 @@ def normal(seed: int, stream: str, tests: npt.NDArray[np.int64], count: int) -> 
 
 
 def round_to_step(values: Array, step: float) -> Array:
-    """Return values as a converter of that step reads them; unchanged for a step of 0."""
+    """Return values as read by a converter with that step; unchanged for a step of 0."""
     return np.round(values / step) * step if step > 0 else values
 
 
@@ -130,18 +130,18 @@ def spread(relative: float, draws: Array) -> Array:
 
 
 def moments(machine: Faults, seed: int, tests: npt.NDArray[np.int64], count: int) -> Array:
-    """Return the moments of the samples [s], rising, shape (M, count)."""
+    """Return the times of the samples [s], ascending, shape (M, count)."""
     time = np.arange(count) / machine.sampling_rate
     if machine.jitter <= 0:
         return np.broadcast_to(time, (len(tests), count))
-    # cut at 2 standard deviations, so that stamps cannot overtake one another
+    # limited to 2 standard deviations, so that stamps cannot overtake one another
     shift = np.clip(normal(seed, "jitter", tests, count), -2, 2) * machine.jitter
     shift[:, [0, -1]] = 0.0
     return time + shift
 
 
 def saw(slip: Array, amplitude: float, stiffness: Array) -> Array:
-    """Return stick-slip about the mean force [N] over slip [m]: a saw with the spring's period.
+    """Return stick–slip about the mean force [N] over slip [m]: a saw with the spring's period.
 
     Between two slips the force rises by `amplitude` along `stiffness` [N/m], so that a slip occurs
     after each amplitude/stiffness of travel; zero before the first slip.
@@ -176,7 +176,7 @@ def shown_travel(travel: Array, machine: Faults) -> Array:
 
 
 def sample_mask(machine: Faults, seed: int, test: int, count: int) -> Bools | None:
-    """Return a mask of the samples that are not lost (the first and last never), or None."""
+    """Return a mask of samples that are not lost (the first and last never are), or None."""
     if machine.dropped <= 0:
         return None
     keep = generator(seed, "dropped", test).random(count) >= machine.dropped
@@ -185,7 +185,7 @@ def sample_mask(machine: Faults, seed: int, test: int, count: int) -> Bools | No
 
 
 def shown_stamps(time: Array, machine: Faults, seed: int, test: int) -> Array:
-    """Return the time stamps of a test, shape (N,); some repeat the one before."""
+    """Return the time stamps of a test, shape (N,); some repeat the previous one."""
     if machine.repeated_stamps <= 0:
         return time
     repeats = generator(seed, "repeated", test).random(len(time)) < machine.repeated_stamps

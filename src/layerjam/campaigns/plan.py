@@ -25,13 +25,13 @@ class Subject:
     label: str
     """Label in the names of its files; without "_", which separates the parts of a name."""
     name: str
-    """Name in the catalogue. The file of any other brake is copied into the campaign's folder."""
+    """Name in the catalogue, or of the file that is copied into the campaign's folder."""
     copied: str
     """Text of that file, or "" for a brake of the catalogue."""
     known: Brake
-    """Brake as its file states it."""
+    """Brake as stated in its file."""
     true: Brake
-    """True brake, with its stiffness; without scatter, speed law and the machine's compliance."""
+    """True brake with its stiffness, without scatter, speed law and the machine's compliance."""
     truth: Truth
 
 
@@ -43,9 +43,9 @@ class Trial:
     gauge's reading and `true_vacuum` its true value, both None in a friction test. `friction`,
     `static`, `stiffness` and `enclosure` are factors on the values of the brake or the film.
     `overshoot` is the initial excess of the friction, `seating` [m] the yield of the grips. `speed`
-    is stated, `true_speed` its true value. `warmer` is the temperature above that of the first test
-    [K], `practice` the fault of its file or empty. `odd` marks an outlier, and `hold` is the rest
-    of the films of a friction test under load [s].
+    is stated, `true_speed` its true value. `warmer` is the temperature rise since the first test
+    [K], `practice` the fault of its file or empty. `odd` marks an outlier, and `hold` is the time
+    under load before a friction test [s].
     """
 
     number: int = 0
@@ -161,7 +161,7 @@ def samples(lasts: float, machine: Faults) -> int:
 
 
 def sled_machine(spec: Spec) -> Faults:
-    """Return the machine with the friction tests' own load cell."""
+    """Return the machine with the load cell of the friction tests."""
     cell = {f.name: getattr(spec.friction, f.name) for f in fields(LoadCell)}
     steady = {"force_drift": 0.0, "zero_per_kelvin": 0.0}
     jitter = min(spec.machine.jitter, 0.2 / spec.friction.sampling_rate)
@@ -202,7 +202,7 @@ def _friction_tests(spec: Spec, subjects: Sequence[Subject]) -> Iterator[Trial]:
 
 
 def _numbers(repeats: int) -> list[str]:
-    """Return 1, 2, ... as texts of equal length, so that files sort."""
+    """Return 1, 2, ... as texts of equal length, so that files are sorted correctly."""
     return [f"{n:0{len(str(repeats))}d}" for n in range(1, repeats + 1)]
 
 
@@ -225,7 +225,7 @@ def _with_scatter(spec: Spec, test: Trial) -> Trial:
 
 
 def _with_practice(spec: Spec, tests: list[Trial]) -> tuple[Trial, ...]:
-    """Return the tests, some pulls among them with a practice fault."""
+    """Return the tests; some pulls have a practice fault."""
     pulls = [t.number for t in tests if t.kind == "pull"]
     order = faults.generator(spec.seed, "practice", 0).permutation(len(pulls)).tolist()
     for fault, count in vars(spec.practice).items():
@@ -236,7 +236,7 @@ def _with_practice(spec: Spec, tests: list[Trial]) -> tuple[Trial, ...]:
 
 
 def _with_odd(spec: Spec, tests: Sequence[Trial]) -> tuple[Trial, ...]:
-    """Return the tests, with some pulls, or all at some vacuums, turned into outliers."""
+    """Return the tests, with some pulls, or all pulls at some vacuums, turned into outliers."""
     odd = spec.odd
     places: dict[tuple[object, ...], list[int]] = {}
     for test in tests:

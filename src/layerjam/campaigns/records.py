@@ -29,7 +29,7 @@ def pull_with_grips(
     seating: Array,
     machine: Faults,
 ) -> tuple[Array, Array]:
-    """Return (slip [m], force [N]), shape (M, N), at elongations `stretch` [m] from the taut brake.
+    """Return (slip [m], force [N]), shape (M, N), at elongations `stretch` [m] of the taut brake.
 
     `spring` [N/m], `overshoot` [-] and `seating` [m] have shape (M, 1). Raises QuantityError if the
     friction would fall faster than spring and seat can follow.
@@ -127,7 +127,7 @@ def _pull_force(spec: Spec, tests: Sequence[Trial], time: Array) -> Array:
     return_travel = speed * np.maximum(time - turn, 0.0)
     if spec.pulls.unload > 0:
         _returns(subject, slip, vacuum, brakes)
-    # on the return the sheets stick, so that only the spring relaxes; a brake cannot push
+    # on the return the sheets stick, so only the spring relaxes; a brake cannot push
     force = np.maximum(rising_force - spring * return_travel, 0.0)
     jerks = faults.saw(np.where(return_travel > 0, 0.0, slip), machine.stick_slip, spring)
     return np.maximum(force + jerks, 0.0)
@@ -165,7 +165,7 @@ def _stack_brakes(true: Brake, spring: Array, tests: Sequence[Trial]) -> Brake:
 
 
 def _returns(subject: Subject, slip: Array, vacuum: Array, brakes: Brake) -> None:
-    """Refuse a return on which the enclosure would close the brake against its sheets."""
+    """Raise an error for a return on which the enclosure would close the brake."""
     from layerjam.mechanics.enclosure import enclosure_force
     from layerjam.mechanics.friction import sheet_friction
 
@@ -196,7 +196,7 @@ def friction_trace(spec: Spec, test: Trial) -> Trace:
     if test.hold is not None:
         static_friction = float(aged_static(test.hold, test.subject.true))
     static = max(static_friction * test.static * test_spec.normal_force, kinetic)
-    # rises along the string's stiffness up to the static friction, then follows the film's own
+    # the force rises along the string's stiffness to static friction, then follows the film's
     # profile
     rising = test_spec.string_stiffness * travel_of_string
     sliding = np.maximum.accumulate(rising >= static)

@@ -35,7 +35,7 @@ def _faulty(fault_text: str) -> Any:
 
 
 def _word(text: str, default: Any, choices: tuple[str, ...] = ()) -> Any:
-    """Return a field that holds a text, one of `choices` if there are any."""
+    """Return a field for a text, one of `choices` if there are any."""
     return value(TextSpec(text=text, choices=choices), default)
 
 
@@ -89,7 +89,7 @@ class Truth:
 
 @dataclass(frozen=True, kw_only=True)
 class Pulls:
-    """Pulls of each brake: all vacuums at all speeds."""
+    """Pulls of each brake, at all vacuums and all speeds."""
 
     vacuums: tuple[float, ...] = _several("Pa", "vacuums shown by the gauge", (), hi=120e3)
     speeds: tuple[float, ...] = _several(
@@ -146,7 +146,7 @@ class Scatter:
 
 @dataclass(frozen=True, kw_only=True)
 class Files:
-    """Look of the files; with several layouts each file takes the next one."""
+    """Formats of the files; with several layouts the files alternate."""
 
     layouts: tuple[str, ...] = value(
         ListSpec(each=TextSpec(text="layouts, taken in turn", choices=tuple(LAYOUTS))), ("own",)
@@ -167,7 +167,7 @@ class Files:
 
 @dataclass(frozen=True, kw_only=True)
 class Practice:
-    """Number of pull files with each fault that a reader should detect; drawn by the seed."""
+    """Number of pull files with each fault that a reader should detect, chosen by the seed."""
 
     cut_off: int = _faulty("cut off in the middle of a line")
     header_only: int = _faulty("with a header but no numbers")
@@ -184,7 +184,7 @@ def _unlike(name: str, lo: float = -0.9) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Odd:
-    """Outlying pulls, drawn by the seed; otherwise they equal all other pulls."""
+    """Outlying pulls, chosen by the seed; otherwise they equal all other pulls."""
 
     how_many: int = quantity("1", "number of outliers", hi=1000, whole=True, default=0)
     per: str = _word(
@@ -204,7 +204,7 @@ class Odd:
 
 @dataclass(frozen=True, kw_only=True)
 class Spec:
-    """A complete campaign; the same spec gives the same numbers, bit for bit."""
+    """A complete campaign; the same spec always gives exactly the same numbers."""
 
     brakes: tuple[Truth, ...] = ()
     seed: int = like(SEED, "seed of all random numbers", default=1)
@@ -224,7 +224,7 @@ TABLES: Mapping[str, type] = MappingProxyType(
 
 
 def check_spec(spec: Spec) -> Spec:
-    """Return the spec if every number lies within its bounds and the whole is consistent."""
+    """Return the spec if every number is within its bounds and all are consistent."""
     if not spec.brakes:
         raise QuantityError.of("brakes", "none is given; a campaign needs at least one [[brakes]]")
     for truth in spec.brakes:

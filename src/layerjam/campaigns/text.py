@@ -1,4 +1,4 @@
-"""A campaign's TOML: read with file and line in every error, and written with comments."""
+"""A campaign's TOML, read with file and line in every error, and written with comments."""
 
 from dataclasses import replace
 from importlib.resources import files

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 BRAKE = "choi2018-kapton"
 SLIP, FORCE = 0.020, 100.0
-"""Slip [m] and force [N] of the question for the vacuum."""
+"""Slip [m] and force [N] for which the demo finds the vacuum."""
 ROPE_STIFFNESS = 16.8e3
 """Rope stiffness of the paper's drop test [N/m]."""
 BENCH = (
@@ -41,7 +41,7 @@ BENCH = (
 )  # fmt: skip
 TITLE = ("--title", "The demo's campaign", "--licence", "CC0-1.0", "--author", "The demo")
 USED = ("ezdxf", "jinja2", "manifold3d", "matplotlib", "pypdfium2", "typst")
-"""Packages of the extras that the steps need, checked before the first one."""
+"""Packages of the extras that the steps need, checked before the first step."""
 LOG, RUN, BUILD, DATASET = "demo.log", "bench.ljrun", "build", "dataset"
 Files = tuple[list[Path], list[Path], list[Path]]
 MARKER = ".made-by-layerjam-demo"
@@ -78,7 +78,7 @@ class _Steps:
 
     @contextlib.contextmanager
     def step(self, content: str) -> Iterator[Callable[[str, float], None]]:
-        """Print the content and the duration of a step; append its output to the log.
+        """Print the name and the duration of a step; append its output to the log.
 
         The progress of a long step goes into the log, and its percentage also to a terminal.
         """
@@ -113,7 +113,7 @@ class _Steps:
 
 
 def _files(folder: Path) -> Files:
-    """Return friction tests, the calibration pull and the validation pulls, synthetic."""
+    """Return friction tests, the calibration pull and the validation pulls, all synthetic."""
     from layerjam.device.load import load
     from layerjam.studies.choi2018 import lab
 
@@ -149,10 +149,10 @@ def demo(
     ] = "out/demo",
     typed: Annotated[str, PythonOnly("The command line, if one was typed.", typed=True)] = "",
 ) -> DemoResult:
-    """Show all of it in about a minute: test, calibrate, predict, build, run a bench, publish.
+    """Show everything in about a minute: test, calibrate, predict, build, run a bench, publish.
 
     Rebuilds the folder `out`, prints one line with its time for each step, and writes a page that
-    compares the paper's claims with layerjam. Each command with its answer is in `demo.log` next to
+    compares the paper's claims with layerjam. Each command with its output is in `demo.log` next to
     the page. Raises FileError, and writes nothing, if the folder is not the demo's own, and
     LayerjamError if a step fails.
     """
@@ -208,7 +208,7 @@ def _demo(out: Path) -> DemoResult:
 def _commands(
     out: Path, mine: Path, calibrated_path: Path, files: Files
 ) -> dict[str, tuple[object, ...]]:
-    """Return {content: words} of the steps that are commands."""
+    """Return {step: command line} of the steps that are commands."""
     from layerjam.studies.choi2018.lab import NORMAL_FORCE
 
     tests, (pull,), others = files

@@ -31,7 +31,8 @@ def _is_main() -> bool:
 def _interrupt(number: int, frame: FrameType | None) -> None:
     """Raise KeyboardInterrupt, but not in JAX's callback of the garbage collector.
 
-    Python prints and drops an exception there, and the program would continue: try again later.
+    Python would print and ignore an exception there, and the program would continue, so it is
+    raised later.
     """
     place = frame
     while place is not None:
@@ -46,7 +47,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 @contextlib.contextmanager
 def _delay_interrupts() -> Iterator[None]:
-    """Delay an interrupt to the end: while compiled modules load it crashes Python."""
+    """Delay interrupts inside the block, because they crash Python while compiled modules load."""
     before = signal.getsignal(signal.SIGINT)
     if before is None or not _is_main():
         yield

@@ -1,4 +1,4 @@
-"""The command line of a declared command: the signature for typer, and the call."""
+"""The command line of a declared command: its signature for typer, and the call."""
 
 import inspect
 import os
@@ -29,7 +29,7 @@ from layerjam.errors import FileError, QuantityError
 from layerjam.system import check_name, is_reader_gone, report_failure, typed_line
 
 TYPED: ContextVar[tuple[str, ...]] = ContextVar("TYPED", default=())
-"""Set by `main`, also if a program calls it and `sys.argv` differs."""
+"""The typed words, set by `main`, because a program may call it with another `sys.argv`."""
 
 
 def say(result: Any, as_json: bool) -> int:
@@ -50,7 +50,7 @@ PATIENCE = 2.0
 class Ticker:
     """Progress, called with (stage, share); after two seconds it prints once per second.
 
-    The first call starts the clock: loading before it does not count.
+    The first call starts the clock, so that loading does not count.
     """
 
     def __init__(self) -> None:
@@ -70,7 +70,7 @@ PICTURES = (".svg", ".png", ".pdf")
 
 
 def check_figure(path: Path | None, overwrite: bool) -> None:
-    """Refuse a figure that could not be drawn or written, before any computation."""
+    """Reject a figure that cannot be drawn or written, before any computation."""
     check_target(path, overwrite, PICTURES)
     if path is not None:
         from layerjam.report.style import look
@@ -80,7 +80,7 @@ def check_figure(path: Path | None, overwrite: bool) -> None:
 
 
 def check_target(path: Path | None, overwrite: bool, endings: tuple[str, ...]) -> None:
-    """Refuse an output file of another kind, or one that exists unless `overwrite`."""
+    """Reject an output file of another kind, or one that exists unless `overwrite`."""
     if path is None:
         return
     if path.suffix.lower() not in endings:
@@ -133,12 +133,12 @@ def build(entry: Command) -> Callable[..., int]:
 
 
 def command_class(entry: Command) -> type[TyperCommand]:
-    """Return a command class; some options take all words up to the next option."""
+    """Return a command class in which some options take all words up to the next option."""
     greedy = {p.option for p in entry.parameters if p.help.greedy}
 
     class Greedy(TyperCommand):
         def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-            """Repeat the option before each of its words."""
+            """Repeat the option before each of its words, then parse."""
             return super().parse_args(ctx, spread(args, greedy))
 
     return Greedy

@@ -30,7 +30,7 @@ HELP_OF_ALL = ("help", "all")
 
 
 class Commands(TyperGroup):
-    """The declared commands: listed from their source, built when one is used."""
+    """The declared commands, listed from their source and built only when used."""
 
     first = ""
     """First word of the commands of a family, or ""."""
@@ -45,7 +45,7 @@ class Commands(TyperGroup):
         return family(self.first) if self.first else tuple(commands())
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return one command, or all that begin with a word, or None."""
+        """Return one command, or a group of all that begin with a word, or None."""
         entry = self._find(cmd_name)
         if entry is not None:
             return _build(entry.name)
@@ -55,14 +55,14 @@ class Commands(TyperGroup):
         return find(f"{self.first} {word}".lstrip())
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Return the words typed; a family needs a second word."""
+        """Return the typed words; a family needs a second word."""
         if self.first and not args:
             words = (f"layerjam {name}" for name in self._names())
             raise LayerjamError(f"add what to {self.first}: {' or '.join(words)}")
         return super().parse_args(ctx, args)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the command typed; an unknown one raises an error with the nearest names."""
+        """Return the typed command; for an unknown one raise an error with the nearest names."""
         entry = self._find(args[0])
         if entry is None:
             if args[0].startswith("-"):
@@ -76,7 +76,7 @@ class Commands(TyperGroup):
         return word, _build(entry.name), args[1:]
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write the groups with their commands, and examples under each."""
+        """Write the groups with their commands, and examples for each."""
         self.format_usage(ctx, formatter)
         self.format_help_text(ctx, formatter)
         every = self.first or TYPED.get() == HELP_OF_ALL
@@ -106,7 +106,7 @@ def _list(formatter: Any, members: Sequence[Entry], wide: int) -> None:
 
 
 def _family(word: str) -> Any:
-    """Return the commands that begin with a word, as a group of their own."""
+    """Return the commands that begin with a word, as a separate group."""
     inner = typer.Typer(
         name=word,
         cls=type("Family", (Commands,), {"first": word}),
@@ -124,7 +124,7 @@ def _build(name: str) -> Any:
 
     entry = load(name)
     app_ = typer.Typer(add_completion=False, rich_markup_mode=None)
-    # the mark keeps each example on its own line
+    # this mark keeps each example on its own line
     lines = "\b\n" + "\n".join(f"$ {example}" for example in entry.examples)
     settings = {"help_option_names": ["-h", "--help"]}
     app_.command(
@@ -172,7 +172,8 @@ def _common(
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code.
 
-    0 answered, 1 cannot, 2 bad input, 3 some inputs refused, 4 a check failed.
+    The codes are 0 for an answer, 1 for a negative answer, 2 for invalid input, 3 if some inputs
+    were rejected, 4 if a check failed.
     """
     words = tuple(_expand(sys.argv[1:]) if arguments is None else arguments)
     before = TYPED.set(words)
@@ -190,7 +191,7 @@ def _as_option(words: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _expand(words: Sequence[str]) -> list[str]:
-    """Return the words of the command line; on Windows expand patterns such as pull-*.csv."""
+    """Return the words of the command line; on Windows, expand patterns such as pull-*.csv."""
     if not is_windows():
         return list(words)
     matches = [sorted(glob.glob(word)) if glob.has_magic(word) else [] for word in words]
@@ -230,7 +231,7 @@ def _answer(words: Sequence[str]) -> int:
 
 
 def _describe_missing(error: Any) -> str:
-    """Return the missing parameter, its meaning and the line to type; "" for any other error."""
+    """Return the missing parameter, its meaning and the line to type; "" for other errors."""
     if not hasattr(error, "param_type"):
         return ""
     entry, option = load(error.ctx.command.name), error.param.opts[0]
@@ -247,7 +248,7 @@ def _describe_missing(error: Any) -> str:
 
 
 def _sample(entry: Command, p: Parameter) -> str:
-    """Return a value of an option as it is typed, from the command's examples if one has it."""
+    """Return a value of an option as it is typed, if possible from the command's examples."""
     for words in map(shlex.split, entry.examples):
         if p.option in words[:-1]:
             return words[words.index(p.option) + 1]
@@ -255,7 +256,7 @@ def _sample(entry: Command, p: Parameter) -> str:
 
 
 def _with_split_quantity(message: str, words: Sequence[str]) -> str:
-    """Return the message of a word too many, with the remedy if it is the unit of a number."""
+    """Return the message about an extra word, with the remedy if it is the unit of a number."""
     for option, number, unit in zip(words, words[1:], words[2:], strict=False):
         typed = option.startswith("-") and number.replace(".", "", 1).isdigit()
         if typed and any(unit in units for units in FACTORS.values()):
@@ -271,7 +272,7 @@ def _say(sentence: str, code: int) -> int:
 
 
 def run() -> None:
-    """Console script."""
+    """Run the program as a console script."""
     sys.exit(main())
 
 

@@ -1,7 +1,7 @@
 """The console script: start and end of the program.
 
-Python does not search loaded modules (JAX, Matplotlib, compiled code) for garbage while they load,
-and does not unload them at the end. Together this saves a second.
+Python neither searches modules (JAX, Matplotlib, compiled code) for garbage while they load, nor
+unloads them at the end. Together this saves a second.
 """
 
 import atexit
@@ -10,7 +10,7 @@ import os
 import sys
 
 SELDOM = (200_000, 20, 20)
-"""Number of new objects before Python searches them for cycles (usually 700).
+"""Number of new objects before Python searches for garbage cycles (usually 700).
 
 A long-running server restores the usual value: `workbench.memory.settle`.
 """
@@ -23,7 +23,7 @@ def run() -> None:
     """
     gc.set_threshold(*SELDOM)
     codes: list[int] = []
-    # the first registered function is called last, when all others are done
+    # the function that is registered first is called last, after all others
     atexit.register(_leave, codes)
     try:
         from layerjam.cli.main import main
@@ -37,7 +37,7 @@ def run() -> None:
 
 
 def _leave(codes: list[int]) -> None:
-    """Exit immediately with the code in `codes`, or let Python end as usual if there is none."""
+    """Exit at once with the code in `codes`; if there is none, let Python end as usual."""
     try:
         for stream in (sys.stdout, sys.stderr):
             if stream is not None:  # Windows programs without a console have no standard streams

@@ -1,4 +1,4 @@
-"""Checks of a regulator in closed loop: whether it holds the vacuum, and the cause if not."""
+"""Checks of a regulator in closed loop: whether it holds the vacuum, and the reason if not."""
 
 import math
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from layerjam.control.closed_loop import ClosedLoop
 
 RIPPLE = 2.0
-"""Multiple of the regulator's own band (`idle_band`) up to which the vacuum is held."""
+"""Multiple of the regulator's own band (`idle_band`) up to which the vacuum counts as held."""
 SWING = 0.25
 """Share of the target above which a ripple fails, whatever the band."""
 
@@ -26,9 +26,9 @@ def idle_band(regulator: Regulator) -> float:
 
 
 def shortest_moves(regulator: Regulator, vacuum: float) -> dict[str, float]:
-    """Return {cause: change of a vacuum [Pa]} of the shortest run of the pump and of the vent.
+    """Return {cause: change of the vacuum [Pa]} for the shortest runs of the pump and of the vent.
 
-    A bang-bang regulator runs its pump in full, another one at its least command.
+    A bang-bang regulator runs its pump at full command, others at their least command.
     """
     plant, sample = regulator.plant, regulator.sample_time
     share = 1.0 if regulator.kind == "bang-bang" else regulator.least_command
@@ -47,7 +47,7 @@ def _duration(actor: str, time: float, sample: float) -> str:
 
 
 def step_check(regulator: Regulator, target: float) -> Check:
-    """Return the check that the pump's shortest run moves the vacuum by less than its band."""
+    """Return the check that the pump's shortest run changes the vacuum by less than its band."""
     cause, move = next(
         item for item in shortest_moves(regulator, target).items() if "pump" in item[0]
     )
@@ -60,7 +60,7 @@ def step_check(regulator: Regulator, target: float) -> Check:
 
 
 def regulation_checks(regulator: Regulator, target: float, loop: "ClosedLoop") -> Iterator[Check]:
-    """Return the checks of a closed loop without an injected fault that shall hold `target` [Pa].
+    """Return the checks of a closed loop without an injected fault that should hold `target` [Pa].
 
     A vacuum that is reached and held passes. A false fault, a missed target, or a ripple above a
     multiple of the regulator's own band fails.

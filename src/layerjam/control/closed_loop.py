@@ -1,7 +1,7 @@
 """The law and its plant in closed loop: one run with its history, or thousands on all cores.
 
 Between samples the plant and the sensor's lag are exact (`plant.py`; the lag to 1e-11 of a sample's
-rise); behind a tube they are integrated (`through_tube.py`). Noise is that of `noise.py`: the
+rise); behind a tube they are integrated (`through_tube.py`). With the noise of `noise.py` the
 result of a run depends only on its seed and number, not on other runs or the core.
 """
 
@@ -32,24 +32,24 @@ Targets = Sequence[tuple[float, float]]
 
 @dataclass(frozen=True, kw_only=True)
 class Runs:
-    """Closed loops, M of them: arrays of shape (M,). Vacuum is the true one, not the measured."""
+    """M closed loops: arrays of shape (M,). The vacuum is the true one, not the reading."""
 
     rise_time: Any
-    """10 to 90 % of the first target [s], NaN where not reached in its time."""
+    """Time from 10 to 90 % of the first target [s]; NaN if it is not reached in its time."""
     overshoot: Any
     """Greatest vacuum minus the first target, during that target [Pa]; negative if not reached."""
     steady_error: Any
-    """Mean of vacuum less target in the last part of the run [Pa]."""
+    """Mean of vacuum minus target in the last part of the run [Pa]."""
     ripple: Any
-    """Highest less lowest vacuum there [Pa]."""
+    """Highest minus lowest vacuum in that part [Pa]."""
     pump_on: Any
     """Integral of the pump's command [s]."""
     pump_switches: Any
     vent_switches: Any
     fault: Any
-    """Code of the first fault, 0 = healthy; names in `settings.FAULTS`."""
+    """Code of the first fault, 0 if healthy; names are in `settings.FAULTS`."""
     fault_time: Any
-    """Time of its detection [s], NaN if there is none."""
+    """Detection time of that fault [s]; NaN if there is none."""
 
 
 COLUMNS = tuple(Runs.__dataclass_fields__)
@@ -61,14 +61,14 @@ class ClosedLoop(Runs):
 
     time: Array = field(repr=False)
     vacuum: Array = field(repr=False)
-    """True [Pa]."""
+    """True vacuum [Pa]."""
     measured: Array = field(repr=False)
-    """The sensor's reading [Pa]; NaN where it gave none."""
+    """Reading of the sensor [Pa]; NaN if it gave none."""
     target: Array = field(repr=False)
     pump: Array = field(repr=False)
     vent: Array = field(repr=False)
     fault: Array = field(repr=False)
-    """Code at each sample."""
+    """Fault code at each sample."""
     outcome: str
     """HEALTHY or the name of the fault."""
 
@@ -84,12 +84,12 @@ def simulate(
     seed: int = 0,
     steady: float = 0.25,
 ) -> ClosedLoop:
-    """One run from no vacuum, with its history.
+    """Simulate one run from zero vacuum, with its history.
 
     `targets` are pairs (duration [s], vacuum [Pa]), repeated if `duration` is longer. `plant` and
     `sensor` are the true ones if they differ from the regulator's settings. `steady` is the last
-    part of the run, over which steady error and ripple are taken. Raises QuantityError for settings
-    that `settings.validate` rejects.
+    part of the run, from which steady error and ripple are computed. Raises QuantityError for
+    settings that `settings.validate` rejects.
     """
     loop_of = _Loop(regulator, plant, sensor, injected or FaultInjection())
     course = loop_of.course(targets, duration, steady)
@@ -124,8 +124,7 @@ def simulate_many(
     loop_of = _Loop(regulator, plant, sensor, injected or FaultInjection())
     course = loop_of.course(targets, duration, steady)
     out, none = np.zeros((runs, len(COLUMNS))), np.zeros((0, 6))
-    # one task per run: busy cores share the work evenly, and Ctrl-C waits only for the runs that
-    # have started
+    # one task per run, so that cores share the work evenly and Ctrl-C waits only for started runs
     with Workers() as pool:
         task = functools.partial(loop_of.run, course, seed, history=none)
         deque(pool.map(task, range(runs), out), maxlen=0)

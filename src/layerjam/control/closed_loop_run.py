@@ -1,8 +1,8 @@
 """The compiled closed loop: one run of regulator, sensor and plant, sample by sample.
 
-The regulator is the law's own text, compiled. Between samples plant and sensor are exact: with
-the slope a - b v of the vacuum a sample of length T adds slope (1 - exp(-b T))/b, and a sensor of
-first order shows the part of it that its lag lets through. A plant with a tube is integrated.
+The regulator is the law's own text, compiled. Between samples plant and sensor are exact. With the
+slope a - b v of the vacuum, a sample of length T adds slope (1 - exp(-b T))/b, of which a
+first-order sensor shows the part that its lag transmits. A plant with a tube is integrated.
 """
 
 import math
@@ -35,7 +35,7 @@ class Chain(NamedTuple):
 
 
 class Course(NamedTuple):
-    """Schedule of a run; counts are samples."""
+    """Schedule of a run; counts are numbers of samples."""
 
     dt: float
     """Length of a sample [s]."""
@@ -43,11 +43,11 @@ class Course(NamedTuple):
     """Lag of the sensor [s]."""
     samples: int
     ends: Array
-    """Sample at which each target ends; after the last they repeat."""
+    """Sample at which each target ends; the targets then repeat."""
     levels: Array
     """Targets [Pa]."""
     onset: int
-    """Sample from which on plant and sensor are the broken ones."""
+    """Sample from which on plant and sensor are broken."""
     sensor: int
     """State of the broken sensor."""
     shown: float
@@ -79,7 +79,7 @@ def _law() -> dict[str, Any]:
 
 _LAW = _law()
 compiled_step, compiled_detect = _LAW["step"], _LAW["detect"]
-"""The law's `step` and `detect` for numba."""
+"""The law's `step` and `detect`, compiled by numba."""
 
 
 factors = numba.njit(error_model="numpy", forceinline=True)(exact.factors)
@@ -88,7 +88,7 @@ factors = numba.njit(error_model="numpy", forceinline=True)(exact.factors)
 
 @numba.njit(error_model="numpy", forceinline=True)  # type: ignore[untyped-decorator]
 def _reading(value, noise, chain):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Offset, noise, steps and range."""
+    """Return a reading with offset, noise, steps and range."""
     y = value + chain.offset + chain.noise * noise
     if chain.step > 0.0:
         y = np.rint(y / chain.step) * chain.step
@@ -97,7 +97,7 @@ def _reading(value, noise, chain):  # type: ignore[no-untyped-def]  # pragma: no
 
 @cache_threadsafe
 def loop() -> Any:
-    """Return the loop, compiled in some seconds if the law has changed, otherwise from cache."""
+    """Return the loop; it is compiled in some seconds if the law has changed, otherwise cached."""
     folder = Path(__file__).parent
     names = ("law.py", "noise.py", "exact.py", "closed_loop_run.py", "through_tube.py")
     stamp = stamp_of(folder / name for name in names)
@@ -136,7 +136,7 @@ def loop() -> Any:
                 least, greatest = min(least, vacuum), max(greatest, vacuum)
             a, b, gain, effect = factors(plants[case], pump, float(vent), dt, lag, left)
             if plants[0].side > 0.0:
-                b -= plants[case].leak  # that is in the chamber
+                b -= plants[case].leak  # this is the vacuum in the chamber
                 after, side, gauge = advance(vacuum, side, gauge, a, b, plants[case], dt, lag)
             else:
                 slope = a - b * vacuum

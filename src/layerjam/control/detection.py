@@ -1,8 +1,8 @@
-"""Longest detection times: the law's own detectors, tried on the broken plant without noise.
+"""Longest detection times, from trials of the law's detectors on a broken plant without noise.
 
-The pump runs at full command, and the fault begins at a vacuum. The trials take both ends of the
-tolerances of pump, zero and lag in every combination; the longest time is used. The limits are
-raised by the noise beforehand.
+The pump runs at full command, and the fault begins at a given vacuum. The trials combine both ends
+of the tolerances of pump, zero and lag; the longest time is used. The limits are raised by the
+noise beforehand.
 """
 
 import functools
@@ -26,33 +26,33 @@ from layerjam.mechanics.threads import cache_threadsafe
 IN_NOISE = 5.0
 """Number of standard deviations by which noise may mislead a detector."""
 WINDOW = 200
-"""Least number of trial steps in which a healthy pump must produce one decision step."""
+"""Least number of trial steps in which a healthy pump must complete one decision step."""
 SURE = 0.02
-"""Share by which a block's limit is raised in its trial, and the time of another fault."""
+"""Relative margin on a block's limit in its trial, and on the time of another fault."""
 FINE = 0.01
-"""Duration of a trial step, as a share of the blocked line's time constant, if longer than one
-sample.
+"""Duration of a trial step, relative to the blocked line's time constant, if that exceeds a sample.
 """
 BLOCKS = (1.0, 0.01)
-"""Volumes remaining after a block, relative to the largest promised; a tube can hide a small one.
+"""Volumes remaining after a block, relative to the largest stated one; a tube can hide a small one.
 """
 STARTS = 5
 """Number of vacuums, from zero to the requested one, at which a fault is tested."""
 LONGEST = 20_000
-"""Steps after which an unreported fault counts as undetected."""
+"""Number of steps after which an unreported fault counts as undetected."""
 
 
 def detection_times(regulator: Regulator, vacuum: float) -> dict[str, float]:
-    """{fault: worst time [s] until the regulator answers it} at a vacuum [Pa] or below.
+    """Return {fault: longest time [s] until it is reported} at a vacuum [Pa] or below.
 
-    Times hold for every bench within the regulator's tolerances. For NO_VACUUM, WEAK_PUMP (half of
-    `weak_ratio` of the flow or less) and LINE_BLOCKED (at most 1/(2 blocked_ratio) of the chamber's
-    volume): counted from the fault, during uninterrupted pumping at full command, even if the vent
-    has just closed. Detecting a block needs a further rise: inf if the vacuum is already near the
-    pump's limit. SENSOR_OFFSET, for at least twice the limit: with the vent open, counted from its
-    opening or from the fault. VACUUM_LOST: counted from the moment the vacuum leaves the band below
-    a target that it had reached. SENSOR_STUCK: for a noisy sensor at any time; for one without
-    noise, only during full pumping. inf: not seen at this vacuum.
+    Times apply to every bench within the regulator's tolerances; inf means not detected at this
+    vacuum. Those of NO_VACUUM, WEAK_PUMP (half of `weak_ratio` of the flow or less) and
+    LINE_BLOCKED (at most 1/(2 blocked_ratio) of the chamber's volume) count from the fault. They
+    require uninterrupted pumping at full command, even if the vent has just closed. Detecting a
+    block needs a further rise, so its time is inf near the pump's limit. SENSOR_OFFSET, of at least
+    twice the limit, counts with the vent open, from its opening or from the fault. VACUUM_LOST
+    counts from the moment the vacuum leaves the band below a target that it had reached.
+    SENSOR_STUCK applies to a noisy sensor at any time, and to one without noise only during full
+    pumping.
     """
     dt, lag = regulator.sample_time, regulator.slowest
     trials = _Trials(regulator)
@@ -102,7 +102,7 @@ class _Trials:
     ) -> float:
         """Return the detection time [s] of a fault that starts at a reading [Pa].
 
-        `ran`: the pump was running.
+        `ran` states whether the pump was running.
 
         `end` is the error of the pump, the sensor's zero [Pa] and its lag [s].
         """
@@ -145,7 +145,7 @@ class _Trials:
 
 
 def _strict(regulator: Regulator, step: float) -> tuple[float, ...]:
-    """The detectors' settings at a sample of `step` [s], their limits raised by the noise."""
+    """Return the detectors' settings at a sample of `step` [s], with limits raised by the noise."""
     settings: LawSettings = replace(regulator, sample_time=step).packed()
     watch = list(settings[1])
     noise = IN_NOISE * regulator.greatest_noise + regulator.sensor.resolution
@@ -157,7 +157,7 @@ def _strict(regulator: Regulator, step: float) -> tuple[float, ...]:
 
 @cache_threadsafe
 def _trial() -> Any:
-    """The compiled trial: full pump on the broken plant, the number of steps until a fault."""
+    """Return the compiled trial: full pump on the broken plant, number of steps until a fault."""
     folder = Path(__file__).parent
     names = ("law.py", "detection.py", "exact.py", "closed_loop_run.py", "through_tube.py")
     stamp = stamp_of(folder / name for name in names)

@@ -25,7 +25,7 @@ class Rates(NamedTuple):
 def factors(
     plant: Rates, pump: float, vent: float, dt: float, lag: float, left: float
 ) -> tuple[float, float, float, float]:
-    """(a, b, effect of a sample's first slope a - b v on v, on the sensor).
+    """Return (a, b, effect of a sample's first slope a - b v on v, and on the sensor).
 
     `left` is 1 - exp(-dt/lag).
     """
@@ -42,6 +42,6 @@ def factors(
     d = ratio - x
     if abs(d) > 1e-3:
         return a, b, gain, (ratio * gain - dt * left) / d
-    # the rates of plant and sensor meet: a removable singularity
+    # if the rates of plant and sensor are equal, the singularity is removable
     phi = (1.0 - left) * ratio * (1.0 + d * (0.5 + d * (1.0 / 6.0 + d * (1.0 / 24.0))))
     return a, b, gain, (left - phi) / b if b > 0.0 else dt - lag * left

@@ -1,4 +1,4 @@
-"""Faults to inject, by name, to test detectors."""
+"""Faults that can be injected, by name, to test detectors."""
 
 import math
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ class FaultInjection:
     value: float = 0.0
 
     def break_plant(self, plant: Plant) -> Rates:
-        """The broken plant for the loop."""
+        """Return the broken plant for the loop."""
         tube = plant.passage
         return Rates(
             rate=plant.rate * self.pump / self.volume,
@@ -64,10 +64,10 @@ class FaultInjection:
 def injection_of(
     fault: str, start: float, regulator: Regulator, target: float
 ) -> tuple[FaultInjection, str]:
-    """Return the fault to inject from `start` [s] on at a held `target` [Pa], and a description.
+    """Return the fault to inject from `start` [s] on at a held `target` [Pa], with a description.
 
-    Sizes are those from which the regulator's detectors promise an answer (`detection_times`). The
-    leak is laminar, against a target above zero. Raises UnknownNameError.
+    Sizes are the smallest that the regulator's detectors are sure to report (`detection_times`).
+    The leak is laminar, against a target above zero. Raises UnknownNameError.
     """
     if fault not in PROVOKED:
         raise UnknownNameError("fault", fault, PROVOKED)

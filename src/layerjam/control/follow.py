@@ -2,9 +2,10 @@
 
 The brake slides along a given slip (a turning joint, a rope running out). Its force is that of the
 law at the current vacuum and, with a speed law, at the current speed. Target force and measured
-slip give the target vacuum by the inverse law of the brake known to the controller (`model`); the
-true brake may differ, and the measured slip is noisy. Parts that cannot be followed are reported
-beforehand: forces outside the brake's range, and vacuums that change faster than pump and vent can.
+slip give the target vacuum by the inverse law of the brake that the controller assumes (`model`).
+The true brake may differ, and the measured slip is noisy. Parts that cannot be followed are
+reported beforehand: forces outside the brake's range, and vacuums that change faster than pump and
+vent allow.
 """
 
 from collections.abc import Sequence
@@ -26,12 +27,11 @@ from layerjam.units import show
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 LEAST = 1.0
-"""Target vacuum [Pa] for a force that needs none: a target of zero would open the vent permanently.
-"""
+"""Target vacuum [Pa] for a force that needs none, because a target of zero would open the vent."""
 MARGIN = 0.98
-"""Greatest target as a share of the pump's vacuum."""
+"""Greatest target, relative to the pump's greatest vacuum."""
 CYCLES = 6
-"""Number of sine cycles to follow; the last half is fitted."""
+"""Number of sine cycles to follow, of which the last half is fitted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class Following:
 
     @property
     def error(self) -> Array:
-        """Force less target [N]."""
+        """Force minus target [N]."""
         return self.force - self.wanted
 
     @property
@@ -66,7 +66,7 @@ class Following:
 
 
 def _pad(values: Array) -> Array:
-    """Return the values, padded to one of few lengths, because each compiles the laws again.
+    """Return the values padded to one of few lengths, because the laws compile for each length.
 
     The laws take 0.2 ms for 4,096 values; compiling them takes a hundred times longer.
     """
@@ -112,7 +112,7 @@ def targets_for(
 
 
 def slew(targets: Array, dt: float, plant: Plant) -> tuple[Mask, list[str]]:
-    """Return where pump and vent can follow the targets, and the reasons where they cannot."""
+    """Return whether pump and vent can follow each target, and the reasons why not."""
     middle = (targets[1:] + targets[:-1]) / 2
     rate = np.diff(targets) / dt
     up, down = plant.rise(middle), plant.fall(middle)
@@ -144,7 +144,7 @@ def follow(
     """Follow forces [N] at slips [m], one for each sample of the regulator, shape (N,).
 
     `brake` is the true brake if it differs from `model`; `slip_noise` [m] is the standard deviation
-    of a measured slip; `pace` [m/s] is the speed for the friction, if it is not that of the slip.
+    of a measured slip. `pace` [m/s] is the speed for the friction, if it is not that of the slip.
     Raises QuantityError for profiles that do not fit together or a slip beyond the overlap.
     """
     wanted, slip = np.asarray(wanted, float), np.asarray(slip, float)
@@ -183,14 +183,14 @@ class Bode:
     """Force over target force, shape (F,) each."""
 
     frequency: Array = field(repr=False)
-    """[Hz]"""
+    """Frequency [Hz]."""
     magnitude: Array = field(repr=False)
     phase: Array = field(repr=False)
-    """[degrees], negative if the force lags."""
+    """Phase [degrees], negative if the force lags."""
 
     @property
     def bandwidth(self) -> float | None:
-        """Frequency [Hz] where the magnitude falls to 1/sqrt 2; None if it does not."""
+        """Return the frequency [Hz] at which the magnitude falls to 1/sqrt 2, or None."""
         below = np.flatnonzero(self.magnitude < 2**-0.5)
         if not len(below):
             return None
@@ -213,10 +213,10 @@ def bode(
     frequencies: Sequence[float],
     **how: Any,
 ) -> Bode:
-    """Follow a sine of force [N] about a mean at one slip [m]; fitted over the last cycles.
+    """Return the response to a sine of force [N] about a mean at one slip [m].
 
-    Valid for this amplitude only, because a pump works in one direction and is limited. `how` is
-    passed to `follow`.
+    It is fitted over the last cycles, and valid for this amplitude only, because a pump works in
+    one direction and is limited. `how` is passed to `follow`.
     """
     ratios = []
     dt = regulator.sample_time
@@ -236,9 +236,9 @@ def bode(
 
 
 def rehabilitation(time: Any, *, low: float, high: float, period: float) -> Any:
-    """A profile of resistance [N]: smooth rise, hold, smooth fall and rest, a quarter each.
+    """Return a profile of resistance [N]: rise, hold, fall and rest, each for a quarter.
 
-    An invented shape for tests, not a clinical one.
+    The shape is invented for tests and not clinical.
     """
     phase = (time / period) % 1.0
     rise = 0.5 - 0.5 * np.cos(np.pi * np.clip(4 * phase, 0, 1))

@@ -2,7 +2,7 @@
 
 This file imports nothing and uses floats and tuples of floats only, so that the same text runs in
 CPython, on a microcontroller under MicroPython, and compiled in batches. `settings.py` makes the
-tuples; `docs/control.md` states the rules. Vacuum in pascals, time in samples.
+tuples; `docs/control.md` states the rules. Vacuum is in pascals, time in samples.
 
 settings = (regulator, watch), state = (drive, seen); the layouts are those unpacked below.
 """
@@ -13,11 +13,11 @@ NO_VACUUM, WEAK_PUMP, BLOCKED, LOST = 5, 6, 7, 8
 CLOSE = 0.01
 """Share of a target within which a reading always counts as having reached it."""
 LEAST_ROOM = 0.05
-"""Share of the pump's vacuum that the gain schedule and the feed-forward divide by at least."""
+"""Least share of the pump's vacuum by which gain schedule and feed-forward divide."""
 
 
 def fresh() -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """The state at power-up: pump off, vent closed, nothing seen. It also clears a fault."""
+    """Return the state at power-up: pump off, vent closed, no history. It also clears a fault."""
     long_ago = 1e9
     drive = (0.0, 0.0, 0.0, long_ago, long_ago, 0.0, 0.0, 0.0)
     return drive, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -29,7 +29,7 @@ def step(
     value: float,
     target: float,
 ) -> tuple[tuple[tuple[float, ...], tuple[float, ...]], float, int, int]:
-    """One sample: (state, pump command, vent command, fault code) from reading and target [Pa].
+    """Return (state, pump command, vent command, fault code) from a reading and a target [Pa].
 
     The pump command is 0 to 1 (-1 to 1 with a reversible pump), the vent 1 = open. A target of zero
     or less releases. A fault stays until the state is replaced by `fresh()`.
@@ -47,7 +47,7 @@ def step(
 def command(
     regulator: tuple[float, ...], drive: tuple[float, ...], reading: float, target: float
 ) -> tuple[float, ...]:
-    """The drive of the next sample, from a healthy reading."""
+    """Return the drive of the next sample, from a healthy reading."""
     (
         kind, gain, integral_gain, band, vent_band, lowest, least, on_steps, off_steps, vent_steps,
         hold, climb, top, fall, _release,
@@ -78,7 +78,7 @@ def command(
                 error *= top / (room if room > LEAST_ROOM * top else LEAST_ROOM * top)
             new_integral = integral + integral_gain * error
             effort = feedforward + gain * error + new_integral
-            # conditional integration: the integral stops if it would push further into saturation
+            # conditional integration: the integral stops if it would increase saturation
             if effort > 1.0:
                 effort = 1.0
                 if error < 0.0:
@@ -91,7 +91,8 @@ def command(
                 integral = new_integral
             size = effort if effort > 0.0 else -effort
             if size < least:
-                # it stops at half the least command, so a pump near that command does not chatter
+                # the pump stops at half the least command, so that it does not chatter near that
+                # command
                 still = pump * effort > 0.0 and size > 0.5 * least
                 effort = 0.0 if not still else (least if effort > 0.0 else -least)
     if pump * effort < 0.0:
@@ -104,10 +105,10 @@ def command(
 
 
 def reached(regulator: tuple[float, ...], reading: float, target: float, noise: float) -> bool:
-    """Whether a reading is as near to its target as the law brings it, but for noise [Pa].
+    """Return whether a reading is as near to its target as the law can bring it, but for noise.
 
-    That is where the law lets pump and vent rest: it does not pump within its band below the
-    target, and it vents only beyond its vent band above.
+    In that range pump and vent rest: the law does not pump within its band below the target, and
+    vents only beyond its vent band above it.
     """
     tolerance, band, vent_band = CLOSE * target, regulator[3], regulator[4]
     below = (tolerance if tolerance > band else band) + noise
@@ -116,7 +117,7 @@ def reached(regulator: tuple[float, ...], reading: float, target: float, noise: 
 
 
 def switch_pump(pump: float, error: float, band: float, vent_band: float, lowest: float) -> float:
-    """Bang-bang: on below target - band, off above target + band, as it was in between."""
+    """Return the bang-bang command: on below target - band, off above target + band."""
     if error > band:
         return 1.0
     if error < -vent_band and lowest < 0.0:
@@ -127,14 +128,14 @@ def switch_pump(pump: float, error: float, band: float, vent_band: float, lowest
 
 
 def safe(regulator: tuple[float, ...], drive: tuple[float, ...]) -> tuple[float, ...]:
-    """Pump off; vent open for `release`, closed for `hold`."""
+    """Return pump off, and vent open for `release` or closed for `hold`."""
     return move_drive(drive, 0.0, 0.0, regulator[14], drive[7])
 
 
 def move_drive(
     drive: tuple[float, ...], integral: float, pump: float, vent: float, target: float
 ) -> tuple[float, ...]:
-    """The drive with new commands; ages and switches are counted here."""
+    """Return the drive with new commands; ages and switches are counted here."""
     _integral, was, open_, pump_age, vent_age, pump_switches, vent_switches, _last = drive
     if (was == 0.0) != (pump == 0.0):
         pump_age, pump_switches = 0.0, pump_switches + 1.0
@@ -151,7 +152,7 @@ def detect(
     value: float,
     target: float,
 ) -> tuple[float, float, tuple[float, ...]]:
-    """(fault code, reading to go by, what was seen) from the last sample's drive and a reading."""
+    """Return (fault code, reading to use, detectors' memory) from the last drive and a reading."""
     (
         rise, top, fall, leak, lag, low, high, confirm, clear, none, weak, fast, lost_band,
         lost_steps, same_steps, settle_steps, offset, fade_steps, flow_limit, flow_slope, bend,
@@ -229,7 +230,7 @@ def healthy_rises(
     flow_slope: float,
     bend: float,
 ) -> tuple[float, float, float]:
-    """(least, largest rise in a sample of a healthy line, the largest one delayed by the lag)."""
+    """Return (least, largest rise per sample of a healthy line, the largest delayed by the lag)."""
     # a zero error hides how close the pump's limit is
     high = healthy_rise(pump, vacuum - zero, rise, top, fall, flow_limit, flow_slope, bend)
     low = healthy_rise(pump, vacuum + zero, rise, top, fall, flow_limit, flow_slope, bend)
@@ -249,14 +250,14 @@ def healthy_rise(
     flow_slope: float,
     bend: float,
 ) -> float:
-    """Rise of the vacuum by a healthy pump in a sample, limited by the flow through a tube."""
+    """Return the rise of the vacuum by a healthy pump in a sample, limited by a tube's flow."""
     gives = rise * pump * (top - fall * vacuum)
     through = flow_limit - (flow_slope - bend * vacuum) * vacuum
     return gives if gives < through else through
 
 
 def excess(surplus: float, rate: float, loss: float, fast: float, sound: float) -> float:
-    """Greatest rise since any earlier sample beyond what a sound line gives, 0 at least.
+    """Return the greatest rise since an earlier sample beyond that of a sound line, at least 0.
 
     The history before a block therefore does not hide it. A sound line may have no leak at all.
     """
@@ -270,16 +271,16 @@ def excess(surplus: float, rate: float, loss: float, fast: float, sound: float) 
 def pump_fault(
     owed: float, risen: float, quiet: float, off_zero: bool, clear: float, none: float, weak: float
 ) -> tuple[float, float, float, float]:
-    """(fault code, owed, risen, `quiet`: how much of it saw no change); 0 where enough has come.
+    """Return (fault code, owed, risen, `quiet`: part of `owed` without a change of the reading).
 
-    The history before a pump failed does not hide it: a rise that keeps up begins a new count.
+    A sufficient rise resets the count, so that the history before a failure does not hide it.
     """
     if risen >= weak * owed:
         return 0.0, 0.0, 0.0, 0.0
     if weak * (owed - clear) <= risen:
         return 0.0, owed, risen, quiet
     fault = 1.0 * (NO_VACUUM if risen < none * owed else WEAK_PUMP)
-    # a reading that never moved is a fault of the sensor; at zero it may be one of the pump
+    # a reading that never moved is a fault of the sensor, but at zero it may be one of the pump
     if off_zero and quiet > 0.5 * owed:
         fault = 1.0 * STUCK
     return fault, owed, risen, quiet
@@ -294,7 +295,7 @@ def watch_vent(
     offset: float,
     confirm: float,
 ) -> tuple[float, float, float, float]:
-    """(fault code, samples with the vent open, of these with a reading, reading at its opening)."""
+    """Return (fault code, samples with open vent, those with a reading, reading at its opening)."""
     if vent_count == 0.0:
         opening = value
     vent_count += 1.0
@@ -309,7 +310,7 @@ def watch_vent(
 def watch_target(
     target: float, last: float, is_close: bool, at_target: float, missing: float
 ) -> tuple[float, float]:
-    """Whether the target has been reached, and for how many samples it has been left."""
+    """Return whether the target has been reached, and for how many samples it has been left."""
     if target <= 0.0:
         return 0.0, 0.0
     if is_close:

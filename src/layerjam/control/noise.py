@@ -1,11 +1,12 @@
-"""Counter-based normal noise: the n-th number of a stream is a pure function of (seed, stream, n).
+"""Counter-based normal noise: the n-th number of a stream depends only on (seed, stream, n).
 
 A 64-bit counter times the golden ratio is mixed by SplitMix64's finaliser (Steele, Lea and Flood
-2014). One word makes one number by the ziggurat of 256 layers (Marsaglia and Tsang 2000 as Doornik
-2005 has it: 8 bits choose the layer, 53 others the place in it); the one word in a hundred that it
-rejects is mixed again. So the distribution is the standard normal one itself, tails and all.
-Streams are sections of one sequence of period 2^64 that start at scattered positions: for 10,000
-streams of 3.6e5 numbers the probability that any two overlap is 2e-6.
+2014). One word gives one number by the ziggurat of 256 layers (Marsaglia and Tsang 2000, in the
+form of Doornik 2005). 8 bits choose the layer and 53 others the place in it. The ziggurat rejects
+one word in a hundred, which is mixed again. The distribution is therefore exactly the standard
+normal one, including its tails. Streams are sections of one sequence of period 2^64 that start at
+scattered positions: for 10,000 streams of 3.6e5 numbers the probability that any two overlap is
+2e-6.
 """
 
 import math
@@ -22,11 +23,11 @@ _S30, _S27, _S31, _S11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(
 _LAYER = np.uint64(255)
 LAYERS = 256
 EDGE = 3.6541528853610088
-"""End of the lowest layer and start of the tail, so that the 256 layers have equal area."""
+"""End of the lowest layer and start of the tail, such that the 256 layers have equal area."""
 
 
 def _layers() -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """(right edge of each layer, ratio of the next one to it)."""
+    """Return (right edge of each layer, ratio of the next edge to it)."""
     foot = math.exp(-0.5 * EDGE * EDGE)
     area = EDGE * foot + math.sqrt(math.pi / 2) * math.erfc(EDGE / math.sqrt(2))
     x = np.zeros(LAYERS + 1)
@@ -41,7 +42,7 @@ EDGES, INNER = _layers()
 
 @numba.njit(**_INLINE)  # type: ignore[untyped-decorator]
 def mix(word: np.uint64) -> np.uint64:  # pragma: no cover
-    """SplitMix64's finaliser."""
+    """Return a word mixed by SplitMix64's finaliser."""
     word = (word ^ (word >> _S30)) * _FIRST
     word = (word ^ (word >> _S27)) * _SECOND
     return word ^ (word >> _S31)
@@ -72,7 +73,7 @@ def normal(key: np.uint64, count: int) -> float:  # pragma: no cover
 
 @numba.njit(**_LOOP)  # type: ignore[untyped-decorator]
 def _rare(word: np.uint64) -> float:  # pragma: no cover
-    """Return a number from the tail or the edge of a layer, or try again."""
+    """Return a number from the tail or the edge of a layer, or from another word."""
     while True:
         layer = np.int64(word & _LAYER)
         place = 2.0 * uniform(word) - 1.0

@@ -1,4 +1,4 @@
-"""A tube between pump and chamber: two volumes, and what a regulator may expect of a rise.
+"""A tube between pump and chamber: two volumes, and the rise that a regulator may expect.
 
 With p = atmosphere - v of chamber and side (the tube's gas, where pump and vent act),
 
@@ -17,7 +17,7 @@ import numpy as np
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 DEEPEST = 0.05
-"""Share of the atmosphere up to which the expected rise is exact, even if a target is deeper."""
+"""Share of the atmosphere up to which the expected rise is exact, even for a deeper target."""
 GRID = 400
 
 
@@ -26,10 +26,10 @@ UNBOUNDED = 1e15
 
 
 class Owed(NamedTuple):
-    """The rise that a healthy pump owes, nowhere above the true one.
+    """The rise that is expected of a healthy pump, never above the true one.
 
-    At a command u and a vacuum v the smaller of u rate (top - weight v) and most - less v + bend
-    v^2, a parabola that the full pump follows behind a tube.
+    At a command u and a vacuum v it is the smaller of u rate (top - weight v) and most - less v +
+    bend v^2. The latter is a parabola that the full pump follows behind a tube.
     """
 
     rate: float
@@ -39,7 +39,7 @@ class Owed(NamedTuple):
     less: float = 0.0
     bend: float = 0.0
     ratio: float = 1.0
-    """Largest ratio of the true rise to it, at any pump command."""
+    """Largest ratio of the true rise to the expected one, at any pump command."""
 
     def rise_at(self, vacuum: Any, command: Any = 1.0) -> Any:
         """Return the rise [Pa/s] before subtracting the leak; vacuum [Pa] and command broadcast."""
@@ -52,39 +52,39 @@ class Passage:
     """Tube of the plant, relative to the chamber's volume."""
 
     volume: float
-    """Gas of the tube over that of the chamber [1]."""
+    """Gas volume of the tube relative to the chamber [1]."""
     passes: float
     """Flow over the difference of the squared pressures [1/(s Pa)]."""
     atmosphere: float
     """Pressure around the line [Pa]."""
     vacuum: float
-    """Greatest vacuum that the detectors are tuned to [Pa]."""
+    """Greatest vacuum for which the detectors are tuned [Pa]."""
 
     def side(self, p: Any, rate: Any, lowest: float) -> Any:
-        """Pressure at the pump [Pa] while it draws as much as the tube passes from p."""
+        """Return the pressure at the pump [Pa] if it takes in as much as the tube passes from p."""
         half = rate / (2 * self.passes)
         square = p * p + 2 * half * lowest + half * half
         return (p * p + 2 * half * lowest) / (np.sqrt(square) + half)
 
     def rise(self, vacuum: Any, rate: Any, top: float) -> Any:
-        """Rise of the chamber's vacuum [Pa/s] under a pump of this rate, once it runs."""
+        """Return the rise of the chamber's vacuum [Pa/s] with a running pump of this rate."""
         p, low = self.atmosphere - np.asarray(vacuum, float), self.atmosphere - top
         s = self.side(p, rate, low)
-        # the gas of the tube is also pumped, as far as its pressure follows that of the chamber
+        # the gas of the tube is also pumped, to the extent that its pressure follows the chamber's
         follows = p / (s + rate / (2 * self.passes))
         return rate * (s - low) / (1 + self.volume * follows)
 
     def exchange(self, vacuum: float) -> float:
-        """Time constant [s] in which the pressures of chamber and tube equalise."""
+        """Return the time constant [s] with which the pressures of chamber and tube equalise."""
         p = max(self.atmosphere - vacuum, DEEPEST * self.atmosphere)
         return self.volume / (1 + self.volume) / (2 * self.passes * p)
 
     def lag(self, rate: Any, p: Any) -> Any:
-        """Time constant [s] after which a pump draws on the chamber at p [Pa absolute]."""
+        """Return the time constant [s] after which a pump draws on a chamber at p [Pa absolute]."""
         return self.volume / (rate + 2 * self.passes * p * (1 + self.volume))
 
     def missing(self, rate: float, owed: Owed, switched: bool = False) -> float:
-        """Largest part [Pa] of the expected rise that is delayed, beyond the lag at zero vacuum.
+        """Return the part [Pa] of the expected rise that is delayed, beyond the lag at zero vacuum.
 
         The thinner the gas and the slower the pump, the longer the tube takes.
         """
@@ -94,14 +94,15 @@ class Passage:
         return float((owed.rise_at(vacuum, command) * late).max())
 
     def filling(self, vacuum: float) -> float:
-        """Time constant [s] in which the chamber fills or empties through the tube."""
+        """Return the time constant [s] with which the chamber fills or empties through the tube."""
         p = max(self.atmosphere - vacuum, DEEPEST * self.atmosphere)
         return 1 / (2 * self.passes * p)
 
     def still(self, vacuum: float, rate: float, top: float) -> float:
-        """Rise of the vacuum after a full pump stops [Pa].
+        """Return the rise of the vacuum after a full pump stops [Pa].
 
-        A vent is a pump that only reaches the atmosphere, `top` zero: then it falls, below zero.
+        A vent is a pump that reaches only the atmosphere, with `top` zero; the rise is then
+        negative.
         """
         p = self.atmosphere - vacuum
         s = self.side(p, rate, self.atmosphere - top)
@@ -109,16 +110,16 @@ class Passage:
 
 
 def _commands(switched: bool) -> Array:
-    """Commands of a running pump, shape (C, 1).
+    """Return the commands of a running pump, shape (C, 1).
 
-    Only full command if the pump is just switched on and off.
+    If the pump can only be switched on and off, this is only full command.
     """
     return np.ones((1, 1)) if switched else np.linspace(0.05, 1.0, 20)[:, None]
 
 
 @functools.lru_cache(maxsize=64)
 def owing(passage: Passage, rate: float, top: float, switched: bool = False) -> Owed:
-    """Rise that a healthy pump owes behind a tube, up to the passage's vacuum.
+    """Return the rise that is expected of a healthy pump behind a tube, up to the passage's vacuum.
 
     The parabola is fitted to the relative rise of the full pump; the tube does not limit a slow
     pump. Both are then reduced equally until no true rise is below the smaller of the two.
@@ -144,7 +145,7 @@ def owing(passage: Passage, rate: float, top: float, switched: bool = False) -> 
 
 
 def balance_vacuum(passage: Passage, rate: float, top: float, leak: float) -> float:
-    """Vacuum [Pa] at which full pump and leak balance through the tube."""
+    """Return the vacuum [Pa] at which full pump and leak balance through the tube."""
     a = passage.atmosphere
     low, high = 0.0, top
     while high - low > 1e-12 * top:

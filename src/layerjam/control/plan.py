@@ -1,9 +1,9 @@
 """A collision with a warning: the vacuum that is reached in time, and the resulting stop.
 
-The line waits at its idle vacuum (`standby`); the rope is taut at the end of the warning. Two modes
-of the paper: `full` uses all the vacuum that is reached in time. `tuned` is the vacuum that just
-stops the estimated mass within the travel, limited to the vacuum reached in time; then the line is
-shut off.
+The line waits at its idle vacuum (`standby`); the rope is taut at the end of the warning. There are
+the paper's two modes. `full` uses all the vacuum that is reached in time. `tuned` is the vacuum
+that just stops the estimated mass within the travel, limited to the vacuum reached in time; the
+line is then shut off.
 """
 
 import math
@@ -33,10 +33,10 @@ from layerjam.verdict import Check, check
 Array = npt.NDArray[np.float64]
 STOPS = (Outcome.STOPPED, Outcome.NEVER_SLID)
 MARGIN = 0.02
-"""Relative error of mass, speed and vacuum that the safe vacuum at a knife edge must tolerate."""
+"""Relative error of mass, speed and vacuum that the safe vacuum must tolerate at a knife edge."""
 LEVELS, GRID = 7, 65
-"""Rounds of a search for the least vacuum, and vacuums tried in each: accurate to 2e-13 of the
-range.
+"""Rounds of a search for the least vacuum, and number of vacuums tried in each: accurate to 2e-13
+of the range.
 """
 NUMBERS = ("slip", "peak_force", "heat", "end_speed")
 
@@ -50,14 +50,14 @@ class Arrival:
     warning: float
     """Time from the warning to the taut rope [s]."""
     travel: float
-    """Slip within which it should stop [m]."""
+    """Slip within which the mass should stop [m]."""
     mass_sd: float = 0.0
     speed_sd: float = 0.0
     standing: float = 0.0
-    """Idle vacuum: held while waiting [Pa]."""
+    """Idle vacuum, held while waiting [Pa]."""
     rope_stiffness: float | None = None
     gravity: float = 0.0
-    """Along the pull [m/s^2]."""
+    """Gravity along the pull [m/s^2]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,24 +74,24 @@ class Mode:
     peak_force: float
     """Greatest force [N]."""
     peak_g: float
-    """The same over the weight at the site; NaN without gravity."""
+    """The same relative to the weight at the site; NaN without gravity."""
     heat: float
     """Dissipated energy [J]."""
     end_speed: float
-    """Left at the end of travel [m/s]."""
+    """Remaining speed at the end of travel [m/s]."""
     outcome: Outcome
     coupled: CoupledStop | None
     """Stop with the line's dynamics; None if the volume does not depend on slip."""
 
     def stops_within(self, travel: float) -> bool:
-        """Whether it stopped after at most this slip [m]."""
+        """Return whether it stopped after at most this slip [m]."""
         return self.outcome in STOPS and self.slip <= travel * (1 + 1e-9)
 
 
 def needed_vacuum(brake: Brake, case: Arrival) -> float | None:
-    """Least vacuum [Pa] that stops the estimate within the travel; None if there is none.
+    """Return the least vacuum [Pa] that stops the estimate within the travel, or None.
 
-    Return the tuned vacuum if there is one; the vacuum that holds the mass if that is higher.
+    This is the tuned vacuum if there is one, or the vacuum that holds the mass if that is higher.
     """
     spring = spring_of(brake, case.rope_stiffness)
     return _least_vacuum(
@@ -100,9 +100,9 @@ def needed_vacuum(brake: Brake, case: Arrival) -> float | None:
 
 
 def safe_vacuum(brake: Brake, case: Arrival) -> float | None:
-    """Least vacuum [Pa] that stops the estimate with mass, speed and vacuum off by `MARGIN`.
+    """Return the least vacuum [Pa] for the estimate with mass, speed and vacuum off by `MARGIN`.
 
-    None if no vacuum at the site does.
+    It is None if no vacuum at the site is sufficient.
     """
     spring = spring_of(brake, case.rope_stiffness)
     worst = replace(case, mass=case.mass * (1 + MARGIN), speed=case.speed * (1 + MARGIN))
@@ -113,7 +113,7 @@ def safe_vacuum(brake: Brake, case: Arrival) -> float | None:
 
 
 def _stops_within(vacuums: Array, case: Arrival, spring: float, brake: Brake) -> Any:
-    """Whether the estimate stops within the travel at each of several vacuums [Pa]."""
+    """Return whether the estimate stops within the travel at each of several vacuums [Pa]."""
     result = stop(case.mass, case.speed, vacuums, spring, case.gravity, brake)
     outcome, slip = np.asarray(result.outcome), np.asarray(result.slip)
     good = ((outcome == STOPPED) | (outcome == NEVER_SLID)) & (slip <= case.travel)
@@ -139,7 +139,7 @@ def _least_vacuum(stops: Callable[[Array], Any], atmosphere: float) -> float | N
 
 
 def _is_knife_edge(file: BrakeFile, case: Arrival, vacuum: float) -> bool:
-    """Whether the slip jumps to the end of the overlap's travel just below the vacuum needed."""
+    """Return whether the slip jumps to the end of travel just below the needed vacuum."""
     mode, below = (stop_at(file, case, vacuum * share) for share in (1.0, 1 - 1e-6))
     return mode.slip < case.travel * (1 - 1e-3) and not below.stops_within(case.travel)
 
@@ -181,9 +181,10 @@ class During(NamedTuple):
     line: Line
     drive: Drive
     state: Array | None = None
-    """State at the taut rope; None if the whole line is at the vacuum of the chamber."""
+    """State at the taut rope; None if the whole line is at the chamber's vacuum."""
     leaks: bool = False
-    """Whether the leak continues during the stop; otherwise ignored if there is no volume per slip.
+    """Whether the leak continues during the stop; it is otherwise ignored without a volume per
+    slip.
     """
 
 
@@ -201,9 +202,9 @@ class Plan:
     full: Mode
     tuned: Mode
     capped: bool
-    """Whether the tuned vacuum exceeds the vacuum reached in time (or does not exist)."""
+    """Whether the tuned vacuum exceeds the vacuum reached in time, or does not exist."""
     knife_edge: bool
-    """Whether 1 ppm less than the vacuum needed lets the mass run out of its travel."""
+    """Whether 1 ppm less than the needed vacuum lets the mass use up its travel."""
     safe_vacuum: float | None
     """Vacuum [Pa] that leaves a margin at a knife edge; otherwise None."""
 
@@ -219,7 +220,7 @@ def plan(
 ) -> Plan:
     """Plan one collision; all in SI, checked by the caller.
 
-    `leaks`: the line continues to leak during the stop, even without a volume per slip.
+    With `leaks` the line continues to leak during the stop, even without a volume per slip.
     """
     standby = Standby(line, case.standing, stored, water)
     rising = standby.respond(case.warning)

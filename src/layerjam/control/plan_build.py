@@ -1,7 +1,7 @@
 """Remedies if the vacuum is not reached in time: reservoir, its valve, idle vacuum.
 
-Every size is the root of the same model of the line, bracketed, at constant vacuum during the stop
-(a stretched enclosure draws a little more, which is on the safe side).
+Every size is a bracketed root of the same model of the line. The vacuum is assumed constant during
+the stop; a stretched enclosure increases it slightly, which is on the safe side.
 """
 
 import math
@@ -14,17 +14,17 @@ from layerjam.fluid.line import Reservoir
 from layerjam.units import show, spec_of
 
 CV = 4.0
-"""Sonic conductance in L/(s bar) of a valve with a flow coefficient Cv of 1, rough."""
+"""Sonic conductance in L/(s bar) of a valve with a flow coefficient Cv of 1, approximate."""
 ASSUMED_CONDUCTANCE = 2e-9
 ASSUMED_DELAY = 0.01
 ASSUMED_RATIO = 20.0
-"""A reservoir that the line does not have: 0.2 L/(s bar), 10 ms, 20 times the chamber's volume."""
+"""Assumed reservoir if the line has none: 0.2 L/(s bar), 10 ms, 20 times the chamber's volume."""
 CLOSE = 1e-6
 """Relative error of a size."""
 LONGEST = 1e5
 """Warning time after which the search ends [s]."""
 LARGEST = {"volume": 1.0, "conductance": 1e-6}
-"""Limits of the search: 1 m^3, and 100 L/(s bar), about a Cv of 25."""
+"""Limits of the search: 1 m^3, and 100 L/(s bar), which is a Cv of about 25."""
 
 
 @dataclass(frozen=True)
@@ -54,16 +54,16 @@ class Build:
 
 
 def valve_cv(conductance: float) -> float:
-    """Flow coefficient Cv of a sonic conductance [m^3/(s Pa)], C [L/(s bar)] about 4 Cv, rough."""
+    """Return the approximate flow coefficient Cv of a sonic conductance [m^3/(s Pa)]: C is 4 Cv."""
     return conductance * 1e8 / CV
 
 
 def least(excess: Callable[[float], float], low: float, high: float) -> float | None:
-    """Least x in [low, high] from which `excess` is not negative.
+    """Return the least x in [low, high] from which `excess` is not negative.
 
-    None if it is negative up to `high`.
+    It is None if `excess` is negative up to `high`.
 
-    Grows by fours from `low`, then Brent's method on log x.
+    The search quadruples x from `low`, then uses Brent's method on log x.
     """
     from scipy.optimize import brentq
 
@@ -80,7 +80,7 @@ def least(excess: Callable[[float], float], low: float, high: float) -> float | 
 
 
 def what_to_build(standby: Standby, vacuum: float, warning: float) -> Build:
-    """Sizes with which a vacuum [Pa] is there after the warning [s]."""
+    """Return sizes with which a vacuum [Pa] is reached after the warning [s]."""
     line = standby.line
     tank = line.reservoir or Reservoir(
         volume=ASSUMED_RATIO * line.chamber.volume,

@@ -1,9 +1,8 @@
 """Full and tuned vacuum for uncertain mass and speed: expected peak, risk of a crash.
 
-Mass and speed are independent and log-normal with the mean and standard deviation given. The mean
-over them is taken on a Fibonacci lattice of quantiles, shifted at random (Cranley and Patterson
-1976) `SHIFTS` times; the standard error comes from the shifts. Every stop is the exact one at
-constant vacuum.
+Mass and speed are independent and log-normal with the mean and standard deviation given. Means are
+taken over a Fibonacci lattice of quantiles, shifted at random (Cranley and Patterson 1976) `SHIFTS`
+times; the standard error is from the shifts. Every stop is the exact one at constant vacuum.
 """
 
 from typing import NamedTuple
@@ -25,24 +24,24 @@ class Spread(NamedTuple):
     """Results of one vacuum over all possible arrivals; errors are standard errors."""
 
     peak_g: float
-    """Expected peak force over weight, of those that stop before the end of travel."""
+    """Expected peak force over weight, for stops before the end of travel."""
     peak_g_error: float
     peak_g_95: float
-    """Peak force over weight that 95 % of those that stop do not exceed."""
+    """Peak force over weight that 95 % of those stops do not exceed."""
     beyond: float
     """Probability of needing more slip than the travel."""
     beyond_error: float
     out: float
-    """Chance to run out of the brake's usable travel (or to snap)."""
+    """Probability of using up the brake's usable travel (or of a snap)."""
     out_error: float
     end_speed: float
-    """Mean speed of those that run out, at the end of travel [m/s]; 0 if none does."""
+    """Mean speed at the end of travel of those that use it up [m/s]; 0 if none does."""
     tried: int
-    """Masses and speeds tried."""
+    """Number of masses and speeds tried."""
 
 
 def lattice(samples: int, seed: int) -> Array:
-    """Quantiles, shape (SHIFTS, n, 2), n the first Fibonacci number that makes `samples` in all."""
+    """Return quantiles, shape (SHIFTS, n, 2), n a Fibonacci number for `samples` in all."""
     before, n = 1, 2
     while n * SHIFTS < samples:
         before, n = n, before + n
@@ -53,7 +52,7 @@ def lattice(samples: int, seed: int) -> Array:
 
 
 def log_normal(quantile: Array, mean: float, sd: float) -> Array:
-    """Values of a log-normal quantity with this mean and standard deviation."""
+    """Return values of a log-normal quantity with this mean and standard deviation."""
     from scipy.special import ndtri
 
     if sd == 0:
@@ -63,7 +62,7 @@ def log_normal(quantile: Array, mean: float, sd: float) -> Array:
 
 
 def arrivals(case: Arrival, samples: int = SAMPLES, seed: int = SEED) -> tuple[Array, Array]:
-    """Masses [kg] and speeds [m/s], shape (SHIFTS, n)."""
+    """Return masses [kg] and speeds [m/s], shape (SHIFTS, n)."""
     points = lattice(samples, seed)
     return (
         log_normal(points[..., 0], case.mass, case.mass_sd),
@@ -74,7 +73,7 @@ def arrivals(case: Arrival, samples: int = SAMPLES, seed: int = SEED) -> tuple[A
 def spread(
     vacuum: float, brake: Brake, case: Arrival, samples: int = SAMPLES, seed: int = SEED
 ) -> Spread:
-    """Peak and chances at one vacuum [Pa]."""
+    """Return peak and probabilities at one vacuum [Pa]."""
     mass, speed = arrivals(case, samples, seed)
     result = stop(mass, speed, vacuum, spring_of(brake, case.rope_stiffness), case.gravity, brake)
     outcome, slip = np.asarray(result.outcome), np.asarray(result.slip)
@@ -93,7 +92,7 @@ def spread(
 
 
 def _mean(values: Array, least: float) -> tuple[float, float]:
-    """Mean over the shifts and its standard error, never below one point's weight."""
+    """Return the mean over the shifts and its standard error, at least one point's weight."""
     if not np.isfinite(values).all():
         return float("nan"), float("nan")
     return float(values.mean()), max(float(values.std(ddof=1)) / SHIFTS**0.5, least)

@@ -2,10 +2,11 @@
 
     dv/dt = u k (top - w v) - (leak + vent) v,    w = 1 for air, 0 for water,
 
-with v the vacuum and u the pump command, held between samples. Air, constant volume V, exponent n:
-k = n Q/V, top = atmosphere - ultimate pressure (mechanics, section 5; leak and vent laminar, their
-throughput in proportion to v). Water with compliance C: k top = Q/C, and the vacuum ends at top.
-A tube between pump and chamber makes two volumes of it (`passage.py`), in air alone.
+with v the vacuum and u the pump command, held between samples. For air in a constant volume V with
+the exponent n, k = n Q/V and top = atmosphere - ultimate pressure (mechanics, section 5; leak and
+vent are laminar, with throughputs in proportion to v). For water with compliance C, k top = Q/C,
+and the vacuum ends at top. For air a tube between pump and chamber makes two volumes
+(`passage.py`).
 """
 
 from dataclasses import dataclass, replace
@@ -36,18 +37,18 @@ class Plant:
         default=0.0,
     )
     water: bool = False
-    """Filled with water: the pump's rate does not fall with vacuum."""
+    """Whether it is filled with water, so that the pump's rate does not fall with vacuum."""
     passage: Passage | None = None
-    """The tube between pump and vent on one side and the chamber on the other."""
+    """The tube between chamber and the side of pump and vent."""
 
     @property
     def weight(self) -> float:
-        """w of the equation."""
+        """Return w of the equation."""
         return 0.0 if self.water else 1.0
 
     @property
     def reach(self) -> float:
-        """Vacuum at which full pump and leak balance [Pa]."""
+        """Return the vacuum at which full pump and leak balance [Pa]."""
         if self.passage is not None:
             return balance_vacuum(self.passage, self.rate, self.top, self.leak)
         if not self.water:
@@ -56,7 +57,7 @@ class Plant:
 
     @property
     def joined(self) -> "Plant":
-        """Return the plant with the tube's gas added to the chamber, its slow behaviour."""
+        """Return the plant with the tube's gas added to the chamber: its slow behaviour."""
         if self.passage is None:
             return self
         gas = 1 + self.passage.volume
@@ -71,12 +72,12 @@ class Plant:
 
     @property
     def tube_lag(self) -> float:
-        """Time constant after which a full pump draws on the chamber, at no vacuum [s]."""
+        """Return the time constant [s] after which a full pump draws on an unevacuated chamber."""
         tube = self.passage
         return 0.0 if tube is None else float(tube.lag(self.rate, tube.atmosphere))
 
     def up_to(self, vacuum: float) -> "Plant":
-        """Return the plant with detectors tuned to at most `vacuum` [Pa] (matters with a tube)."""
+        """Return the plant with detectors tuned up to `vacuum` [Pa], which matters with a tube."""
         if self.passage is None:
             return self
         return replace(self, passage=replace(self.passage, vacuum=vacuum))
@@ -91,14 +92,14 @@ class Plant:
         return gross - self.leak * vacuum
 
     def fall(self, vacuum: Any) -> Any:
-        """Fall of the vacuum [Pa/s] with the vent open, after its delay."""
+        """Return the fall of the vacuum [Pa/s] with the vent open, after its delay."""
         if self.passage is None:
             return (self.vent + self.leak) * vacuum
         # an open vent acts on the tube like a pump that reaches only the atmosphere
         return self.leak * vacuum - self.passage.rise(vacuum, self.vent, 0.0)
 
     def time_constant(self, vacuum: float) -> float:
-        """Time constant of the line with its tube at a vacuum [Pa], in s."""
+        """Return the time constant [s] of the line with its tube at a vacuum [Pa]."""
         if self.passage is None:
             return 1 / (self.rate + self.leak)
         slow = self.joined
@@ -106,15 +107,15 @@ class Plant:
 
 
 def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
-    """The plant of a fluid line, with leak and valve linearised at `vacuum` [Pa].
+    """Return the plant of a fluid line, with leak and valve linearised at `vacuum` [Pa].
 
-    So is a pump by its flow curve. Exact for a pump by its displacement, without leak. The choked
-    flow of a valve replaces its whole curve, so the plant is too fast late in a release. Without a
-    valve, the vent command means running the pump backwards, which a driver must then do; a pump
-    fault leaves such a line without release. In air, a tube is included without pressure waves, and
-    the detectors are tuned to it up to `vacuum`. The reservoir's valve stays closed; slip and
-    shrinking are ignored; a water line is assumed to be tight. Raises QuantityError without any way
-    to vent.
+    A pump with a flow curve is linearised too. The plant is exact for a pump with a displacement,
+    without leak. The choked flow of a valve replaces its whole curve, so the plant is too fast late
+    in a release. Without a valve, the vent command means running the pump backwards, which a driver
+    must then do. A pump fault leaves such a line without release. In air, a tube is included
+    without pressure waves, and the detectors are tuned to it up to `vacuum`. The reservoir's valve
+    stays closed; slip and shrinking are ignored; a water line is assumed to be tight. Raises
+    QuantityError without any way to vent.
     """
     pump, chamber, atmosphere = line.pump, line.chamber, line.site.atmosphere
     passage, n = None, line.polytropic
@@ -161,13 +162,13 @@ def plant_of(line: Line, *, vacuum: float, water: bool = False) -> Plant:
 def match_line(line: Line, plant: Plant, *, vacuum: float) -> Line:
     """Return the line with other parts whose `plant_of` at `vacuum` [Pa] is `plant`, in air.
 
-    `plant` has no passage: a tube's gas counts as in `Plant.joined`. The pump becomes one by its
-    displacement, the leak a laminar one. Raises QuantityError if no parts give such a plant.
+    `plant` has no passage: a tube's gas counts as in `Plant.joined`. The new pump has a
+    displacement, and the leak is laminar. Raises QuantityError if no parts give such a plant.
     """
     site, chamber, tube = line.site.atmosphere, line.chamber.volume, 0.0
     if line.tube is not None:
         tube = area(line.tube) * line.tube.length
-    # throughput [Pa m^3/s] over a rate [1/s] and a pressure [Pa]
+    # throughput [Pa m^3/s] per rate [1/s] and pressure [Pa]
     volume = (chamber + tube) / line.polytropic
     pressure = site - vacuum
     laminar = plant.leak * volume * vacuum / leaking(pressure, site, 1.0, 0.0)
@@ -184,7 +185,7 @@ def match_line(line: Line, plant: Plant, *, vacuum: float) -> Line:
 
 
 def check_target(plant: Plant, target: float, name: str = "target") -> None:
-    """Raise QuantityError if the pump does not reach `target` [Pa], with the vacuum it reaches."""
+    """Raise QuantityError, with the vacuum that the pump reaches, if `target` [Pa] is above it."""
     if not 0.0 <= target < plant.reach:
         note = f" against its leak (without, {show(plant.top, 'Pa')})" if plant.leak else ""
         raise QuantityError(

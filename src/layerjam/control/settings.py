@@ -34,7 +34,7 @@ FAULTS = {
     law.LOST: "VACUUM_LOST",
 }
 SLOWEST = 0.1
-"""A sample lasts at most this share of the line's time constant."""
+"""Largest duration of a sample, relative to the line's time constant."""
 CLEAR_OF_NOISE = 20.0
 """Least decision step of a detector, in standard deviations of a reading."""
 CLEAR_OF_ZERO = 5.0
@@ -44,7 +44,7 @@ FADES = 6.0
 AT_START = 2.5
 """Least ratio of a decision step to the rise that a tube delays."""
 SAFELY = 1.3
-"""A blocked line rises at least this many times faster than any healthy one."""
+"""Least ratio of a blocked line's rise to that of any healthy one."""
 _NEVER = 1e15
 
 LawSettings = tuple[tuple[float, ...], tuple[float, ...]]
@@ -89,7 +89,7 @@ class Regulator:
     )
     feed_forward: bool = True
     reversible: bool = False
-    """The pump lowers the vacuum by running backwards; the vent opens only to release."""
+    """Whether the pump can run backwards to lower the vacuum; the vent opens only to release."""
     least_command: float = quantity(
         "1", "PI: command below which the pump stops", lo=1e-6, hi=1, default=0.02
     )
@@ -169,13 +169,13 @@ class Regulator:
         """Excess over the target at which the vent opens [Pa]."""
         least = 2 * self.half_band + 12 * self.sensor.noise + 2 * self.sensor.resolution
         plant, tube = self.plant, self.plant.passage
-        if tube is not None:  # the emptied tube still draws some gas, which need not be vented
+        if tube is not None:  # the emptied tube still takes in some gas, which need not be vented
             least += max(tube.still(tube.vacuum, plant.rate, plant.top), 0.0)
         return max(0.01 * self.plant.top, least) if self.vent_band is None else self.vent_band
 
     @property
     def decision(self) -> float:
-        """Rise that a dead pump owes when it is detected [Pa]."""
+        """Return the rise that a dead pump owes when it is detected [Pa]."""
         least = CLEAR_OF_NOISE * self.greatest_noise + 2 * self.sensor.resolution
         wide, tube = max(0.02 * self.plant.top, least), self.plant.passage
         if tube is not None:
@@ -185,12 +185,12 @@ class Regulator:
 
     @property
     def greatest_noise(self) -> float:
-        """Standard deviation of a reading, at the end of its tolerance [Pa]."""
+        """Return the standard deviation of a reading at the upper end of its tolerance [Pa]."""
         return self.tolerances.noise * self.sensor.noise
 
     @property
     def zero(self) -> float:
-        """Greatest error of the sensor's zero, either way [Pa]."""
+        """Return the greatest error of the sensor's zero, of either sign [Pa]."""
         return self.tolerances.zero * self.sensor.range
 
     @property
@@ -210,7 +210,7 @@ class Regulator:
 
     @property
     def evens_in(self) -> float:
-        """Time constant in which the pressures of chamber and tube equalise [s]."""
+        """Return the time constant with which the pressures of chamber and tube equalise [s]."""
         tube = self.plant.passage
         return 0.0 if tube is None else tube.exchange(tube.vacuum)
 
@@ -230,7 +230,7 @@ class Regulator:
 
     @property
     def owed(self) -> Owed:
-        """The rise that a healthy pump owes, before its leak."""
+        """Return the rise that is expected of a healthy pump, before its leak."""
         plant, tube = self.plant, self.plant.passage
         if tube is None:
             return Owed(plant.rate, plant.top, plant.weight)
@@ -238,10 +238,10 @@ class Regulator:
 
     @property
     def fast(self) -> float:
-        """Multiple of the expected rise that indicates a blocked line.
+        """Return the multiple of the expected rise that indicates a blocked line.
 
-        With a tube, whose gas remains, half of the ratio by which a block increases the full pump's
-        rise.
+        With a tube, whose gas remains, it is half of the ratio by which a block increases the rise
+        at full command.
         """
         plant, tube = self.plant, self.plant.passage
         if tube is None:
@@ -254,7 +254,7 @@ class Regulator:
 
     @property
     def sound(self) -> float:
-        """Greatest ratio of a healthy line's rise to the expected rise, with a margin."""
+        """Return the greatest ratio of a healthy line's rise to the expected one, plus a margin."""
         return max(SAFELY, 1.05 * (1 + self.tolerances.pump)) * self.owed.ratio
 
     @property
@@ -264,7 +264,7 @@ class Regulator:
         tube, wide = self.plant.passage, max(0.5 * self.decision, least)
         if tube is None:
             return wide
-        # gas delayed by the tube while the pump slows down is not an excess
+        # gas that the tube delays while the pump slows down is not an excess
         return max(wide, 2 * tube.missing(self.plant.rate, self.owed, self.kind == "bang-bang"))
 
     @property
@@ -298,7 +298,7 @@ class Regulator:
 
     @property
     def noisy(self) -> bool:
-        """Whether noise changes every healthy reading, so that a constant one is a stuck sensor."""
+        """Return whether noise changes every healthy reading; a constant one is then a fault."""
         return self.sensor.noise > 0 and self.sensor.noise >= 0.5 * self.sensor.resolution
 
     @property
@@ -307,7 +307,7 @@ class Regulator:
         return -0.05 * self.sensor.range if self.floor is None else self.floor
 
     def gains(self) -> Gains:
-        """Gains: at zero vacuum for `scheduled`, at `tuned_at` (default half) for `pi`."""
+        """Return gains: at zero vacuum for `scheduled`, at `tuned_at` (default half) for `pi`."""
         half = 0.5 * self.plant.top if self.tuned_at is None else self.tuned_at
         vacuum = half if self.kind == "pi" else 0.0
         tube = self.plant.passage
@@ -315,11 +315,11 @@ class Regulator:
         return simc(self.plant.joined, sample_time=self.sample_time, lag=lag, vacuum=vacuum)
 
     def samples(self, time: float) -> float:
-        """Whole samples that last at least `time` [s]."""
+        """Return the number of whole samples that last at least `time` [s]."""
         return float(math.ceil(time / self.sample_time - 1e-9))
 
     def packed(self) -> LawSettings:
-        """The tuples `law.step` takes as settings."""
+        """Return the tuples that `law.step` takes as settings."""
         plant, gains, dt = self.plant.joined, self.gains(), self.sample_time
         owed = self.owed
         gain = gains.gain if self.gain is None else self.gain

@@ -25,11 +25,11 @@ class Standby:
     vacuum: float = 0.0
     """Idle vacuum [Pa]."""
     stored: float | None = None
-    """Pressure in the reservoir [Pa absolute]; None: the balance of pump and leak."""
+    """Pressure in the reservoir [Pa absolute]; None means the balance of pump and leak."""
     water: bool = False
 
     def respond(self, duration: float, samples: int = SAMPLES) -> Response:
-        """The line from the warning on, for a duration [s]."""
+        """Return the response of the line from the warning on, for a duration [s]."""
         line, a = self.line, self.line.site.atmosphere
         if self.water:
             time = np.linspace(0.0, duration, samples if duration else 1)
@@ -51,14 +51,14 @@ class Standby:
         return Response(line=line, time=time, states=np.vstack([first.states, second.states[1:]]))
 
     def vacuum_after(self, duration: float) -> float:
-        """Vacuum [Pa] after a warning of so long [s]."""
+        """Return the vacuum [Pa] a time [s] after the warning."""
         return float(self.respond(duration, samples=2).vacuum[-1])
 
     def vacuum_after_venting(self, duration: float) -> float:
-        """Least vacuum [Pa] that venting for so long [s] leaves.
+        """Return the least vacuum [Pa] that remains after venting for a time [s].
 
-        Falls through the vent valve after its delay, or by running the pumps backwards; without
-        either, the vacuum stays.
+        It falls through the vent valve after its delay, or by running the pumps backwards; without
+        either it is constant.
         """
         line = self.line
         reverse_flow = line.pump.backwards * line.pump.count

@@ -1,8 +1,8 @@
-"""The plant behind a tube between two samples, compiled: two vacuums by steps of their own length.
+"""The plant behind a tube between two samples, compiled: two vacuums with adaptive steps.
 
-The equations are stiff if the tube is short and wide: the Rosenbrock method of order two with an
-estimate of its error (Shampine and Reichelt, SIAM Journal on Scientific Computing 18, 1997, 1-22:
-`ode23s`).
+The equations are stiff if the tube is short and wide. They are solved by a Rosenbrock method of
+order two with an error estimate (Shampine and Reichelt, SIAM Journal on Scientific Computing 18,
+1997, 1-22: `ode23s`).
 """
 
 import math
@@ -12,12 +12,12 @@ import numba
 D = 1.0 / (2.0 + math.sqrt(2.0))
 E = 6.0 + math.sqrt(2.0)
 CLOSE = 1e-7
-"""Error of one step allowed in a vacuum, over the atmosphere."""
+"""Error allowed for a vacuum in one step, relative to the atmosphere."""
 
 
 @numba.njit(error_model="numpy", forceinline=True)  # type: ignore[untyped-decorator]
 def _slopes(v, w, a, b, plant):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Return the slopes of the chamber's and of the side's vacuum [Pa/s]."""
+    """Return the slopes of the vacuums in chamber and side [Pa/s]."""
     p, s = plant.atmosphere - v, plant.atmosphere - w
     flow = plant.passes * (p * p - s * s)
     return flow - plant.leak * v, (a - b * w - flow) / plant.side
@@ -52,7 +52,7 @@ def advance(  # type: ignore[no-untyped-def]
         k3v, k3w = (m22 * rv - m12 * rw) / det, (m11 * rw - m21 * rv) / det
         error = h / 6.0 * max(abs(k1v - 2.0 * k2v + k3v), abs(k1w - 2.0 * k2w + k3w))
         error /= CLOSE * plant.atmosphere
-        if not error > 1.0 or h <= 1e-9 * dt:  # NaN is passed on
+        if not error > 1.0 or h <= 1e-9 * dt:  # pass on NaN
             if lag > 0.0:
                 # within such a short step the chamber's vacuum is nearly linear
                 delay, fades = (v1 - v) / h * lag, math.exp(-h / lag)

@@ -1,6 +1,7 @@
-"""Differences between a bench and its model within which the detectors work as stated.
+"""Differences between a bench and its model for which the detectors work as stated.
 
-A bench within them causes no false fault, and each fault is detected within its stated time.
+A bench within these tolerances causes no false fault, and each fault is detected within its stated
+time.
 """
 
 from dataclasses import dataclass
@@ -26,4 +27,4 @@ class Tolerances:
 
 
 EXACT = Tolerances(pump=0.0, vent=0.0, zero=0.0, lag=0.0, noise=1.0)
-"""Tolerances of a bench that equals its model."""
+"""Tolerances for a bench that equals its model."""

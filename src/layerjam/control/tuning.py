@@ -5,10 +5,11 @@ tau = 1/(w k u + leak). The rule is SIMC (Skogestad, Journal of Process Control 
 
 gain = 1/((K/tau) (T_c + theta)), integral time = min(tau, 4 (T_c + theta)).
 
-The dead time theta is half a sample (a held command) and all of the sensor's lag: half of it, that
-paper's half rule, leaves an integrating line 34 degrees of phase, this leaves 40 and more. T_c is
-the closed loop's time constant; the rule's tight choice is T_c = theta, here it is never below four
-samples nor a twentieth of the pump's 1/k, so that noise does not drive it.
+The dead time theta is half a sample (for a held command) plus the sensor's full lag. The paper's
+half rule would use half of the lag, with a phase margin of 34 degrees on an integrating line; the
+full lag leaves at least 40 degrees. T_c is the closed loop's time constant. The rule's tight choice
+is T_c = theta. Here it is at least four samples and a twentieth of the pump's 1/k, so that noise
+does not drive the pump.
 """
 
 from dataclasses import dataclass
@@ -28,12 +29,12 @@ LEAST_ROOM = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class Gains:
-    """Gains of the rule; `vacuum` [Pa] is where it was applied."""
+    """Gains of the rule, applied at `vacuum` [Pa]."""
 
     gain: float
     """Pump command per pascal of error [1/Pa]."""
     integral_time: float
-    """[s]."""
+    """Integral time [s]."""
     dead_time: float
     """theta [s]."""
     closed_loop_time: float
@@ -42,7 +43,7 @@ class Gains:
 
 
 def simc(plant: Plant, *, sample_time: float, lag: float, vacuum: float = 0.0) -> Gains:
-    """PI gains of a plant at `vacuum` [Pa] by the rule of this module; times in seconds."""
+    """Return PI gains of a plant at `vacuum` [Pa] by the rule of this module; times in seconds."""
     dead = 0.5 * sample_time + lag
     slow = max(dead, 4 * sample_time, 0.05 / plant.rate)
     room = max(plant.top - plant.weight * vacuum, LEAST_ROOM * plant.top)
@@ -60,7 +61,7 @@ def simc(plant: Plant, *, sample_time: float, lag: float, vacuum: float = 0.0) -
 
 @dataclass(frozen=True)
 class Identified:
-    """A plant fitted to a step, with 95 % intervals of what was fitted."""
+    """A plant fitted to a step, with 95 % intervals of the fitted quantities."""
 
     plant: Plant
     rate_interval: tuple[float, float]
@@ -75,11 +76,11 @@ class Identified:
 def identify_air(
     time: Array, vacuum: Array, *, vent: float, leak: float = 0.0, atmosphere: float = 101325.0
 ) -> Identified:
-    """The plant from time [s] and vacuum [Pa], shape (N,), while the pump runs full from rest.
+    """Return the plant from time [s] and vacuum [Pa], shape (N,), at full pump power from rest.
 
-    One step shows the pole k + leak and the vacuum where it ends; `leak` [1/s] (from a hold log)
-    separates pump and leak, `vent` [1/s] is taken as given. Raises FitError if there is no
-    pump-down or the leak exceeds the pole.
+    One step determines the pole k + leak and the final vacuum; `leak` [1/s] (from a hold log)
+    separates pump and leak, and `vent` [1/s] is assumed. Raises FitError if there is no pump-down
+    or the leak exceeds the pole.
     """
     from layerjam.identify.logs.checks import pump_down_checks
     from layerjam.identify.logs.pump_down import fit_pump_down
@@ -101,7 +102,7 @@ def identify_air(
 def identify_water(
     time: Array, vacuum: Array, *, vent: float, top: float, leak: float = 0.0
 ) -> Identified:
-    """The same for water: a straight line through 5 to 90 % of the rise, `top` [Pa] as given.
+    """Return the same for water, from a straight line through 5 to 90 % of the rise to `top` [Pa].
 
     Raises FitError with fewer than 20 samples there, or if the line does not rise.
     """

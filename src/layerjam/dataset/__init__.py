@@ -1,1 +1,1 @@
-"""A campaign as a self-contained dataset, and the data for recomputing it."""
+"""A campaign as a self-contained dataset, and the data needed to recompute it."""

@@ -17,7 +17,7 @@ from layerjam.measure.sidecar import FOLDER, Facts, sidecar_path
 LIMIT = 5_000
 """Largest number of files in a campaign."""
 FITTED = "depth"
-"""Note that a calibration writes into the brake's file."""
+"""Note that a calibration writes to the brake's file."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Campaign:
 
 
 def campaign(folder: str | Path, options: ReadingOptions) -> Campaign:
-    """Return the files of a folder; one that states a normal force is a friction test, else a pull.
+    """Return the files of a folder; one with a normal force is a friction test, others are pulls.
 
     A file is a measurement if it has facts next to it or a reader can open it. Hidden files and
     links are left out. Raises FileError if there is no such folder, or no measurement in it.
@@ -69,7 +69,7 @@ def brake_of(tests: Campaign) -> str:
     """Return the tested brake: a path inside the folder, or a name of the catalogue.
 
     It is the folder's only brake that was not calibrated, or else the one that all facts name.
-    Raises FileError if neither identifies it.
+    Raises FileError if neither determines the brake.
     """
     plain = [n for n in tests.brakes if FITTED not in load(tests.folder / n).notes]
     if len(plain) == 1:
@@ -86,7 +86,7 @@ def brake_of(tests: Campaign) -> str:
 
 
 def split_calibration_pulls(tests: Campaign) -> tuple[list[str], list[str]]:
-    """Return the pulls that a calibrated brake of the folder was fitted to, and the others.
+    """Return the pulls to which a calibrated brake of the folder was fitted, and the others.
 
     The first list is empty if there is no such brake, or if it was fitted to all or none of the
     pulls.
@@ -113,7 +113,7 @@ def _measured(path: Path, options: ReadingOptions) -> bool:
 
 
 def _facts(path: Path, options: ReadingOptions) -> Facts:
-    """Return the facts, unknown if unreadable: the stage that uses the file reports it."""
+    """Return the facts; if they are unreadable, none: the stage that uses the file reports it."""
     try:
         return conditions(path, options)
     except LayerjamError:

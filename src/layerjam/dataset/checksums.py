@@ -1,4 +1,4 @@
-"""SHA-256 of every file of a dataset, in the form that `sha256sum --check` reads."""
+"""SHA-256 of every file of a dataset, in the format of `sha256sum --check`."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -11,12 +11,12 @@ _LINE = re.compile(r"([0-9a-f]{64}) [ *](.+)")
 
 
 def inside(folder: Path) -> list[str]:
-    """Return every file below a folder by its path with slashes, sorted; links are left out."""
+    """Return the path, with slashes, of every file below a folder, sorted; links are left out."""
     return sorted(n for n in everything(folder) if not (folder / n).is_symlink())
 
 
 def everything(folder: Path) -> list[str]:
-    """Return every file and link below a folder by its path with slashes, sorted."""
+    """Return the path, with slashes, of every file and link below a folder, sorted."""
     paths = (p for p in folder.rglob("*") if p.is_symlink() or p.is_file())
     return sorted(p.relative_to(folder).as_posix() for p in paths)
 
@@ -57,6 +57,6 @@ def find_changed(folder: Path, digests: Mapping[str, str]) -> list[str]:
 
 
 def _plain(folder: Path, name: str) -> bool:
-    """Whether a path is a file below the folder, and not a link out of it."""
+    """Return whether a path is a file below the folder, and not a link out of it."""
     path = folder / name
     return path.is_file() and path.resolve().is_relative_to(folder.resolve())

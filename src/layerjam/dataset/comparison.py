@@ -14,16 +14,16 @@ from pathlib import PurePosixPath
 from typing import Any
 
 SAME = 1e-6
-"""Relative difference up to which two numbers are the same: other processors and libraries round
-otherwise, and a fit ends within its own tolerance."""
+"""Relative difference below which two numbers count as equal, because processors and libraries
+round differently, and a fit ends within its own tolerance."""
 MISSING = object()
 Number = float | int | bool | None
 Leaf = Number | str
 DRAWN = 0.01
-"""Distance up to which two points of a drawing are equal [pt]."""
+"""Distance below which two points of a drawing count as equal [pt]."""
 _SVG = re.compile(r"(<svg\b.*?</svg>)", re.DOTALL)
 _ID = re.compile(r"\b[a-zA-Z]\w*?[0-9a-f]{10}\b")
-"""Names in a drawing that are digests of the shape they name."""
+"""Names in a drawing that are digests of the named shape."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Difference:
 def file_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
     """Yield all differences between a published file and the same file computed here.
 
-    In drawings points may differ by `DRAWN`, and only the first difference is named.
+    In drawings, points may differ by `DRAWN`, and only the first difference is reported.
     """
     if old == new:
         return
@@ -102,7 +102,7 @@ def differences(old: Any, new: Any, file: str, words: bool = False) -> Iterator[
 
 
 def count(file: str, content: bytes) -> int:
-    """Return the number of numbers in a file that are compared; drawings are not counted."""
+    """Return how many numbers of a file are compared; drawings are not counted."""
     kind = PurePosixPath(file).suffix
     if kind in _READERS:
         leaves = _leaves(_READERS[kind](content.decode()))
@@ -129,7 +129,7 @@ def prune(document: Any, names: Collection[str]) -> Any:
 
 
 def _table(text: str) -> Any:
-    """Return the rows of a CSV file by their first cell, the cells by the names of the columns."""
+    """Return the rows of a CSV file by their first cell, with cells by column name."""
     rows = list(csv.reader(io.StringIO(text)))
     counts: Counter[str] = Counter()
     table = {}
@@ -186,7 +186,7 @@ def _share(a: Any, b: Any) -> float | None:
 
 
 def _page_differences(file: str, old: str, new: str) -> Iterator[Difference]:
-    """Yield the differences of the text and the drawings of a page, in turn."""
+    """Yield the differences of the text and of the drawings of a page, one after the other."""
     pair = [_SVG.split(text) for text in (old, new)]
     if len(pair[0]) != len(pair[1]):
         count = [len(parts) // 2 for parts in pair]
@@ -204,7 +204,7 @@ def _page_differences(file: str, old: str, new: str) -> Iterator[Difference]:
 
 
 def _number_digests(drawing: str) -> str:
-    """Return a drawing whose digests are replaced by numbers in order of appearance."""
+    """Return a drawing with its digests replaced by numbers in order of appearance."""
     ids: dict[str, str] = {}
     return _ID.sub(lambda m: ids.setdefault(m[0], f"id-{len(ids)}"), drawing)
 

@@ -31,7 +31,7 @@ TYPES = {
     ".xlsx": "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
 }
 CONTEXT = ["https://w3id.org/ro/crate/1.1/context", {"sha256": "https://schema.org/sha256"}]
-"""RO-Crate 1.1 does not define `sha256`; schema.org does."""
+"""Definition of `sha256`, which RO-Crate 1.1 lacks and schema.org has."""
 
 
 def readme(
@@ -128,7 +128,7 @@ def _licence(details: Details) -> list[dict[str, str]]:
 
 
 def _file_entry(folder: Path, name: str) -> dict[str, str]:
-    """Return the entry of a file; the list of checksums has no checksum: it lists this file."""
+    """Return the entry of a file; the list of checksums cannot contain its own checksum."""
     path = folder / name
     entry = {
         "@id": address(name),

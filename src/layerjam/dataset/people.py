@@ -20,7 +20,7 @@ USUAL = (
     "BSD-3-Clause",
     "MIT",
 )
-"""SPDX identifiers of the usual licences of data."""
+"""SPDX identifiers of common licences for data."""
 SPDX = "https://spdx.org/licenses/"
 ORCID = "https://orcid.org/"
 LONGEST = 200
@@ -35,7 +35,7 @@ class Author:
 
     @property
     def id(self) -> str:
-        """Address of the ORCID iD, or else a name inside the dataset."""
+        """Address of the ORCID iD, or otherwise a name inside the dataset."""
         if self.orcid:
             return ORCID + self.orcid
         return "#" + (re.sub(r"[^\w-]+", "-", self.name).strip("-") or "author")
@@ -43,7 +43,7 @@ class Author:
 
 @dataclass(frozen=True, kw_only=True)
 class Details:
-    """Details of the user about a dataset: name, SPDX licence, authors, and day (ISO)."""
+    """The user's details about a dataset: name, SPDX licence, authors, and day (ISO)."""
 
     name: str
     licence: str | None
@@ -52,7 +52,7 @@ class Details:
 
     @classmethod
     def read(cls, row: Mapping[str, Any]) -> Self:
-        """Return the statements in a table; KeyError, TypeError or ValueError if not."""
+        """Return the details in a table; KeyError, TypeError or ValueError if it is invalid."""
         authors = [Author(**a) for a in row["authors"]]
         texts = [row["name"], row["date"], *(t for a in authors for t in vars(a).values())]
         if not all(isinstance(text, str) for text in texts):
@@ -87,7 +87,7 @@ def author_of(text: str) -> Author:
 
 
 def _is_orcid(number: str) -> bool:
-    """Whether the last of the 16 digits is the check of the others (ISO/IEC 7064, MOD 11-2)."""
+    """Return whether the last of the 16 digits is the check digit (ISO/IEC 7064, MOD 11-2)."""
     if not re.fullmatch(r"\d{4}-\d{4}-\d{4}-\d{3}[\dX]", number):
         return False
     total, digits = 0, number.replace("-", "")

@@ -1,4 +1,4 @@
-"""Recipe of a dataset: the data with which a program recomputes its numbers from the raw files."""
+"""Recipe of a dataset, from which a program recomputes its numbers from the raw files."""
 
 import json
 import platform
@@ -15,8 +15,8 @@ from layerjam.errors import FileError, QuantityError
 
 RECIPE = "recipe.json"
 FORMAT = 2
-"""Version of the recipe's format; a program reads its own and every lower one. Format 1 does not
-state title and authors, and its dataset has no checksum of the description."""
+"""Version of the recipe's format; a program reads its own version and all lower ones. Format 1 does
+not state title and authors, and its dataset has no checksum of the description."""
 LIBRARIES = ("numpy", "scipy", "jax", "matplotlib", "jinja2", "typst")
 Paths = tuple[str, ...]
 
@@ -42,7 +42,7 @@ class Recipe:
 
     @property
     def files(self) -> Paths:
-        """All files that it names."""
+        """Return all files that it names."""
         used = (*self.friction, *self.calibrate, *self.validate)
         return (self.brake, self.results, *used, *self.unused)
 

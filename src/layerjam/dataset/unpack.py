@@ -15,7 +15,7 @@ MOST_FILES = 20_000
 LARGEST = 20 * 2**30
 """Largest size of all files together [bytes]."""
 RATIO = 1_000
-"""Largest ratio of unpacked to packed size; numbers as text shrink to a tenth at best."""
+"""Largest ratio of unpacked to packed size; numbers as text shrink at most to a tenth."""
 
 
 @contextlib.contextmanager
@@ -42,7 +42,7 @@ def open_root(source: str | Path) -> Iterator[Path]:
 
 
 def _root(folder: Path, source: Path) -> Path:
-    """Return the folder with the recipe: this one, or the only one in it."""
+    """Return the folder with the recipe: this folder, or the only folder in it."""
     if (folder / RECIPE).is_file():
         return folder
     inner = [p for p in folder.iterdir() if p.is_dir() and (p / RECIPE).is_file()]

@@ -213,7 +213,7 @@ def brake_of(point: Point, base: Brake) -> Brake:
 
 
 def can_be_built(point: Point, brake: Brake) -> Any:
-    """Return whether a design is a brake: travel within the overlap, holes within the width, ..."""
+    """Return whether a design is a valid brake: travel within the overlap, holes in the width."""
     sheets = brake.sheets
     valid = (sheets.usable_travel > 0) & (sheets.usable_travel <= sheets.overlap * (1 + 1e-12))
     holes = brake.mount.screws_across(point.width) * brake.mount.screw_hole

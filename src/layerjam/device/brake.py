@@ -1,4 +1,4 @@
-"""The brake: numbers only, so that it can be traced, batched and differentiated."""
+"""The brake as numbers only, so that it can be traced, batched and differentiated."""
 
 from dataclasses import replace
 from math import atan, pi
@@ -79,15 +79,15 @@ class Brake:
     rope: Rope | None = nested(Rope, default=None)
     site: Site = nested(Site, default=Site())
     effects: tuple[Effect, ...] = ()
-    """Further effects on the friction; every law applies them, exports reject them."""
+    """Further effects on the friction; every law applies them, and exports reject them."""
 
     @explain_arguments
     def with_(self, **changes: Change) -> "Brake":
         """Return the brake with some numbers changed by name, such as width="14 mm".
 
-        Text includes its unit, a number is SI, and None means unknown or the default. Raises
+        Text includes its unit, a number is in SI, and None means unknown or the default. Raises
         UnknownNameError with the nearest names, or QuantityError for a number out of bounds or
-        numbers that contradict each other. What JAX traces is not checked.
+        numbers that contradict each other. Values traced by JAX are not checked.
         """
         brake = replace(with_changes(self, changes), effects=self.effects)
         if not any(map(is_traced, changes.values())):
@@ -161,13 +161,13 @@ def validate(brake: Brake) -> None:
 
 
 def sheet_mass(brake: Brake) -> float:
-    """Mass of one sheet [kg], clamped part included."""
+    """Return the mass of one sheet [kg], including the clamped part."""
     sheets = brake.sheets
     return sheets.length * sheets.width * sheets.thickness * brake.film.density
 
 
 def enclosure_mass(brake: Brake) -> float:
-    """Mass of the enclosure [kg]: a rectangular tube close around the stack, from cap to cap."""
+    """Return the mass of the enclosure [kg], a rectangular tube close around the stack."""
     sheets, wall = brake.sheets, brake.enclosure.wall
     section = 2 * wall * (sheets.width + sheets.count * sheets.thickness) + 4 * wall**2
     length = sheets.free_left + sheets.overlap + sheets.free_right
@@ -175,7 +175,7 @@ def enclosure_mass(brake: Brake) -> float:
 
 
 def mass(brake: Brake) -> float:
-    """Mass of the brake [kg]: the weighed one if known, else of sheets, enclosure and fittings."""
+    """Return the brake's mass [kg]: weighed, or the sum of sheets, enclosure and fittings."""
     if brake.weighed_mass is not None:
         return brake.weighed_mass
     return brake.sheets.count * sheet_mass(brake) + enclosure_mass(brake) + brake.fittings_mass

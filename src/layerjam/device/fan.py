@@ -9,7 +9,7 @@ from layerjam.errors import QuantityError
 from layerjam.units import show
 
 MATTERS = 0.1
-"""Relative change of the friction from which a result mentions spacers."""
+"""Relative change of the friction above which a result mentions spacers."""
 
 
 def fan_exponent(brake: Any) -> float:

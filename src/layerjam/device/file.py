@@ -106,7 +106,7 @@ class BrakeFile(RecordFile[Brake]):
 
     @property
     def calibrated(self) -> bool:
-        """Whether the scale factor was fitted to pulls, by anyone, and not just set to a value."""
+        """Return whether the scale factor was fitted to pulls, by anyone, instead of just set."""
         source = self.sources.get("scale_factor")
         return source is not None and source.kind not in ("assumed", "unstated")
 
@@ -123,7 +123,7 @@ class BrakeFile(RecordFile[Brake]):
         return f"{', '.join(paths)} of {self.name}: synthetic, from files written by a program"
 
     def mark(self) -> str:
-        """Return what every exported file states: synthetic numbers and accepted failed checks."""
+        """Return the statement for exported files: synthetic numbers, accepted failed checks."""
         return ". ".join(
             filter(None, [self.synthetic_mark(), *(a.notice() for a in self.accepted)])
         )
@@ -204,7 +204,7 @@ def _take_material(reader: Reader, table: str, use: object, texts: Mapping[str, 
 
 
 def _remember(reader: Reader, values: Mapping[str, Any], sources: Mapping[str, Source]) -> None:
-    """Keep the catalogue's warning against a laser as `was` if the file overrides it."""
+    """Store the catalogue's warning against a laser as `was` if the file overrides it."""
     choice = reader.values.get(_LASER)
     if values.get(_LASER) == "never" and choice != "never" and not reader.sources[_LASER].was:
         was = f"never: {sources[_LASER].text}"
@@ -225,10 +225,10 @@ def updated_text(
     made_by: Mapping[str, Any] | None = None,
     acceptances: Sequence[Acceptance] = (),
 ) -> str:
-    """Return the file's text with a new name and some values changed; all else stays.
+    """Return the file's text with a new name and some changed values; everything else stays.
 
-    `made_by` becomes the [made_by] table, which only describes; it gets the digest of the file that
-    was changed. `acceptances` are the failed checks that somebody accepted.
+    `made_by` becomes the descriptive table [made_by], with the digest of the changed file.
+    `acceptances` are the failed checks that were accepted.
     """
     _check_effects(file.brake)
     if made_by is not None:
@@ -236,7 +236,7 @@ def updated_text(
     edits: dict[str, tuple[Any, Source] | None] = dict(changes)
     held = file.brake.amplification_held is not None and "amplification_held" in file.sources
     if held and "scale_factor" in changes and file.brake.mount.spacers is None:
-        edits["amplification_held"] = None  # it was fitted with the old number
+        edits["amplification_held"] = None  # the scale factor was fitted with the old number
     return update_text(
         file.text, file.fields, edits, name=name, tables={"made_by": made_by}, new=acceptances
     )

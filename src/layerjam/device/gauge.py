@@ -1,4 +1,4 @@
-"""Warning for a brake whose sheets have a thickness in which their film is not sold."""
+"""Warning for a brake whose film is not sold in the thickness of its sheets."""
 
 from collections.abc import Iterator
 
@@ -16,7 +16,7 @@ DuPont allows 7 % for a Kapton HN film of 127 um, 9 % for 76 um and more for thi
 def notices_of_gauge(file: BrakeFile) -> Iterator[Notice]:
     """Yield a notice if the film is not sold in this thickness.
 
-    None if the available thicknesses are unknown.
+    There is none if the available thicknesses are unknown.
     """
     gauges, thickness = file.making.film.gauges, float(file.brake.sheets.thickness)
     if not gauges or any(abs(thickness / gauge - 1) <= TOLERANCE for gauge in gauges):

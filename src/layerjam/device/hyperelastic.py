@@ -1,4 +1,4 @@
-"""Hyperelastic law of the enclosure's rubber, in place of its single modulus."""
+"""Hyperelastic law of the enclosure's rubber, instead of a single modulus."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -71,13 +71,13 @@ NAMES: Mapping[str, Mapping[str, str]] = {
     "yeoh": {"C1": "c10", "C2": "c20", "C3": "c30"},
     "ogden-2": {"mu1": "mu1", "alpha1": "alpha1", "mu2": "mu2", "alpha2": "alpha2"},
 }
-"""Names of the parameters here, for each model that `enclosure` fits, from few to many."""
+"""{model that `enclosure` fits: names of its parameters here}, from few to many."""
 _STEPS = 2000
 _SOFTENING = ("softening_r", "softening_m", "softening_beta")
 
 
 def validate_hyperelastic(rubber: Hyperelastic) -> None:
-    """Raise QuantityError for half an Ogden term or softening, or a stress that does not rise."""
+    """Raise QuantityError for an incomplete Ogden term or softening, or a stress that falls."""
     for term in "12":
         mu, alpha = getattr(rubber, f"mu{term}"), getattr(rubber, f"alpha{term}")
         if (mu is None) != (alpha is None):
@@ -109,7 +109,7 @@ def validate_hyperelastic(rubber: Hyperelastic) -> None:
 def uniaxial_stress(strain: Any, rubber: Hyperelastic, xp: Any) -> Any:
     """Return the engineering stress [Pa] of uniaxial tension at a strain [-]; exact for small ones.
 
-    `xp` is the library that computes it: NumPy or JAX's.
+    `xp` is the library that computes it: NumPy or that of JAX.
     """
     stretch, shear = 1 + strain, 0.0
     excess = strain**2 * (stretch + 2) / stretch

@@ -18,7 +18,7 @@ from layerjam.toml_files.shipped import shipped_files, text_of
 P = ParamSpec("P")
 R = TypeVar("R")
 READING = "-eq9"
-"""Name suffix of a brake that has the factor and stiffness given for the paper's eq. 8 and 9."""
+"""Suffix of a brake with the factor and stiffness given for the paper's eq. 8 and 9."""
 
 
 def _texts() -> dict[str, str]:
@@ -31,7 +31,7 @@ def catalogue() -> list[str]:
 
 
 def devices() -> list[str]:
-    """Names of the brakes in the catalogue, each device once."""
+    """Names of the brakes in the catalogue, with each device once."""
     return [name for name in catalogue() if not name.endswith(READING)]
 
 
@@ -53,7 +53,7 @@ def _load_shipped(name: str) -> BrakeFile:
 
 
 def brake_of(anything: str | Path | BrakeFile | Brake) -> Brake:
-    """Return the brake itself, checked, from its name or path, its file, or the plain record.
+    """Return a checked brake from its name or path, its file, or the plain record.
 
     Raises UnknownNameError, FileError, or QuantityError for a record that contradicts itself.
     """
@@ -65,7 +65,7 @@ def brake_of(anything: str | Path | BrakeFile | Brake) -> Brake:
 
 
 def takes_force(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a function take `force`, the former name of its parameter `overwrite`."""
+    """Make a function accept `force`, the former name of its parameter `overwrite`."""
 
     @functools.wraps(function)
     def call(*args: P.args, **named: P.kwargs) -> R:
@@ -81,7 +81,7 @@ def write_whole(
 ) -> Path:
     """Fill a temporary file next to `path`, then move it there in one step.
 
-    `content` is the text (written in UTF-8), the bytes, or a function that fills the file of a
+    `content` is the text (written in UTF-8), the bytes, or a function that fills the file at a
     path. Raises FileError, and leaves nothing behind, if the file cannot be written, or if it
     exists and `overwrite` is not set.
     """
@@ -105,10 +105,10 @@ def write_whole(
 
 
 def _make_temporary(path: Path) -> Path:
-    """Make an empty file of a random name, with the permissions of the user's umask."""
+    """Create an empty file with a random name and the permissions of the user's umask."""
     name = f".{path.stem[:40]}-{secrets.token_hex(8)}{path.suffix}"
     path_of_file = path.with_name(name)
-    # let the system apply the umask: reading it would change it for the whole process
+    # let the system apply the umask, because reading it would change it for the whole process
     os.close(os.open(path_of_file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
     return path_of_file
 

@@ -6,7 +6,7 @@ from layerjam.conversion import Quantity
 from layerjam.units import flag, quantity, record
 
 WIDTH_OF_A_SCREW = 20e-3
-"""Width of the sheets for each screw of a cap, unless the number of screws is stated [m]."""
+"""Width of the sheets per screw of a cap, unless the number of screws is stated [m]."""
 
 
 @record
@@ -54,7 +54,7 @@ class Rope:
 
 @record
 class Site:
-    """Surroundings of the brake."""
+    """Conditions at the site of the brake."""
 
     atmosphere: Quantity[float] = quantity(
         "Pa", "atmospheric pressure at the site", lo=1e4, hi=1.2e5, symbol="p_atm", default=101325.0

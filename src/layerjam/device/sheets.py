@@ -1,4 +1,4 @@
-"""The interleaved sheets and the film they are cut from."""
+"""The interleaved sheets and the film from which they are cut."""
 
 from layerjam.conversion import Quantity
 from layerjam.units import quantity, record

@@ -1,6 +1,7 @@
 """Data for making a brake: the [build] table, and notes on film and silicone.
 
-Nothing here changes a brake's behaviour; these records are separate from Brake and never traced.
+These data do not affect a brake's behaviour; their records are separate from Brake and never
+traced.
 """
 
 from dataclasses import dataclass
@@ -102,7 +103,7 @@ def _length(text: str, default: float | None, lo: float = 0.0, hi: float = 0.1) 
 
 @record
 class Build:
-    """[build]: choices of the maker; a missing value takes the default of the fabrication."""
+    """[build]: choices of the builder; a missing value takes the default of the fabrication."""
 
     cutter: str = value(TextSpec(text="who cuts the film", choices=CUTTERS), "service")
     kerf: float = _length("full width of the cut", 0.0, hi=1e-3)
@@ -213,9 +214,9 @@ class Making:
 
 
 def changed_input(build: Build, *names: str) -> str:
-    """Return the first input that is not at its default, or else the first one.
+    """Return the first input that is not at its default, otherwise the first one.
 
-    If inputs contradict each other, the error should name the one that somebody typed.
+    If inputs contradict each other, the error should name one that the user typed.
     """
     usual = Build()
     return next((n for n in names if getattr(build, n) != getattr(usual, n)), names[0])
@@ -229,7 +230,7 @@ def check_build(brake: Brake, build: Build) -> None:
         raise QuantityError.of(f"build.{key}", f"{show(getattr(build, key), unit)} {problem}")
 
     def order(small: str, large: str, equal: bool, unit: str = "m") -> None:
-        """Refuse `small` unless it is below `large`, or `equal` to it if that is allowed."""
+        """Raise an error unless `small` is below `large`, or `equal` to it if that is allowed."""
         low, high = getattr(build, small), getattr(build, large)
         if low < high or (equal and low == high):
             return

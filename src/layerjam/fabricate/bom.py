@@ -1,4 +1,4 @@
-"""Parts list: everything to have on the table, without prices or suppliers."""
+"""Parts list: everything needed for a build, without prices or suppliers."""
 
 from collections.abc import Collection
 from dataclasses import astuple, dataclass, fields, replace
@@ -24,11 +24,11 @@ class Item:
     unit: str
     file: str
     basis: str
-    """drawn, standard or choose."""
+    """Basis of the row: drawn, standard or choose."""
 
 
 def items(plan: Drawing, files: Collection[str] | None = None) -> list[Item]:
-    """Return the rows for all brakes of a build; `files` are those written, by default all."""
+    """Return the rows for all brakes of a build; `files` lists those written, by default all."""
     rows = [*_film(plan), *_prints(plan), *_castings(plan), *_purchases(plan), *_boards(plan)]
     return [row if files is None or row.file in files else replace(row, file="") for row in rows]
 
@@ -112,13 +112,13 @@ def _purchases(plan: Drawing) -> list[Item]:
 
 
 def tied_girth(plan: Drawing) -> float:
-    """Return the length of a cable tie around enclosure and groove [mm]."""
+    """Return the length of a cable tie around the enclosure in its groove [mm]."""
     lengths, out = plan.lengths, plan.lengths.wall - mm(plan.build.tie_depth)
     return ellipse_girth(lengths.neck_a + out, lengths.neck_b + out)
 
 
 def mould_thread(plan: Drawing) -> Thread | None:
-    """Return the largest thread that fits the mould's holes, or None below M2."""
+    """Return the largest thread that fits the mould's holes; None if smaller than M2."""
     hole = mm(plan.build.mould_bolt)
     return max(
         (t for t in THREADS if t.clearance <= hole + 1e-9), key=lambda t: t.size, default=None
@@ -132,7 +132,7 @@ def mould_nut(plan: Drawing) -> str:
 
 
 def bolt(plan: Drawing) -> str:
-    """Return the trade name of the mould's bolt, as long as both halves and its nut."""
+    """Return the trade name of the mould's bolt, long enough for both halves and its nut."""
     thread = mould_thread(plan)
     if thread is None:
         return f"for a hole of {mm(plan.build.mould_bolt):g} mm"

@@ -1,6 +1,7 @@
 """The cap and its clamp plate (section 2.3 of the specification) [mm].
 
-x = 0 at the face of the cap, sheets towards +x; z = 0 in the middle of the stack, plate above.
+The face of the cap is at x = 0 and the sheets extend towards +x; the middle of the stack is at z =
+0, with the plate above.
 """
 
 import functools
@@ -14,7 +15,7 @@ from layerjam.fabricate.solid import Box, Ellipse, Prism, Solid, add, cut, solid
 
 
 def screw_places(lengths: Lengths, side: Side) -> list[float]:
-    """Return y of every screw, as in the holes of the sheets."""
+    """Return y of every screw, which is that of the holes in the sheets."""
     row = clamp_holes(side.clamped, lengths.width, lengths.screws, lengths.hole)
     return [hole.y for hole in row]
 
@@ -59,7 +60,7 @@ def _tray(lengths: Lengths, build: Build, side: Side) -> Iterator[Prism]:
 
 
 def _neck(lengths: Lengths, build: Build, back_wall: float) -> Iterator[Prism]:
-    """Yield the round neck that the cable tie closes: two collars and a groove between them."""
+    """Yield the round neck for the cable tie: two collars and a groove between them."""
     length, slot, depth = mm(build.neck_length), mm(build.tie_slot), mm(build.tie_depth)
     a, b = lengths.neck_a, lengths.neck_b
     first, last = -back_wall - (length + slot) / 2, -back_wall - (length - slot) / 2

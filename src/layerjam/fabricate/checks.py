@@ -1,4 +1,4 @@
-"""Checks of a build as drawn: C2 of the printer, C4 to C6, C10, C11 and C14."""
+"""Checks of a build as drawn: C2 (printer), C4 to C6, C10, C11, C13 and C14."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -31,13 +31,13 @@ from layerjam.units import get, show
 HEAD_RIM = 0.4
 """Clamped length beyond the screw's head [mm]."""
 SHARE_OF_BREAK = 1 / 3
-"""Share of its elongation at break to which the enclosure may be stretched over the cap."""
+"""Greatest stretch of the enclosure over the cap, relative to its elongation at break."""
 MASS_BOUND, PART_BOUND = 0.10, 0.01
 Limits = Iterator[tuple[tuple[str, ...], Any, Any, str]]
 
 
 def drawable_limits(build: Build, lengths: Lengths) -> Limits:
-    """Yield (inputs, value, limit it stays below, name of the limit) for each rule; in mm."""
+    """Yield (inputs, value, limit above it, name of the limit) for each rule; in mm."""
     wall, clamp = mm(build.wall), mm(build.clamp_radius)
     mould = lengths.mould
     step = (mould.length - mould.flange) / (mould.bolts - 1)
@@ -83,7 +83,7 @@ def drawable_limits(build: Build, lengths: Lengths) -> Limits:
 def agree_drawn(brake: Brake, build: Build, lengths: Lengths) -> None:
     """Raise QuantityError for choices that cannot be drawn together.
 
-    The error names the input that is not at its default, or the brake's own.
+    The error names the input that differs from its default, or the brake's own.
     """
     for names, value, limit, name in drawable_limits(build, lengths):
         if value < limit:
@@ -111,7 +111,7 @@ def part_checks(
     force: Any,
     friction_source: str = "",
 ) -> Iterator[Check]:
-    """Yield C2 of the printer and C4 to C13 at a force [N]; a search passes arrays of brakes."""
+    """Yield C2 (printer) and C4 to C13 at a force [N]; a search passes arrays of brakes."""
     yield from print_checks(build, parts)
     yield from clamp_checks(build, lengths)
     yield from sleeve_checks(brake, build, casting, lengths)
@@ -172,7 +172,7 @@ def clamp_checks(build: Build, lengths: Lengths) -> Iterator[Check]:
 
 
 def screw_notices(lengths: Lengths) -> Iterator[Notice]:
-    """Yield notices of a screw that no standard lists, or that may jam in the film."""
+    """Yield notices about a screw that no standard lists, or that may jam in the film."""
     thread = lengths.thread
     if lengths.screw_length > thread.longest:
         yield Notice(
@@ -191,7 +191,7 @@ def screw_notices(lengths: Lengths) -> Iterator[Notice]:
 
 
 def sleeve_checks(brake: Brake, build: Build, cast: Casting, lengths: Lengths) -> Iterator[Check]:
-    """Yield C5 and C6: stretch of the enclosure, and room for it to come down on the stack."""
+    """Yield C5 and C6: stretch of the enclosure, and space for it to settle on the stack."""
     edge = (8 - 2 * math.pi) * mm(build.edge)
     girths = {
         "tray": 2 * (lengths.tray_width + lengths.cap_height) - edge,
@@ -248,8 +248,7 @@ def _descent_words(free: float, need: float, ok: bool | None) -> str:
 def walls(build: Build, lengths: Lengths) -> dict[str, Any]:
     """Return every wall of the printed parts that stay in the brake, by name [mm].
 
-    A rounded edge counts as the corner that it rounds. A wall that a brake does not have is
-    infinite.
+    A rounded edge counts as a sharp corner. A wall that a brake does not have is infinite.
     """
     thread, fit, back_wall = lengths.thread, mm(build.fit), mm(build.back)
     bore, hole, nut = mm(build.air_bore) / 2, thread.clearance / 2, thread.nut + fit
@@ -311,11 +310,11 @@ WALL_INPUTS = {
     "between two nuts": "sheets.width",
     "between two heads": "sheets.width",
 }
-"""Inputs that make each wall thicker; mount.clamped_length for the others."""
+"""{wall: inputs that make it thicker}; mount.clamped_length for all others."""
 
 
 def seal_check(brake: Brake, build: Build, lengths: Lengths) -> Check:
-    """Return C11: the pressure of the tie on the neck at its flattest place."""
+    """Return C11: the pressure of the tie on the neck at its flattest point."""
     a, b = lengths.neck_a * 1e-3, lengths.neck_b * 1e-3
     pressure = build.tie_tension * np.minimum(b / a**2, 1 / b) / build.tie_width
     need = ATMOSPHERES * brake.site.atmosphere
@@ -343,7 +342,7 @@ def _seal_words(tension: float, pressure: float, need: float, ok: bool | None) -
 
 
 def print_checks(build: Build, parts: Sequence[Part]) -> Iterator[Check]:
-    """Yield C2 of the printer: every printed part fits it, along its axes."""
+    """Yield C2 (printer): every printed part fits the printer, along its axes."""
     if build.print_bed is None:
         words = partial(say, "build volume of the printer not given, not checked")
         yield Check(code="C2", key="print-bed", words=words)
@@ -383,7 +382,7 @@ def _printer_words(name: str, sides: Sequence[float], bed: Sequence[float], ok: 
 
 
 def mass_checks(brake: Brake, rows: Sequence[MassRow]) -> Iterator[Check]:
-    """Yield C14: the mass as drawn against the model, in total and part by part."""
+    """Yield C14: the mass as drawn compared with the model, in total and part by part."""
     row_of = {row.name: row for row in rows}
     sheets = sum(row.mass for name, row in row_of.items() if name.startswith("sheet"))
     pairs = (

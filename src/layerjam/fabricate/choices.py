@@ -1,4 +1,4 @@
-"""Choices behind a build: the [build] table of a brake or a workshop, with their sources."""
+"""Choices for a build, from the [build] table of a brake or a workshop, with their sources."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -22,7 +22,7 @@ _BUILD = {path: entry for path, entry in _FIELDS.items() if path.startswith("bui
 
 @dataclass(frozen=True, kw_only=True)
 class Choices:
-    """Choices of one build, with a Source for every key of [build] that somebody set."""
+    """Choices of one build, with a Source for every key of [build] that is set."""
 
     build: Build = Build()
     sources: Mapping[str, Source] = field(default_factory=dict)
@@ -40,7 +40,7 @@ class Choices:
 
     @property
     def default_keys(self) -> tuple[str, ...]:
-        """Keys of [build] that nobody set, so that their defaults apply."""
+        """Return the keys of [build] that nobody set, so that their defaults apply."""
         names = (f.name for f in fields(self.build))
         return tuple(name for name in names if f"build.{name}" not in self.sources)
 
@@ -48,7 +48,7 @@ class Choices:
 def choices(
     file: BrakeFile, workshop: str | Path | None = None, overrides: Mapping[str, Any] | None = None
 ) -> Choices:
-    """Return the choices of the command, else of the brake's file, else of a workshop.
+    """Return the choices of the command, otherwise of the brake's file, otherwise of a workshop.
 
     `workshop` is the path of a TOML file with a table [build]; `overrides` maps keys of [build] to
     SI values. Raises FileError or QuantityError for values out of bounds or in conflict.

@@ -1,4 +1,4 @@
-"""Films that each cutter may cut: a laser that burns the wrong film poisons its operator."""
+"""Films that each cutter may cut, because a laser in the wrong film poisons its operator."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -9,7 +9,7 @@ from layerjam.fabricate.verdicts import Check, say
 from layerjam.toml_files.source import Source
 
 PUNCHED_BELOW = 5.0
-"""Hole diameter below which to use a punch, as a plotter's knife leaves no round hole [mm]."""
+"""Hole diameter below which to use a punch, because a plotter's knife leaves no round hole [mm]."""
 OWN_KINDS = ("measured", "assumed", "unstated")
 """Kinds of a source that is not published."""
 ADVICE = {
@@ -53,7 +53,7 @@ def laser_check(file: BrakeFile, cutter: str) -> Check:
 
 
 def notes(file: BrakeFile, cutter: str) -> Sequence[str]:
-    """Return sentences, each on one line, that every file for a cutter carries."""
+    """Return sentences, one line each, for every file for a cutter."""
     word, source = file.making.film.laser, file.sources.get("film.laser", Source())
     text, was = " ".join(source.text.split()), " ".join(source.was.split())
     if word == "never":

@@ -1,4 +1,4 @@
-"""One build: its lengths, parts, film, masses and checks, before any file is written."""
+"""One build, before any file is written: lengths, parts, film, masses and checks."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -47,7 +47,7 @@ DRAWN = (
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """All data of a build; `parallel` times `series` equal brakes."""
+    """All data of a build of `parallel` times `series` equal brakes."""
 
     file: BrakeFile
     choices: Choices
@@ -61,10 +61,10 @@ class Drawing:
     parallel: int = 1
     series: int = 1
     accepted: Sequence[Acceptance] = ()
-    """Failed checks of the brake's file and of the build that somebody accepted."""
+    """Failed checks of the brake's file and of the build that were accepted."""
 
     def stating(self, acceptances: Sequence[Acceptance]) -> "Drawing":
-        """Return the build with these accepted checks stated in its files."""
+        """Return the build whose files state these accepted checks."""
         sentences = [
             " ".join(f"Check {row.check} failed; accepted on {row.date}: {row.reason}".split())
             for row in acceptances
@@ -94,13 +94,13 @@ class Drawing:
 
     @property
     def silicone_mass(self) -> float:
-        """Silicone to mix for all brakes, waste included [kg]."""
+        """Silicone to mix for all brakes, including waste [kg]."""
         density = self.file.brake.enclosure.density
         return self.brakes * silicone_to_mix(self.lengths, self.build, density)
 
     @property
     def silicone_parts(self) -> list[float] | None:
-        """Masses of A and B [kg], or None if the mix is not known."""
+        """Masses of A and B [kg]; None if the mixing ratio is unknown."""
         return halves(self.file.making.enclosure.mix, self.silicone_mass)
 
     @property
@@ -112,7 +112,7 @@ class Drawing:
         return self.force * sum(abs(i - middle) * step for i in range(self.parallel)) / 4
 
     def assumptions(self) -> list[str]:
-        """Return values that nobody has measured or set, each with its reason."""
+        """Return the values that nobody has measured or set, each with a reason."""
         specs = dict(entries(Build))
         sentences = []
         for name in self.choices.default_keys:

@@ -1,4 +1,4 @@
-"""Mass, amounts and margins of many drawn brakes by closed forms: no file, mesh or library."""
+"""Mass, amounts and margins of many drawn brakes in closed form, without files or meshes."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -78,7 +78,7 @@ class Draws:
             sum(row.mass for row in mass_rows(brake, self.build, sizes, solids)),
         )
         film_area, print_volume, tools, mass = (np.where(fits, row, np.nan) for row in amounts)
-        # a search may end slightly beyond a limit through rounding, and a build would reject it
+        # a search may end slightly beyond a limit by rounding, and a build would reject it
         margin = np.min(np.broadcast_arrays(*all_margins), axis=0) * (1 - 4 * ROUNDING)
         return Bill(film_area, print_volume, tools, mass, margin)
 
@@ -119,7 +119,7 @@ def _rows(place: Any, row: Any) -> Any:
 def drawn_mass(file: BrakeFile) -> float | None:
     """Return the mass [kg] of one brake as drawn, without parts of unknown mass.
 
-    None if its parts would not fit together.
+    It is None if the parts do not fit together.
     """
     try:
         build = choices(file).build

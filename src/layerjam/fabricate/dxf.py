@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 CUT, INSIDE, INFO = "CUT", "CUT_INSIDE", "INFO"
 LAYERS = {CUT: 1, INSIDE: 5, INFO: 8}
-"""Layer: colour. Red is cut, blue is cut first, grey is not cut."""
+"""{layer: colour}; red is cut, blue is cut first, grey is not cut."""
 BAR = 100.0
 """Length of the scale bar [mm]."""
 _LETTERS = 4.0
@@ -30,10 +30,10 @@ class Frame:
 
 
 def dxf(parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[str] = ()) -> bytes:
-    """Return the bytes of the file; without a `frame` it holds cut lines only.
+    """Return the bytes of the file; without a `frame` it contains only lines to cut.
 
-    `notes` are comments for the reader, which a machine ignores. R2000 is the oldest version that
-    can state the unit and hold arcs in an outline. Raises MissingExtraError if ezdxf is not
+    `notes` are comments for the reader, which a machine ignores. The format is R2000, the oldest
+    version with a unit and with arcs in an outline. Raises MissingExtraError if ezdxf is not
     installed.
     """
     with MissingExtraError.raise_if_missing("film patterns as DXF (ezdxf)", "build"):
@@ -84,7 +84,7 @@ def _part(space: "Modelspace", part: Outline) -> None:
 
 
 def _info(space: "Modelspace", frame: Frame, notes: Sequence[str]) -> None:
-    """Draw the film's edge, and below it the bar and the text, clear of all cuts."""
+    """Draw the film's edge, and below it the scale bar and the text, away from all cuts."""
     layer = {"layer": INFO}
     corners = [(0, 0, 0), (frame.length, 0, 0), (frame.length, frame.width, 0), (0, frame.width, 0)]
     _draw_closed(space, corners, INFO)

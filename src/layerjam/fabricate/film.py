@@ -20,7 +20,7 @@ from layerjam.fabricate.verdicts import ROUNDING, Check, say
 from layerjam.units import show
 
 LARGEST = (1169.0, 777.0)
-"""Length and width of the pieces if no stock is given: A0 with room for a ruler [mm]."""
+"""Length and width of the pieces if no stock is given: A0 with space for a ruler [mm]."""
 LEAST_HOLE, HOLE_BY_THICKNESS, LEAST_RIM = 1.0, 1.5, 1.0
 """Limits of a service: least hole [mm] and [sheet thicknesses], least rim around it [mm]."""
 
@@ -37,7 +37,7 @@ class Film:
     notes: Sequence[str]
     """Sentences that every file carries."""
     used: float
-    """Share of the stock that becomes parts."""
+    """Share of the stock that is used for parts."""
 
     @property
     def area(self) -> float:
@@ -50,7 +50,7 @@ class Film:
         return 1e-3 * sum(part.outline.cut_length() * part.count for part in self.parts)
 
     def files(self) -> dict[str, bytes]:
-        """Return {path: bytes} of single parts for a service and whole pieces for your own cutter.
+        """Return {path: bytes} of single parts for a service, and whole pieces for your own cutter.
 
         Raises MissingExtraError if ezdxf is not installed.
         """
@@ -69,10 +69,10 @@ class Film:
 
 
 def film(file: BrakeFile, build: Build, lengths: Lengths, copies: int = 1) -> Film:
-    """Return the film of `copies` brakes, with the checks C1, C2 (of the laser's bed), C3 and C15.
+    """Return the film of `copies` brakes, with the checks C1, C2 (laser bed), C3 and C15.
 
     If a part is larger than the stock, there are no pieces and C1 fails. Raises QuantityError for a
-    laser and a film without laser data.
+    laser if the film has no laser data.
     """
     parts = film_parts(build, lengths, copies)
     kerf = mm(build.kerf)
@@ -153,7 +153,7 @@ def _bed_along_film(parts: Sequence[CutPart], bed: Sequence[float]) -> tuple[flo
 
 
 def stock_margin(parts: Sequence[CutPart], build: Build) -> Any:
-    """Return how many times stock and laser bed hold each part: 1 or more can be cut."""
+    """Return the size of stock and laser bed relative to the largest part; 1 or more is enough."""
     around, stock_fit = mm(build.kerf) + 2 * mm(build.margin), math.inf
     sizes = [(p.outline.length + around, p.outline.width + around) for p in parts]
     rooms = [room for room in (_stock(build),) if room]
@@ -195,7 +195,7 @@ def _bed_check(
     bed: tuple[float, float] | None,
     stock: tuple[float, float] | None,
 ) -> Check:
-    """Return C2 of the film: pieces may be turned on the bed, with all their parts."""
+    """Return C2 (laser bed): pieces may be turned on the bed, with all their parts."""
     if bed is None:
         words = partial(say, "laser bed not given, not checked")
         return Check(code="C2", key="laser-bed", words=words)
@@ -258,7 +258,7 @@ def _hole_words(key: str, value: float, limit: float, ok: bool | None) -> str:
 def more_files(
     build: Build, lengths: Lengths, parallel: int, series: int, coupons: bool
 ) -> dict[str, bytes]:
-    """Return {path: bytes} of auxiliary parts: jig, yoke, link, coupons; all nominal."""
+    """Return {path: bytes} of auxiliary parts (jig, yoke, link, coupons), all nominal."""
     flat = plates(build, lengths, parallel, series)
     content = {f"cut/{name}.dxf": dxf([part]) for name, part in flat.items()}
     if coupons:
@@ -278,7 +278,7 @@ def plates(build: Build, lengths: Lengths, parallel: int, series: int) -> dict[s
 
 
 def pitch(build: Build, lengths: Lengths) -> float:
-    """Return the distance of two parallel brakes [mm], set by their enclosures or their heads."""
+    """Return the distance of two parallel brakes [mm], set by their enclosures or heads."""
     return max(lengths.tray_width + 2 * lengths.wall, lengths.head) + mm(build.gap)
 
 

@@ -1,6 +1,6 @@
-"""Folder of a build: all its files, which appear completely or not at all.
+"""Folder of a build with all its files, which appear completely or not at all.
 
-A path inside the folder never comes from the name of the brake.
+The name of the brake never determines a path inside the folder.
 """
 
 import json

@@ -9,7 +9,7 @@ RIM = 10.0
 EYE = 15.0
 """Distance of a yoke's eye from the row of the pins [mm]."""
 SLATS, SLAT = 10, 10.0
-"""Slats of the comb, and the width of each [mm]."""
+"""Number of slats in the comb, and the width of each [mm]."""
 _SLED = 25.0
 """Side of the sled's face in the paper's friction test [mm]."""
 
@@ -32,9 +32,9 @@ def jig(pin_to_pin: float, bore: float) -> Outline:
 
 
 def yoke(brakes: int, pitch: float, bore: float) -> Outline:
-    """Return a plate across `brakes` in parallel; the load hangs on the eye in its middle.
+    """Return a plate across `brakes` in parallel; the load hangs on the eye at its middle.
 
-    The eye is not in the row of the pins, as an odd number of brakes has a pin in the middle.
+    The eye is not in the row of the pins, because an odd number of brakes has a pin in the middle.
     """
     edge = rim(bore)
     row = [Circle(edge + i * pitch, -EYE / 2, bore) for i in range(brakes)]
@@ -61,10 +61,11 @@ def link(head: float, gap: float, bore: float) -> Outline:
 
 
 def coupon(hole: float, gap: float) -> list[Outline]:
-    """Return test pieces to cut first from the same film, along its direction and without kerf.
+    """Return test pieces to cut first from the same film, in its direction and without kerf.
 
-    A comb of ten slats in a frame measures the kerf: pushed together they leave eleven kerfs. The
-    square with a hole measures it again. A strip and three patches are for `layerjam friction`.
+    A comb of ten slats in a frame measures the kerf: the slats, pushed together, leave a gap of
+    eleven kerfs. The square with a hole measures the kerf again. A strip and three patches are for
+    `layerjam friction`.
     """
     comb = Outline(
         length=SLATS * SLAT,

@@ -19,15 +19,15 @@ from layerjam.fabricate.screws import LENGTHS, Thread, sold_length, thread_for
 from layerjam.units import show
 
 M5_BORE = 4.2
-"""Hole into which M5 is cut [mm]; the thread's minor diameter is 4.134 mm."""
+"""Diameter of the hole into which an M5 thread is cut [mm]; its minor diameter is 4.134 mm."""
 M5_PITCH, M5_LEAST = 0.8, 4.0
 """Pitch of M5 and its least length in printed resin [mm]: layerjam assumes five turns.
 
-A fitting tightened by hand with 0.5 N m pulls with 500 N (K = 0.2). A resin of 40 MPa, 23 MPa in
-shear, holds that over 0.6 pi d L if L is at least 2.3 mm.
+A fitting tightened by hand to 0.5 N m pulls with 500 N (K = 0.2). A resin of 40 MPa, or 23 MPa in
+shear, carries this over 0.6 pi d L if L is at least 2.3 mm.
 """
 GLUED = 0.1
-"""Excess of the bore over a tube that is glued in [mm]."""
+"""Excess of the bore over the diameter of a tube that is glued in [mm]."""
 PORT_WALL = 2.0
 SPARE = 0.1
 """Least height of the air bore above the tray's floor [mm]."""
@@ -57,12 +57,12 @@ def _tidy(value: Any, digits: int) -> Any:
 
 
 def _to_count(value: Any) -> Any:
-    """Return a count: an int, or whole numbers in an array of floats."""
+    """Return a count as an int, or as whole numbers in an array of floats."""
     return value if np.ndim(value) else int(value)
 
 
 def change_arrays(record: R, change: Callable[[Any], Any]) -> R:
-    """Return a record with every array changed, in nested records too."""
+    """Return a record with every array changed, also in nested records."""
     changes: dict[str, Any] = {}
     for f in fields(record):  # type: ignore[arg-type]
         value = getattr(record, f.name)
@@ -74,7 +74,7 @@ def change_arrays(record: R, change: Callable[[Any], Any]) -> R:
 
 
 class CannotBuildError(LayerjamError):
-    """No such brake can be drawn: a result, not bad input. `key` gives the reason to programs."""
+    """A brake that cannot be drawn: a result, not invalid input; `key` is the reason."""
 
     key: ClassVar[str] = "cannot-build"
 
@@ -93,11 +93,11 @@ class Side:
     name: str
     """"left" or "right"."""
     sheets: int
-    """Sheets clamped at this end."""
+    """Number of sheets clamped at this end."""
     spacers: int
-    """Spacers between them: one for every sheet of the other side."""
+    """Number of spacers between them, one for every sheet of the other side."""
     clamped: float
-    """c_i: length of a sheet and of a spacer in the cap."""
+    """c_i: length of a sheet and of a spacer inside the cap."""
     tray: float
     """T: clamped length and air space."""
     reach: float
@@ -112,7 +112,7 @@ class Mould:
     inner_height: float
     outer_width: float
     outer_height: float
-    """Sections of core and cavity, shrinkage included."""
+    """Heights and widths of core and cavity, shrinkage included."""
     casting: float
     """Length of the cavity."""
     core: float
@@ -123,7 +123,7 @@ class Mould:
     """Height of one half."""
     flange: float
     bolts: int
-    """Positions of bolts in each flange; those in the middle are keys."""
+    """Positions of bolts in each flange; the middle ones are keys."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,17 +136,17 @@ class Lengths:
     sheet_length: float
     hole: float
     screws: int
-    """Screws in each cap."""
+    """Number of screws in each cap."""
     stack: float
     """H = n t."""
     free: float
-    """D: from cap to cap."""
+    """D: distance from cap to cap."""
     left: Side
     right: Side
     thread: Thread
     screw_length: int
     floor: float
-    """f: plastic under the head and under the nut."""
+    """f: thickness of the plastic under the head and under the nut."""
     plate_height: float
     shelf_height: float
     cap_height: float
@@ -162,20 +162,20 @@ class Lengths:
     """Width and length of the head that holds the pin."""
     head_height: float
     air_axis: float
-    """z of the air bore's axis: higher in a thin stack, above the tray's floor."""
+    """z of the air bore's axis; higher in a thin stack, to stay above the tray's floor."""
     port: float
     """Diameter of the port's bore."""
     port_length: float
     inner_width: float
     inner_height: float
     wall: float
-    """Wall of the enclosure."""
+    """Thickness of the enclosure's wall."""
     sleeve: float
     """Length of the trimmed enclosure."""
     pin_to_pin: float
     overall: float
     strap: float
-    """Greatest distance of the pins in use: pin to pin plus the usable travel."""
+    """Greatest distance between the pins in use: pin to pin plus the usable travel."""
     mould: Mould
 
     @property
@@ -185,7 +185,7 @@ class Lengths:
 
     @property
     def same_caps(self) -> bool:
-        """Whether one cap fits both ends, for every brake."""
+        """Return whether one cap fits both ends, for every brake."""
         return np.allclose(self.left.clamped, self.right.clamped, rtol=1e-9, atol=0.0)
 
 
@@ -298,7 +298,7 @@ def _side(brake: Brake, build: Build, name: str) -> Side:
 def _neck(aspect: Any, girth: Any, flattest: float) -> tuple[Any, Any]:
     """Return half axes of an ellipse of a given girth, as flat as the cap if the seal allows it.
 
-    A tie presses least at the flattest place, by its tension over its width and the radius a²/b
+    A tie presses least at the flattest point, with its tension over its width and the radius a²/b
     there; `flattest` is the greatest such radius [mm] that seals. A flatter shape is made rounder
     until it seals, and circular below `ROUND_BELOW`.
     """
@@ -349,6 +349,6 @@ def _mould(build: Build, inner: tuple[float, float], wall: float, sleeve: float)
 
 
 def nut_overhang(lengths: Lengths) -> Any:
-    """Return how far the corner of a nut lies in front of the tray's face [mm]; below 0 behind."""
+    """Return how far a nut's corner projects from the tray's face [mm]; negative if behind it."""
     shorter = np.minimum(lengths.left.clamped, lengths.right.clamped)
     return lengths.thread.nut / np.sqrt(3) - shorter / 2

@@ -1,4 +1,4 @@
-"""Mass of each part of a build as drawn, and the parts whose mass is known only by weighing."""
+"""Mass of each part of a build as drawn, and parts whose mass must be weighed."""
 
 import math
 from collections.abc import Sequence
@@ -13,9 +13,9 @@ from layerjam.fabricate.parts import Part
 STEEL = 7850.0
 """Density of screws and nuts [kg/m³]."""
 SOCKET_AND_THREAD = 0.1
-"""Share of a screw's cylinders removed by its socket and thread."""
+"""Share of a screw's cylinders that its socket and thread remove."""
 UNWEIGHED = ("cable ties", "tube fittings", "tube", "dowel pins")
-"""Parts of unknown mass, as you choose their make."""
+"""Parts of unknown mass, because the builder chooses the make."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class MassRow:
     unit_mass: float
     basis: str
     fitting: bool = True
-    """Whether it is a fitting, that is, not a sheet or the enclosure from cap to cap."""
+    """Whether it is a fitting, which is neither a sheet nor the enclosure between the caps."""
 
     @property
     def mass(self) -> float:
@@ -75,7 +75,7 @@ def screw_name(lengths: Lengths) -> str:
 
 
 def screw_mass(lengths: Lengths) -> float:
-    """Return the mass of a cylinder head on a cylinder of steel, less a tenth [kg]."""
+    """Return the mass of a steel cylinder with a cylinder head, less a tenth [kg]."""
     thread = lengths.thread
     head = math.pi / 4 * thread.head**2 * thread.head_height
     shank = math.pi / 4 * thread.size**2 * lengths.screw_length
@@ -83,7 +83,7 @@ def screw_mass(lengths: Lengths) -> float:
 
 
 def nut_mass(lengths: Lengths) -> float:
-    """Return the mass of a hexagon of steel with a hole [kg]."""
+    """Return the mass of a steel hexagon with a hole [kg]."""
     thread = lengths.thread
     area = math.sqrt(3) / 2 * thread.nut**2 - math.pi / 4 * thread.size**2
     return area * thread.nut_height * STEEL * 1e-9

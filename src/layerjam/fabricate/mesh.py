@@ -1,4 +1,4 @@
-"""Part as a closed triangle mesh, by manifold3d (extra `build`) [mm]."""
+"""A part as a closed triangle mesh, by manifold3d (extra `build`) [mm]."""
 
 import functools
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from layerjam.fabricate.solid import PLANE, Axis, Prism, Solid
 
 AXES: tuple[Axis, ...] = ("x", "y", "z")
 FINEST = 1e-4
-"""Edges shorter than this are collapsed: a file of 32-bit numbers could not hold them [mm]."""
+"""Length below which edges are collapsed, because 32-bit numbers could not represent them [mm]."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Mesh:
 
 @functools.lru_cache(maxsize=64)
 def mesh(part: Solid) -> Mesh:
-    """Return a part's mesh, always the same for the same part.
+    """Return a part's mesh, which is always the same for the same part.
 
     Raises MissingExtraError if the extra `build` is not installed, and RuntimeError for a mesh that
     is not closed, which would be a bug.
@@ -60,10 +60,10 @@ def mesh(part: Solid) -> Mesh:
 
 
 def _sweep(prism: Prism) -> Any:
-    """Return one prism as a closed mesh; its planes are exactly where its numbers put them.
+    """Return one prism as a closed mesh; its planes are exactly at its numbers.
 
     Two prisms meet in one plane only if both have the same number for it, to the last bit. A
-    library that sweeps outlines rounds them, and leaves skins too thin to be seen.
+    library that sweeps outlines rounds them, and leaves invisibly thin skins.
     """
     from manifold3d import Manifold, Mesh64
 

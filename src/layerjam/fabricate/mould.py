@@ -1,4 +1,4 @@
-"""The enclosure, its mould and the mould's core (section 2.4) [mm]; x = 0 in the middle.
+"""The enclosure, its mould and the mould's core (section 2.4) [mm]; x = 0 is in the middle.
 
 The mould parts at z = 0. Both flanges have bolts; keys replace the middle pair. The sprue is at one
 end and two vents at the other, in the length that is cut off. The mould is filled on end.
@@ -12,12 +12,12 @@ from layerjam.fabricate.solid import Box, Ellipse, Prism, Solid, add, cut, solid
 
 
 def sleeve(lengths: Lengths) -> Solid:
-    """Return the enclosure as trimmed, a straight tube."""
+    """Return the trimmed enclosure, a straight tube."""
     return _tube("sleeve", lengths.inner_width, lengths.inner_height, lengths.wall, lengths.sleeve)
 
 
 def casting(lengths: Lengths) -> Solid:
-    """Return the content of the mould: the enclosure and the ends that are cut off."""
+    """Return the casting in the mould: the enclosure with the ends that are cut off."""
     mould, walls = lengths.mould, lengths.mould.outer_width - lengths.mould.inner_width
     return _tube("casting", mould.inner_width, mould.inner_height, walls / 2, mould.casting)
 
@@ -37,7 +37,7 @@ def core(lengths: Lengths) -> Solid:
 
 
 def bottom(lengths: Lengths, build: Build) -> Solid:
-    """Return the lower half, with the keys' pins."""
+    """Return the lower half with the pins of the keys."""
     pins = [
         add("z", 0, KEY_HEIGHT, Ellipse.circle(place, mm(build.key)))
         for place in places(lengths)[1]
@@ -47,7 +47,7 @@ def bottom(lengths: Lengths, build: Build) -> Solid:
 
 
 def top(lengths: Lengths, build: Build) -> Solid:
-    """Return the upper half, with the keys' holes, the sprue and the vents."""
+    """Return the upper half with the holes of the keys, the sprue and the vents."""
     mould = lengths.mould
     prisms = list(_half(lengths, build, below=False))
     wide = mm(build.key) + mm(build.key_clearance)
@@ -59,7 +59,7 @@ def top(lengths: Lengths, build: Build) -> Solid:
 
 
 def openings(lengths: Lengths, build: Build) -> list[tuple[tuple[float, float], float]]:
-    """Return (place, diameter) of sprue and vents, in the middle of the ends that are cut off."""
+    """Return (position, diameter) of sprue and vents, in the middle of the ends cut off."""
     mould, trim = lengths.mould, mm(build.trim)
     sprue, vent = mm(build.sprue), mm(build.vent)
     low, high = (trim - mould.casting) / 2, (mould.casting - trim) / 2
@@ -88,7 +88,7 @@ def _half(lengths: Lengths, build: Build, below: bool) -> Iterator[Prism]:
 
 
 def places(lengths: Lengths) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
-    """Return places of the bolts, and of the keys instead of the middle pair."""
+    """Return the positions of the bolts, and of the keys that replace the middle pair."""
     mould = lengths.mould
     y_row = (mould.outer_width + mould.flange) / 2
     first = -(mould.length - mould.flange) / 2

@@ -1,4 +1,4 @@
-"""Film parts in rows on the stock, in mm: never turned, as film differs along and across."""
+"""Film parts in rows on the stock [mm]; never turned, because film differs along and across."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ class Piece:
     width: float
     parts: Sequence[Outline]
     counts: Sequence[tuple[str, int]]
-    """Number of each part, in the order of the parts given."""
+    """Number of each part, in the order of the given parts."""
 
     def used(self) -> tuple[float, float]:
         """Return length and width [mm] up to the last part, from the origin."""
@@ -52,7 +52,7 @@ def nest(
 ) -> list[Piece]:
     """Return the parts on as many pieces of `stock` (length, width) as needed.
 
-    A part goes into the first row that is wide enough and has room, else starts a row. Raises
+    A part goes into the first row that is wide and long enough, otherwise it starts a row. Raises
     ValueError for a part that `too_large` names.
     """
     if too_large(parts, stock, margin):
@@ -63,10 +63,10 @@ def nest(
 def nest_least(
     parts: Sequence[CutPart], *, margin: float, gap: float, bounds: tuple[float, float]
 ) -> list[Piece]:
-    """Return the parts on the smallest rectangle that holds all, if no stock is given.
+    """Return the parts on the smallest rectangle that holds all of them, if no stock is given.
 
-    If that would be larger than `bounds` (length, width), the result is pieces of `bounds` and a
-    smallest last one. A part longer or wider than `bounds` gets the size it needs.
+    If it would exceed `bounds` (length, width), the result is pieces of that size, with the last
+    one as small as possible. A part longer or wider than `bounds` gets the size that it needs.
     """
     longest = max(part.outline.length for part in parts) + 2 * margin
     widest = max(part.outline.width for part in parts) + 2 * margin
@@ -126,7 +126,7 @@ class _Filling:
         return wide <= row.height + SLACK and row.free + long <= end + SLACK
 
     def _new(self, wide: float) -> _Row:
-        """Return a row above the last, or the first of a new piece."""
+        """Return a row above the last one, or the first row of a new piece."""
         low, end = self.margin, self.stock[1] - self.margin
         if self.rows:
             low = self.rows[-1].low + self.rows[-1].height + self.gap

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 QUARTER = math.sqrt(2) - 1
-"""Bulge of a quarter of a circle: tan(90°/4)."""
+"""Bulge of a quarter circle: tan(90°/4)."""
 
 
 class Circle(NamedTuple):
@@ -36,9 +36,9 @@ class Circle(NamedTuple):
 
 
 class Vertex(NamedTuple):
-    """Corner of a closed path [mm]; `bulge` is that of the segment to the next corner.
+    """Corner of a closed path [mm]; `bulge` belongs to the segment to the next corner.
 
-    The bulge is the tangent of a quarter of the arc's angle: 0 for a line.
+    The bulge is the tangent of a quarter of the arc's angle, 0 for a line.
     """
 
     x: float
@@ -47,7 +47,7 @@ class Vertex(NamedTuple):
 
 
 class Cut(NamedTuple):
-    """Straight open cut [mm]; only coupons have them."""
+    """Straight open cut [mm], which only coupons have."""
 
     start: tuple[float, float]
     end: tuple[float, float]
@@ -60,7 +60,7 @@ class Cut(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Outline:
-    """Part of `length` × `width`, its corners rounded by `start` (at x = 0) and `end` [mm]."""
+    """Part of `length` × `width`, with corners rounded by `start` (at x = 0) and `end` [mm]."""
 
     length: float
     width: float
@@ -85,8 +85,8 @@ class Outline:
     def add_kerf(self, kerf: float) -> "Outline":
         """Return the path along which a cut of width `kerf` [mm] leaves exactly this part.
 
-        Exact: half the kerf outwards all round, holes smaller by the kerf. Sharp corners become
-        round by half the kerf.
+        The edge moves outwards by half the kerf, and holes become smaller by the kerf. Sharp
+        corners are rounded by half the kerf.
         """
         if kerf == 0:
             return self

@@ -1,4 +1,4 @@
-"""Meshes as 3MF and STL, written directly; the same bytes for the same mesh."""
+"""Meshes as 3MF and STL, written directly, with the same bytes for the same mesh."""
 
 import io
 import zipfile
@@ -9,7 +9,7 @@ import numpy as np
 from layerjam.fabricate.mesh import Mesh
 
 EPOCH = (1980, 1, 1, 0, 0, 0)
-"""Date of every file in a package: the earliest the format allows."""
+"""Date of every file in a package: the earliest that the format allows."""
 SPACING = 5.0
 """Distance of two objects on the printer's plate [mm]."""
 MODEL = "3D/3dmodel.model"
@@ -30,7 +30,7 @@ RELATIONS = (
 
 
 def stl(mesh: Mesh) -> bytes:
-    """Return a binary STL in mm; the format has neither units nor connections."""
+    """Return a binary STL in mm, a format with neither units nor connections."""
     corners = mesh.corners[mesh.triangles].astype("<f4")
     normals = np.cross(
         mesh.corners[mesh.triangles[:, 1]] - mesh.corners[mesh.triangles[:, 0]],
@@ -88,6 +88,6 @@ def _model(meshes: Sequence[Mesh], title: str) -> str:
 
 
 def _number(value: float) -> str:
-    """Return a number to a nanometre, without an exponent or a negative zero."""
+    """Return a number to the nanometre, without an exponent or a negative zero."""
     text = f"{value:.6f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text

@@ -1,4 +1,4 @@
-"""Solids of a build: printed parts, with their numbers, and the cast enclosure."""
+"""Solids of a build: printed parts with their numbers, and the cast enclosure."""
 
 from dataclasses import dataclass
 
@@ -11,13 +11,13 @@ from layerjam.fabricate.solid import Solid
 
 @dataclass(frozen=True)
 class Part:
-    """Solid and its number in one brake."""
+    """A solid, and its number in one brake."""
 
     solid: Solid
     count: int
     printed: bool = True
     stays: bool = True
-    """Whether it becomes part of the brake; the mould does not."""
+    """Whether it becomes part of the brake, unlike the mould."""
 
     @property
     def name(self) -> str:
@@ -26,7 +26,7 @@ class Part:
 
 
 def parts(lengths: Lengths, build: Build) -> list[Part]:
-    """Return caps, plates, mould, core and enclosure, left and right separate if they differ."""
+    """Return caps, plates, mould, core and enclosure, with separate sides if they differ."""
     solids = []
     for shape, word in ((cap, "cap"), (plate, "plate")):
         if lengths.same_caps:

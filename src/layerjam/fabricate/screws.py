@@ -34,7 +34,7 @@ class Thread:
     clearance: float
     """Diameter of the medium clearance hole."""
     shortest: int
-    """Length from which ISO 4762 lists the screw."""
+    """Least length of the screw that ISO 4762 lists."""
     longest: int
     """Greatest length that ISO 4762 lists; longer screws are hard to find."""
     key: float
@@ -47,9 +47,10 @@ class Thread:
 
     @property
     def stress_area(self) -> float:
-        """Area of the thread under stress [mm²], of the mean of flank and core diameter.
+        """Return the stress area of the thread [mm²], from the mean of flank and core diameter.
 
-        pi/4 ((d2 + d3)/2)^2 (ISO 898-1), with d2 = d - 3/8 sqrt(3) P and d3 = d - 17/24 sqrt(3) P.
+        It is pi/4 ((d2 + d3)/2)^2 (ISO 898-1), with d2 = d - 3/8 sqrt(3) P and d3 = d - 17/24
+        sqrt(3) P.
         """
         mean = self.size - (3 / 8 + 17 / 24) / 2 * math.sqrt(3) * self.pitch
         return math.pi / 4 * mean**2
@@ -66,13 +67,13 @@ THREADS = (
 
 
 def thread_for(hole: float) -> Thread | None:
-    """Return the largest thread that goes through a sheet hole [mm], or None below M2."""
+    """Return the largest thread that passes through a sheet's hole [mm], or None below M2."""
     return max(
         (t for t in THREADS if t.size <= hole * (1 + 1e-9)), key=lambda t: t.size, default=None
     )
 
 
 def sold_length(least: Any, thread: Thread) -> Any:
-    """Return the shortest screw on sale of at least some length [mm]; NaN above 60 mm."""
+    """Return the shortest screw on sale of at least `least` [mm]; NaN above 60 mm."""
     least = np.maximum(least, thread.shortest) * (1 - 1e-12)
     return np.array([*LENGTHS, np.nan])[np.searchsorted(LENGTHS, least)]

@@ -1,6 +1,6 @@
 """Casting of the enclosure: amount of silicone, filling pressure, bending of the core.
 
-C12 and C13 of the specification.
+These are checks C12 and C13 of the specification.
 """
 
 import math
@@ -17,14 +17,14 @@ from layerjam.fabricate.verdicts import Check
 from layerjam.units import show
 
 MOST_PRESSURE = 100e3
-"""Greatest pressure of a syringe pressed by hand [Pa]."""
+"""Greatest pressure of a syringe that is pressed by hand [Pa]."""
 BY_HAND = ", too much by hand: use a press, a less viscous silicone or a thicker wall"
 BEND = 1e-4
 """Deflection of the core above which the wall is uneven [m]."""
 LEAST_PUSH = 1.0
 """Force that the core should bear at this deflection [N]."""
 THIN = 0.3e-3
-"""Wall below which filling requires a known viscosity [m]."""
+"""Wall thickness below which filling requires a known viscosity [m]."""
 
 
 def cavity(lengths: Lengths) -> float:
@@ -33,12 +33,12 @@ def cavity(lengths: Lengths) -> float:
 
 
 def silicone_to_mix(lengths: Lengths, build: Build, density: float) -> float:
-    """Return the mass of silicone to mix, waste included [kg]."""
+    """Return the mass of silicone to mix, including waste [kg]."""
     return cavity(lengths) * density * (1 + build.waste)
 
 
 def halves(mix: str | None, mass: float) -> list[float] | None:
-    """Return masses [kg] of A and B for a mix such as "1A:1B", or None if it is not known."""
+    """Return masses [kg] of A and B for a mix such as "1A:1B"; None if it is unknown."""
     match = re.fullmatch(r"\s*([\d.]+)\s*A\s*:\s*([\d.]+)\s*B.*", mix or "")
     if match is None:
         return None
@@ -47,10 +47,10 @@ def halves(mix: str | None, mass: float) -> list[float] | None:
 
 
 def filling_pressure(lengths: Lengths, viscosity: float, pot_life: float) -> float:
-    """Return the pressure [Pa] that fills the mould in half the pot life, as a flat slot.
+    """Return the pressure [Pa] that fills the mould, as a flat slot, in half the pot life.
 
-    12 η (V / ½ pot life) ℓ / (girth w³): Poiseuille's flow between two plates at the distance w, as
-    wide as the girth in the middle of the wall, when the mould is just full and its whole length
+    It is 12 η (V / ½ pot life) ℓ / (girth w³), Poiseuille's flow between two plates at the distance
+    w, as wide as the girth in the middle of the wall. The mould is just full, so its whole length
     resists. Corners count as rounded; the sharp ones of the paper's brake let 5 % more pass.
     """
     mould = lengths.mould
@@ -63,7 +63,8 @@ def filling_pressure(lengths: Lengths, viscosity: float, pot_life: float) -> flo
 def core_force(lengths: Lengths, modulus: float) -> float:
     """Return the force [N] in the middle that bends the core, held at both ends, by 0.1 mm.
 
-    192 E I δ/ℓ³, a beam clamped at both ends (Euler and Bernoulli), about its weaker axis.
+    It is 192 E I δ/ℓ³, for a beam clamped at both ends (Euler and Bernoulli), about its weaker
+    axis.
     """
     mould = lengths.mould
     sides = mould.inner_width, mould.inner_height

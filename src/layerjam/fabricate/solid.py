@@ -1,4 +1,4 @@
-"""Printed part as a short list of prisms, the one description behind all formats [mm].
+"""A printed part as a short list of prisms, the one description behind all formats [mm].
 
 A prism is a section swept along an axis, added to the part or cut from it. Volume by closed form
 (here), mesh (`mesh`) and STEP solid (`step`) come from the same list and must agree. Added prisms
@@ -14,7 +14,7 @@ import numpy as np
 
 Axis = Literal["x", "y", "z"]
 PLANE: dict[Axis, tuple[Axis, Axis]] = {"x": ("y", "z"), "y": ("z", "x"), "z": ("x", "y")}
-"""Axes of a section's first and second coordinate, in cyclic order, so that none is mirrored."""
+"""{axis of the sweep: axes of a section's coordinates}, in cyclic order to mirror none."""
 CHORD = 0.01
 """Greatest distance of a mesh from a round surface [mm]."""
 Point = tuple[float, float]
@@ -83,7 +83,7 @@ class Ellipse:
 
 
 def segments(radius: float, angle: float) -> int:
-    """Return the number of chords for an arc so that none is further than CHORD inside it."""
+    """Return the number of chords for an arc whose distance from it is at most CHORD."""
     return max(2, math.ceil(angle / (2 * math.acos(1 - min(CHORD / radius, 0.5)))))
 
 
@@ -92,7 +92,7 @@ Section = Box | Ellipse
 
 @dataclass(frozen=True)
 class Prism:
-    """Section swept along an axis from `start` to `end`, added or cut."""
+    """A section swept along an axis from `start` to `end`, added or cut."""
 
     axis: Axis
     start: float
@@ -108,7 +108,7 @@ class Prism:
 
 @dataclass(frozen=True)
 class Solid:
-    """Part: its name, which is also that of its files, and its prisms."""
+    """A part: its name, which is also that of its files, and its prisms."""
 
     name: str
     prisms: tuple[Prism, ...]
@@ -117,7 +117,7 @@ class Solid:
 
     @property
     def volume(self) -> float:
-        """Volume by closed form [mm³]."""
+        """Volume in closed form [mm³]."""
         return sum(-p.volume if p.cut else p.volume for p in self.prisms) + self.shared_volume
 
     @property

@@ -1,7 +1,7 @@
-"""Part as a STEP file, by Open CASCADE without its viewer (extra `step`) [mm].
+"""A part as a STEP file, by Open CASCADE without its viewer (extra `step`) [mm].
 
-AP214, product named as the part. A file is the same for the same part and version of the library,
-which its header names.
+The format is AP214, with the product named after the part. A file is always the same for the same
+part and version of the library, which its header names.
 """
 
 import tempfile
@@ -22,7 +22,7 @@ DIRECTIONS: dict[Axis, tuple[float, float, float]] = {
 
 
 def available() -> bool:
-    """Return whether the extra is installed and its libraries load."""
+    """Return whether the extra is installed and its libraries can be loaded."""
     try:
         import OCP  # noqa: F401
     except ImportError:
@@ -86,7 +86,7 @@ def _combine(operation: Any, arguments: list[Any], tools: list[Any]) -> Any:
 
 
 def _list() -> Any:
-    """Return an empty list of shapes, which versions 7 and 8 of the library keep in two places."""
+    """Return an empty list of shapes, whose class differs between versions of the library."""
     try:
         from OCP.collections import List_TopoDS_Shape
     except ImportError:
@@ -148,7 +148,7 @@ def _ellipse(prism: Prism, section: Ellipse) -> Any:
 
 
 def _round(prism: Prism, centre: tuple[float, float], first: float, second: float) -> Any:
-    """Return a circle or an ellipse in the section's plane, the longer half axis first."""
+    """Return a circle or an ellipse in the section's plane, with the longer half axis first."""
     from OCP.gp import gp_Ax2, gp_Circ, gp_Dir, gp_Elips
 
     towards = PLANE[prism.axis][0 if first >= second else 1]
@@ -170,7 +170,7 @@ def _quiet() -> None:
 
 
 def _write(shape: Any, name: str, path: Path, version: str) -> None:
-    """Write one named solid, in a document of its own so that products are not numbered."""
+    """Write one named solid, in its own document so that products are not numbered."""
     from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
     from OCP.IFSelect import IFSelect_RetDone
     from OCP.Interface import Interface_Static

@@ -1,4 +1,4 @@
-"""Checks of whether sheets, clamp and cap bear the greatest force (C7 to C9); N and mm, so MPa."""
+"""Checks whether sheets, clamp and cap bear the greatest force (C7 to C9), in N, mm and MPa."""
 
 import math
 from collections.abc import Iterator
@@ -19,16 +19,16 @@ PROOF = 580e6
 SHARE = 0.75
 """Share of the proof stress to which a screw is usually tightened."""
 SHEAR = 1 / math.sqrt(3)
-"""Share of the tensile strength that shear may reach (von Mises)."""
+"""Share of the tensile strength up to which shear is allowed (von Mises)."""
 
 
 def preload(force: float, brake: Brake, lengths: Lengths) -> float:
     """Return the screw force [N] at which friction alone holds the sheets, F/(2 mu m).
 
-    Coulomb's law on the two outer faces of the clamped stack: one rubs on the shelf, the other on
-    the plate, which passes its half on through screw and nut by friction of steel on plastic.
-    Friction between the layers adds nothing: force that a sheet gives to a spacer must leave the
-    stack as well.
+    Coulomb's law applies to the two outer faces of the clamped stack. One rubs on the shelf, the
+    other on the plate, which transfers its half through screw and nut by friction of steel on
+    plastic. Friction between the layers adds nothing, because force that a sheet transfers to a
+    spacer must also leave the stack.
     """
     return force / (2 * brake.film.kinetic * lengths.screws)
 
@@ -49,19 +49,19 @@ def strength_checks(
 
 
 def _sheets(force: Any, brake: Brake, lengths: Lengths, clamp: Any) -> Iterator[Check]:
-    """Yield C7: sheets of the side with fewer of them, at the screw holes.
+    """Yield C7: sheets of the side with fewer sheets, at the screw holes.
 
     A sheet with its hole is a lug on a pin. Areas under stress are the section next to the holes,
-    the holes' projection, and two planes of shear from each hole to the sheet's end. These are
-    taken as short as the strip behind the hole, and bear 1/sqrt(3) of the strength (von Mises). The
-    section bears the force on either load path; the other two only if friction in the clamp, whose
-    margin is `clamp`, does not carry it.
+    the holes' projection, and two shear planes from each hole to the sheet's end. The shear planes
+    are assumed to be as short as the strip behind the hole, and bear 1/sqrt(3) of the strength (von
+    Mises). The section carries the force on either load path. The other two areas carry it only if
+    friction in the clamp, whose margin is `clamp`, does not.
     """
     grip = clamp >= 1
     sheets, screws, hole = lengths.count // 2, lengths.screws, lengths.hole
     net = lengths.width - screws * hole
     shorter = np.minimum(lengths.left.clamped, lengths.right.clamped)
-    # a hole that reaches the sheet's end tears out immediately
+    # a hole that reaches the sheet's end tears out at once
     strip = np.maximum((shorter - hole) / 2, 0.0)
     areas = {
         "net section": sheets * net * lengths.thickness,
@@ -107,7 +107,7 @@ def _sheet_words(place: str, stress: float, film: float | None, grip: Any, ok: b
 
 
 def _bears(strength: Any, place: str) -> tuple[Any, str]:
-    """Return the stress that a material of a tensile strength bears, and its name."""
+    """Return the stress that a material of a given tensile strength bears, and its name."""
     if strength is None or "tearing" not in place:
         return strength, ""
     return strength * SHEAR, " in shear"
@@ -153,11 +153,11 @@ def _clamp_words(
 
 
 def cap_stresses(force: float, clamp: float, build: Build, lengths: Lengths) -> dict[str, float]:
-    """Return greatest stresses [MPa] in the printed parts; `clamp` is a preload [N].
+    """Return the greatest stresses [MPa] in the printed parts; `clamp` is a preload [N].
 
-    The tray follows `tray_factor`. The neck is taken at its groove, less the air bore. The head is
-    a lug on the dowel pin, its two planes of shear as short as the wall behind the pin's hole. The
-    seat is below the screw's head or above its nut, whichever is smaller.
+    The tray follows `tray_factor`. The neck's section is that at its groove, less the air bore. The
+    head is a lug on the dowel pin, with two shear planes as short as the wall behind the pin's
+    hole. The seat is below the screw's head or above its nut, whichever is smaller.
     """
     depth, bore = mm(build.tie_depth), mm(build.air_bore)
     neck = math.pi * ((lengths.neck_a - depth) * (lengths.neck_b - depth) - bore**2 / 4)
@@ -195,7 +195,7 @@ _CAP_REMEDIES = {
     "pin, tearing out": "build.pin_wall",
     "seat of head and nut": "mount.screws or mount.screw_hole",
 }
-"""Inputs that strengthen each place of a cap."""
+"""{place of a cap: inputs that strengthen it}."""
 
 
 def _cap_words(place: str, stress: float, strength: float | None, ok: bool | None) -> str:
@@ -208,10 +208,10 @@ def _cap_words(place: str, stress: float, strength: float | None, ok: bool | Non
 
 
 def tray_factor(build: Build, lengths: Lengths) -> float:
-    """Return the greatest stress in the tray over the force [1/mm²], tension and bending.
+    """Return the greatest stress in the tray over the force [1/mm²], from tension and bending.
 
-    The force runs through the middle of the stack. The section is a U without its nut pockets, its
-    edges taken as sharp, which changes it by 4 %.
+    The force acts in the middle of the stack. The section is a U without its nut pockets and with
+    sharp edges, which changes it by 4 %.
     """
     low, high = -lengths.stack / 2 - lengths.shelf_height, lengths.stack / 2 + lengths.plate_height
     floor = -lengths.stack / 2

@@ -17,18 +17,18 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class Check:
-    """Value and limit in SI, of one brake or arrays of many; `words` returns the sentence.
+    """Value and limit in SI units, of one brake or arrays of many; `words` returns the sentence.
 
-    `passes` decides if it is given, otherwise the two numbers. `applies` is False if the check is
-    not relevant. If it does not pass, geometry that cannot be drawn is `refused`. A part loaded
-    beyond its strength has `failed`, which somebody may accept.
+    If `passes` is given it decides, otherwise the two numbers do. `applies` is False if the check
+    is not relevant. If it does not pass, geometry that cannot be drawn is `refused`. A part loaded
+    beyond its strength has `failed`, which a person may accept.
     """
 
     code: str
     key: str
     """Name for programs."""
     words: Callable[[bool | None], str]
-    """Return the sentence, given `ok`."""
+    """Function that returns the sentence, given `ok`."""
     value: Any = None
     limit: Any = None
     at_most: bool = True
@@ -37,7 +37,7 @@ class Check:
     otherwise: Literal["refused", "failed", "warning"] = "warning"
     applies: Any = True
     fallback: Any = math.inf
-    """Margin if it does not apply: that of the load path that carries the load instead."""
+    """Margin if the check does not apply: that of the other load path."""
     passes: Any = None
 
     def margin(self) -> Any:
@@ -53,13 +53,13 @@ class Check:
 
     @property
     def ok(self) -> bool | None:
-        """Whether one brake passes; None if a limit or a datum is missing or it does not apply."""
+        """Whether one brake passes; None if the check does not apply or a number is missing."""
         is_known = self.passes is not None or None not in (self.value, self.limit)
         return bool(self.margin() >= 1) if is_known and self.applies else None
 
     @property
     def refuses(self) -> bool:
-        """Whether a brake that does not pass cannot be drawn."""
+        """Whether a failure means that the brake cannot be drawn."""
         return self.otherwise == "refused"
 
     @property
@@ -71,7 +71,7 @@ class Check:
 
     @property
     def text(self) -> str:
-        """Sentence for people: the finding, and the remedy if it did not pass."""
+        """Sentence with the finding, and the remedy if it did not pass."""
         return self.words(self.ok)
 
     def row(self) -> dict[str, Any]:
@@ -100,7 +100,7 @@ class Check:
 
 
 def say(text: str, ok: bool | None) -> str:
-    """Return the words of a check whose text is the same whether it passes or not."""
+    """Return a function for a check whose text is the same whether it passes or not."""
     return text
 
 
@@ -114,7 +114,7 @@ def refusals(checks: Iterable[Check]) -> list[Check]:
 
 
 def reason(checks: Iterable[Check]) -> str | None:
-    """Return codes and sentences of checks as one sentence, or None if there are none."""
+    """Return codes and sentences of checks as one sentence; None if there are no checks."""
     return "; ".join(f"{check.code}: {check.text}" for check in checks) or None
 
 

@@ -2,8 +2,8 @@
 
 Air at one temperature with a negligible tube: V p' = -F (p - p_u) + G (a^2 - p^2)/2a. F is the flow
 of all pumps, p_u their lowest pressure, G a laminar leak and a the atmosphere. A pump with a flow
-curve has a closed form without leak, stretch by stretch. Water: C P' = F. Times are None if the
-pressure is never reached. `lowest` and `reachable` hold for every line.
+curve has a closed form without leak, section by section. For water C P' = F. Times are None if the
+pressure is never reached. `lowest` and `reachable` apply to every line.
 """
 
 import math
@@ -20,7 +20,7 @@ from layerjam.fluid.pump import check_water, inlet_flow, intake, lowest_pressure
 
 
 def simple(line: Line) -> bool:
-    """Whether the closed forms hold: one rigid volume at one temperature, no orifice leaks.
+    """Return whether the closed forms apply: one rigid volume at one temperature, no orifice leaks.
 
     Pumps with a flow curve have none against a leak.
     """
@@ -46,7 +46,7 @@ def lowest(line: Line) -> float:
 
 def _against_laminar(line: Line) -> float:
     flow, a, leak = pumps_flow(line), line.site.atmosphere, line.leak.laminar
-    # G/2a p^2 + F p - (F p_u + G a/2) = 0
+    # solve G/2a p^2 + F p - (F p_u + G a/2) = 0
     free = flow * line.pump.ultimate + leak * a / 2
     return 2 * free / (flow + math.sqrt(flow * flow + 2 * leak / a * free))
 
@@ -80,14 +80,14 @@ def reachable(line: Line, water: bool = False) -> float:
 
 
 def pumping_time(start: float, end: float, line: Line) -> float | None:
-    """Return the time [s] between two absolute pressures [Pa], pump full on; None if never."""
+    """Return the time [s] between two absolute pressures [Pa] at full pump power; None if never."""
     flow, a, leak = pumps_flow(line), line.site.atmosphere, line.leak.laminar
     volume, low = line.chamber.volume, lowest(line)
     if end <= low:
         return None
     if leak == 0:
         return _by_stretches(start, end, line)
-    # p' = -c (p - low)(p + high)
+    # with p' = -c (p - low)(p + high)
     c = leak / (2 * a * volume)
     high = low + flow / volume / c
     ratio = (start - low) * (end + high) / ((end - low) * (start + high))
@@ -95,7 +95,7 @@ def pumping_time(start: float, end: float, line: Line) -> float | None:
 
 
 def _by_stretches(start: float, end: float, line: Line) -> float:
-    """Return the time [s] without leak, q linear in p between the points of the curve."""
+    """Return the time [s] without leak; q is linear in p between the points of the curve."""
     a, pump = line.site.atmosphere, line.pump
     inner = [p for p in points(pump, a) if end < p < start]
     total = 0.0
@@ -123,7 +123,7 @@ def holding_time(end: Any, start: Any, rate: Any, atmosphere: Any) -> Any:
 
 
 def rise_time(target: float, line: Line, water: bool = False) -> float | None:
-    """Return the time from 10 to 90 % of a vacuum [Pa], pump full on, or None if never."""
+    """Return the time from 10 to 90 % of a vacuum [Pa] at full pump power, or None if never."""
     a = line.site.atmosphere
     if target > reachable(line, water) or (not water and target == reachable(line)):
         return None
@@ -135,7 +135,7 @@ def rise_time(target: float, line: Line, water: bool = False) -> float | None:
 def time_constant(line: Line, water: bool = False) -> float:
     """Return V/F of air [s], F at the inlet without vacuum.
 
-    For water it is the time to a vacuum of one atmosphere, C a/F, its only scale.
+    For water it is C a/F, the time to a vacuum of one atmosphere, which is its only time scale.
     """
     if water:
         return water_compliance(line) * line.site.atmosphere / pumps_flow(line)
@@ -150,7 +150,7 @@ class Filling(NamedTuple):
 
 
 def filling(target: float, line: Line) -> Filling:
-    """Return vacuum over time in water, up to a target [Pa] or to boiling, and then constant."""
+    """Return vacuum over time in water, up to a target [Pa] or to boiling, then constant."""
     end = min(target, reachable(line, water=True))
     duration = end / line.site.atmosphere * time_constant(line, water=True)
     return Filling(np.array([0.0, duration, 1.6 * duration]), np.array([0.0, end, end]))
@@ -159,7 +159,7 @@ def filling(target: float, line: Line) -> Filling:
 def fall_by_valve(target: float, line: Line) -> float:
     """Return the time from 90 to 10 % of a vacuum [Pa] by the vent valve (ISO 6358), without leak.
 
-    p' V = C p_0 a phi(p/a): linear while choked, then a = sin of a clock.
+    It follows from p' V = C p_0 a phi(p/a): linear while choked, then sinusoidal.
     """
     if line.valve is None:
         raise QuantityError.of("valve", "the line has no valve or pump that lets air in")
@@ -175,9 +175,9 @@ def fall_by_valve(target: float, line: Line) -> float:
 
 
 def fall_by_pump(target: float, line: Line, water: bool = False) -> float | None:
-    """Return the time from 90 to 10 % of a vacuum [Pa], pumps run backwards; None if they cannot.
+    """Return the time from 90 to 10 % of a vacuum [Pa] with reversed pumps; None if not reversible.
 
-    Backwards they push in air of the atmosphere: p' V = B a; water: C P' = -B.
+    Reversed pumps push in air of the atmosphere, p' V = B a; for water C P' = -B.
     """
     flow = line.pump.backwards * line.pump.count
     if flow == 0:

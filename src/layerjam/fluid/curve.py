@@ -1,8 +1,8 @@
-"""A pump's flow curve as data sheets print it: flow of free air over vacuum, point by point.
+"""A pump's flow curve as in data sheets: flow of free air over vacuum, point by point.
 
 The flow is that of free air at the pump's atmosphere; the flow at the inlet at p is larger by
-p_atm/p. Vacuums are those below `STANDARD`. The curve is straight between points: it never rises
-between falling points, and pumping down has a closed form.
+p_atm/p. Vacuums are those below `STANDARD`. The curve is linear between points, so that it never
+rises between falling points, and pumping down has a closed form.
 """
 
 from bisect import bisect_right
@@ -24,7 +24,7 @@ MOST_FLOW = 1.0
 
 
 def check_curve(points: Curve, name: str) -> Curve:
-    """Return the points; QuantityError unless they fall from no vacuum to a last without flow."""
+    """Return the points; QuantityError unless the flow falls from that at no vacuum to zero."""
     if len(points) < 2:
         raise QuantityError.of(name, f"has {count_of(len(points), 'point')}; give two or more")
     if len(points) > MOST_POINTS:

@@ -1,7 +1,7 @@
-"""Energy of a vacuum: work of a jam, power to hold it, joules dissipated per joule pumped.
+"""Energy of a vacuum: work to jam, power to hold, and heat in the brake per energy spent.
 
 The least work is that of an isothermal, reversible pump to the atmosphere a: dW = ln(a/p) dN, with
-N = p V at one temperature. Real pumps take many times as much; their electric energy is known if
+N = p V at one temperature. Real pumps need many times as much; their electric energy is known if
 `pump.power` is.
 """
 
@@ -19,7 +19,7 @@ from layerjam.fluid.pump import intake
 def emptying_work(p: float, volume: float, atmosphere: float) -> float:
     """Return the least work [J] to evacuate a vessel [m^3] from the atmosphere to p [Pa absolute].
 
-    V (a - p - p ln(a/p)), at most V a.
+    It is V (a - p - p ln(a/p)), at most V a.
     """
     return volume * (atmosphere - p - (p * math.log(atmosphere / p) if p > 0 else 0.0))
 
@@ -49,9 +49,9 @@ def refill_work(before: float, after: float, line: Line) -> float:
 
 
 def pumped_work(response: Response) -> float:
-    """Return the least work [J] for the gas that was pumped along a run, leak included.
+    """Return the least work [J] for the gas pumped during a run, including leaks.
 
-    Trapezoids over the samples of a Response.
+    It uses the trapezoidal rule over the samples of a Response.
     """
     a = response.line.site.atmosphere
     inlet = response.states[:, CHAMBER if response.line.tube is None else SIDE]
@@ -63,7 +63,7 @@ def pumped_work(response: Response) -> float:
 
 
 def electric_energy(duration: float, line: Line) -> float | None:
-    """Return the electric energy [J] of the pumps, full on; None if their power is not known."""
+    """Return the electric energy [J] of the pumps at full power; None if their power is unknown."""
     if line.pump.power is None:
         return None
     return line.pump.power * line.pump.count * duration
@@ -75,15 +75,15 @@ class Holding(NamedTuple):
     leak: float
     """Throughput of the leak [Pa m^3/s]."""
     least_power: float
-    """Isothermal and reversible power [W]."""
+    """Isothermal, reversible power [W]."""
     duty: float
-    """Share of the time, or of the flow, for which the pumps are needed; above 1: too weak."""
+    """Share of time, or of flow, for which the pumps are needed; above 1 they are too weak."""
     electric_power: float | None
     """Duty times electric power [W]; None if the power is not known or the duty is above 1."""
 
 
 def holding(vacuum: float, line: Line) -> Holding:
-    """Return the cost of holding a vacuum [Pa] in air, the leak's gas pumped out at p."""
+    """Return the cost of holding a vacuum [Pa] in air, where the leak's gas is pumped out at p."""
     a = line.site.atmosphere
     p = a - vacuum
     leak = leaking(p, a, line.leak.laminar, line.leak.orifice)
@@ -98,5 +98,5 @@ def holding(vacuum: float, line: Line) -> Holding:
 
 
 def per_joule(heat: float, cost: float | None) -> float | None:
-    """Return joules of heat in the brake per joule spent on its vacuum, or None if not known."""
+    """Return the heat in the brake per energy spent on its vacuum [J/J], or None if unknown."""
     return None if cost is None or cost <= 0 else heat / cost

@@ -7,8 +7,8 @@ CRITICAL = 0.528
 NORMAL = 1e5
 """Pressure of the standard reference atmosphere of ISO 6358 [Pa]."""
 LAMINAR = 0.999
-"""Pressure ratio above which a valve's flow is proportional to the difference: there the ellipse of
-ISO 6358 is infinitely steep, unlike any flow."""
+"""Pressure ratio above which a valve's flow is proportional to the difference, because the ellipse
+of ISO 6358 becomes infinitely steep there, unlike any flow."""
 VISCOSITY = 1.81e-5
 """Viscosity of air at 20 degC [Pa s] (handbook)."""
 SPECIFIC_GAS = 287.05
@@ -34,7 +34,7 @@ def choked_share(ratio: float, critical: float = CRITICAL) -> float:
 
 
 def through_valve(high: float, low: float, conductance: float, critical: float = CRITICAL) -> float:
-    """Return the flow from pressure `high` to `low` [Pa absolute]; negative if low is higher."""
+    """Return the flow from pressure `high` to `low` [Pa absolute]; negative if `low` is higher."""
     if low > high:
         return -through_valve(low, high, conductance, critical)
     return conductance * NORMAL * high * choked_share(low / high if high > 0 else 1.0, critical)

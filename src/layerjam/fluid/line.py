@@ -1,7 +1,7 @@
 """A vacuum line: chamber, tube, pumps, vent valve, reservoir, leak, sensor (mechanics, section 5).
 
 A flow is a volume per time at the inlet pressure. A throughput q is pressure times volume per time
-[Pa m^3/s], which counts gas at one temperature.
+[Pa m^3/s], which measures gas at one temperature.
 """
 
 from layerjam.device.mount import Site
@@ -45,7 +45,7 @@ class Chamber:
 
 @record
 class Tube:
-    """The tube between pump and brake; without cells its gas counts with the pump's side."""
+    """The tube between pump and brake; without cells its gas is counted on the pump's side."""
 
     length: float = quantity("m", "length of the tube", lo=1e-3, hi=100)
     bore: float = quantity("m", "inner diameter of the tube", lo=1e-4, hi=0.1)
@@ -60,7 +60,7 @@ class Tube:
 
 @record
 class Pump:
-    """One of `count` equal pumps in parallel, by its displacement or by a flow curve (`pump.py`).
+    """One of `count` equal pumps in parallel, with a displacement or a flow curve (`pump.py`).
 
     A displacement gives q = flow (p - ultimate) for each pump; a curve replaces both numbers.
     """
@@ -90,7 +90,7 @@ class Pump:
 
 @record
 class Valve:
-    """A valve that lets the atmosphere in, after ISO 6358."""
+    """A valve that lets in the atmosphere, after ISO 6358."""
 
     conductance: float = quantity(
         "m^3/(s Pa)",
@@ -107,7 +107,7 @@ class Valve:
 
 @record
 class Leak:
-    """Leak into the line, laminar, by an orifice, or both."""
+    """Leak into the line: laminar, through an orifice, or both."""
 
     laminar: float = quantity(
         "m^3/s",
@@ -126,7 +126,7 @@ class Leak:
 
 @record
 class Reservoir:
-    """A vessel pumped out beforehand; its valve joins it to the chamber."""
+    """A vessel that is evacuated beforehand; its valve connects it to the chamber."""
 
     volume: float = quantity("m^3", "volume of the reservoir", lo=1e-7, hi=10)
     conductance: float = quantity(
@@ -148,7 +148,7 @@ class Sensor:
 
 @record
 class Line:
-    """The whole line. Without a valve, a reversible pump vents it."""
+    """The whole line; without a valve, a reversible pump vents it."""
 
     chamber: Chamber = nested(Chamber)
     pump: Pump = nested(Pump)
@@ -212,7 +212,7 @@ def validate(line: Line) -> None:
 
 
 def water_compliance(line: Line) -> float:
-    """Return the water drawn out per vacuum [m^3/Pa]; QuantityError if it is not given."""
+    """Return the water removed per vacuum [m^3/Pa]; QuantityError if it is not given."""
     if line.chamber.compliance is None:
         raise QuantityError.of(
             "chamber.compliance",

@@ -2,7 +2,7 @@
 
 Nodes are the chamber, the pump's side (tube and its ends) and the reservoir. Their gas is stored as
 N [Pa m^3], which is p V at the atmosphere's temperature. Flows only move N between nodes or across
-the border, so that the balance closes at every step. Pressures follow V p' = n (q - p V'), with q
+the boundary, so that the balance closes at every step. Pressures follow V p' = n (q - p V'), with q
 the throughput at the temperature of the node that it leaves. For n = 1 that is the temperature of
 the atmosphere and N = p V. Above 1 expanding gas cools and is denser, so that a throughput q
 carries q N/(p V). A tube in cells adds the pressures along it and the flows between them to the
@@ -27,28 +27,28 @@ from layerjam.fluid.tube import area, cell_volumes, in_cells, share_at_chamber
 Array = npt.NDArray[np.float64]
 CHAMBER, SIDE, RESERVOIR = range(3)
 PUMPED, LEAKED, VENTED = 6, 7, 8
-"""Places in the state after three pressures and three N: gas passed out and in so far [Pa m^3]."""
+"""Indices in the state, after three pressures and three N, of gas passed out and in [Pa m^3]."""
 SIZE = 9
 """Length of the state without cells; the cells' pressures and flows follow."""
 SHORTEST = 1e-12
-"""Shortest time [s] over which the integrator works."""
+"""Shortest time [s] that the integrator resolves."""
 
 
 CLOSE, CLOSE_IN_CELLS = 1e-11, 1e-6
 """Relative error tolerances of the integrator: without cells, and with a tube in cells."""
 NUDGE = 1e-6
-"""Relative change of one place of the state for a numerical derivative."""
+"""Relative change of one entry of the state for a numerical derivative."""
 
 
 class Drive(NamedTuple):
-    """Switches and motion: constant over one step, or functions of time in `respond`."""
+    """Switches and motion, constant over one step, or functions of time in `respond`."""
 
     pump: float = 1.0
-    """Share of the pump's full flow; below zero it runs backwards."""
+    """Share of the pump's full flow; negative if it runs backwards."""
     vent: float = 0.0
-    """Opening of the vent valve, 1 if open."""
+    """Opening of the vent valve; 1 means open."""
     store: float = 0.0
-    """Opening of the reservoir's valve, 1 if open."""
+    """Opening of the reservoir's valve; 1 means open."""
     slip: float = 0.0
     """Slip [m]."""
     pace: float = 0.0
@@ -61,7 +61,7 @@ def side_volume(line: Line) -> float:
 
 
 def nearby(line: Line) -> float:
-    """Return the gas of the tube that counts with the chamber [m^3]: half a cell, or 0."""
+    """Return the gas of the tube that is counted with the chamber [m^3]: half a cell, or 0."""
     return 0.0 if line.tube is None else share_at_chamber(line.tube)
 
 
@@ -93,9 +93,9 @@ def gas_volume(line: Line, p: float, slip: float = 0.0) -> float:
 
 
 def denseness(state: Array, volume: float, line: Line) -> tuple[float, float, float]:
-    """Return N/(p V) of chamber, pump's side and reservoir: 1 at the atmosphere's temperature.
+    """Return N/(p V) of chamber, pump's side, reservoir: 1 at the atmosphere's temperature.
 
-    `volume` is the chamber's [m^3]. 1 for a node without volume or pressure.
+    `volume` is that of the chamber [m^3]. The result is 1 for a node without volume or pressure.
     """
     if line.polytropic == 1:
         return 1.0, 1.0, 1.0
@@ -160,7 +160,7 @@ def rates(state: Array, drive: Drive, line: Line) -> Array:
 
 
 def advance(state: Array, drive: Drive, line: Line, dt: float, steps: int = 1) -> Array:
-    """Return the state after `steps` Runge-Kutta steps (fourth order) over `dt` [s], drive held."""
+    """Return the state after `steps` fourth-order Runge-Kutta steps over `dt` [s]."""
     h = dt / steps
     for _ in range(steps):
         half = drive._replace(slip=drive.slip + h / 2 * drive.pace)
@@ -184,7 +184,7 @@ def imbalance(state: Array, start: Array) -> float:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Response:
-    """A line in time: `time` [s], shape (N,), and `states` (N, 9 and more) as `rates` has them."""
+    """A line in time: `time` [s], (N,), and `states`, (N, 9 or more), in the order of `rates`."""
 
     line: Line
     time: Array = field(repr=False)

@@ -25,7 +25,7 @@ from layerjam.units import QuantitySpec, quantities
 
 FAMILIES: Mapping[str, type] = MappingProxyType({"pump": Pump, "valve": Valve, "sensor": Sensor})
 NEEDED = {"pump": "flow", "valve": "conductance", "sensor": "range"}
-"""Number without which a part cannot be used in a line; a pump may have its curve instead."""
+"""{kind of part: number without which a line cannot use it}; a pump may have a curve instead."""
 _EXTRA: dict[str, Any] = tomllib.loads(
     (files("layerjam.fluid") / "catalogue" / "beside.toml").read_text(encoding="utf-8")
 )
@@ -34,7 +34,7 @@ _TEXTS = {word: TextSpec(blank=word == "note") for word in ("name", "kind", "not
 PRINTED: Mapping[str, QuantitySpec] = MappingProxyType(
     {name: QuantitySpec(**spec) for name, spec in _EXTRA["printed"].items()}
 )
-"""Numbers that data sheets print in addition to the fields of a line, each with its unit."""
+"""Numbers printed in data sheets, other than the fields of a line, with their units."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +56,7 @@ class Part:
 
     @property
     def missing(self) -> str | None:
-        """Number that a line needs and no source prints, or None."""
+        """Return the number that a line needs and no source prints, or None."""
         need = NEEDED[self.family]
         return None if need in self.values or "curve" in self.values else need
 

@@ -1,9 +1,9 @@
-"""Throughput of one pump, by its displacement or by its flow curve.
+"""Throughput of one pump, from its displacement or its flow curve.
 
-Displacement: q = flow (p - ultimate), for a pump that displaces a constant volume and retains some
-gas. Flow curve: a pump moves volumes, so that its throughput depends on p over its atmosphere; the
-curve's free air is counted at that atmosphere. At STANDARD this is the data sheet. At altitude the
-greatest vacuum is less in proportion to the atmosphere.
+With a displacement, q = flow (p - ultimate), for a pump that displaces a constant volume and
+retains some gas. With a flow curve, the throughput depends on p over the atmosphere, because a pump
+moves volumes; the curve's free air is counted at that atmosphere. At STANDARD this agrees with the
+data sheet. At altitude the greatest vacuum is smaller in proportion to the atmosphere.
 """
 
 from layerjam.errors import QuantityError
@@ -12,7 +12,7 @@ from layerjam.fluid.line import Pump
 
 
 def intake(p: float, pump: Pump, atmosphere: float) -> float:
-    """Return the throughput [Pa m^3/s] of one pump, full on, at p [Pa absolute], or 0."""
+    """Return the throughput [Pa m^3/s] of one pump at full power, at p [Pa absolute], or 0."""
     if pump.curve is not None:
         return atmosphere * free_flow((1 - p / atmosphere) * STANDARD, pump.curve)
     return _displacement(pump) * max(p - pump.ultimate, 0.0)
@@ -25,7 +25,7 @@ def _displacement(pump: Pump) -> float:
 
 
 def lowest_pressure(pump: Pump, atmosphere: float) -> float:
-    """Return the absolute pressure [Pa] at which a pump without leak takes in no more."""
+    """Return the absolute pressure [Pa] at which a pump without leak takes in no gas."""
     if pump.curve is not None:
         return atmosphere * (1 - pump.curve[-1][0] / STANDARD)
     return pump.ultimate
@@ -39,7 +39,7 @@ def inlet_flow(pump: Pump) -> float:
 
 
 def check_water(pump: Pump) -> None:
-    """Raise QuantityError for a pump of which only the flow of air is known."""
+    """Raise QuantityError for a pump whose flow is known only for air."""
     if pump.curve is not None:
         raise QuantityError.of(
             "pump.curve", "is the flow of free air and does not apply to water; give pump.flow"
@@ -58,6 +58,6 @@ def displacement_at(p: float, pump: Pump, atmosphere: float) -> float:
     if pump.curve is None:
         return inlet_flow(pump)
     low = lowest_pressure(pump, atmosphere)
-    # at or below the lowest pressure, use the curve's last stretch
+    # at or below the lowest pressure, use the last section of the curve
     pressure = max(p, points(pump, atmosphere)[-2]) if p <= low else p
     return intake(pressure, pump, atmosphere) / (pressure - low)

@@ -16,9 +16,9 @@ from layerjam.fluid.network import Drive, Response, at_pressure, respond
 from layerjam.fluid.tube import filling_lag, wave_delay
 
 Progress = Callable[[float], None]
-"""Function that is called with the completed share of a stretch of time."""
+"""Function that is called with the completed share of a period."""
 LONGEST = 200.0
-"""Number of time constants after which a rise is given up."""
+"""Number of time constants after which a rise is abandoned."""
 SAMPLES = 801
 DOUBLINGS = 12
 TANK = Reservoir(volume=0.5e-3, conductance=2e-9)
@@ -29,7 +29,7 @@ STORED = 2e3
 def air_rise_time(
     target: float, line: Line, progress: Progress | None = None
 ) -> tuple[float | None, Response | None]:
-    """Return the 10 to 90 % rise time [s] to a vacuum [Pa] in air, pump full on, or None."""
+    """Return the 10 to 90 % rise time [s] to a vacuum [Pa] in air at full pump power, or None."""
     if target >= reachable(line):
         return None, None
     constant = time_constant(line)
@@ -47,9 +47,9 @@ def air_rise_time(
 def air_fall_time(
     target: float, line: Line, progress: Progress | None = None
 ) -> tuple[float | None, str | None]:
-    """Return the 90 to 10 % fall time [s] from a vacuum [Pa] in air, and its means, or None.
+    """Return the 90 to 10 % fall time [s] from a vacuum [Pa] in air, and its method, or None.
 
-    The vent valve, from when it is open, or else the pumps run backwards.
+    The method is the vent valve, from its opening on, or else reversed pumps.
     """
     if line.valve is not None:
         drive, means, first = Drive(pump=0.0, vent=1.0), "valve", fall_by_valve(target, line)
@@ -74,7 +74,7 @@ def _crossing_time(response: Response, first: float, second: float) -> float | N
 
 
 def with_reservoir(line: Line, target: float, at_most: float) -> float | None:
-    """Return the 10 to 90 % rise [s] with an evacuated half litre connected and the pump on."""
+    """Return the 10 to 90 % rise [s] with an evacuated half-litre reservoir and the pump on."""
     line_with_tank = replace(line, reservoir=TANK)
     start = at_pressure(line_with_tank, tank_pressure=max(STORED, lowest(line)))
     for duration in (1.0, at_most):  # such a short rise can only be resolved in a short run

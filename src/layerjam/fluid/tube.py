@@ -1,12 +1,13 @@
 """Delay of a tube: the pressure wave, the lag of its resistance, and both in cells.
 
-A wave of small amplitude travels at c = sqrt(n R T). That is 290 m/s at constant temperature
-(n = 1, narrow tubes) and 343 m/s without exchange of heat (n = 1.4). In N cells, per length,
+A wave of small amplitude travels at c = sqrt(n R T). This is 290 m/s at constant temperature (n =
+1, narrow tubes) and 343 m/s without exchange of heat (n = 1.4). In N cells, per length,
 
     A dp/dt = -n dq/dx,    dq/dt = R T (-A dp/dx - 32 mu q / (p d^2)),
 
-with q the throughput: continuity and momentum with laminar friction, without the convective part,
-which counts for little far below c. At rest in q it is Poiseuille's law for a gas, exactly.
+with q the throughput. These are continuity and momentum with laminar friction, without the
+convective part, which is small far below c. For constant q they are exactly Poiseuille's law for a
+gas.
 """
 
 import math
@@ -35,7 +36,7 @@ def wave_delay(tube: Tube, polytropic: float = 1.0) -> float:
 def filling_lag(line: Line, p: float) -> float:
     """Return the time constant [s] of chamber volume and the tube's resistance at p [Pa absolute].
 
-    V / (2 n K p): the thinner the gas, the longer. inf at p = 0; 0 without a tube.
+    It is V / (2 n K p), which is longer for thinner gas; inf at p = 0, and 0 without a tube.
     """
     if line.tube is None:
         return 0.0
@@ -55,12 +56,12 @@ def area(tube: Tube) -> float:
 
 
 def share_at_chamber(tube: Tube) -> float:
-    """Return the gas volume of the tube that counts with the chamber [m^3]: half a cell."""
+    """Return the gas volume of the tube that is counted with the chamber [m^3]: half a cell."""
     return area(tube) * tube.length / tube.cells / 2 if tube.cells else 0.0
 
 
 def cell_volumes(tube: Tube) -> Array:
-    """Return the gas volumes at the cells' far ends [m^3], shape (N,): at the pump half a cell."""
+    """Return the gas volumes at the cells' far ends [m^3], shape (N,); half a cell at the pump."""
     volumes = np.full(tube.cells, area(tube) * (tube.length / tube.cells))
     volumes[-1] /= 2
     return volumes

@@ -1,4 +1,4 @@
-"""A brake as a functional mock-up unit: FMI 3.0 or 2.0, model exchange and co-simulation in one."""
+"""A brake as a functional mock-up unit: FMI 3.0 or 2.0, model exchange and co-simulation."""
 
 import io
 import platform
@@ -42,7 +42,7 @@ _MAGIC = b"LJBRAKE1"
 
 
 def own_platform() -> str | None:
-    """Return the name of this machine among PLATFORMS, or None."""
+    """Return the name of this machine in PLATFORMS, or None."""
     arm = platform.machine().lower() in ("arm64", "aarch64")
     if sys.platform.startswith("linux"):
         return "linux-arm" if arm else "linux"
@@ -74,7 +74,7 @@ def _value(brake: Brake, path: str) -> float:
 
 
 def chosen_platforms(version: Version, names: Sequence[str] | None) -> tuple[str, ...]:
-    """Return the platforms to build for, by default this machine's own.
+    """Return the platforms to build for, by default that of this machine.
 
     Raises QuantityError for an unknown name, or one that this version of FMI lacks.
     """
@@ -98,7 +98,7 @@ def chosen_platforms(version: Version, names: Sequence[str] | None) -> tuple[str
 
 
 def binary(version: Version, name: str) -> bytes:
-    """Return the library for a platform, compiled unless cached; CompilerError if that fails."""
+    """Return the library for a platform, from the cache or compiled; CompilerError on failure."""
     target = PLATFORMS[name]
     path = library(
         [UNIT / f"fmi{version}.c", UNIT / "model.c", SOURCES / "layerjam.c"],

@@ -1,4 +1,4 @@
-"""The variables of a functional mock-up unit: one list for its XML and for its C code.
+"""The variables of a functional mock-up unit, as one list for its XML and its C code.
 
 `python -m layerjam.interop.fmi_variables` writes `c/fmu/variables.h` again; a test compares.
 """
@@ -14,7 +14,7 @@ from layerjam.units import quantities
 FILE = Path(__file__).parent / "c" / "fmu" / "variables.h"
 Role = Literal["independent", "input", "output", "flag", "local", "parameter"]
 TIME, FIRST_INPUT, FIRST_OUTPUT, FIRST_FLAG, TURNING, FIRST_PARAMETER = 0, 1, 10, 20, 30, 100
-"""Value references; a parameter that is added later does not change the others."""
+"""Value references, such that a parameter that is added later does not change the others."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Variable:
     most: float | None = None
     whole: bool = False
     optional: bool = False
-    """Zero stands for "not measured" or "none"."""
+    """Whether zero means "not measured" or "none"."""
 
     @property
     def symbol(self) -> str:
@@ -57,7 +57,7 @@ _PARAMETERS = (
     "vacuum_share",
     "rope.stiffness",
 )
-"""Values of a brake file that the law needs, under the file's own names."""
+"""Values of a brake file that the law needs, named as in that file."""
 _OPTIONAL = {"stiffness_measured", "pressure_exponent", "test_pressure", "rope.stiffness"}
 _INPUTS = (
     ("elongation", "m", "elongation between the ends of brake and rope"),
@@ -119,7 +119,7 @@ def variables() -> tuple[Variable, ...]:
 
 
 def token() -> str:
-    """Return the token that ties a description to a binary: the same for every brake."""
+    """Return the token that links a description to a binary; it is the same for every brake."""
     digest = hashlib.sha256(repr(variables()).encode()).hexdigest()
     return f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
 

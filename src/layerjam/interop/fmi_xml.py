@@ -19,7 +19,7 @@ UNITS: Mapping[str, tuple[str, tuple[str, float] | None]] = {
     "N/m": ('kg="1" s="-2"', ("kN/m", 1e-3)),
     "J": ('kg="1" m="2" s="-2"', ("mJ", 1e3)),
 }
-"""{unit: (SI base units, (unit to show, factor))}."""
+"""{unit: (SI base units, (displayed unit, factor))}."""
 
 
 def model_description(
@@ -153,7 +153,7 @@ def _describe(v: Variable, *, typed: bool = True) -> str:
 
 
 def _unit_and_bounds(v: Variable) -> str:
-    """Return unit and bounds; a zero for "none" is inside them."""
+    """Return unit and bounds; they include a zero that means "none"."""
     text = ""
     if v.unit in UNITS:
         display = UNITS[v.unit][1]

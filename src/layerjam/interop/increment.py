@@ -24,7 +24,7 @@ class Motion(NamedTuple):
 
     brake: State
     separated: Any
-    """True after the overlap was used up; from then on only the enclosure pulls."""
+    """Whether the overlap was used up; from then on only the enclosure pulls."""
 
     @property
     def slip(self) -> Any:
@@ -40,7 +40,7 @@ class Motion(NamedTuple):
 def at_start(dtype: Any = jnp.float64) -> Motion:
     """Return a brake at rest without vacuum: no slip, no force, no elongation.
 
-    If JAX works in single precision, float64 gives float32 leaves, as everywhere in JAX.
+    If JAX works in single precision, float64 gives float32 leaves, as in all of JAX.
     """
     zero, no = jnp.zeros((), dtype), jnp.array(False)
     memory = jax.tree.map(
@@ -55,9 +55,9 @@ def move_state(
 ) -> Motion:
     """Return the brake after it took a vacuum [Pa] and moved to an elongation [m].
 
-    `compliance` [m/N] in series is for solvers: the elongation is then the one without any force. A
-    vacuum below zero or not finite keeps the last vacuum, and a move to an elongation that is not
-    finite does nothing, because traced code cannot raise.
+    `compliance` [m/N] in series is for solvers; the elongation is then that without any force. If
+    the vacuum is negative or not finite, the last vacuum is kept. A move to an elongation that is
+    not finite does nothing, because traced code cannot raise.
     """
     brake = state.brake
     vacuum = jnp.where((vacuum >= 0) & jnp.isfinite(vacuum), vacuum, brake.vacuum)
@@ -112,7 +112,7 @@ def _slide(state: State, elongation: Any, law: Setting, was_separated: Any) -> t
 
 
 def _cast(new: Any, old: Any) -> Any:
-    """Return the new state in the types of the old one: a loop's carry cannot change them."""
+    """Return the new state in the old one's types, which a loop's carry must keep."""
     return jax.tree.map(lambda a, b: jnp.asarray(a).astype(jnp.result_type(b)), new, old)
 
 
@@ -122,7 +122,7 @@ def _compile_move() -> Any:
 
 
 class Increment:
-    """One brake, stepped by JAX in double precision: slower than `Kernel`, without a C compiler."""
+    """One brake, stepped by JAX in double precision: slower than `Kernel`, without a compiler."""
 
     @in_double_precision
     def __init__(self, numbers: Parameters) -> None:
@@ -136,7 +136,7 @@ class Increment:
 
     @in_double_precision
     def move(self, elongation: float, vacuum: float, compliance: float = 0.0) -> float:
-        """Return the force [N], as `Kernel.move`; QuantityError for an invalid number."""
+        """Return the force [N] like `Kernel.move`; QuantityError for an invalid number."""
         for name, value in (("elongation", elongation), ("vacuum", vacuum)):
             if not np.isfinite(value):
                 raise QuantityError.of(name, f"{value} is not a finite number")

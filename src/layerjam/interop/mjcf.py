@@ -1,4 +1,4 @@
-"""MuJoCo models with a brake: the actuator as MJCF, in a mujoco.MjSpec, and an example scene."""
+"""MuJoCo models with a brake: the actuator as MJCF or in a mujoco.MjSpec, and an example scene."""
 
 from importlib.resources import files
 from typing import Any
@@ -38,7 +38,7 @@ def config(
     rope_stiffness: float | None = None,
     over_joint: bool = False,
 ) -> dict[str, str]:
-    """Return the attributes of the plugin, numbers with all digits."""
+    """Return the attributes of the plugin, with all digits of numbers."""
     numbers = parameters(brake, rope_stiffness)._asdict()
     if over_joint:
         sheets = (brake.brake if isinstance(brake, BrakeFile) else brake).sheets
@@ -52,7 +52,7 @@ def config(
 
 
 def _lag(vacuum_lag: float | None) -> dict[str, str]:
-    """Return the vacuum line as the actuator's dynamics: first order, exact at any step."""
+    """Return the vacuum line as the actuator's dynamics: of first order, exact at any step."""
     if vacuum_lag is None:
         return {}
     if not 0 < vacuum_lag < float("inf"):

@@ -1,11 +1,11 @@
-"""A brake in MJX: the rest length of the tendon's spring is the slip, traced with the simulation.
+"""A brake in MJX: the slip is the rest length of the tendon's spring, traced with the simulation.
 
     brake = mjx.brake(model, "cable", "choi2018-kapton")
     state = mjx.start(brake)
     d, state = mjx.step(mx, d, state, vacuum, brake)
 
-`step` replaces `mujoco.mjx.step`; it can be jitted, scanned, batched and differentiated too. MJX
-accepts plugins and plastic springs silently and computes something else: they are rejected here.
+`step` replaces `mujoco.mjx.step`; it can also be jitted, scanned, batched and differentiated. MJX
+accepts plugins and plastic springs silently but computes something else, so they are rejected here.
 """
 
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ from layerjam.kernel.parameters import Parameters, parameters
 
 
 class Setup(NamedTuple):
-    """Numbers of a brake on a tendon; they may be traced and differentiated."""
+    """Numbers of a brake on a tendon, which may be traced and differentiated."""
 
     numbers: Parameters
     rest_length: Any
@@ -81,7 +81,7 @@ def brake(
 
 
 def _check(model: Any) -> None:
-    """Raise QuantityError for features that MJX accepts silently and computes differently."""
+    """Raise QuantityError for features that MJX accepts silently but computes differently."""
     import mujoco
 
     for i in range(model.nactuator):

@@ -6,7 +6,7 @@
         mj.mj_step(model, data)
 
 The helper moves the rest length of a tendon's spring, which is the slip. The plugin's control is
-the vacuum. Both hold a load without creep, bit for bit, unlike `frictionloss`.
+the vacuum. Unlike `frictionloss`, both hold a load exactly, without creep.
 """
 
 from typing import Any
@@ -112,7 +112,7 @@ class Brake:
             if self.coupling == "implicit":
                 advance = step * float(row @ data.qvel[columns])
         force = self.law.move(elongation + advance, vacuum, compliance)
-        # the spring pulls with k (u - rest): a compliance in series reduces its stretch
+        # the spring pulls with k (u - rest), and a compliance in series reduces its stretch
         self._set_rest_length(self.law.slip + compliance * force - advance)
         return force
 
@@ -137,7 +137,7 @@ class Brake:
 
 
 def _law(brake: Any, rope_stiffness: float | None) -> Any:
-    """Return the compiled kernel, or its twin in JAX if no C compiler is installed."""
+    """Return the compiled kernel, or its JAX version if no C compiler is installed."""
     try:
         return Kernel(brake, rope_stiffness=rope_stiffness)
     except CompilerError:

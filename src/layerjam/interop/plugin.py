@@ -1,4 +1,4 @@
-"""The plugin `layerjam.brake`: compiled once for each MuJoCo, and loaded.
+"""The plugin `layerjam.brake`, compiled once for each version of MuJoCo, and loaded.
 
 `import mujoco` calls `register` through the entry point of the group `mujoco.plugins`, so that a
 model with a brake opens without any code.
@@ -17,7 +17,7 @@ _libraries: list[ctypes.CDLL] = []
 
 
 def plugin() -> Path:
-    """Return the plugin's library for the installed MuJoCo, compiled unless cached.
+    """Return the plugin's library for the installed MuJoCo, compiled if it is not in the cache.
 
     Raises MissingExtraError if MuJoCo is missing, CompilerError if there is no C compiler or
     MuJoCo's library is not found.
@@ -49,7 +49,7 @@ def import_mujoco() -> Any:
 def load() -> None:
     """Load the plugin into MuJoCo; a second call does nothing. Raises as `plugin` does."""
     if not _libraries:
-        import_mujoco()  # MuJoCo may load the plugin itself, through `register`
+        import_mujoco()  # MuJoCo may already have loaded the plugin through `register`
     if not _libraries:
         _libraries.append(ctypes.CDLL(str(plugin())))
 

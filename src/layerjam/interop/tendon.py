@@ -16,7 +16,7 @@ Coupling = Literal["limited", "explicit", "implicit"]
 SAME = 1e-6
 """Relative difference allowed between a stiffness in a model and the brake's."""
 LOWEST = -1e10
-"""Lower end of the rest length [m]: a rope does not push, however short it gets."""
+"""Lower end of the rest length [m], so that the rope does not push however short it becomes."""
 
 
 class Tendon(NamedTuple):
@@ -81,7 +81,7 @@ def _check(model: Any, index: int, label: str, due: float) -> None:
 
 
 def coupling_of(coupling: str) -> Coupling:
-    """Return the coupling of a name; UnknownNameError for an unknown name."""
+    """Return the coupling with a name; raises UnknownNameError."""
     if coupling not in get_args(Coupling):
         raise UnknownNameError("coupling", coupling, get_args(Coupling))
     return coupling  # type: ignore[return-value]

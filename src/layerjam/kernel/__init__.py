@@ -1,1 +1,1 @@
-"""The brake's law as a small kernel in C for fast stepping."""
+"""The brake's law as a small C kernel for fast stepping."""

@@ -19,14 +19,14 @@ from layerjam.mechanics.compilation import user_cache
 
 SOURCES = Path(__file__).parent / "c"
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno")
-"""No contraction: a fused multiply-add gives different last bits on other processors."""
+"""Compiler flags without contraction: fused multiply-adds change last bits between processors."""
 LONGEST = 400
-"""Length of a compiler's message in an error, in characters."""
+"""Largest number of characters of a compiler's message in an error."""
 KNOWN = ("cc", "gcc", "clang")
 ENDINGS = {"darwin": ".dylib", "win32": ".dll"}
 KERNEL = (SOURCES / "layerjam.c", SOURCES / "history.c", SOURCES / "stops.c")
 SHIPPED = Path(__file__).parent / "built"
-"""Folder of the kernels that a wheel contains; `hatch_build.py` compiles them."""
+"""Folder of the kernels in a wheel, which `hatch_build.py` compiles."""
 TARGETS = {
     ("linux", "x86_64"): "x86_64-linux-gnu.2.17",
     ("linux", "aarch64"): "aarch64-linux-gnu.2.17",
@@ -64,7 +64,7 @@ def compiler_on_path() -> tuple[str, ...] | None:
 
 
 def _words(text: str) -> list[str]:
-    """Return the words of a typed command; a backslash separates folders on Windows."""
+    """Return the words of a typed command; on Windows a backslash separates folders."""
     if os.name != "nt":
         return shlex.split(text)
     return [word.strip('"') for word in shlex.split(text, posix=False)]
@@ -136,7 +136,7 @@ def build_shipped(folder: Path) -> list[Path]:
     paths = []
     for machine, target in TARGETS.items():
         path = folder / _shipped_name(KERNEL, (), machine)
-        # no debug information, which would contain the source folder
+        # omit debug information, which would contain the source folder
         options = (*FLAGS, "-g0", "-s", "-shared", *(() if machine[0] == "win32" else ("-fPIC",)))
         if machine[0] == "darwin":  # otherwise the temporary folder
             options = (*options, f"-Wl,-install_name,@rpath/{path.name}")

@@ -1,7 +1,7 @@
-"""History of a brake by the kernel if it follows the same law, or else by the law in JAX.
+"""History of a brake by the kernel if it has the same law, otherwise by the law in JAX.
 
-Every process traces and compiles `brake_cycle` again for every length; a machine compiles the
-kernel once. Both give the same numbers to rounding, so that the choice affects only the time.
+Every process traces and compiles `brake_cycle` again for every length, whereas a machine compiles
+the kernel once. Both give the same numbers to rounding, so that the choice affects only the time.
 """
 
 import math
@@ -24,9 +24,9 @@ from layerjam.mechanics.threads import cache_threadsafe
 SWITCH = "LAYERJAM_KERNEL"
 """Environment variable; `off` runs every simulation with `brake_cycle`."""
 LONGEST = 10.0
-"""Longest time for a compiler [s]; gcc needs a third of a second."""
+"""Longest compile time [s]; gcc needs a third of a second."""
 BLOCK = 512
-"""Number of samples in a block: JAX compiles a law again for every length of a history."""
+"""Number of samples in a block, fixed because JAX compiles a law again for every length."""
 Engine = Literal["kernel", "law"]
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -109,7 +109,7 @@ def _switched_on() -> bool:
 
 @cache_threadsafe
 def _is_there() -> bool:
-    """Whether the library exists or can be built at once; checked once per process."""
+    """Return whether the library exists or can be built now; checked once per process."""
     try:
         if find_shipped(CODE) is None and find_built(CODE) is None:
             if compiler_on_path() is None:

@@ -1,4 +1,4 @@
-"""The kernel's formulas in C, printed from the laws in Python: each equation is written once.
+"""The kernel's formulas in C, printed from the laws in Python, so that each is written once.
 
 `python -m layerjam.kernel.formulas` writes `c/formulas.h` again; a test compares.
 """
@@ -54,7 +54,7 @@ OPERATORS: dict[type, tuple[str, int]] = {
 """{operator of Python: (operator of C, precedence)}."""
 ATOM = 9
 CALLS = {"maximum": "max", "minimum": "min", "safe_sqrt": "sqrt"}
-"""Names that are shorter in C; others keep theirs."""
+"""{name in Python: shorter name in C}; other names are unchanged."""
 RESERVED = {"case", "short", "long", "double", "float", "int", "register", "signed", "static"}
 TYPES = {
     "Any": "lj_real",
@@ -82,7 +82,7 @@ def _record(record: Any) -> str:
 
 
 def function(law: Callable[..., Any]) -> str:
-    """Return a law as a function in C; raises TypeError for Python that it cannot print."""
+    """Return a law as a C function; raises TypeError for Python code that it cannot print."""
     tree = ast.parse(textwrap.dedent(inspect.getsource(law))).body[0]
     if not isinstance(tree, ast.FunctionDef):
         raise TypeError(f"{law.__name__} is not a function")
@@ -158,7 +158,7 @@ class _Printer:
         return "int" if tight <= 3 else TYPES["Any"]
 
     def text(self, node: ast.expr) -> tuple[str, int]:
-        """Return an expression and its precedence; the order of operations stays that of Python."""
+        """Return an expression and its precedence; the order of operations is that of Python."""
 
         def wrap(part: ast.expr, least: int) -> str:
             text, tight = self.text(part)

@@ -22,7 +22,7 @@ REFUSED, SLACK, SEPARATED, CLOSED, SNAPPED, OVERFLOW = (1 << bit for bit in rang
 """Flags of a state, as in `layerjam.h`."""
 DEPTH = 16
 PARTED = 1e-12
-"""Share of the overlap within which it counts as used up, as in `brake_cycle`."""
+"""Share of the overlap that counts as none left, as in `brake_cycle`."""
 _REALS: dict[Precision, Any] = {"double": ctypes.c_double, "single": ctypes.c_float}
 
 
@@ -60,14 +60,14 @@ CODE = KERNEL
 
 @cache_threadsafe
 def load_library(precision: Precision) -> tuple[Any, _Structures]:
-    """Return the library that came with layerjam, else one compiled here, and its structures.
+    """Return the library that came with layerjam, or one compiled here, and its structures.
 
     Raises CompilerError if it cannot be compiled or loaded.
     """
     defines = () if precision == "double" else ("LJ_SINGLE",)
     wheel_kernel = find_shipped(CODE, defines)
     if wheel_kernel is not None:
-        with contextlib.suppress(OSError):  # for example a system with another C library
+        with contextlib.suppress(OSError):  # it may be for a system with another C library
             return bound(wheel_kernel, precision)
     path = find_built(CODE, defines) or library(CODE, defines)
     try:
@@ -171,17 +171,17 @@ class Kernel:
 
     @property
     def force(self) -> float:
-        """[N]."""
+        """Force [N]."""
         return self._state.force
 
     @property
     def slip(self) -> float:
-        """[m]."""
+        """Slip [m]."""
         return self._state.slip
 
     @property
     def enclosure_force(self) -> float:
-        """[N]."""
+        """Force of the enclosure [N]."""
         return self._state.enclosure_force
 
     @property
@@ -217,11 +217,11 @@ class Kernel:
         return self._cycle(rows, np.where(void, np.nan, rows["force"]), flags & SEPARATED > 0)
 
     def twin(self, elongation: ArrayLike, vacuum: ArrayLike) -> Cycle | None:
-        """Return `brake_cycle` to rounding, or None if the kernel may differ.
+        """Return the result of `brake_cycle` to rounding, or None if the kernel may differ.
 
-        It may differ if the brake snaps, a number is not allowed, nearly as many turns are nested
-        as are remembered, or the sheets separate between two samples. If a sample meets the end of
-        the overlap, `separated` is true from there on and later samples do not count.
+        It may differ if the brake snaps, if a number is not allowed, if the number of nested turns
+        nearly reaches the memory, or if the sheets separate between two samples. If a sample is at
+        the end of the overlap, `separated` is true from there on, and later samples do not count.
         """
         path, rows = self._history(elongation, vacuum)
         overlap = self.parameters.overlap

@@ -30,7 +30,7 @@ class Parameters(NamedTuple):
     exponent: float
     """Exponent of the friction over pressure; 0 if proportional."""
     test_pressure: float
-    """Vacuum that the exponent refers to [Pa]."""
+    """Vacuum to which the exponent refers [Pa]."""
 
 
 UNITS = dict(zip(Parameters._fields, ("m", "m", "N/m", "N", "m", "m", "1", "Pa"), strict=True))
@@ -40,7 +40,7 @@ UNITS = dict(zip(Parameters._fields, ("m", "m", "N/m", "N", "m", "m", "1", "Pa")
 def brake_of(brake: Brake | BrakeFile) -> Brake:
     """Return the brake for the kernel; QuantityError for a law that the kernel lacks.
 
-    Spacers are left out: without a fan they change nothing but the scale factor.
+    Spacers are left out, because without a fan they affect only the scale factor.
     """
     brake = brake.brake if isinstance(brake, BrakeFile) else brake
     one_modulus(brake)

@@ -1,4 +1,4 @@
-"""Content of a file, and the files it names: by the digests it contains, never by similarity.
+"""Content of a file, and the files that it cites by digests, never by similarity.
 
 A run is read from its own tables. For a file of a test machine, only its bytes are used here.
 """
@@ -194,7 +194,7 @@ def _toml(path: str, file: Mapping[str, Any]) -> Content:
 
 
 def _brake(path: str, entry: Mapping[str, Any], text: str) -> Content:
-    """Return a brake; one that a layerjam command wrote contains a calibration too."""
+    """Return a brake; if a layerjam command wrote it, it also contains a calibration."""
     piece = piece_of_text("brake", text, path)
     file = {**entry, "kind": "brake"}
     notes = BrakeFile.read(text, path).notes
@@ -248,7 +248,7 @@ def _covariance(rows: Any) -> str | None:
 
 
 def _any_synthetic(files: Any) -> bool | None:
-    """Return True if a file of a list is marked synthetic, else None: unknown."""
+    """Return True if a file of a list is marked as synthetic, otherwise None (unknown)."""
     marks = any(isinstance(row, dict) and row.get("synthetic") is True for row in files or ())
     return True if marks else None
 

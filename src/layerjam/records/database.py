@@ -47,7 +47,7 @@ ORDER = (
     *("derived_from", "cited", "withdrawn", "files", "runs", "calibrations"),
     *("sensor_calibrations", "boards", "brakes", "lines", "entries", "schema_version"),
 )
-"""Tables of version 1; those that refer to others come first."""
+"""Tables of version 1, in an order such that tables that refer to others come first."""
 
 
 def move_typed_tables(db: Connection) -> None:
@@ -89,14 +89,14 @@ PATIENCE = 60
 REACHED = 10
 """Longest wait for the first response of a server [s]."""
 LOCK = 0x4C4A5243
-"""PostgreSQL's advisory lock of the writers: one at a time, as with SQLite."""
+"""PostgreSQL's advisory lock for writers, so that one writes at a time, as with SQLite."""
 POSTGRES = ("postgresql", "postgres", "postgresql+psycopg")
 STEPS: dict[int, Callable[[Connection], None]] = {1: move_typed_tables}
 """{version: function that upgrades the tables of that version to the next}."""
 
 
 class RecordsError(LayerjamError):
-    """A database of records that is not available, or that contains something else."""
+    """A database of records that is not available, or that is not one."""
 
     key = "records"
 
@@ -145,7 +145,7 @@ class Database:
 
     @contextlib.contextmanager
     def writing(self) -> Iterator[Connection]:
-        """Open a transaction that writes, after all others: complete or not at all.
+        """Open a transaction for writing, after all others; it is done completely or not at all.
 
         Creates the database if there is none. Raises RecordsError.
         """
@@ -161,7 +161,7 @@ class Database:
 
     @contextlib.contextmanager
     def reading(self) -> Iterator[Connection | None]:
-        """Open a view of the records that does not change, or None if there is no database yet."""
+        """Open a constant view of the records, or None if there is no database yet."""
         if self.file is not None and not self.file.exists():
             yield None
             return
@@ -217,7 +217,7 @@ def _version_of(db: Connection, place: str) -> int | None:
 
 
 def _bring_up(db: Connection, place: str) -> None:
-    """Make the tables or upgrade older ones, inside a transaction of the caller."""
+    """Create the tables or upgrade older ones, inside a transaction of the caller."""
     current = _version_of(db, place)
     if current is None:
         METADATA.create_all(db, checkfirst=False)

@@ -1,4 +1,4 @@
-"""Identification of a record: by name or id, or by a key that others cite."""
+"""Identification of a record by name or id, or by a key that others cite."""
 
 from sqlalchemy import Connection, select
 
@@ -7,14 +7,14 @@ from layerjam.records.pieces import Cited
 from layerjam.records.schema import CITED, ENTRIES, KEYS, WITHDRAWN
 
 SHORTEST = 4
-"""Smallest number of characters of an id that name a record."""
+"""Smallest number of characters of an id that can identify a record."""
 
 
 def resolve_record_id(db: Connection | None, text: str, place: str) -> str:
     """Return the id of a record, given its name or the first characters of its id.
 
-    If several have one name, the one that is not withdrawn is used. Raises RecordsError if no
-    record or several fit.
+    If several have the same name, the one that is not withdrawn is used. Raises RecordsError if no
+    record or several match.
     """
     ids = [] if db is None else _by_id(db, text.strip().lower()) or _by_name(db, text)
     if not ids:

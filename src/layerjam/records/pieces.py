@@ -1,4 +1,4 @@
-"""Content of a file for the database: its record, others inside it, and their sources."""
+"""Content of a file for the database: its record, other records inside it, and their sources."""
 
 import re
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from layerjam.toml_files.changes import RecordFile
 
 @dataclass(frozen=True)
 class Cited:
-    """Source that a record cites: a digest or the number of a run, its role, its name."""
+    """A source that a record cites: a digest or the number of a run, its role, its name."""
 
     key: str
     role: str

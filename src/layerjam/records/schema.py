@@ -1,4 +1,4 @@
-"""The tables of the records. The database itself rejects changes and deletion of rows.
+"""The tables of the records; the database itself rejects changes and deletion of rows.
 
 `entries` holds every record of any kind, with its own facts as JSON; a view shows each kind as a
 table. `keys` holds the keys by which others may cite a record, `cited` the sources that a record
@@ -79,7 +79,7 @@ FILES = Table(
     Column("host", Text, nullable=False),
     Column("simulated", Boolean),
 )
-"""Files that were added, by their record; `folder` and `host` are their place at that time."""
+"""Files that were added, with their record; `folder` and `host` are their location at that time."""
 KEYS = Table("keys", METADATA, _entry("id"), Column("key", Text, primary_key=True, index=True))
 """Digests of a record's file and text, the number of a run, and the record's id."""
 CITED = Table(
@@ -91,7 +91,7 @@ CITED = Table(
     Column("name", Text, nullable=False),
     Index("cited_by_key", "key"),
 )
-"""Keys of the sources of a record; a source may be added later."""
+"""Keys of a record's sources; a source may be added later."""
 WITHDRAWN = Table(
     "withdrawn",
     METADATA,
@@ -112,7 +112,7 @@ DERIVED_FROM = LINKS.subquery("derived_from")
 
 @dataclass(frozen=True, kw_only=True)
 class Kind:
-    """A kind of record: its view and columns; some of them name, identify and cite a record."""
+    """A kind of record: its view and columns, some of which name, identify or cite a record."""
 
     view: str | None = None
     columns: tuple[str, ...] = ()
@@ -179,7 +179,7 @@ the database at that time. Data, facts and exports only have their file."""
 
 
 def utc_timestamp() -> str:
-    """Return the present time, UTC in RFC 3339 to the millisecond: 2026-11-23T03:27:39.123Z."""
+    """Return the current time, UTC in RFC 3339 to the millisecond: 2026-11-23T03:27:39.123Z."""
     return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 

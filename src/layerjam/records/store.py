@@ -49,7 +49,7 @@ class Additions:
 
 
 def add(database: Database, paths: Iterable[str | Path], serial: str | None = None) -> Additions:
-    """Add files in one transaction; rejected files do not stop the others.
+    """Add files in one transaction; rejected files do not affect the others.
 
     `serial` belongs to the only brake or line of the call. Raises RecordsError if the database
     cannot be written; then nothing was added.
@@ -125,7 +125,7 @@ def _cite_later_facts(db: Connection, content: Content) -> None:
 
 
 def _same(path: Path, digest: str) -> bool:
-    """Whether a file exists and has this digest."""
+    """Return whether a file exists and has this digest."""
     with suppress(OSError):
         return path.is_file() and sha256(str(path)) == digest
     return False
@@ -165,7 +165,7 @@ def _why_withdrawn(db: Connection, ident: str) -> str | None:
 
 
 def _enter_file(db: Connection, content: Content, inside: dict[str, str]) -> str:
-    """Enter a file and its record; return its id. `inside` gets {id: kind} of new others."""
+    """Enter a file and its record; return its id. `inside` receives {id: kind} of new others."""
     origin = stamp()
     parents: dict[str, str] = {}
     for role, content_piece in content.others.items():

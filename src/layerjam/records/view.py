@@ -1,4 +1,4 @@
-"""Views of the database: all records, one with its sources, and a check of the files."""
+"""Views of the records: all of them, one with its sources, and a check of the files."""
 
 import json
 from collections import defaultdict
@@ -24,7 +24,7 @@ SAME_NATURE = {"measured", "start", "run", "calibration"}
 class RecordView:
     """One record.
 
-    `derived_from` are all its sources, near ones first. `used_by` are the records that derive
+    `derived_from` lists all its sources, the nearest first. `used_by` lists the records that derive
     directly from it. `unlinked` are cited sources that are not in the database.
     """
 
@@ -73,7 +73,7 @@ def show(database: Database, ident: str) -> RecordView:
     """Return one record by its id, or the first characters of it; RecordsError if there is none."""
     with database.reading() as db:
         full_id = resolve_record_id(db, ident, database.where)
-        if db is None:  # `resolve_record_id` has already rejected it
+        if db is None:  # `resolve_record_id` has already rejected an unknown id
             raise RecordsError(f"{database.where}: there are no records yet")
         every = {row["id"]: row for row in rows(db)}
         parents: dict[str, list[Any]] = defaultdict(list)
@@ -103,7 +103,7 @@ def _short(row: Mapping[str, Any]) -> dict[str, Any]:
 def _ancestors(
     ident: str, parents: Mapping[str, Sequence[Any]], every: Mapping[str, Mapping[str, Any]]
 ) -> Iterator[dict[str, Any]]:
-    """Yield the sources of a record, near ones first; `child` derives from the source."""
+    """Yield the sources of a record, the nearest first; `child` derives from the source."""
     links: set[tuple[str, str, str]] = set()
     waiting = [ident]
     for child in waiting:
@@ -147,7 +147,7 @@ def _parse_json(text: str) -> Any:
 def verify(database: Database, folders: Sequence[str | Path] = ()) -> Verification:
     """Compare every file that is not withdrawn with its digest, and every text in the tables.
 
-    A file that has been moved is searched by its name in `folders`.
+    A file that has been moved is searched for by its name in `folders`.
     """
     result = Verification()
     with database.reading() as db:

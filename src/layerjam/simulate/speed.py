@@ -85,7 +85,7 @@ def pull_notices(file: BrakeFile, speed: float) -> list[Notice]:
 
 
 def stack_notices(file: BrakeFile, speeds: Sequence[float]) -> list[Notice]:
-    """Return notices of a pull sheet by sheet at speeds [m/s] of its moves; the first counts."""
+    """Return notices of a pull sheet by sheet; the first of `speeds` [m/s] sets its friction."""
     first = speeds[0]
     words = (
         f"every interface has the friction of the brake's [speed_law] at {show(first, 'm/s')}, the "

@@ -1,1 +1,1 @@
-"""Users of the library: the paper reproduced, and four machines."""
+"""Users of the library: a reproduction of the paper, and four machines."""

@@ -1,1 +1,1 @@
-"""Files of records: TOML read with units, sources and line numbers, changed and written."""
+"""Files of records: TOML with units, sources and line numbers; read, changed and written."""

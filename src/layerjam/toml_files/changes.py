@@ -22,7 +22,7 @@ from layerjam.verdict import Acceptance
 
 R = TypeVar("R")
 Change = str | float | None
-"""Text with a unit, an SI number, or None: not known, or the default."""
+"""Text with a unit, an SI number, or None for unknown or the default."""
 SET_BY_HAND = Source(kind="assumed", text="set with with_()")
 
 
@@ -85,7 +85,7 @@ class RecordFile(ABC, Generic[R]):
     path: str = field(default="", repr=False, compare=False)
     """Path or description of the text's origin, for later errors; may be empty."""
     notes: Mapping[str, Any] = field(default_factory=dict)
-    """The table [made_by], which only describes."""
+    """The descriptive table [made_by]."""
     accepted: tuple[Acceptance, ...] = ()
     """Accepted failed checks of the numbers, from [[accepted]]."""
 
@@ -98,7 +98,7 @@ class RecordFile(ABC, Generic[R]):
     kind: ClassVar[type]
     """Class of the record."""
     name_rule: ClassVar[tuple[str, str]] = (r"(?s).*\S.*", "name is missing")
-    """Pattern of its name, and the error for another name."""
+    """Pattern of its name, and the error for any other name."""
 
     @classmethod
     @abstractmethod
@@ -171,16 +171,16 @@ class RecordFile(ABC, Generic[R]):
 
     @property
     def verdict(self) -> str | None:
-        """`accepted` or `passed`; None if no command judged the numbers."""
+        """`accepted` or `passed`; None if no command checked the numbers."""
         return "accepted" if self.accepted else "passed" if "verdict" in self.notes else None
 
     @explain_arguments
     def with_(self, **changes: Change) -> Self:
         """Return the file with some numbers changed by name: width="14 mm", film_modulus="2.5 GPa".
 
-        Text includes its unit, a number is SI, and None means unknown or the default. Other values
-        keep their sources. Raises UnknownNameError with the nearest names, QuantityError for a
-        number out of bounds, FileError for numbers that contradict each other.
+        Text includes its unit, a number is in SI, and None means unknown or the default. Other
+        values keep their sources. Raises UnknownNameError with the nearest names, QuantityError for
+        a number out of bounds, FileError for numbers that contradict each other.
         """
         values = by_path(type(self.record), changes)
         return self.edited({p: None if v is None else (v, SET_BY_HAND) for p, v in values.items()})
@@ -192,9 +192,9 @@ class RecordFile(ABC, Generic[R]):
         name: str | None = None,
         tables: Mapping[str, Mapping[str, Any] | None] = MappingProxyType({}),
     ) -> Self:
-        """Return the file with changed values by dotted path, text included; None removes a key.
+        """Return the file with changed values by dotted path, including text; None removes a key.
 
-        `tables` are replaced or removed as a whole, before. Raises FileError for values that
+        `tables` are first replaced or removed as a whole. Raises FileError for values that
         contradict each other.
         """
         text = self.text if self._in_step() else self.render(self.name)
@@ -204,7 +204,7 @@ class RecordFile(ABC, Generic[R]):
         return self.read(new_text, f"{self.holds} {(name or self.name)[:80]}")
 
     def _in_step(self) -> bool:
-        """Whether the text describes the record; a replaced record may differ."""
+        """Return whether the text describes the record; a replaced record may differ."""
         try:
             return self.read(self.text, self.name).record == self.record
         except FileError:
@@ -230,7 +230,7 @@ class RecordFile(ABC, Generic[R]):
 
 
 def record_files(values: Iterable[Any]) -> Iterator[RecordFile[Any]]:
-    """Iterate over the record files among arguments: in lists, mappings and option records too."""
+    """Yield the record files among arguments, also in lists, mappings and option records."""
     for value in values:
         if isinstance(value, RecordFile):
             yield value

@@ -41,7 +41,7 @@ def hidden_folder(parent: Path) -> Iterator[Path]:
 
 
 def clear_leftovers(parent: Path) -> None:
-    """Remove the hidden folders of killed runs, except those that a live run has locked.
+    """Remove the hidden folders of killed runs, except those that a running process has locked.
 
     A folder that a killed run had moved away, to put a new one in its place, is restored.
     """
@@ -94,9 +94,9 @@ def _restore(left: Path) -> None:
 
 
 def _lock(folder: Path, wait: bool = False) -> int | None:
-    """Lock a folder as long as this process runs; None if another process has locked it.
+    """Lock a folder while this process runs; return None if another process has locked it.
 
-    Also None on systems that cannot lock folders.
+    Returns None also on systems that cannot lock folders.
     """
     try:
         handle = os.open(folder, os.O_RDONLY)
@@ -114,7 +114,7 @@ def _unlock(handle: int | None) -> None:
 
 
 def _without_locks(folder: Path) -> bool:
-    """Whether the system cannot lock folders and this one is unchanged for a day."""
+    """Return whether the system cannot lock folders and this one has not changed for a day."""
     return os.name == "nt" and time.time() - folder.stat().st_mtime > DAY
 
 

@@ -1,4 +1,4 @@
-"""One reader for all files of records: units, sources, and the line in every error."""
+"""One reader for all files of records, with units, sources, and the line in every error."""
 
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
@@ -17,7 +17,7 @@ DESCRIBING = {word: Entry(TextSpec()) for word in ("name", "title", "note")}
 
 
 class Reader:
-    """Collector of SI values and sources by dotted path.
+    """Collects SI values and sources by dotted path.
 
     `values` contains the entries of `fields`, `words` the descriptive texts, `notes` the table
     [made_by], `accepted` the tables [[accepted]].
@@ -44,7 +44,7 @@ class Reader:
 
     @contextmanager
     def locate_errors(self, key: str = "") -> Iterator[None]:
-        """Turn errors inside into FileErrors, with the line of the quantity they name or of `key`.
+        """Turn errors inside the block into FileErrors, with the line of the quantity or `key`.
 
         An error may also name a text of the file, such as a constraint.
         """

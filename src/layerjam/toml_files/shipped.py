@@ -1,4 +1,4 @@
-"""Files that come with the program, by name, or a user's file, by path."""
+"""Files that come with the program, by name, or a user's files, by path."""
 
 import os
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from layerjam.toml_files.toml import read_text
 
 
 def shipped_files(package: str, *folders: str) -> dict[str, str]:
-    """Return {name: TOML text} of a folder in a package, sorted by name; a fresh copy."""
+    """Return {name: TOML text} of a folder in a package, sorted by name, as a new copy."""
     return dict(_read_shipped(package, *folders))
 
 
@@ -26,7 +26,7 @@ def _read_shipped(package: str, *folders: str) -> dict[str, str]:
 
 
 def text_of(kind: str, source: str | Path, texts: Mapping[str, str]) -> tuple[str, str]:
-    """Return the TOML text and the name or path of a `kind` of shipped file, or of a user's file.
+    """Return the TOML text and the name or path of a shipped file of a `kind`, or of a user's file.
 
     Raises UnknownNameError (with the nearest names) or FileError.
     """

@@ -1,4 +1,4 @@
-"""Provenance of a number."""
+"""Source of a number."""
 
 import re
 from collections.abc import Mapping
@@ -35,11 +35,11 @@ _KEYS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Source:
-    """Provenance of one number.
+    """Source of one number.
 
     `kind` is one of KINDS and `text` names the source. `was` is the earlier value with its source,
-    if the number was set by hand. `spread` is the known scatter as printed by the source, and `sd`
-    its standard deviation over the mean. `conflict` records a source that disagrees.
+    if the number was set by hand. `spread` is the scatter as printed in the source, and `sd` the
+    relative standard deviation. `conflict` describes a source that disagrees.
     """
 
     kind: str = "unstated"
@@ -65,7 +65,7 @@ class Source:
         return "; ".join(parts)
 
     def from_synthetic(self) -> Self:
-        """Return the source for a number found in files that a program wrote."""
+        """Return the source for a number from files that a program generated."""
         measured_here = self.kind in ("measured", "calibrated")
         return replace(self, kind="synthetic") if measured_here else self
 
@@ -90,7 +90,7 @@ class Source:
         return table["value"], cls(**words, sd=sd)
 
     def to_toml(self) -> dict[str, str]:
-        """Return its entries for a file, except the value; empty ones are left out."""
+        """Return its entries for a file, except the value; empty ones are omitted."""
         words = {key: getattr(self, field) for key, field in _KEYS.items()}
         if self.sd != _relative_sd(self.spread):
             words["sd"] = repr(self.sd)
@@ -98,6 +98,6 @@ class Source:
 
 
 def _relative_sd(spread: str) -> float | None:
-    """Return the standard deviation over the mean in a spread such as "SD 8.18 %", or None."""
+    """Return the relative standard deviation in a spread such as "SD 8.18 %", or None."""
     match = re.match(r"SD\s+([\d.]+\s*%)", spread)
     return float(_SD.read(match.group(1), "spread")) if match else None

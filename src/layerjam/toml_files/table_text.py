@@ -1,9 +1,9 @@
-"""CSV text in which a spreadsheet recognises no formula.
+"""CSV text in which a spreadsheet finds no formula.
 
 A cell that begins with `=`, `+`, `-`, `@`, a tab or a carriage return, and is not a number, gets a
-leading apostrophe, which spreadsheets take as "text". So does such a piece of a comment line,
-because a spreadsheet splits it at commas, semicolons or tabs. `plain_cell` and `plain_comment`
-remove it again, so that every text is restored exactly.
+leading apostrophe, which spreadsheets interpret as "text". So does such a piece of a comment line,
+because a spreadsheet splits the line at commas, semicolons or tabs. `plain_cell` and
+`plain_comment` remove the apostrophe, so that every text is restored exactly.
 """
 
 import re
@@ -14,7 +14,7 @@ _FORMULA = re.compile(rf"(?!(?:{_NUMBER})\Z)['\"]*[=+\-@\t\r]")
 _MARKED = re.compile(r"'['\"]*[=+\-@\t\r]")
 _QUOTED = re.compile(r'[",\r\n]')
 _PIECES = (re.compile(r"(?<=\t)[^\t]*"), re.compile(r"(?<=[,;])[^,;]*"))
-"""Tabs come first: a tab may begin a piece between semicolons."""
+"""Separators of a comment line; tabs come first, as a tab may begin a piece between semicolons."""
 Cell = str | float | None
 
 
@@ -26,7 +26,7 @@ def cell(value: Cell) -> str:
 
 
 def plain_cell(text: str) -> str:
-    """Return the text that `cell` received."""
+    """Return the text that was given to `cell`."""
     return text[1:] if _MARKED.match(text) else text
 
 
@@ -44,7 +44,7 @@ def comment(text: str) -> str:
 
 
 def plain_comment(line: str) -> str:
-    """Return the comment line that `comment` received."""
+    """Return the comment line that was given to `comment`."""
     for piece in reversed(_PIECES):
         line = piece.sub(lambda m: plain_cell(m[0]), line)
     return line

@@ -71,7 +71,7 @@ def read_text(path: Path) -> str:
 
 
 def decode_toml(raw: bytes, path: object) -> str:
-    """Return the text of a TOML file in UTF-8, or in UTF-16 as PowerShell's `>` writes it.
+    """Return the text of a TOML file in UTF-8, or in UTF-16 as written by PowerShell's `>`.
 
     Raises FileError if the bytes are neither.
     """

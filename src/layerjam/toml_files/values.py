@@ -31,7 +31,7 @@ class ValueSpec(Protocol):
 
 
 class AsItIs:
-    """Defaults of a ValueSpec: every readable value is allowed, and written unchanged."""
+    """Defaults of a ValueSpec, by which every readable value is allowed and written unchanged."""
 
     def limits(self) -> str:
         """Return the phrase for any value."""
@@ -67,7 +67,7 @@ class TextSpec(AsItIs):
         return self.check(text, name)
 
     def check(self, value: Any, name: str) -> Any:
-        """Return `value` if it is one of the choices; a record in place of a text passes."""
+        """Return `value` if it is one of the choices; a record is allowed in place of a text."""
         if self.choices and value not in self.choices:
             leaf = name.rpartition(".")[2]
             raise UnknownNameError(leaf, str(value), self.choices, quantity=name)
@@ -135,7 +135,7 @@ class Entry(NamedTuple):
     """Whether it belongs to an optional table; it is then required only with the table."""
     default: Any = None
     table: bool = False
-    """Whether a table is the value itself, not a value with its source."""
+    """Whether the value itself is a table, and not a value with its source."""
 
 
 def entries(cls: type, prefix: str = "", in_optional: bool = False) -> Iterator[tuple[str, Entry]]:

@@ -1,4 +1,4 @@
-"""Records as TOML text: complete and commented, or a user's text with some values changed."""
+"""Records as TOML text: complete and commented, or a user's text with some changed values."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
@@ -39,7 +39,7 @@ def meaning(spec: ValueSpec) -> str:
 
 
 def plain(rows: Mapping[str, Entry], values: Mapping[str, Any]) -> list[str]:
-    """Return lines that set every value that is not its default, tables under their headings."""
+    """Return lines that set every value other than a default, with tables under headings."""
     lines, table = [], ""
     for path, entry in rows.items():
         head, _, key = path.rpartition(".")
@@ -94,11 +94,11 @@ def update_text(
     tables: Mapping[str, Mapping[str, Any] | None] = MappingProxyType({}),
     new: Sequence[Acceptance] = (),
 ) -> str:
-    """Return a file's text with some values changed; comments and everything else are unchanged.
+    """Return a file's text with some changed values; comments and everything else are unchanged.
 
-    A change is (value in SI, its source), or None to remove the key. `tables` are replaced as a
-    whole, or removed if None or empty, before. `accepted` are added to the acceptances of the file;
-    an earlier one ends when all its numbers change. Raises QuantityError if a key to remove is
+    A change is (value in SI, its source), or None to remove the key. `tables` are first replaced as
+    a whole, or removed if None or empty. `accepted` are added to the acceptances of the file; an
+    earlier one ends when all its numbers change. Raises QuantityError if a key to remove is
     missing.
     """
     import tomlkit
@@ -144,7 +144,7 @@ def update_text(
 
 
 def dump_toml(document: Any, text: str) -> str:
-    """Return an edited document of tomlkit with the line ends of its former text."""
+    """Return an edited document of tomlkit with the line ends of its original text."""
     import tomlkit
 
     new_text = tomlkit.dumps(document).replace("\r\n", "\n")

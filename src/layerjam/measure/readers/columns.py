@@ -297,7 +297,7 @@ def _unit_conflict(header: Header, column: Column, si: str) -> str | None:
 def unit_conflicts(
     header: Header, columns: Mapping[str, Column], wants: Sequence[Want]
 ) -> list[str]:
-    """Return the conflicts between the file's units and the user's, who lists columns in order."""
+    """Return the conflicts between the file's units and the user's, who lists the columns."""
     conflicts = [_unit_conflict(header, columns[w.role], w.si) for w in wants if w.role in columns]
     return [f"{conflict}; the given one takes precedence" for conflict in conflicts if conflict]
 

@@ -1,1 +1,1 @@
-"""The paper reproduced: every claim with the result computed here."""
+"""A reproduction of the paper: every claim with the result computed here."""

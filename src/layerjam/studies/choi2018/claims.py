@@ -22,7 +22,7 @@ class Verdict(StrEnum):
 
 
 class Basis(StrEnum):
-    """Basis of our result, which limits the meaning of an agreement; see paper.toml."""
+    """Basis of our result, which limits what an agreement means; see paper.toml."""
 
     OTHER_NUMBERS = "other numbers"
     OWN_WORDS = "own words"
@@ -40,7 +40,7 @@ VERDICTS: Mapping[Basis, tuple[Verdict, Verdict]] = MappingProxyType(
         Basis.NOTHING: (Verdict.NOT_REPRODUCIBLE, Verdict.NOT_REPRODUCIBLE),
     }
 )
-"""The verdict on a claim that agrees, and on one that does not."""
+"""Verdict on a claim that agrees, and on one that does not, for each basis."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +73,7 @@ class Claim:
     because: str
     why: str
     again: str
-    """The claim that it repeats; empty for one that is counted."""
+    """Key of the claim that it repeats; empty for a claim that is counted."""
 
     def row(self) -> dict[str, float | str | None]:
         """Return the row of results.json."""
@@ -82,7 +82,7 @@ class Claim:
 
 @cache
 def paper() -> Mapping[str, Any]:
-    """Return the tables of paper.toml: `part` a list, `claim` by key."""
+    """Return the tables of paper.toml: `part` as a list, `claim` by key."""
     text = (files("layerjam.studies.choi2018") / "paper.toml").read_text(encoding="utf-8")
     return MappingProxyType(tomllib.loads(text))
 
@@ -97,7 +97,7 @@ def claim(
 ) -> Claim:
     """Return a claim of paper.toml by its key, with our number, or whether it `holds`.
 
-    `words` fill the braces of its sentences; `instead` replaces entries of the file.
+    `words` fill the placeholders of its sentences; `instead` replaces entries of the file.
     """
     return judge_claim(
         PrintedClaim(**(paper()["claim"][key] | (instead or {}))), ours, holds, **words
@@ -111,7 +111,7 @@ def judge_claim(
 
     A number agrees within its tolerance, half of the last printed digit by default. The basis of
     our result limits the meaning of an agreement. Raises ValueError if there is nothing to compare
-    and the claim does not state that, or the other way round.
+    although the claim requires it, or the reverse.
     """
     paper_value, reason, otherwise = (
         row.paper,
@@ -146,6 +146,6 @@ def judge_claim(
 
 
 def tally(claims: Iterable[Claim]) -> dict[Verdict, int]:
-    """Return the number of claims for each verdict, without those that examine another again."""
+    """Return the number of claims for each verdict, without claims that repeat another one."""
     verdicts = [claim.verdict for claim in claims if not claim.again]
     return {verdict: verdicts.count(verdict) for verdict in Verdict}

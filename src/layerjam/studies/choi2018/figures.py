@@ -27,11 +27,11 @@ NAMES = {
     "choi2018-ptfe-fiberglass": "PTFE-coated fibreglass",
 }
 STIFFNESSES = {"choi2018-kapton": (131e3, 107e3), "choi2018-ptfe": (55e3, 42e3)}
-"""From the paper's text and from the caption of its Fig. 8 [N/m]."""
+"""Stiffnesses from the paper's text and from the caption of its Fig. 8 [N/m]."""
 
 
 def _curve(vacuum: float, brake: Brake, end: float = TESTED) -> tuple[np.ndarray, np.ndarray]:
-    """Elongation [m] and force [N], dense around the onset."""
+    """Return elongation [m] and force [N] of a pull, dense around the onset."""
     k = float(working_stiffness(brake))
     rise = 3 * float(peak(vacuum, end, brake).force) / k
     u = np.union1d(np.linspace(0, min(rise, end), 300), np.linspace(0, end, 300))
@@ -49,7 +49,7 @@ def _frame_pull(
 
 @style.in_style
 def fig4() -> style.Figure:
-    """Pulls of all four films at four vacuums."""
+    """Draw pulls of all four films at four vacuums."""
     figure, panels = style.canvas(columns=2, rows=2, width=8.6, height=6.4)
     for axes, (name, film) in zip(panels, NAMES.items(), strict=True):
         file, ends = load(name), []
@@ -65,7 +65,7 @@ def fig4() -> style.Figure:
 
 @style.in_style
 def fig7_9() -> style.Figure:
-    """Model before (Fig. 7) and after calibration (Fig. 9) at the three test vacuums."""
+    """Draw the model before (Fig. 7) and after calibration (Fig. 9) at the three test vacuums."""
     figure, panels = style.canvas(columns=2, width=8.6, height=3.9)
     for axes, name in zip(panels, CALIBRATED, strict=True):
         brake, ends = load(name).brake, []
@@ -116,7 +116,7 @@ def fig8(fits: Mapping[str, Calibration]) -> style.Figure:
 
 @style.in_style
 def eq5() -> style.Figure:
-    """Eq. 5 as printed against eq. 5 with x inside the root."""
+    """Draw eq. 5 as printed, and eq. 5 with x inside the root."""
     brake = load("choi2018-kapton").brake
     x = np.linspace(0, TESTED, 300)
     right = np.asarray(enclosure_force(x, FULL, brake))
@@ -164,7 +164,7 @@ def sheets_and_mass() -> style.Figure:
 
 @style.in_style
 def closing() -> style.Figure:
-    """Vacuum below which the enclosure closes the unloaded brake."""
+    """Draw the vacuum below which the enclosure closes the unloaded brake."""
     x = np.linspace(0, 0.055, 300)
     figure, (axes,) = style.canvas(width=6.4, height=3.6)
     axes.set(xlabel="slip [mm]", ylabel="vacuum [kPa]", xlim=(0, 60), ylim=(0, 40))

@@ -1,4 +1,4 @@
-"""Fig. 11 and possible causes of its difference to the model: filter and rope."""
+"""Fig. 11 and possible causes of its difference from the model: filter and rope."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -25,7 +25,7 @@ from layerjam.units import show
 
 MASS, SPEED, FASTEST, SLIP, FULL, G = 1.0, 2.5, 3.7, 0.040, 94.5e3, 9.80665
 PAPER_TUNED, PAPER_FULL, PAPER_BARE = 2.0, 10.0, 50.0
-"""Peaks the paper reads off Fig. 11 [g]."""
+"""Peaks that the paper reads from Fig. 11 [g]."""
 
 
 def brake_and_rope() -> tuple[Brake, float]:
@@ -60,9 +60,9 @@ def bare(rope: float, speed: float = FASTEST) -> tuple[np.ndarray, np.ndarray]:
 
 
 def filtered_peak(signal: tuple[np.ndarray, np.ndarray], cutoff: float) -> float:
-    """Return the peak [g] behind a filter shaped like SAE J211-1 with -3 dB at `cutoff` [Hz]."""
+    """Return the peak [g] after a filter shaped like SAE J211-1 with -3 dB at `cutoff` [Hz]."""
     time, value = signal
-    # the pulses last tens of milliseconds: the rate must resolve them below a cutoff of 25 Hz too
+    # the pulses last tens of milliseconds, and the rate must also suit cutoffs below 25 Hz
     rate, room = max(400 * cutoff, 20e3), memory(0.6 * cutoff)
     count = int((time[-1] - time[0] + 2 * room) * rate) + 1
     times = time[0] - room + np.arange(count) / rate
@@ -77,7 +77,7 @@ def cutoffs() -> tuple[float, float]:
 
 
 def _cutoff_for(signal: tuple[np.ndarray, np.ndarray], peak: float) -> float:
-    """Return the cutoff [Hz] at which the signal has a peak [g]; above it the peak is higher."""
+    """Return the cutoff [Hz] at which the signal has a peak [g]; a higher cutoff gives more."""
     from scipy.optimize import brentq
 
     root = brentq(lambda x: filtered_peak(signal, float(np.exp(x))) - peak, *np.log([1, 300]))
@@ -85,11 +85,11 @@ def _cutoff_for(signal: tuple[np.ndarray, np.ndarray], peak: float) -> float:
 
 
 def most_without_brake(cutoff: float) -> float:
-    """Return the largest reading [g] of the mass at 3.7 m/s behind the filter, on any rope.
+    """Return the largest reading [g] of the mass at 3.7 m/s after the filter, on any rope.
 
-    An infinitely stiff rope reverses the mass at once: the reading is 2 v times the filter's
-    greatest response to an impulse, for this shape pi fc/(sqrt(2) (sqrt(2) - 1)^(1/4)). Softer
-    ropes add the effect of gravity in the meantime.
+    An infinitely stiff rope reverses the mass at once. The reading is then 2 v times the filter's
+    greatest response to an impulse, which for this shape is pi fc/(sqrt(2) (sqrt(2) - 1)^(1/4)).
+    Softer ropes add the effect of gravity in the meantime.
     """
     stiff = 2 * FASTEST * np.pi * cutoff / (np.sqrt(2) * (np.sqrt(2) - 1) ** 0.25) / G
     ropes = np.geomspace(1e3, 1e6, 13)
@@ -148,7 +148,7 @@ def claims() -> list[Claim]:
     best = int(np.nanargmin(study.tuned))
     rope = {"best": study.tuned[best], "rope": show(float(study.rope[best]), "N/m", 2)}
     stop_length = SPEED**2 / (2 * G * (PAPER_TUNED - 1)) * 1e3
-    # tests whether one filter could have shown all three peaks
+    # test whether one filter could have shown all three peaks
     reach = most_without_brake(ten)
     least = float(brentq(lambda x: most_without_brake(x) - PAPER_BARE, 10, 60, rtol=1e-3))
     left = [filtered_peak(signal, least) for signal in signals]

@@ -1,4 +1,4 @@
-"""Claims about procedures: friction tests, calibration, validation, on synthetic files.
+"""Claims about procedures (friction tests, calibration, validation), tested on synthetic files.
 
 The paper's raw curves are not published. This module runs its procedure on files of a virtual test
 machine whose true values are the paper's results, and checks that it returns them.
@@ -37,10 +37,10 @@ TABLE_SD = {"choi2018-kapton": (0.0818, 0.0277), "choi2018-ptfe": (0.0871, 0.031
 CALIBRATED_ON = Pulls(vacuums=(FULL,), speeds=(13e-3,), repeats=1, travel=TESTED)
 VALIDATED_ON = Pulls(vacuums=tuple(FIG7), speeds=(7e-3, 19e-3), repeats=2, travel=TESTED)
 PRINTED, SPREAD = 0.32, 0.11
-"""The paper's error before calibration and its standard deviation."""
+"""Error of the paper's model before calibration, and its standard deviation."""
 REPEATS = 3
 TEST_COUNT = "3 friction tests, 1 calibration pull, 12 validation pulls"
-"""Tests of each film."""
+"""Number of tests of each film."""
 PULL_MACHINE = Faults(force_noise=0.15, load_cell_range=500.0, force_step=1e-3, travel_step=1e-7)
 
 
@@ -131,7 +131,7 @@ def fig8() -> style.Figure:
 
 
 def friction_claims() -> list[Claim]:
-    """Section III-C: table I."""
+    """Return the claims of section III-C: table I."""
     out = [claim("test-pressure", NORMAL_FORCE / CONTACT_AREA / 1e3)]
     for name, run in runs().items():
         for kind, sd in zip(("static", "kinetic"), TABLE_SD[name], strict=True):
@@ -143,7 +143,7 @@ def friction_claims() -> list[Claim]:
 
 
 def _read_by_eq8_and_eq9(name: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the words of two claims if the printed a and k are results of eq. 8 and 9."""
+    """Return text for two claims: whether the printed a and k are results of eq. 8 and 9."""
     brake, variant_name = load(name).brake, f"{name}-eq9"
     printed_pair = brake.scale_factor, brake.stiffness_measured or np.nan
     factor, slope = factor_and_stiffness_of_eq8_and_eq9(*printed_pair, FULL, brake)
@@ -156,7 +156,7 @@ def _read_by_eq8_and_eq9(name: str) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def calibration_claims() -> list[Claim]:
-    """Section III-D: Fig. 8 and 9, eq. 7 to 9."""
+    """Return the claims of section III-D: Fig. 8 and 9, eq. 7 to 9."""
     out = []
     for name, run in runs().items():
         factor, result = run.file.brake.scale_factor, run.calibration
@@ -175,7 +175,7 @@ def calibration_claims() -> list[Claim]:
 
 
 def validation_claims() -> list[Claim]:
-    """Section III-C and III-D: MAPE before and after calibration."""
+    """Return the claims of sections III-C and III-D: MAPE before and after calibration."""
     before = [c.mape for run in runs().values() for c in run.uncalibrated.curves]
     after = [c.mape for run in runs().values() for c in run.calibrated.curves]
     factor_errors = [abs(1 / run.file.brake.scale_factor - 1) for run in runs().values()]

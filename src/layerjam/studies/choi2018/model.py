@@ -40,7 +40,7 @@ def _top(brake: Brake) -> float:
 
 
 def structure() -> list[Claim]:
-    """Section II-A: description of the brake."""
+    """Return the claims of section II-A: description of the brake."""
     kapton, _ = brakes()
     sheets = kapton.sheets
     buckling = float(buckling_force(0.0, kapton))
@@ -56,11 +56,11 @@ def structure() -> list[Claim]:
 
 
 def equations() -> list[Claim]:
-    """Section II-B: the model's equations."""
+    """Return the claims of section II-B: the model's equations."""
     kapton, ptfe = brakes()
     right = float(enclosure_force(0.02, FULL, kapton))
     printed_force = right / 0.02**0.5 * 0.02
-    # lengths in mm: E, P per mm^2, A in mm^2, so that the root's argument grows by 1000
+    # lengths in mm: E, P per mm^2 and A in mm^2 increase the root's argument by 1000
     in_mm = right / 0.02**0.5 * 1e3**-0.5 * 20.0
     sheets, section = kapton.sheets, kapton.sheets.width * kapton.sheets.thickness
     springs = [(6, sheets.free_left), (11, sheets.overlap), (5, sheets.free_right)]
@@ -84,7 +84,7 @@ def equations() -> list[Claim]:
 
 
 def materials() -> list[Claim]:
-    """Section III-A, Fig. 4."""
+    """Return the claims of section III-A, Fig. 4."""
     films = ("kapton", "polyester", "ptfe", "ptfe-fiberglass")
     peaks = {name: _top(load(f"choi2018-{name}").brake) for name in films}
     bounds = [float(peak_vacuum(b)) / 1e3 for b in brakes()]
@@ -105,7 +105,7 @@ def _slope_at(slip: float, vacuum: float, brake: Brake) -> float:
 
 
 def fluids() -> list[Claim]:
-    """Section III-B: air and water."""
+    """Return the claims of section III-B: air and water."""
     file, line = load("choi2018-kapton"), load_line("choi2018").line
     slow, fast = (
         float(tensile(file, simple_pull(FULL, v, TESTED)).force.max()) for v in (1e-3, 25e-3)
@@ -121,7 +121,7 @@ def fluids() -> list[Claim]:
 
 
 def stiffnesses() -> list[Claim]:
-    """Section III-D: measured stiffness, text against caption."""
+    """Return the claims of section III-D: measured stiffness, text compared with caption."""
     kapton, ptfe = brakes()
     out = []
     for name in CALIBRATED:
@@ -142,7 +142,7 @@ def stiffnesses() -> list[Claim]:
 
 
 def _share_of_enclosure() -> Claim:
-    """Share of the enclosure in the force at the peak, by slip and by displacement."""
+    """Return the share of the enclosure in the force at the peak, by slip and by displacement."""
     shares: dict[str, Any] = {}
     for name in CALIBRATED:
         brake = load(name).brake
@@ -153,7 +153,7 @@ def _share_of_enclosure() -> Claim:
 
 
 def damping() -> list[Claim]:
-    """Section III-E: energy and collisions of 1 kg, on the rope that the bare drop implies."""
+    """Return the claims of section III-E: energy and collisions of 1 kg on the implied rope."""
     from scipy.integrate import quad
 
     kapton, _ = brakes()
@@ -182,7 +182,7 @@ def damping() -> list[Claim]:
 
 
 def force_density() -> list[Claim]:
-    """Section III-F, Fig. 12."""
+    """Return the claims of section III-F, Fig. 12."""
     kapton, _ = brakes()
     thicker_stack = replace(kapton, sheets=replace(kapton.sheets, count=kapton.sheets.count + 1))
     top = _top(kapton)

@@ -1,4 +1,4 @@
-"""The paper, recomputed: every claim with our result, and the figures, on one page."""
+"""The recomputed paper on one page: every claim with our result, and the figures."""
 
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
@@ -71,7 +71,7 @@ MARKS = {
     Verdict.OURS: "!",
 }
 LAB_SHARE = 0.2
-"""Share of the time that the procedures on synthetic files take."""
+"""Share of the time taken by the procedures on synthetic files."""
 Draw = Callable[[], "style.Figure"]
 MACHINES = {
     "seat-belt": page.belt_over_displacement,
@@ -120,7 +120,7 @@ FIGURES: dict[str, Draw] = {
     "fig12": density_figures.fig12,
     **{f"machine-{name}": partial(machine_picture, name) for name in MACHINES},
 }
-"""Function that draws each picture of paper.toml."""
+"""{picture of paper.toml: function that draws it}."""
 CLAIMS: dict[str, Sequence[Callable[[], list[Claim]]]] = {
     "device": [model.structure, model.equations],
     "materials": [model.materials, speed.judder_claims, model.fluids, speed.wet_claims],
@@ -130,7 +130,7 @@ CLAIMS: dict[str, Sequence[Callable[[], list[Claim]]]] = {
     "density": [model.force_density],
     "machines": [machine_claims],
 }
-"""Functions that compute the claims of each part of paper.toml."""
+"""{part of paper.toml: function that computes its claims}."""
 
 
 def write_report(
@@ -209,7 +209,7 @@ def part_of(name: str, draw: Mapping[str, Draw], claims: Sequence[Claim] = ()) -
 
 
 def _row(claim: Claim) -> list[Word]:
-    """Return a claim as a row of its part's table; brackets mark a verdict that is not counted."""
+    """Return a claim as a row of its part's table; brackets mark verdicts that are not counted."""
     verdict = f"{MARKS[claim.verdict]} {claim.verdict}"
     return [
         Word(claim.claim, "claim"),
@@ -241,7 +241,7 @@ def main_job(
     validation: Validation,
     vacuum: tuple[float, float, float],
 ) -> Part:
-    """Return the part of the page with one run from files to a vacuum.
+    """Return the part of the page that shows one run, from files to a vacuum.
 
     `vacuum` is (slip [m], required force [N], vacuum [Pa]).
     """

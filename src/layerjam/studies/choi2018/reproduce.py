@@ -1,4 +1,4 @@
-"""`reproduce`: the paper, recomputed on one page."""
+"""`reproduce`: recomputes the paper on one page."""
 
 from pathlib import Path
 from typing import Annotated

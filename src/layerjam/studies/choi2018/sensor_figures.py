@@ -1,4 +1,4 @@
-"""Accelerometer readings of the paper's stop, and the conditions that would give its numbers."""
+"""Accelerometer readings of the paper's stop, and conditions that would give its numbers."""
 
 import numpy as np
 
@@ -32,7 +32,7 @@ def chains(record: DropRecord) -> dict[str, Reading]:
 
 @style.in_style
 def readings() -> style.Figure:
-    """Draw the paper's stop at full vacuum and tuned, ideal and filtered, with close-ups below."""
+    """Draw the paper's stop at full and at tuned vacuum, ideal and filtered, with details below."""
     figure, panels = style.canvas(2, 2, width=10.4, height=7.2, height_ratios=(1, 1.15))
     for column, name in enumerate(("Full vacuum", "Tuned for 40 mm")):
         record = impact.stops()[column]
@@ -72,7 +72,7 @@ def _lines(
 
 @style.in_style
 def draw_requirements() -> style.Figure:
-    """Draw peaks over the filter's cutoff and over the rope's stiffness, with the paper's."""
+    """Draw peaks over the filter's cutoff and over the rope's stiffness, with the paper's peaks."""
     figure, (filters, ropes) = style.canvas(columns=2, width=11.5, height=4.8)
     _over_cutoff(filters)
     _over_rope(ropes)

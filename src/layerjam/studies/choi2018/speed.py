@@ -21,9 +21,9 @@ from layerjam.units import show
 FULL, SLOW, FAST = 94.5e3, 1e-3, 25e-3
 FILMS = {"Kapton": "choi2018-kapton", "PTFE": "choi2018-ptfe"}
 STRIBECK = np.geomspace(1e-5, 1e2, 15)
-"""Stribeck speeds of the study [m/s]: a log-uniform prior, without measurements."""
+"""Stribeck speeds of the study [m/s], a log-uniform prior without measurements."""
 DAMPING = np.geomspace(0.3, 300.0, 16)
-"""Damping of mount and film of the study [N s/m], alike for both films; log-uniform prior."""
+"""Damping of mount and film in the study [N s/m], equal for both films; log-uniform prior."""
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
@@ -36,13 +36,13 @@ class FilmJudder:
     apart: float
     """The same with the staggered bound."""
     slack: bool
-    """Whether Table I alone lets the spring go slack."""
+    """Whether the spring becomes slack with Table I alone."""
     stiffness: float
-    """[N/m]"""
+    """Stiffness [N/m]."""
     mass: float
-    """[kg]"""
+    """Mass [kg]."""
     judders: Array
-    """(len(DAMPING), len(STRIBECK)) at 1 mm/s, with the staggered bound."""
+    """Whether it sticks and slips at 1 mm/s with the staggered bound, (DAMPING, STRIBECK)."""
     settles: float
     """Least damping without stick–slip at 1 mm/s for a small v_s [N s/m]."""
 
@@ -72,8 +72,7 @@ def _study(name: str) -> FilmJudder:
     kinetic = float(sheet_friction(0.0, FULL, brake))
     pull = simple_pull(FULL, SLOW, 0.005)
     tops = [float(tensile_stack(file, pull, static=s)[0].force.max()) for s in (True, False)]
-    # the enclosure carries some load at the peak; the ratio to the same stack's kinetic peak
-    # excludes it
+    # the ratio to the kinetic peak of the same stack excludes the load on the enclosure at the peak
     staggered_force = kinetic * tops[0] / tops[1]
     spring, mass = series_stiffness(brake), moving_mass(brake)
     together, slack = _saw_share(static, kinetic, spring, mass)
@@ -102,7 +101,7 @@ def fig4_study() -> dict[str, FilmJudder]:
 
 
 def judder_claims() -> list[Claim]:
-    """Section III-A: which film sticks and slips."""
+    """Return the claims of section III-A: which film shows stick–slip."""
     study = fig4_study()
     kapton, ptfe = study["Kapton"], study["PTFE"]
     kapton_only = kapton.judders & ~ptfe.judders
@@ -130,7 +129,7 @@ def judder_claims() -> list[Claim]:
 
 
 def wet_claims() -> list[Claim]:
-    """Section III-B, Fig. 6: wet sheets."""
+    """Return the claims of section III-B, Fig. 6: wet sheets."""
     brake = load("choi2018-kapton").brake
     dry, dry_end = (float(brake_force(x, FULL, brake)) for x in (0.0, 0.04))
     slow, slow_end = (float(wet_force(x, SLOW, FULL, brake, ILLUSTRATIVE)) for x in (0.0, 0.04))

@@ -29,12 +29,12 @@ from layerjam.studies.choi2018.figures import FIG4, FULL
 from layerjam.studies.choi2018.speed import DAMPING, FAST, FILMS, SLOW, STRIBECK, fig4_study
 
 RATIO = 0.05
-"""Damping ratio of the map: assumed."""
+"""Assumed damping ratio of the map."""
 
 
 @style.in_style
 def amplitude() -> style.Figure:
-    """Stick–slip over pulling speed and vacuum for both films, and the mount that stops it."""
+    """Draw stick–slip over pulling speed and vacuum for both films, and the mount that stops it."""
     speeds, vacuums = np.geomspace(1e-3, 20, 44), np.linspace(2e3, 100e3, 22)
     figure, (*maps, design) = style.canvas(columns=3, width=12.4, height=4.0)
     for axes, (film, name) in zip(maps, FILMS.items(), strict=True):
@@ -83,7 +83,7 @@ def _mount(axes: style.Axes) -> None:
 
 @style.in_style
 def fig4_judder() -> style.Figure:
-    """Draw table I, staggered sliding, and the range in which Kapton alone sticks and slips."""
+    """Draw table I, staggered sliding, and the range in which only Kapton shows stick–slip."""
     from matplotlib.colors import ListedColormap
 
     study = fig4_study()
@@ -122,7 +122,7 @@ FilmStyles = Sequence[tuple[WetFilm | None, Any]]
 
 
 def _pull(axes: style.Axes, speed: float, films: FilmStyles) -> None:
-    """Draw pulls of Kapton at one speed, dry (None) and wet, each film in its dash."""
+    """Draw pulls of Kapton at one speed, dry (None) and wet, with a line style for each film."""
     brake = load("choi2018-kapton").brake
     slip = np.union1d(np.linspace(0, 1e-3, 60), np.linspace(1e-3, 0.04, 120))
     spring = float(working_stiffness(brake))
@@ -138,7 +138,7 @@ def _pull(axes: style.Axes, speed: float, films: FilmStyles) -> None:
 
 @style.in_style
 def fig6() -> style.Figure:
-    """Dry and wet Kapton at two speeds; the wet sets are illustrative."""
+    """Draw dry and wet Kapton at two speeds; the wet parameters are illustrative."""
     brake = load("choi2018-kapton").brake
     speed = np.geomspace(1e-4, 0.1, 200)
     lower, higher = (ILLUSTRATIVE, style.LONG), (ILLUSTRATIVE_VISCOUS, style.DOTTED)

@@ -1,10 +1,10 @@
 """Ankle exoskeleton (paper, Fig. 13c): a spring at the calf, with brakes as its clutch.
 
-The clutch closes at a point of the stride. From there the ankle's dorsiflexion stretches the spring
-behind the brakes, which must not slip, and plantarflexion recovers the energy. Before the next
-stride the vacuum must be gone, or the clutch pulls the foot down in swing. The vacuum rises from
-zero, pump full on, when the clutch closes. The brakes hold with their kinetic friction; static
-friction is higher, but that margin is not counted.
+The clutch closes at a point of the stride. The ankle's dorsiflexion then stretches the spring in
+series with the brakes, which must not slip, and plantarflexion recovers the energy. Before the next
+stride the vacuum must be released, because otherwise the clutch pulls the foot down in swing. When
+the clutch closes, the vacuum rises from zero at full pump power. The brakes are assumed to hold
+with their kinetic friction; the margin of static friction is not counted.
 """
 
 import math
@@ -31,13 +31,13 @@ from layerjam.studies.machines.verdict import Machine, Result
 from layerjam.units import show
 
 SAMPLES = 1200
-"""Samples of a stride."""
+"""Number of samples in a stride."""
 RATES = np.geomspace(2e-3, 6.0, 400)
-"""Stride rates examined [Hz]."""
+"""Stride rates that are examined [Hz]."""
 
 
 class Stride(NamedTuple):
-    """A stride from the clutch's closing on: (N,), or at stride rates of shape (B,) (N, B)."""
+    """A stride from the closing of the clutch: shape (N,), or (N, B) for B stride rates."""
 
     force: Array
     slip: Array
@@ -50,23 +50,23 @@ class Record(NamedTuple):
     """Data for the pictures."""
 
     part: Array
-    """Part of the stride; above 1 it is the next stride."""
+    """Phase of the stride; values above 1 belong to the next stride."""
     angle: Array
     stride: Stride
     ready: Stride
-    """The same with the vacuum present from the start."""
+    """The same if the vacuum is present from the start."""
     slips: Array
     """Greatest slip at each of RATES [m]."""
     window: tuple[float, float]
-    """Points of the stride: closing, and where the spring is slack again."""
+    """Phases of the stride: closing, and the point at which the spring is slack again."""
 
 
 @declare_fields("ankle-clutch")
 class AnkleClutch(Machine):
-    """Everything of the scenario."""
+    """Ankle clutch with everything in its scenario."""
 
     def together(self) -> None:
-        """Check that the gait's curves have one length."""
+        """Check that the gait's curves have the same length."""
         super().together()
         part, angle, moment = self.gait.part, self.gait.angle, self.gait.moment
         if not len(part) == len(angle) == len(moment):
@@ -79,10 +79,10 @@ class AnkleClutch(Machine):
             raise QuantityError.of("gait.part", "must rise from 0 to 100 % of the stride")
 
     def stretch(self) -> tuple[Array, Array, Array, tuple[float, float]]:
-        """Return (part of the stride, angle, payout, window) from the clutch's closing on.
+        """Return (phase of the stride, angle, payout, window) from the closing of the clutch.
 
-        The payout [m] counts from the angle at which the clutch closes and ends when the ankle
-        returns to it. The part runs on past 1 into the next stride.
+        The payout [m] is measured from the angle at which the clutch closes, and ends when the
+        ankle returns to that angle. The phase continues past 1 into the next stride.
         """
         part = self.gait.close + np.arange(SAMPLES + 1) / SAMPLES
         angle = np.interp(part % 1.0, self.gait.part, self.gait.angle)
@@ -132,7 +132,7 @@ class AnkleClutch(Machine):
         static = float(holding_force(brakes.vacuum, brake)) * brakes.parallel
         result.add("N", spring_force=largest_force, holding_force=hold, static_holding_force=static)
         if brake.film.ageing is not None:
-            # the force that breaks away after the rise of the load, during which the sheets rest
+            # the force at breakaway after the rise of the load, during which the sheets rest
             aged_force = float(aged_holding_force(top / SAMPLES / rate, brakes.vacuum, brake))
             result.add("N", aged_holding_force=aged_force * brakes.parallel)
         torque = largest_force * self.spring.lever
@@ -186,9 +186,9 @@ class AnkleClutch(Machine):
 
 @jax.jit
 def _slip_and_force(payout: Any, step: Any, straps: Strap) -> tuple[Any, Any]:
-    """Return (slip, force) along a stride; payout (N,) or (N, B), the strap's leaves as long.
+    """Return (slip, force) along a stride; payout (N,) or (N, B), with as many strap values.
 
-    `step` [s] is between two samples; it is unused without a speed law.
+    `step` [s] is the time between two samples; it is unused without a speed law.
     """
     law = straps.law
 
@@ -211,7 +211,7 @@ def _slip_and_force(payout: Any, step: Any, straps: Strap) -> tuple[Any, Any]:
 def vacuum_after(time: Array, limit: float, line: Line) -> Array:
     """Return the vacuum [Pa] a time [s] after the pump started from zero, up to `limit` [Pa].
 
-    The closed form's inverse, interpolated on 2000 pressures.
+    It inverts the closed form by interpolation between 2000 pressures.
     """
     a = line.site.atmosphere
     top = min(limit, reachable(line) * (1 - 1e-9))
@@ -223,7 +223,7 @@ def vacuum_after(time: Array, limit: float, line: Line) -> Array:
 
 
 def energies(payout: Array, stride: Stride) -> tuple[float, float, float]:
-    """Return (put in, given back, lost in slip) of a stride [J]: trapezoids of the force."""
+    """Return (energy stored, returned, lost in slip) of a stride [J], by the trapezoidal rule."""
     mean = (stride.force[1:] + stride.force[:-1]) / 2
     travel = np.diff(payout)
     slip_work = float(np.sum(mean * np.diff(stride.slip)))
@@ -232,7 +232,7 @@ def energies(payout: Array, stride: Stride) -> tuple[float, float, float]:
 
 
 def fall_time(vacuum: float, line: Line) -> float:
-    """Return the time from 90 to 10 % of a vacuum [Pa] by valve, or else by reversed pump [s]."""
+    """Return the time [s] from 90 to 10 % of a vacuum [Pa] by valve, or by reversed pump."""
     if line.valve is not None:
         return fall_by_valve(vacuum, line)
     time = fall_by_pump(vacuum, line)
@@ -242,7 +242,7 @@ def fall_time(vacuum: float, line: Line) -> float:
 def last_before(values: Array, fine: Any) -> float:
     """Return the greatest of rising values before the first unacceptable one.
 
-    0 if none is acceptable.
+    It is 0 if none is acceptable.
     """
     if not fine[0]:
         return 0.0

@@ -1,4 +1,4 @@
-"""`scenario`: a machine with brakes, from a scenario file, and whether it can work."""
+"""`scenario`: whether a machine with brakes, from a scenario file, can work."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -43,11 +43,11 @@ class MachineResult(Result):
         "scenarios that come with the program", default=None, listed=False
     )
     titles: Mapping[str, str] | None = None
-    """Title of each of these scenarios, by name."""
+    """{scenario: title} of the listed scenarios."""
 
     @property
     def units(self) -> dict[str, str]:
-        """{key: SI unit}, those of the machine's own numbers among them."""
+        """Return {key: SI unit}, including those of the machine's own numbers."""
         return {**super().units, **({} if self.record is None else self.record.own_units)}
 
     def rows(self) -> list[tuple[str, str]]:

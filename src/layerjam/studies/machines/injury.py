@@ -10,12 +10,12 @@ from layerjam.simulate.accelerometer import LEAST_RATE, cfc_filter
 
 Array = npt.NDArray[np.float64]
 BRIC_CRITICAL = (66.25, 56.45, 42.87)
-"""Critical angular velocities [rad/s] about x, y, z: average of the CSDM and MPS based ones of
+"""Critical angular velocities [rad/s] about x, y, z: averages of those based on CSDM and MPS in
 Takhounts et al. 2013 (Stapp 57), as printed at elemance.com, knowledge base, "BrIC"."""
 HIC_WINDOW = 0.015
 """Longest window [s] of HIC15 (49 CFR 571.208: at most 700, law.cornell.edu)."""
 _AIS2 = (0.602, 2.84)
-"""Scale and shape of the risk of an AIS 2 injury over BrIC, same page."""
+"""Scale and shape of the risk of an AIS 2 injury over BrIC, from the same page."""
 
 
 def bric(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> float:
@@ -38,9 +38,9 @@ def hic15(acceleration: Array, dt: float) -> float:
 
 
 def filter_signal(signal: Array, dt: float, cfc: float) -> Array:
-    """Return a signal at equal steps [s] behind the SAE J211-1 filter of a class, shape (N,).
+    """Return a signal at equal steps [s] after the SAE J211-1 filter of a class, shape (N,).
 
-    Raises QuantityError for fewer samples a second than ten times the class.
+    Raises QuantityError for fewer samples per second than ten times the class.
     """
     stride = max(1, int(1 / (dt * LEAST_RATE * cfc * 10)))
     small = cfc_filter(signal[::stride], 1 / (dt * stride), cfc)

@@ -1,10 +1,10 @@
-"""Helmet and neck guard (paper, Fig. 13b): brakes to the shoulders hold a head that a blow turns.
+"""Helmet and neck guard (paper, Fig. 13b): brakes hold a head that a blow turns.
 
 The helmeted head turns about one axis of the neck: I w' = t(t) - r T(r angle - slack). t is the
 blow's torque, given as its angular acceleration without brakes, and T the tension of the brakes at
-their lever arm r. It is the strap of the seat belt with way = r angle and mass = I/r^2. The neck's
-own stiffness and muscles, the compliance of the shoulders and the linear motion of the head are
-ignored. Brakes hold one direction of turning only.
+their lever arm r. The equation is that of the seat belt's strap with travel = r angle and mass =
+I/r^2. The neck's own stiffness and muscles, the compliance of the shoulders and the linear motion
+of the head are ignored. Brakes resist turning in one direction only.
 """
 
 import math
@@ -33,7 +33,7 @@ from layerjam.studies.machines.verdict import Machine, Result
 from layerjam.units import nested, show
 
 STEPS = 8000
-"""Number of steps during a blow and four times its duration after it."""
+"""Number of steps during a blow and for four times its duration afterwards."""
 CHAIN_LIMIT = 200
 """Largest number of parallel brakes examined."""
 STIFFER = 2.0 ** np.arange(11)
@@ -48,7 +48,7 @@ class HeadTurn(NamedTuple):
     angular: Array
     """Angular acceleration [rad/s^2]."""
     acceleration: float
-    """The greatest."""
+    """Greatest acceleration of the head."""
     speed: float
     rotation: float
     bric: float
@@ -61,12 +61,12 @@ class Record(NamedTuple):
 
     turned: tuple[HeadTurn, ...]
     tried: pandas.DataFrame
-    """Chains behind the present straps, with the greatest angular acceleration `turns`."""
+    """Numbers of chains with the present straps, and the greatest angular acceleration `turns`."""
 
 
 @declare_fields("neck-guard")
 class NeckGuard(Machine):
-    """Everything of the scenario."""
+    """Neck guard with everything in its scenario."""
 
     supply: VacuumSupply = nested(VacuumSupply)
 
@@ -88,7 +88,7 @@ class NeckGuard(Machine):
         return Trial(self, body, self.guard.stiffness, free * r, dt), change
 
     def turn(self, name: str, trial: Trial, strap: Strap) -> HeadTurn:
-        """Return the head's turn under a blow, held by a strap."""
+        """Return the head's motion under a blow, held by a strap."""
         r = self.guard.lever
         ride_made = ride(trial.drive, trial.dt, trial.body, strap)
         angular = ride_made.acceleration / r
@@ -147,8 +147,8 @@ class NeckGuard(Machine):
     def search(self, trial: Trial) -> tuple[pandas.DataFrame, dict[str, Any]]:
         """Return (rows of 1 to CHAIN_LIMIT chains, the first sufficient number or {}).
 
-        If none is enough behind these straps (`as_built` False), then the softest of STIFFER times
-        them that is enough is used, `stiffness`. Brakes that snap are excluded.
+        If none is enough with these straps (`as_built` False), the softest sufficient ones of
+        STIFFER times their stiffness are used (`stiffness`). Brakes that snap are excluded.
         """
         counts, webbing = np.arange(1, CHAIN_LIMIT + 1), self.guard.stiffness * STIFFER
         rows = trial.run_grid(webbing=webbing, parallel=counts)
@@ -192,5 +192,5 @@ class NeckGuard(Machine):
 
 
 def head_acceleration(angular: Array, turning: Array, height: float) -> Array:
-    """Return the size of the centre of gravity's acceleration [m/s^2], both components."""
+    """Return the magnitude of the acceleration of the centre of gravity [m/s^2]."""
     return height * np.hypot(angular, turning**2)

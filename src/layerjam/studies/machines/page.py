@@ -28,7 +28,7 @@ from layerjam.units import get, show
 G = 9.80665
 RADIANS = "[1000 rad/s²]"
 _LINES = ((BLUE, 2.2), (GREY, 1.3), (GREEN, 1.6))
-"""Lines of brakes, webbing alone, limiter."""
+"""Line styles of brakes, webbing alone, and limiter."""
 
 
 def pictures(result: Result) -> list[Picture]:
@@ -41,7 +41,7 @@ def pictures(result: Result) -> list[Picture]:
 
 @style.in_style
 def belt_in_time(result: Result) -> style.Figure:
-    """Draw chest acceleration and displacement over time, for three ways of holding."""
+    """Draw chest acceleration and displacement over time, for three kinds of restraint."""
     record: seat_belt.Record = result.record
     restraints, limits = record.held, get(result.scenario, "limits")
     figure, (left, right) = style.canvas(columns=2, width=10.6, height=4.3)
@@ -122,7 +122,7 @@ def neck_in_time(result: Result) -> style.Figure:
 
 @style.in_style
 def neck_over_count(result: Result) -> style.Figure:
-    """Peak over the number of brakes."""
+    """Draw the peak over the number of brakes."""
     record: neck_guard.Record = result.record
     have, free = result.scenario.brakes.parallel, record.turned[0].acceleration / 1e3
     limit = get(result.scenario, "limits.acceleration") / 1e3
@@ -142,7 +142,7 @@ def neck_over_count(result: Result) -> style.Figure:
 
 @style.in_style
 def ankle_stride(result: Result) -> style.Figure:
-    """Angle, force and hold along a stride."""
+    """Draw angle, force and holding force along a stride."""
     record: ankle_clutch.Record = result.record
     stride, ready = record.stride, record.ready
     part, top = record.part * 100, float(ready.force.max())
@@ -165,7 +165,7 @@ def ankle_stride(result: Result) -> style.Figure:
 
 @style.in_style
 def ankle_rates(result: Result) -> style.Figure:
-    """Slip over the stride rate."""
+    """Draw the slip over the stride rate."""
     record: ankle_clutch.Record = result.record
     rate, fastest = result.own["stride_rate"], result.own["fastest_stride_rate"]
     figure, (axes,) = style.canvas(width=6.8, height=3.9)
@@ -186,7 +186,7 @@ def ankle_rates(result: Result) -> style.Figure:
 
 @style.in_style
 def exercise_in_time(result: Result) -> style.Figure:
-    """Torque and vacuum over time."""
+    """Draw torque and vacuum over time."""
     record: rehabilitation.Record = result.record
     session, vacuum = record.session, record.followed.loop
     figure, (upper, lower) = style.canvas(
@@ -212,7 +212,7 @@ def exercise_in_time(result: Result) -> style.Figure:
 
 @style.in_style
 def exercise_over_angle(result: Result) -> style.Figure:
-    """Torque over angle, and the share that can be followed over speed."""
+    """Draw torque over angle, and the share that can be followed over speed."""
     record: rehabilitation.Record = result.record
     session, (grid, reach) = record.session, record.reachable
     edges = np.flatnonzero(np.diff(session.flexing.astype(int), prepend=0, append=0))
@@ -251,7 +251,7 @@ PICTURES: dict[str, Callable[[Result], style.Figure]] = {
     "rehabilitation-time": exercise_in_time,
     "rehabilitation-angle": exercise_over_angle,
 }
-"""Function that draws each picture; the kind of machine has the captions, in page order."""
+"""{picture: function that draws it}; the kind of machine has the captions, in page order."""
 
 
 MET = Word("✓ met", "verdict reproduced")

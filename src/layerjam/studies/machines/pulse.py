@@ -1,4 +1,4 @@
-"""Crash and impact pulses: a shape with its change of velocity and its duration, or a record."""
+"""Crash and impact pulses: a shape with its velocity change and duration, or a record."""
 
 from pathlib import Path
 
@@ -11,8 +11,7 @@ from layerjam.measure.log import ACCELERATION, TIME, read_log
 Array = npt.NDArray[np.float64]
 SHAPES = ("half-sine", "haversine", "trapezoid")
 RAMP = 0.2
-"""Part of a trapezoid's duration in which it rises, equal to the part in which it falls (assumed).
-"""
+"""Share of a trapezoid's duration in which it rises, equal to that in which it falls (assumed)."""
 
 
 def pulse(shape: str, change: float, duration: float, time: Array) -> Array:
@@ -31,7 +30,7 @@ def pulse(shape: str, change: float, duration: float, time: Array) -> Array:
 
 
 def read_record(path: Path) -> tuple[Array, Array]:
-    """Return (time [s] from the first sample, deceleration [m/s^2] as a size) of a log.
+    """Return (time [s] from the first sample, magnitude of deceleration [m/s^2]) of a log.
 
     A mostly negative record, such as that of a braking car, is inverted. Raises FileError if its
     time does not rise.
@@ -46,10 +45,10 @@ def read_record(path: Path) -> tuple[Array, Array]:
 def drive(
     shape: str, change: float, duration: float, after: float, steps: int, folder: Path
 ) -> tuple[Array, float, float]:
-    """Return (acceleration [m/s^2] at equal steps, the step [s], the change of velocity [m/s]).
+    """Return (acceleration [m/s^2] at equal steps, the step [s], the velocity change [m/s]).
 
     The `steps` cover the pulse and `after` [s] without load. A `shape` that is a path is read as a
-    log, which has its own change and duration.
+    log, which has its own velocity change and duration.
     """
     if shape not in SHAPES and not Path(shape).suffix:
         raise UnknownNameError("pulse", shape, SHAPES)

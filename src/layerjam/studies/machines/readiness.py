@@ -22,7 +22,7 @@ class VacuumSupply:
 
 
 class Ready(NamedTuple):
-    """Time of the vacuum, its limits, and notes."""
+    """Time needed for the vacuum, its limits, and notes."""
 
     time: float
     limits: list[Limit]
@@ -30,7 +30,7 @@ class Ready(NamedTuple):
 
 
 def line_for(line: Line, brakes: float) -> Line:
-    """Return the line with the gas volume of several brakes: the file's volume is that of one.
+    """Return the line with the gas volume of several brakes, as the file has that of one.
 
     Tubes between them are ignored.
     """
@@ -47,7 +47,7 @@ def line_for(line: Line, brakes: float) -> Line:
 
 
 def vacuum_time(vacuum: float, line: Line) -> float:
-    """Return the time from the atmosphere to a vacuum [Pa], pump full on [s]; or infinity."""
+    """Return the time from the atmosphere to a vacuum [Pa] at full pump power [s]; or infinity."""
     a = line.site.atmosphere
     if vacuum >= reachable(line):
         return math.inf
@@ -58,7 +58,7 @@ def vacuum_time(vacuum: float, line: Line) -> float:
 def readiness(
     scenario: Scenario, supply: VacuumSupply, vacuum: float, *, tuned: bool = False
 ) -> Ready:
-    """Return the limit on the vacuum's time, if it must be made, and the notes."""
+    """Return the limit on the time for the vacuum, if it must be built up, and the notes."""
     line, brakes = scenario.line, scenario.brakes.count
     time = vacuum_time(vacuum, line_for(line.line, brakes))
     words = show(time, "s", 3) if math.isfinite(time) else "for ever"

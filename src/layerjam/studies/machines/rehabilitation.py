@@ -1,11 +1,11 @@
 """Rehabilitation of elbow or finger flexion (paper, Fig. 13d): resistance prescribed by angle.
 
 A cord on a pulley about the joint extends the brakes in flexion. The target resistance is a torque
-over the angle, plus one in proportion to speed. A controller sets the vacuum for it, by the inverse
-law of the brake. In extension the target is zero: the cord only pulls, the vacuum is released, and
-the enclosure retracts the brakes as far as the remaining friction allows. The remaining extension
-is slack at the next flexion. The body's own torques, the cord's stretch and the compliance of the
-brace are ignored.
+that depends on the angle, plus one in proportion to speed. A controller sets the vacuum for it, by
+the inverse law of the brake. In extension the target is zero. The cord only pulls, the vacuum is
+released, and the enclosure retracts the brakes as far as the remaining friction allows. The
+remaining extension becomes slack at the next flexion. The body's own torques, the cord's stretch
+and the compliance of the brace are ignored.
 """
 
 import math
@@ -28,9 +28,9 @@ from layerjam.studies.machines.verdict import Machine, Result
 from layerjam.units import show
 
 SPEEDS = np.radians(np.concatenate([np.arange(0.25, 10, 0.25), np.arange(10, 181, 1.0)]))
-"""Mean speeds examined [rad/s]."""
+"""Mean speeds that are examined [rad/s]."""
 FINE = 512
-"""Samples of a flexion for the share that can be followed."""
+"""Number of samples of a flexion, for the share that can be followed."""
 
 
 class Session(NamedTuple):
@@ -51,16 +51,16 @@ class Record(NamedTuple):
     session: Session
     followed: Following
     given: Array
-    """Torque given in flexion [N m], NaN elsewhere."""
+    """Torque produced in flexion [N m], NaN elsewhere."""
     shares: Array
-    """Part of a flexion that can be followed, at each of SPEEDS."""
+    """Share of a flexion that can be followed, at each of SPEEDS."""
     reachable: Array
     """Torque of all brakes at full vacuum over the angle, and the angle, shape (2, M)."""
 
 
 @declare_fields("rehabilitation")
 class Rehabilitation(Machine):
-    """Everything of the scenario."""
+    """Rehabilitation device with everything in its scenario."""
 
     def together(self) -> None:
         """Check that angles, curve and travel fit together."""
@@ -100,7 +100,7 @@ class Rehabilitation(Machine):
             )
 
     def session(self, speed: float, repetitions: int, dt: float) -> Session:
-        """Return rest, flexion, hold, extension, repeated; turns are half a cosine each."""
+        """Return repetitions of rest, flexion, hold, extension; turns are half a cosine each."""
         exercise = self.exercise
         turn = max(round((exercise.end - exercise.start) / speed / dt), 2)
         hold, rest_samples = round(exercise.hold / dt), round(exercise.rest / dt)
@@ -134,9 +134,9 @@ class Rehabilitation(Machine):
         )
 
     def followed_at(self, regulator: Regulator, speed: float) -> tuple[float, list[str]]:
-        """Return (part of a flexion at a mean speed [rad/s] that can be followed, reasons).
+        """Return (share of a flexion at a mean speed [rad/s] that can be followed, reasons).
 
-        On FINE samples for every speed, so that the laws are compiled once.
+        It uses FINE samples for every speed, so that the laws are compiled once.
         """
         exercise, r = self.exercise, self.orthosis.pulley
         part = np.linspace(0.0, 1.0, FINE)
@@ -205,7 +205,7 @@ class Rehabilitation(Machine):
         return result
 
     def lost_angle(self, vacuum: float, slip: float) -> float:
-        """Return the angle [rad] at which friction still holds the enclosure."""
+        """Return the angle [rad] through which friction still holds the enclosure."""
         slips = np.linspace(0.0, slip, 400)[1:]
         closes = np.asarray(self_closing_vacuum(slips, at_speed(0.0, self.brake.brake))) > vacuum
         held_slip = 0.0 if closes.all() else float(slips[np.flatnonzero(~closes)[-1]])

@@ -1,18 +1,18 @@
 """Equal brakes in a strap that restrains a body, simulated in time.
 
-The strap is an elastic line that slips: force k (u - S), with u its payout and S the slip of all
-brakes of a chain together. The force of a brake falls behind its peak. In a chain brakes therefore
-slip one after the other, each to the end of its travel, where an end stop of webbing takes the
-load. The order makes no difference for equal brakes. The slip at a payout never reached before is
-the closed form of a slow pull (mechanics, section 2). Below that payout the strap is elastic, and
-it only pulls. After the last travel, end stops hold the strap. The slip of the other brakes of a
-chain before their peak (0.19 mm each at full vacuum) is ignored.
+The strap is an elastic line that slips, with the force k (u - S), where u is its payout and S the
+total slip of all brakes of a chain. The force of a brake falls after its peak. In a chain brakes
+therefore slip one after the other, each to the end of its travel, where an end stop of webbing
+takes the load. The order does not matter for equal brakes. At a payout that exceeds all earlier
+ones, the slip is the closed form of a slow pull (mechanics, section 2). Below that payout the strap
+is elastic, and it only pulls. After the last travel, end stops hold the strap. The slip of the
+other brakes of a chain before their peak (0.19 mm each at full vacuum) is ignored.
 
 If friction grows with the sliding speed (a brake with a speed law), equal brakes of a chain share
 its slip evenly, and nothing snaps: force k (u - S) = R(S/s, S'/s). s is the number of brakes in
-series and R the sliding force of all chains at a slip and a speed. A difference between two brakes
-of a chain, of slip or of friction, grows with the slip x of each as (L2/(L2 - x))^(1/n), n the
-law's power.
+series and R the sliding force of all chains at a slip and a speed. A difference in slip or friction
+between two brakes of a chain grows with the slip x of each as (L2/(L2 - x))^(1/n), with n the law's
+power.
 
 The same applies to rotation with a lever: payout = lever * angle, mass = inertia / lever^2.
 """
@@ -36,23 +36,23 @@ from layerjam.simulate.speed import without_idle_speed_law
 from layerjam.studies.machines.scenario import Array, Scenario
 
 ROOMS = (256, 4096)
-"""Number of lanes computed at once; smaller numbers are padded."""
+"""Number of lanes computed at once; fewer are padded."""
 NEWTON = 60
 SETTLED = 1e-11
-"""Last step of a search, relative to the strap's slip in one time step."""
+"""Last step of a settled search, relative to the strap's slip in one time step."""
 LITTLE = 1e-9
 """Smallest such slip [m] that the search assumes."""
 
 
 class Strap(NamedTuple):
-    """A strap's constants, all chains together; leaves broadcast."""
+    """Constants of a strap, over all chains; leaves broadcast."""
 
     stiffness: Any
-    """k of brakes, stuck, and webbing in series [N/m]."""
+    """k [N/m], brakes (stuck) and webbing in series."""
     onset: Any
     """Force at which an unused brake starts to slide, N c L2 [N]; infinite if nothing slides."""
     fall: Any
-    """N c [N/m], with a speed law at its test speed; the onset is that at rest."""
+    """N c [N/m], at the test speed of a speed law; the onset is that at rest."""
     sleeve: EnclosureLaw
     travel: Any
     """Usable travel of one brake [m]."""
@@ -64,10 +64,10 @@ class Strap(NamedTuple):
 
 @law
 def strap_of(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Brake) -> Strap:
-    """Return `parallel` chains of `series` equal brakes at a vacuum [Pa] behind webbing [N/m].
+    """Return `parallel` chains of `series` equal brakes at a vacuum [Pa] with webbing [N/m].
 
-    Broadcasts. Valid while the strap is stiffer than the friction falls, k > N c; see `snaps`. A
-    speed law of the brake is included.
+    The arguments broadcast. Valid while the strap's stiffness exceeds the fall of friction, k > N
+    c; see `snaps`. A speed law of the brake is included.
     """
     one_modulus(brake)
     every = jnp.broadcast_arrays(parallel, series, vacuum, webbing)
@@ -88,9 +88,9 @@ def strap_of(parallel: Any, series: Any, vacuum: Any, webbing: Any, brake: Brake
 
 
 def limiter_of(force: Any, stiffness: Any, travel: Any = jnp.inf) -> Strap:
-    """Return a load limiter: elastic up to a force [N], which is then constant over its travel [m].
+    """Return a load limiter: elastic up to a force [N] that is then constant over its travel [m].
 
-    With an infinite force it is plain webbing.
+    If the force is infinite, it is plain webbing.
     """
     force, stiffness, travel = jnp.broadcast_arrays(
         *(jnp.asarray(a, jnp.float64) for a in (force, stiffness, travel))
@@ -115,10 +115,10 @@ def snaps(strap: Strap) -> Any:
 
 
 def chain_slip(payout: Any, before: Any, strap: Strap) -> Any:
-    """Return the slip [m] of a chain at a payout [m], at least its slip `before`.
+    """Return the slip [m] of a chain at a payout [m], at least its earlier slip `before`.
 
-    A call uses up at most one brake's travel; the next call continues with the next brake. A strap
-    that snaps uses up a travel instantly.
+    A call uses at most one brake's travel; the next call continues with the next brake. A strap
+    that snaps uses a travel instantly.
     """
     finite = jnp.where(jnp.isfinite(strap.travel), strap.travel, 1.0)
     used = jnp.where(jnp.isfinite(strap.travel), jnp.floor(before / finite * (1 + 1e-12)), 0.0)
@@ -132,10 +132,10 @@ def chain_slip(payout: Any, before: Any, strap: Strap) -> Any:
 
 
 def paced_slip(law: SpeedLaw, payout: Any, before: Any, pace: Any, dt: Any, strap: Strap) -> Any:
-    """Return `chain_slip` if friction grows with speed: slip [m] a step of `dt` [s] later.
+    """Return `chain_slip` if friction grows with speed: the slip [m] after a step of `dt` [s].
 
     `pace` [m/s] is the chain's mean speed of slip in the step before, of equal length. The speed at
-    the end is that of a parabola through the two steps: second order in time.
+    the end is that of a parabola through the two steps, which is of second order in time.
     """
     series, end = strap.series, strap.series * strap.travel
 
@@ -171,15 +171,14 @@ def paced_slip(law: SpeedLaw, payout: Any, before: Any, pace: Any, dt: Any, stra
 def difference_growth(law: SpeedLaw, slip: Any, series: Any, brake: Brake) -> float:
     """Return the growth factor of a difference between two brakes of a chain at its `slip` [m].
 
-    In first order, with its speed law: (L2/(L2 - x))^(1/n), x the slip of each, without the
-    enclosure.
+    To first order, without the enclosure, it is (L2/(L2 - x))^(1/n), with x the slip of each.
     """
     left = 1 - slip / series / brake.sheets.overlap
     return float(left ** (-1 / law.power)) if left > 0 else float("inf")
 
 
 def tension(payout: Any, slip: Any, strap: Strap) -> Any:
-    """Return the force of the strap [N]: it only pulls."""
+    """Return the force of the strap [N], which only pulls."""
     return jnp.maximum(strap.stiffness * (payout - slip), 0.0)
 
 
@@ -193,20 +192,20 @@ class Body(NamedTuple):
 
 
 class Ride(NamedTuple):
-    """A ride at one moment, or in time: arrays of shape (N, ...)."""
+    """State of a ride at one moment, or in time: arrays of shape (N, ...)."""
 
     time: Any
     way: Any
     """Travel of the body relative to its mount [m]."""
     speed: Any
     acceleration: Any
-    """Relative [m/s^2]."""
+    """Relative acceleration [m/s^2]."""
     force: Any
     """Tension of the strap [N]; its effect on the body is multiplied by `ratio`."""
     slip: Any
     """Slip of a chain [m]."""
     heat: Any
-    """Work of the strap in slipping [J]: heat, and energy stored in the enclosures."""
+    """Work of the strap's slip [J]: heat, and energy stored in the enclosures."""
     put_in: Any
     """Work of the drive on the body [J]."""
     pace: Any = None
@@ -221,7 +220,7 @@ class Extremes(NamedTuple):
     held: Any
     """Acceleration of the body due to the restraint only [m/s^2]."""
     acceleration: Any
-    """Size of the acceleration by drive and restraint together [m/s^2]."""
+    """Magnitude of the acceleration by drive and restraint together [m/s^2]."""
     end_speed: Any
     """The last speed, with its sign [m/s]."""
     slip: Any
@@ -284,7 +283,7 @@ def _extremes(drive: Any, dt: Any, body: Body, strap: Strap) -> Extremes:
 def ride(drive: Any, dt: float, body: Body, strap: Strap) -> Ride:
     """Simulate a body under a drive [m/s^2], shape (N,), at steps of `dt` [s].
 
-    Second order in time.
+    The method is of second order in time.
 
     `drive` is the acceleration of the body relative to its mount if it is unrestrained.
     """
@@ -311,11 +310,11 @@ def _doubles(body: Body) -> Body:
 
 
 COARSE = 4
-"""A search uses every fourth step of the drive."""
+"""Stride of the drive's steps in a search."""
 
 
 class Trial(NamedTuple):
-    """A body that a drive [m/s^2] at steps of `dt` [s] throws into brakes behind webbing [N/m]."""
+    """A body that a drive [m/s^2] at steps of `dt` [s] throws into brakes with webbing [N/m]."""
 
     scenario: Scenario
     body: Body
@@ -360,6 +359,6 @@ class Trial(NamedTuple):
 
 
 def best_row(rows: pandas.DataFrame, *order: str) -> dict[str, Any]:
-    """Return the row that is least in the columns of `order`; IndexError if there is none."""
+    """Return the row with the least values in the columns of `order`; IndexError without rows."""
     row: dict[str, Any] = rows.sort_values(list(order)).to_dict("records")[0]
     return row

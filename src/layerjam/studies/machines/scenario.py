@@ -1,8 +1,8 @@
 """A scenario file: the person, the load case, the brakes, and the limits of a machine.
 
-TOML, read with the same reader as brakes and lines: every number has its unit, its kind and its
-source. There are also words (one of several, or a path) and curves ("0 2.5 4 deg").
-`kinds/NAME.toml` declares the content of a scenario of a machine, its limits and its pictures.
+It is TOML, read like brakes and lines: every number has its unit, its kind and its source. There
+are also words (one of several, or a path) and curves ("0 2.5 4 deg"). `kinds/NAME.toml` declares
+the content of a machine's scenario, its limits and its pictures.
 """
 
 import re
@@ -50,7 +50,7 @@ _ROW = re.compile(r"((?:[-+.\deE]+(?:\s+|$))+)(.*)")
 
 @record
 class Brakes:
-    """Equal brakes: `parallel` chains, each of `series` brakes end to end."""
+    """Equal brakes: `parallel` chains, each of `series` brakes in series."""
 
     parallel: int = quantity("1", "chains of brakes in parallel", lo=1, hi=10000, whole=True)
     series: int = quantity(
@@ -61,16 +61,16 @@ class Brakes:
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            """A field that the machine's kind declares."""
+            """Return a field that the machine's kind declares."""
 
     @property
     def count(self) -> int:
-        """Brakes in all."""
+        """Total number of brakes."""
         return self.parallel * self.series
 
 
 def word(text: str, *choices: str) -> Any:
-    """Return a field for a word of the file: one of `choices`, or any text without choices."""
+    """Return a field for a word of the file: one of `choices`, or any text if there are none."""
     return value(TextSpec(text=text, choices=choices, blank=False))
 
 
@@ -105,13 +105,13 @@ class Scenario:
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            """A field that the machine's kind declares."""
+            """Return a field that the machine's kind declares."""
 
     name: str = ""
     title: str = ""
     sources: Mapping[str, Source] = field(default_factory=dict, repr=False)
     folder: Path = field(default=Path(), repr=False)
-    """Folder of relative paths inside the file."""
+    """Folder from which relative paths in the file start."""
 
     def together(self) -> None:
         """Raise QuantityError for values that contradict each other."""
@@ -154,12 +154,12 @@ _KNOWN: dict[str, type] = {"Sensor": Sensor, "Regulator": Regulator}
 
 @cache
 def kind_of(machine: str) -> dict[str, Any]:
-    """Return the declaration of a kind of machine in kinds/NAME.toml."""
+    """Return the declaration of a kind of machine, from kinds/NAME.toml."""
     return tomllib.loads(shipped_files("layerjam.studies.machines", "kinds")[machine])
 
 
 def declare_fields(machine: str) -> Callable[[type[S]], type[S]]:
-    """Return a decorator that gives a scenario's class the fields which its kind declares."""
+    """Return a decorator that adds to a scenario's class the fields that its kind declares."""
 
     def with_fields(cls: type[S]) -> type[S]:
         for name, declaration in kind_of(machine)["scenario"].items():
@@ -204,7 +204,7 @@ def read_scenario(
 ) -> S:
     """Return a Scenario from TOML text; FileError with file and line for an invalid text.
 
-    `folder` is the start of relative paths inside the file.
+    Relative paths in the file start from `folder`.
     """
     tables: dict[str, Any] = parse_toml(text, path)
     machine = tables.get("machine")

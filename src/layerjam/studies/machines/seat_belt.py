@@ -1,9 +1,9 @@
-"""Seat belt (paper, Fig. 13a): an occupant thrown into a belt with brakes in it.
+"""Seat belt (paper, Fig. 13a): an occupant thrown into a belt that contains brakes.
 
 The part of the occupant that the shoulder belt holds is one mass. In the car's frame it is driven
 by the car's deceleration and held by the belt: m x'' = m a(t) - g T(g x - slack). T is the belt's
-tension, g the payout per metre of chest travel (and so the chest's force over T). Airbag, knees,
-pretensioner, chest compression and the lap belt's share are ignored.
+tension. g is the payout per metre of chest travel, and therefore also the chest's force over T.
+Airbag, knees, pretensioner, chest compression and the lap belt's share are ignored.
 """
 
 import math
@@ -35,13 +35,13 @@ from layerjam.units import nested, show
 STEPS = 8000
 MOST_SERIES, MOST_PARALLEL = 24, 1024
 STIFFER = 2.0 ** np.arange(9)
-"""Multiples of the webbing's stiffness examined."""
+"""Multiples of the webbing's stiffness that are examined."""
 LEVELS = 40
-"""Vacuums examined for the tuned one."""
+"""Vacuums that are examined for the tuned one."""
 
 
 class HeldOccupant(NamedTuple):
-    """One way of holding the occupant, in SI."""
+    """The occupant in one kind of restraint, in SI units."""
 
     name: str
     ride: Ride
@@ -61,7 +61,7 @@ class Record(NamedTuple):
 
 @declare_fields("seat-belt")
 class SeatBelt(Machine):
-    """Everything of the scenario."""
+    """Seat belt with everything in its scenario."""
 
     supply: VacuumSupply = nested(VacuumSupply)
 
@@ -102,7 +102,7 @@ class SeatBelt(Machine):
         result.add("N", steady_force=belt.stiffness * brake.sheets.overlap)
         result.add("m", slip=float(brake_ride.slip[-1]), travel=end)
         result.add("1", bottomed_out=is_bottomed_out, snaps=soft)
-        # at the vacuum of this crash, not at the site's full one
+        # at the vacuum of this crash, not at the site's full vacuum
         work = float(slip_work(brake.sheets.usable_travel, vacuum, brake))
         result.add("J", energy_capacity=brakes.count * work)
         result.add("J", energy_put_in=float(brake_ride.put_in.max()))
@@ -111,7 +111,7 @@ class SeatBelt(Machine):
         result.add("m/s", change=change)
         result.add("s", vacuum_time=ready.time)
         if brake.film.ageing is not None and math.isfinite(ready.time):
-            # force that breaks away if the crash comes as soon as the vacuum is present
+            # force at breakaway if the crash comes as soon as the vacuum is present
             aged_force = float(aged_holding_force(ready.time, vacuum, brake))
             result.add("N", aged_holding_force=aged_force * brakes.parallel)
         result.take("needed", best, "needed_")
@@ -135,7 +135,7 @@ class SeatBelt(Machine):
         return result
 
     def hold(self, name: str, trial: Trial, strap: Strap) -> HeldOccupant:
-        """Return the occupant in a strap, as a crash laboratory measures it."""
+        """Return the occupant in a strap, filtered as in a crash laboratory."""
         motion = ride(trial.drive, trial.dt, trial.body, strap)
         acceleration = motion.force * self.belt.payout / float(trial.body.mass)
         chest = filter_signal(acceleration, trial.dt, self.filter.chest)
@@ -145,7 +145,7 @@ class SeatBelt(Machine):
         )
 
     def stopping(self, trial: Trial, **grid: Any) -> pandas.DataFrame:
-        """Return the belts of a grid that stop the occupant in the space, with travel left."""
+        """Return the belts of a grid that stop the occupant within the space, with travel left."""
         rows = trial.run_grid(**grid)
         names = {"way": "excursion", "held": "chest_acceleration", "force": "belt_force"}
         rows = rows[rows.stops & (rows.way <= self.limits.space)].rename(columns=names)
@@ -156,7 +156,7 @@ class SeatBelt(Machine):
     def tune_vacuum(self, trial: Trial) -> float:
         """Return the least of LEVELS vacuums [Pa] that stops the occupant, with travel left.
 
-        Default: `brakes.vacuum`, or a lower vacuum if that is enough.
+        It is `brakes.vacuum`, or a lower vacuum if that is enough.
         """
         levels = self.brakes.vacuum * np.arange(1, LEVELS + 1) / LEVELS
         fine = self.stopping(trial, vacuum=levels).vacuum
@@ -165,7 +165,7 @@ class SeatBelt(Machine):
     def least_limiter(self, trial: Trial) -> float:
         """Return the least constant force [N] that stops the occupant within the space.
 
-        Infinite if even stiff webbing does not.
+        It is infinite if even stiff webbing does not stop the occupant.
         """
         from scipy.optimize import brentq
 
@@ -183,10 +183,11 @@ class SeatBelt(Machine):
         """Return (required belt, belt with the least force); empty if none is enough.
 
         A grid of chains is examined, then every number near the best. The best belt stops the
-        occupant in the space with travel left and has the fewest brakes that also keep the limits
-        of chest and belt. If none does, it has the fewest that stop (`meets_loads` False). If none
-        stops behind the present webbing (`as_built` False), it has the softest of STIFFER times
-        that webbing which is enough (`stiffness`). Belts whose brakes may snap are excluded.
+        occupant within the space with travel left, and has the fewest brakes that also keep the
+        limits of chest and belt. If none does, it has the fewest brakes that stop the occupant
+        (`meets_loads` False). If none stops the occupant with the present webbing (`as_built`
+        False), it has the softest sufficient webbing of STIFFER times that stiffness (`stiffness`).
+        Belts whose brakes may snap are excluded.
         """
         # a chain longer than the whole available payout is never used up
         end = self.brake.brake.sheets.usable_travel

@@ -1,4 +1,4 @@
-"""Verdict on a machine: every limit with its value, the deciding one, and its factor."""
+"""Verdict on a machine: every limit with its value, the decisive one, and its factor."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -16,9 +16,9 @@ from layerjam.units import get, record, show
 
 @dataclass(frozen=True, kw_only=True)
 class Limit:
-    """A value and its limit: at most `limit`, or at least if `least` is set.
+    """A value and its limit: at most `limit`, or at least `limit` if `least` is set.
 
-    In SI; a `value` that is not finite means that it is never reached.
+    Both are in SI units; a `value` that is not finite means that it is never reached.
     """
 
     name: str
@@ -59,13 +59,13 @@ class Limit:
 
 
 def deciding(limits: Sequence[Limit]) -> Limit:
-    """Return the limit missed by the greatest factor, or the tightest if all are met."""
+    """Return the limit that is missed by the greatest factor, or the tightest if all are met."""
     return max(limits, key=lambda limit: (not limit.met, limit.factor))
 
 
 @dataclass(kw_only=True)
 class Result:
-    """Result of a machine. `own` has its own keys in SI, `units` their units.
+    """Result of a machine; `own` has its own keys in SI, `units` their units.
 
     `bounding` contains values of limits that are not results; `record` is used for drawings.
     """
@@ -101,12 +101,12 @@ class Result:
         self.units |= dict.fromkeys(values, unit)
 
     def take(self, group: str, values: Mapping[str, Any], prefix: str) -> None:
-        """Add the results of a declared group, with a prefix; missing ones are None."""
+        """Add the results of a declared group with a prefix; missing ones are None."""
         for key, unit in kind_of(self.scenario.machine)["results"][group].items():
             self.add(unit, **{prefix + key: values.get(key)})
 
     def bound(self, unit: str, **values: Any) -> None:
-        """Add values of one unit that only limits use."""
+        """Add values of one unit that are used for limits only."""
         self.bounding |= values
         self.units |= dict.fromkeys(values, unit)
 
@@ -132,7 +132,7 @@ class Result:
 
     @property
     def reason(self) -> str:
-        """Deciding limit as a sentence."""
+        """Decisive limit as a sentence."""
         return deciding(self.limits).sentence()
 
     @property
@@ -158,7 +158,7 @@ class Machine(Scenario):
         raise NotImplementedError
 
     def slid(self, slip: float, pace: Any) -> list[Notice]:
-        """Return the notices about chains that slipped [m] at paces [m/s], or None."""
+        """Return notices about chains that slipped [m] at paces [m/s], or None."""
         law = self.brake.brake.speed_law
         if pace is None or law is None:
             return []
