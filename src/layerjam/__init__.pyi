@@ -762,10 +762,10 @@ def demo(
     out: str | _Path = ...,
     typed: str = ...,
 ) -> _DemoResult:
-    """Show all of it in about a minute: test, calibrate, predict, build, run a bench, publish.
+    """Show everything in about a minute: test, calibrate, predict, build, run a bench, publish.
 
     Rebuilds the folder `out`, prints one line with its time for each step, and writes a page that
-    compares the paper's claims with layerjam. Each command with its answer is in `demo.log` next to
+    compares the paper's claims with layerjam. Each command with its output is in `demo.log` next to
     the page. Raises FileError, and writes nothing, if the folder is not the demo's own, and
     LayerjamError if a step fails.
     """
