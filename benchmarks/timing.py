@@ -34,7 +34,8 @@ def median(run: Callable[[], object], runs: int = 9) -> float:
     return sorted(times)[runs // 2]
 
 
-def _number(value: float, unit: str) -> str:
+def number_text(value: float, unit: str) -> str:
+    """Return a number with its unit, in three digits."""
     if unit == "s" and value < 1:
         return f"{value * 1e3:.3g} ms"
     return f"{value:.3g} {unit}"
@@ -47,15 +48,15 @@ def table(rows: Sequence[Row]) -> str:
         goal = ""
         if row.target is not None:
             met = "within" if row.value <= row.target else "OVER"
-            goal = f"{met} {_number(row.target, row.unit)}"
+            goal = f"{met} {number_text(row.target, row.unit)}"
         ratio = ""
         if row.other is not None:
-            other = _number(row.other, row.unit)
+            other = number_text(row.other, row.unit)
             ratio = f"{row.value / row.other:.2f}x {row.other_name} ({other})"
             if row.target_ratio is not None:
                 met = "within" if row.value / row.other <= row.target_ratio else "OVER"
                 goal = f"{met} {row.target_ratio:g}x"
-        lines.append(f"  {row.name:<38} {_number(row.value, row.unit):>9}  {goal:<15} {ratio}")
+        lines.append(f"  {row.name:<38} {number_text(row.value, row.unit):>9}  {goal:<15} {ratio}")
     return "\n".join(lines)
 
 

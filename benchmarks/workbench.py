@@ -1,11 +1,15 @@
 """The workbench in Debian's Chromium: from a slider's key to the redrawn curve, start, memory.
 
-Run alone: `python -m benchmarks.workbench`.
+Run alone: `python -m benchmarks.workbench`. `--moves 3 --scene regulated` tries it quickly, and
+`--page docs/speed.md` replaces the table there.
 """
 
 from __future__ import annotations
 
+import argparse
+import datetime
 import os
+import re
 import shutil
 import socket
 import subprocess
@@ -18,7 +22,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from benchmarks.timing import Row, table
+from benchmarks.timing import Row, number_text
 from layerjam.workbench.state import State, to_link
 
 MOVES = 200
@@ -28,7 +32,8 @@ GONE = 14.0
 """Seconds after which the server has let go of a tab: it waits ten for it to come back."""
 LONG = 90_000
 """Milliseconds a first answer may take."""
-MEDIAN, WORST = 0.1, 0.2
+MEDIAN, WORST = 0.05, 0.15
+HEAD = "<!-- workbench -->\n"
 SESSIONS = 10
 
 
@@ -338,8 +343,8 @@ def all_pages(page: Any, place: str) -> None:
         page.wait_for_timeout(4000)
 
 
-def rows() -> list[Row]:
-    """Everything; no rows where there is no browser to measure in."""
+def rows(moves: int = MOVES, only: str = "") -> list[Row]:
+    """Everything, or the scenes whose names match `only`; no rows where there is no browser."""
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
@@ -349,43 +354,100 @@ def rows() -> list[Row]:
     if chromium is None:
         print("skipped: no chromium here", file=sys.stderr)
         return []
-    out = []
     with sync_playwright() as play:
         browser = play.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        context, port = browser.new_context(), free_port()
-        first_page(context, port)  # warms what is compiled and what the browser keeps
-        times = sorted(first_page(context, port) for _ in range(5))
-        context.close()
-        out.append(Row("first page, from the command (warm cache)", middle(times), 2.0))
-        with started() as (place, process, _):
+        out = [] if only else first_numbers(browser)
+        with started() as (place, *_):
             for scene in SCENES:
-                page = opened(browser, place, scene)
-                took = latencies(page, along=scene.along)
-                page.context.close()
-                said = f"{scene.name}: {1e3 * middle(took):.0f} ms, p99 {1e3 * late(took):.0f} ms"
-                print(said, file=sys.stderr, flush=True)
-                out.append(Row(f"{scene.name}: median of {MOVES}", middle(took), MEDIAN))
-                out.append(Row(f"{scene.name}: p99", late(took), WORST))
-            for model, first in after_models(browser, place).items():
-                out.append(Row(f"first move after the model {model}", first, 0.5))
-            scene = next(s for s in SCENES if s.slider == "pull-vacuum")
-            one, ten = alone_and_among(browser, place, scene)
-            out.append(Row(f"a move, {SESSIONS} sessions moving at once", ten, None, one,
-                           "one alone", target_ratio=2.0))  # fmt: skip
-        with started() as (place, process, _):
-            out.append(Row("memory at the start", memory(process), 0.5, unit="GB"))
-            page = browser.new_context().new_page()
-            all_pages(page, place)
-            out.append(Row("memory, every page opened once", memory(process), None, unit="GB"))
-            page.context.close()
-            time.sleep(GONE)
-            out.append(Row("memory once the tab is closed", memory(process), 0.5, unit="GB"))
+                if re.search(only, scene.name):
+                    out += scene_rows(browser, place, scene, moves)
+            if not only:
+                out += session_rows(browser, place)
+        if not only:
+            out += memory_rows(browser)
         browser.close()
     return out
 
 
+def first_numbers(browser: Any) -> list[Row]:
+    """From the command to the first numbers, after a start that fills the caches."""
+    context, port = browser.new_context(), free_port()
+    first_page(context, port)
+    times = sorted(first_page(context, port) for _ in range(5))
+    context.close()
+    return [Row("first page, from the command (warm cache)", middle(times), 2.0)]
+
+
+def scene_rows(browser: Any, place: str, scene: Scene, moves: int) -> list[Row]:
+    """Median, 99th percentile and slowest of a scene's moves; a scene that fails has no rows."""
+    try:
+        page = opened(browser, place, scene)
+        took = latencies(page, moves, along=scene.along)
+        page.context.close()
+    except Exception as error:  # the other scenes are still measured
+        print(f"{scene.name}: failed: {error}", file=sys.stderr, flush=True)
+        return []
+    rows = [
+        Row(f"{scene.name}: median of {moves}", middle(took), MEDIAN),
+        Row(f"{scene.name}: p99", late(took), None),
+        Row(f"{scene.name}: slowest", took[-1], WORST),
+    ]
+    print(*(f"{row.name} {1e3 * row.value:.0f} ms" for row in rows), sep="; ", file=sys.stderr)
+    return rows
+
+
+def session_rows(browser: Any, place: str) -> list[Row]:
+    """First moves after a change of the model, and a move among several sessions."""
+    firsts = after_models(browser, place).items()
+    out = [Row(f"first move after the model {model}", first, 0.5) for model, first in firsts]
+    scene = next(s for s in SCENES if s.slider == "pull-vacuum")
+    one, ten = alone_and_among(browser, place, scene)
+    name = f"a move, {SESSIONS} sessions moving at once"
+    return [*out, Row(name, ten, None, one, "one alone", target_ratio=2.0)]
+
+
+def memory_rows(browser: Any) -> list[Row]:
+    """Main memory of the server at its start, in use and afterwards."""
+    with started() as (place, process, _):
+        out = [Row("memory at the start", memory(process), 0.5, unit="GB")]
+        page = browser.new_context().new_page()
+        all_pages(page, place)
+        out.append(Row("memory, every page opened once", memory(process), None, unit="GB"))
+        page.context.close()
+        time.sleep(GONE)
+        out.append(Row("memory once the tab is closed", memory(process), 0.5, unit="GB"))
+    return out
+
+
+def markdown(measured: list[Row], load: float) -> str:
+    """The rows as a table for a page, with date and load of the machine."""
+    day = datetime.date.today().isoformat()
+    text = f"{day}, load {load:.1f} on {os.cpu_count()} cores before the first scene.\n\n"
+    text += "| what | measured | aim |\n|---|---|---|\n"
+    for row in measured:
+        aim = "" if row.target is None else f"≤ {number_text(row.target, row.unit)}"
+        over = "" if row.target is None or row.value <= row.target else ", missed"
+        ratio = "" if row.other is None else f", {row.value / row.other:.2f} times {row.other_name}"
+        text += f"| {row.name} | {number_text(row.value, row.unit)}{ratio} | {aim}{over} |\n"
+    return text
+
+
+def main() -> None:
+    """Measure, print the table, and write it into a page if asked to."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--moves", type=int, default=MOVES, help="moves a scene")
+    parser.add_argument("--scene", default="", help="only the scenes that match this expression")
+    parser.add_argument("--page", type=Path, help="page whose table is replaced")
+    options = parser.parse_args()
+    load = os.getloadavg()[0]
+    text = markdown(rows(options.moves, options.scene), load)
+    print(text)
+    if options.page is not None:
+        before, _, rest = options.page.read_text("utf-8").partition(HEAD)
+        after = rest.partition(HEAD)[2]
+        options.page.write_text(f"{before}{HEAD}\n{text}\n{HEAD}{after}", "utf-8")
+
+
 if __name__ == "__main__":
     os.environ["JAX_ENABLE_X64"] = "1"
-    print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
-    print(table(rows()))
-    print(f"load {os.getloadavg()[0]:.1f}")
+    main()

@@ -11,14 +11,16 @@ window.layerjamNames = (element, chart, given) => {
   const keep = (option) => {
     for (const part of ['grid', 'series']) if (option[part]) whole[part] = [].concat(option[part]);
   };
-  const named = () => (whole.series ?? []).filter(one => one.name && one.endLabel?.show);
+  const marked = (one) => one.labelLine?.show;  // a point with its name on a line
+  const named = () => (whole.series ?? []).filter(
+    one => one.name && (one.endLabel?.show || marked(one)));
   const tooWide = () => element.clientWidth > 0 && element.clientWidth < NARROW
     && (whole.grid ?? []).some(one => one.right > BESIDE);
 
   const row = (one) => {
     const item = document.createElement('li'), line = document.createElement('span');
     line.style.borderTop = `3px ${one.lineStyle?.type ?? 'solid'} ${one.color}`;
-    const said = one.endLabel.formatter ?? '{a}';
+    const said = one.endLabel?.formatter ?? '{a}';
     item.append(line, String(said).replace('{a}', one.name));
     return item;
   };
@@ -36,10 +38,11 @@ window.layerjamNames = (element, chart, given) => {
     ...option,
     ...(option.grid && {grid: whole.grid.map(one => ({...one, right: AT_THE_EDGE}))}),
     ...(option.series && {series: whole.series.map(one => one.endLabel
-      ? {...one, endLabel: {...one.endLabel, show: false}} : one)}),
+      ? {...one, endLabel: {...one.endLabel, show: false}} : !marked(one) ? one
+      : {...one, label: {...one.label, show: false}, labelLine: {show: false}})}),
   };
   const said = () => JSON.stringify([tooWide(), named().map(one =>
-    [one.name, one.color, one.lineStyle?.type, one.endLabel.formatter])]);
+    [one.name, one.color, one.lineStyle?.type, one.endLabel?.formatter])]);
 
   let last = '';
   chart.setOption = (option, how) => {
