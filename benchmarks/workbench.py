@@ -243,11 +243,6 @@ def middle(times: list[float]) -> float:
     return times[len(times) // 2]
 
 
-def late(times: list[float]) -> float:
-    """The 99th percentile."""
-    return times[min(len(times) - 1, int(0.99 * len(times)))]
-
-
 @contextmanager
 def others(place: str, count: int) -> Iterator[None]:
     """So many more sessions that move their slider all the time, on other people's machines."""
@@ -379,7 +374,7 @@ def first_numbers(browser: Any) -> list[Row]:
 
 
 def scene_rows(browser: Any, place: str, scene: Scene, moves: int) -> list[Row]:
-    """Median, 99th percentile and slowest of a scene's moves; a scene that fails has no rows."""
+    """Median and slowest of a scene's moves; a scene that fails has no rows."""
     try:
         page = opened(browser, place, scene)
         took = latencies(page, moves, along=scene.along)
@@ -389,7 +384,6 @@ def scene_rows(browser: Any, place: str, scene: Scene, moves: int) -> list[Row]:
         return []
     rows = [
         Row(f"{scene.name}: median of {moves}", middle(took), MEDIAN),
-        Row(f"{scene.name}: p99", late(took), None),
         Row(f"{scene.name}: slowest", took[-1], WORST),
     ]
     print(*(f"{row.name} {1e3 * row.value:.0f} ms" for row in rows), sep="; ", file=sys.stderr)
