@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     Axes = axes.Axes
     Figure = figure.Figure
-else:  # annotations use these names before a figure needs Matplotlib
+else:  # annotations use these names before Matplotlib is loaded
     Axes = Figure = Any
 
 T = TypeVar("T")

@@ -181,7 +181,6 @@ def _place(p: Parameter) -> inspect.Parameter:
 
 
 def _keyword(name: str, kind: Any, default: Any, note: Any) -> inspect.Parameter:
-    """Return a parameter for typer."""
     return inspect.Parameter(
         name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, note]
     )

@@ -199,7 +199,6 @@ def _choices(
     laser_bed: Size,
     print_bed: Size,
 ) -> Choices:
-    """Return the combined choices of brake, workshop and command."""
     from layerjam.fabricate.choices import choices
 
     settings: dict[str, Any] = {"cutter": cutter, "kerf": kerf}

@@ -296,7 +296,6 @@ class _CompiledPlugin:
 
 
 def _library() -> tuple[_CompiledPlugin, str]:
-    """Return the compiled plugin and the version of MuJoCo."""
     from layerjam.interop.plugin import import_mujoco, plugin
 
     try:

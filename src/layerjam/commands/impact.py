@@ -422,5 +422,4 @@ def observed(
 
 
 def _reading_values(reading: Reading) -> dict[str, Any]:
-    """Return the keys of a reading and its verdict."""
     return {**reading.values, **(reading.judgement if reading.verdict else {})}

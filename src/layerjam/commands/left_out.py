@@ -137,7 +137,6 @@ def _full_name(path: str, specimen: str) -> str:
 
 
 def _name_of(source: Measured) -> str:
-    """Return a path, or that of a trace with its specimen."""
     return _full_name(source.path, source.specimen) if isinstance(source, Trace) else str(source)
 
 

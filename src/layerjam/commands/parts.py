@@ -90,7 +90,6 @@ def _part_row(part: Part) -> dict[str, Any]:
 
 
 def _summary_lines(part: Part) -> Iterator[str]:
-    """Yield name, known values and assumptions of a part."""
     yield f"  {part.name}: {part.title}"
     numbers, assumed_numbers = _numbers(part, False), _numbers(part, True)
     missing_number = [] if part.missing is None else [f"{part.missing} not published"]
@@ -116,7 +115,6 @@ def _numbers(part: Part, guessed: bool) -> list[str]:
 
 
 def _number_lines(part: Part) -> Iterator[str]:
-    """Yield every number with its source."""
     yield f"{part.title} ({part.name}, {part.kind})"
     for key, value in {**part.values, **part.printed}.items():
         yield f"  {key.replace('_', ' ')}: {_number(key, value)}"

@@ -263,7 +263,6 @@ def _within_fitted(enclosure: Any, vacuum: Any, device: Any) -> None:
 
 
 def _numbers(value: Any) -> Any:
-    """A float, or a NumPy array."""
     import numpy as np
 
     array = np.asarray(value)

@@ -30,7 +30,6 @@ Author = Annotated[
 
 
 def _names(files: Sequence[str]) -> str:
-    """Return the number of files and the first of their names."""
     ellipsis = ", ..." if len(files) > 4 else ""
     return f"{len(files)}" + (f": {', '.join(files[:4])}{ellipsis}" if files else "")
 

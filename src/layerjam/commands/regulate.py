@@ -198,7 +198,6 @@ def _fault_injection(
     length: float,
     file: LineFile,
 ) -> tuple[FaultInjection, str | None]:
-    """Return the injected fault and its description; None and "" if there is none."""
     from layerjam.control.faults import FaultInjection, injection_of
 
     if fault is None or start is None:

@@ -147,7 +147,6 @@ class Schemas(Result):
 
 
 def _in_words(schema: Mapping[str, Any]) -> str:
-    """Return the type of a value in words."""
     if "anyOf" in schema:
         return " or ".join(_in_words(member) for member in schema["anyOf"])
     if "enum" in schema:

@@ -88,7 +88,6 @@ factors = numba.njit(error_model="numpy", forceinline=True)(exact.factors)
 
 @numba.njit(error_model="numpy", forceinline=True)  # type: ignore[untyped-decorator]
 def _reading(value, noise, chain):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Return a reading with offset, noise, steps and range."""
     y = value + chain.offset + chain.noise * noise
     if chain.step > 0.0:
         y = np.rint(y / chain.step) * chain.step

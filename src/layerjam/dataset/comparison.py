@@ -241,7 +241,7 @@ def _changed_words(old: str, new: str) -> tuple[str, str]:
 
 
 def _pdf_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
-    """Yield the differences in text and looks of two PDFs whose bytes differ."""
+    """Yield the differences in text and appearance of two PDFs whose bytes differ."""
     if not reads_pdf():
         yield Difference("bytes (pypdfium2, which reads PDFs, is not installed)", file, None, None)
         return
@@ -256,21 +256,21 @@ def _pdf_differences(file: str, old: bytes, new: bytes) -> Iterator[Difference]:
 
 
 NUMBER = re.compile(r"(?<![\w.])([-−]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?!\w|\.\w)")
-"""A number that is not part of a word, a digest or a version."""
+"""Pattern of a number that is not part of a word, a digest or a version."""
 _HIDDEN = re.compile(r"<(style|script|svg|title)\b.*?</\1>|<!--.*?-->", re.DOTALL)
 _SHOWN = re.compile(r"<!--(.*?)-->", re.DOTALL)
 DPI = 100.0
 SHADES = 48
-"""Largest difference of two points of a page, of 255, that is ignored: edges shift."""
+"""Largest difference, of 255, between two points of a page that is ignored, as edges shift."""
 
 
 def reads_pdf() -> bool:
-    """Whether the library that reads PDFs is installed."""
+    """Return whether the library that reads PDFs is installed."""
     return importlib.util.find_spec("pypdfium2") is not None
 
 
 def numbers(file: str, content: bytes) -> list[float]:
-    """Return the numbers that a reader of a file sees, in order; a drawing's words are comments."""
+    """Return the visible numbers of a file in order; a drawing's words are in its comments."""
     if file.endswith(".pdf"):
         text = "\n".join(pdf_pages(content) or ())
     elif file.endswith(".svg"):

@@ -42,7 +42,6 @@ def open_root(source: str | Path) -> Iterator[Path]:
 
 
 def _root(folder: Path, source: Path) -> Path:
-    """Return the folder with the recipe: this folder, or the only folder in it."""
     if (folder / RECIPE).is_file():
         return folder
     inner = [p for p in folder.iterdir() if p.is_dir() and (p / RECIPE).is_file()]

@@ -146,8 +146,7 @@ def why_none(search: Search, result: SweepResult, picks: Highlights) -> Exclusio
 
 
 LIKELY = 0.5
-"""Probability of meeting all constraints, with scatter in friction, below which a check notes it.
-"""
+"""Probability of meeting all constraints, given scatter in friction, below which a check fails."""
 
 
 def design_checks(file: BrakeFile, vacuum: float, chances: Mapping[str, Chance]) -> Iterator[Check]:

@@ -319,7 +319,7 @@ def svg(parts: Sequence[Outline], frame: Frame | None = None, notes: Sequence[st
 
 
 def path_data(path: Sequence[Vertex]) -> str:
-    """Return the SVG data of a closed path; its y points down."""
+    """Return the SVG data of a closed path, with y pointing down."""
     words = [f"M{_n(path[0].x)} {_n(-path[0].y)}"]
     for begin, stop in zip(path, [*path[1:], path[0]], strict=True):
         end = f"{_n(stop.x)} {_n(-stop.y)}"

@@ -34,7 +34,7 @@ class Parameters(NamedTuple):
 
 
 UNITS = dict(zip(Parameters._fields, ("m", "m", "N/m", "N", "m", "m", "1", "Pa"), strict=True))
-"""{parameter: SI unit}."""
+"""Return {parameter: SI unit}."""
 
 
 def brake_of(brake: Brake | BrakeFile) -> Brake:

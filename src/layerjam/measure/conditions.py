@@ -170,7 +170,6 @@ def _pattern(names: str) -> tuple[re.Pattern[str], dict[str, str | None]]:
 
 
 def _group(name: str, unit: str, units: dict[str, str | None]) -> str:
-    """Return the expression of one quantity of a pattern."""
     if name not in _IN_NAMES:
         raise UnknownNameError("quantity of a file's name", name, _IN_NAMES)
     if name in units:

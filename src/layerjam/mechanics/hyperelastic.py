@@ -177,7 +177,7 @@ def end_strain(drive: Any, spring: Any, with_force: float, strip: Strip) -> Any:
     point = loading_at(guess, strip)
     slope = jax.lax.stop_gradient(spring * point.slip_slope + with_force * point.force_slope)
     strain = guess + (drive - resists(point, spring)) / slope
-    # bisection that never moved down from the top has found no root
+    # a bisection that never moved down from the top has found no root
     return jnp.where(moves, jnp.where(guess < top, strain, jnp.nan), 0.0)
 
 

@@ -201,7 +201,6 @@ def _grow_piece(state: Memory, slip: Any, enclosure: EnclosureLaw) -> Memory:
 
 
 def _choose(condition: Any, yes: Memory, no: Memory) -> Memory:
-    """Return one of two states, strip by strip."""
     return jax.tree.map(lambda a, b: jnp.where(condition, a, b), yes, no)
 
 

@@ -188,14 +188,14 @@ class _State(NamedTuple):
     has_closed: Any
     has_snapped: Any
     is_invalid: Any
-    """True once the vacuum fell on a loaded brake, or the rubber was strained beyond its range."""
+    """True once the vacuum fell on a loaded brake, or the strain is outside the fitted range."""
 
 
 def rubber_cycle(elongation: Any, vacuum: Any, brake: Brake) -> Cycle:
-    """The brake along an elongation history [m] at a vacuum [Pa] that never falls, shapes (N,).
+    """Return the brake along an elongation history [m] at a vacuum [Pa] that never falls, (N,).
 
-    As `brake_cycle` for one modulus. NaN from the point where the vacuum falls on a brake that is
-    not relaxed, or where the enclosure is stretched beyond the strain that was fitted.
+    Like `brake_cycle` for one modulus. NaN once the vacuum has fallen on a brake that is not
+    relaxed, or once the enclosure is stretched beyond the fitted strain.
     """
     k, overlap = jnp.asarray(working_stiffness(brake), jnp.float64), brake.sheets.overlap
     cells = cells_for(elongation.max(), vacuum.min(), vacuum.max(), brake)

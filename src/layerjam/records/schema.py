@@ -221,8 +221,6 @@ def cite(db: Connection, child: str, cited: Iterable[Cited]) -> None:
 
 
 def _view(name: str, query: Select[Any]) -> None:
-    """Create a view after the tables."""
-
     def create(_target: MetaData, db: Connection, **_: Any) -> None:
         columns = ", ".join(f'"{column.name}"' for column in query.selected_columns)
         text = query.compile(dialect=db.dialect, compile_kwargs={"literal_binds": True})

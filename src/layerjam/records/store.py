@@ -125,7 +125,6 @@ def _cite_later_facts(db: Connection, content: Content) -> None:
 
 
 def _same(path: Path, digest: str) -> bool:
-    """Return whether a file exists and has this digest."""
     with suppress(OSError):
         return path.is_file() and sha256(str(path)) == digest
     return False

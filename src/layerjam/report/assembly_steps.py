@@ -27,7 +27,6 @@ def _m(millimetres: float) -> str:
 
 
 def _checks(drawing: Drawing, *codes: str) -> str:
-    """Return the results of checks as sentences."""
     return " ".join(
         f"{check.code}: {check.text}." for check in drawing.checks if check.code in codes
     )

@@ -105,7 +105,6 @@ def _start() -> subprocess.Popen[bytes] | None:
 
 
 def _pickle_figure(figure: style.Figure) -> bytes:
-    """Return a figure as bytes; raises what `pickle` raises."""
     from matplotlib.transforms import TransformNode
 
     class Pickler(pickle.Pickler):
@@ -149,7 +148,7 @@ def _greet(process: subprocess.Popen[bytes]) -> None:
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # deprecated settings warn
-        # one at a time: querying the current backend would load one
+        # one at a time, because a query of the current backend would load one
         settings = {name: rcParams[name] for name in rcParams if name not in WINDOW_SETTINGS}
     _request(process, pickle.dumps(settings, pickle.HIGHEST_PROTOCOL))
 

@@ -162,7 +162,6 @@ def _verdict_word(report: BrakeReport) -> Word:
 
 
 def _accepted_sentence(acceptance: Acceptance) -> str:
-    """Return the decision about a failed check."""
     finding = f" ({acceptance.finding})" if acceptance.finding else ""
     place = f", as {Path(acceptance.file).name} states" if acceptance.file else ""
     decision = f"Accepted on {acceptance.date}{place}: {acceptance.reason}."
@@ -351,7 +350,6 @@ def headline(report: BrakeReport, parts: Sequence[Part]) -> list[tuple[str, str]
 
 
 def _with_uncertainty(number: Number, words: str, uncertainty: Budget) -> tuple[str, str]:
-    """Return a number with its expanded uncertainty, and the words below it."""
     if uncertainty.headline is None:
         digits = replace(number, standard_error=None).text()
         return digits, f"{words}\nuncertainty not stated: the budget lists what to state"

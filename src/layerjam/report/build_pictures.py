@@ -74,7 +74,6 @@ def exploded_parts(world: Scene) -> dict[str, list[Body]]:
 
 
 def _draw_exploded(world: Scene) -> LabelledShot:
-    """Draw every part of one brake with its name."""
     alike = exploded_parts(world)
     shot = shoot([body for bodies in alike.values() for body in bodies])
     (tube,) = alike["enclosure"]
@@ -166,7 +165,6 @@ def _mould_lift(world: Scene) -> float:
 
 
 def _mould(world: Scene) -> LabelledShot:
-    """Draw the mould and its bolts, separated."""
     lengths, tools = world.lengths, mould_apart(world)
     top, core = tools["top"], tools["core"]
     roof = 2 * _mould_lift(world) + lengths.mould.half

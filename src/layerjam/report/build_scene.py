@@ -262,7 +262,6 @@ def _oval(a: float, b: float, wall: float) -> Rings:
 
 
 def _interpolate(first: Rings, second: Rings, share: float) -> Rings:
-    """Return rings interpolated between two others."""
     outer, inner = (a + (b - a) * share for a, b in zip(first, second, strict=True))
     return outer, inner
 

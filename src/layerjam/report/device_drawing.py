@@ -86,7 +86,6 @@ def device(file: BrakeFile) -> style.Figure:
 
 
 def _side_view(axes: style.Axes, shape: _Shape, travel: float, pitch: float) -> None:
-    """Draw the section along the pull."""
     from matplotlib.patches import Polygon, Rectangle
 
     end = shape.length + travel
@@ -114,7 +113,6 @@ def _side_view(axes: style.Axes, shape: _Shape, travel: float, pitch: float) -> 
 
 
 def _height(shape: _Shape, pitch: float) -> float:
-    """Return half of the enclosure's height."""
     return (shape.sheets - 1) / 2 * pitch + SHEET + 0.45
 
 
@@ -193,7 +191,6 @@ def _label_travel(axes: style.Axes, shape: _Shape, brake: Brake) -> None:
 
 
 def _end_view(axes: style.Axes, brake: Brake, shape: _Shape, pitch: float) -> None:
-    """Draw the section across the pull."""
     from matplotlib.patches import FancyBboxPatch, Rectangle
 
     half = 6.0

@@ -145,7 +145,6 @@ def shoot(bodies: Sequence[Body], view: View = View(), width: int = 1400, border
 def _shades(
     bodies: Sequence[Body], normals: Sequence[NDArray[np.float64]], axes: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return red, green and blue of each face."""
     light = axes @ (np.array(LIGHT) / np.linalg.norm(LIGHT))
     colors = []
     for body, normal in zip(bodies, normals, strict=True):

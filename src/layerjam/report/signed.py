@@ -65,7 +65,7 @@ STATES = {
 LINES = "Name and function", "Date", "Signature"
 BLANK = "_" * 60
 FileFacts = Sequence[tuple[str, Facts]]
-"""(file, its facts) of every file."""
+"""Return (file, its facts) of every file."""
 
 
 def identity(facts: FileFacts, number: str, customer: str, date: str) -> dict[str, str]:
@@ -148,7 +148,6 @@ def certificate_problems(facts: FileFacts) -> list[str]:
 
 
 def _by_certificate(facts: FileFacts) -> dict[tuple[str, Certificate], list[tuple[str, Facts]]]:
-    """Return the files of each (instrument, certificate)."""
     used: dict[tuple[str, Certificate], list[tuple[str, Facts]]] = {}
     for name, instrument in INSTRUMENTS.items():
         for file, fact in facts:

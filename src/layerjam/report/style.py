@@ -288,7 +288,6 @@ def upright(axes: Axes, x: float, text: str = "", color: str = GREY, share: floa
 def _annotate(
     axes: Axes, text: str, x: float, y: float, color: str, shift: tuple[float, float], **props: Any
 ) -> None:
-    """Write a label at a shift [pt] from a point."""
     props = {"fontsize": WORDS, "color": readable(color), "textcoords": "offset points", **props}
     axes.annotate(text, (x, y), shift, **props)
 

@@ -230,7 +230,6 @@ class _Pen:
 
 
 def _lines(circuit: Circuit) -> Iterator[str]:
-    """Yield the lines of text below the drawing."""
     yield from AIR
     rules = (
         "Solder the pull-downs R2 and R4 first: while the board is in reset its pins "

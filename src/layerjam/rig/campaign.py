@@ -194,7 +194,6 @@ def run_trial(bed: Bed, plan: Plan) -> Trial:
 
 
 def _after(time: float | None, event: float | None) -> float | None:
-    """Return the time [s] from an event, or None if one of them is None."""
     return None if time is None or event is None else time - event
 
 

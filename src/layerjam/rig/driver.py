@@ -22,7 +22,7 @@ from layerjam.units import QuantitySpec, check, parse
 SAFE_STATES = {"release": "REL", "hold": "HOLD"}
 VENT_RESTS = {"open": "OPEN", "closed": "CLOS"}
 NO_NUMBER = 9.9e37
-"""Number that SCPI uses for NaN."""
+"""Number with which SCPI represents NaN."""
 LEASE = QuantitySpec("s", "time for which a silent host keeps the outputs on", lo=0.2, hi=600)
 TARGET = QuantitySpec("Pa", "vacuum to hold", lo=0.0, hi=1.2e5)
 
@@ -348,12 +348,10 @@ def _si(value: float | str, spec: QuantitySpec, name: str) -> float:
 
 
 def _choice(words: dict[str, str], value: str, name: str) -> str:
-    """Return SCPI's word for layerjam's."""
     if value not in words:
         raise QuantityError.of(name, f"'{value}' is not allowed; write {' or '.join(words)}")
     return words[value]
 
 
 def _word(words: dict[str, str], scpi_word: str) -> str | None:
-    """Return layerjam's word for SCPI's, or None."""
     return next((word for word, value in words.items() if value == scpi_word), None)

@@ -94,7 +94,6 @@ def describe_run(run: Run) -> Mapping[str, str]:
 def _table(
     columns: Mapping[str, Array], facts: Mapping[str, str], out: Path, overwrite: bool
 ) -> None:
-    """Write Parquet."""
     with MissingExtraError.raise_if_missing("Parquet (pyarrow)", "sweep"):
         import pyarrow as pa  # type: ignore[import-untyped]
         import pyarrow.parquet as parquet  # type: ignore[import-untyped]

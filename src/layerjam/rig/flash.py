@@ -42,7 +42,6 @@ class Prompt:
         self._until(READY, 2.0)
 
     def _until(self, end: bytes, wait: float) -> bytes:
-        """Return the bytes before `end`."""
         last = time.monotonic() + wait
         while end not in self._buffer:
             left = last - time.monotonic()

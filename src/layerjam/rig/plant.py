@@ -232,7 +232,6 @@ class VirtualPlant:
         self._move(dt)
 
     def _rates(self) -> Rates:
-        """Return the rates of the plant with its present faults."""
         cache, hardware = self._broken, self.behind
         if cache is None or cache[0] is not self.injected or cache[1] is not hardware:
             rates = self.injected.break_plant(hardware.plant)

@@ -275,7 +275,6 @@ def _identity(bench: Bench) -> list[str]:
 
 
 def _ask_or_empty(bench: Bench, query: str) -> str:
-    """Return the board's response, or ""."""
     try:
         return bench.ask(query)
     except InstrumentError:

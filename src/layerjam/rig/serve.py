@@ -288,7 +288,7 @@ async def _write(loop: asyncio.AbstractEventLoop, descriptor: int, data: bytes) 
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this machine can reach it."""
+    """Return whether only this machine can reach the address."""
     with contextlib.suppress(ValueError):
         return ipaddress.ip_address(host).is_loopback
     return host == "localhost"

@@ -102,7 +102,6 @@ def check_rig(rig: DropRig, bench: Bench, procedure: Procedure) -> None:
 
 
 def _hold(step: object) -> float:
-    """Return the duration of a step's hold [s]."""
     if isinstance(step, Evacuate):
         return step.hold
     return step.duration if isinstance(step, Hold) else 0.0

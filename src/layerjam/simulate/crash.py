@@ -30,7 +30,7 @@ class Crash:
     speed: Array = field(repr=False)
     """Speed of the mass [m/s]."""
     force: Array = field(repr=False)
-    """Force of the rope on the mass [N]."""
+    """Return the force of the rope on the mass [N]."""
 
     @property
     def peak_force(self) -> float:

@@ -25,7 +25,7 @@ from layerjam.workbench.widgets import one_line
 class Answer:
     """A call, its result or the text of its error, and the pinned curves.
 
-    If both are missing, the call is computed when its figure is requested.
+    Without a result or an error, the call is computed when its figure is requested.
     """
 
     call: Call

@@ -265,7 +265,7 @@ class BenchRecord:
         }
 
     def figure(self, ending: str) -> bytes:
-        """The bytes of the figure."""
+        """Return the figure as bytes."""
         from layerjam.report import control_figures, style
 
         figure = control_figures.watched(**self.columns, simulated=self.simulated)

@@ -110,7 +110,6 @@ class Call:
         return _with_names(result, names) if names else result
 
     def _positional(self) -> Iterator[Value]:
-        """Return the positional arguments."""
         yield from self.subjects
         if self.files:
             yield self.files
@@ -246,7 +245,6 @@ def _words(value: str | float | bool | Sequence[str]) -> list[str]:
 
 
 def _literal(value: object) -> str:
-    """Return a Python literal with double quotes."""
     return repr(value) if isinstance(value, bool) else json.dumps(value, ensure_ascii=False)
 
 
@@ -259,7 +257,6 @@ def _in_users_words(error: LayerjamError, names: Mapping[str, str]) -> LayerjamE
 
 
 def _with_names(result: Any, names: Mapping[str, str]) -> Any:
-    """Return a result with the user's file names."""
     notices = (Notice(rename_files(str(w), names), key_of(w)) for w in result.warnings)
     keys = [f.name for f in result.keys()]  # noqa: SIM118
     values = {key: rename_files(getattr(result, key), names) for key in keys}
@@ -296,8 +293,6 @@ def disambiguate(
 
 
 def _rename_files(call: Call, texts: dict[str, str]) -> Call:
-    """Return the call with its files named as in `texts`."""
-
     def unique(subject: Subject) -> Subject:
         if subject.file is None or call.made:
             return subject

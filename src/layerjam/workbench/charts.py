@@ -145,7 +145,6 @@ def _mark(x: float, y: float, text: str, color: str, ink: str, left: bool) -> di
 
 
 def _span(start: float, end: float, color: str) -> list[dict[str, Any]]:
-    """Return a coloured interval of the x axis."""
     ground = dict(color=color, opacity=0.12)
     return [dict(xAxis=start, itemStyle=ground), {"xAxis": end}]
 

@@ -71,7 +71,6 @@ class ColumnTable:
             head.on_click(partial(self._fill, menu, index, role))
 
     def _fill(self, menu: ui.menu, index: int, role: str) -> None:
-        """Fill the menu of roles of a column when it is opened."""
         menu.clear()
         with menu, ui.column().classes("gap-1 q-pa-sm"):
             for role_name, units in UNITS.items():

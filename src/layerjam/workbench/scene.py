@@ -164,7 +164,6 @@ def _to_units(x: float, y: float, z: float) -> Point:
 
 
 def _box(name: str, centre: Point, size: Point, color: str, opacity: float = 1.0) -> Box:
-    """Return a box given in metres."""
     return Box(name, _to_units(*centre), _to_units(*size), color, opacity)
 
 

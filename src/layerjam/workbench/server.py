@@ -74,7 +74,6 @@ class RequestGuard:
                 await _plain(*self._too_large())(scope, receive, send)
 
     def _why_not(self, request: HTTPConnection) -> tuple[int, str] | None:
-        """Return the status and the reason of a rejection, or None."""
         host = request.headers.get("host", "")
         name = host.rsplit(":", 1)[0] if not host.endswith("]") else host
         if self.names is not None and name not in self.names:

@@ -359,7 +359,6 @@ class Sorting:
 
 
 def _in_users_words(item: Proposal, upload: Upload) -> Proposal:
-    """Return a proposal with the user's file name."""
     names = {upload.path.name: upload.shown}
     summary = str(rename_files(item.about, names)).removeprefix(f"{upload.shown}: ")
     return replace(item, about=summary)

@@ -112,7 +112,6 @@ def fit_pull(pull: PullFeatures, vacuum: float, brake: Brake) -> PullFit:
 
 
 def _fit_curve(curve: Curve, brake: Brake) -> PullFit:
-    """Return `fit_pull` at the speed of the pull."""
     growth = growth_in(brake, curve.speed, curve.path)
     moving_brake = as_pulled(brake, curve.speed, curve.path)
     return replace(fit_pull(curve.pull, curve.vacuum, moving_brake), growth=growth)
@@ -398,7 +397,7 @@ def _sliding(fit: PullFit, stiffness: float) -> tuple[Array, Array]:
 
 
 def _share(basis: Array, force: Array) -> float | None:
-    """Return the factor on the sheets' force less 1, by least squares; None if noise hides it."""
+    """Return the relative excess of the sheets' force, by least squares; None if noise hides it."""
     inner = basis @ basis.T
     (sheets, both), (_, enclosure) = inner.tolist()
     determinant = sheets * enclosure - both**2

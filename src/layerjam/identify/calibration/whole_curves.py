@@ -132,7 +132,6 @@ def _sources(
     errors: Mapping[str, float | None],
     brake: Brake,
 ) -> dict[str, tuple[float, Source]]:
-    """Return {path: (value, Source)} for a brake file."""
     text, condition = f"least squares over {len(fit.reduced)} whole pulls", ""
     if fit.reference_speed is not None:
         condition = (

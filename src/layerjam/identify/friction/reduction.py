@@ -335,7 +335,7 @@ def pool(
 
 
 def _of_ripple(repeat: FrictionRepeat) -> FrictionRepeat:
-    """Return the repeat without stick-slip: other repeats show that its teeth are the machine's."""
+    """Return the repeat without stick–slip; other repeats show that the machine causes it."""
     note = f"teeth with the same spacing at any swing are not stick–slip; likely cause: {CAUSE}"
     return replace(
         repeat,

@@ -111,7 +111,6 @@ def row_of(specimen_read: Read, name: tuple[str, str] | None, sheets: Sheets) ->
 
 
 def _relative_difference(value: float | None, sheet: float | None) -> float | None:
-    """Return the relative difference of a modulus from the data sheet's."""
     return value / sheet - 1 if value is not None and sheet else None
 
 

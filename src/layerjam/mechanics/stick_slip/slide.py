@@ -111,7 +111,6 @@ class _Step(NamedTuple):
 
 
 def _try_step(state: State, h: Any, case: Slide, exact: bool) -> _Step:
-    """Step by `h` and look for changes of state in it."""
     drive, e0 = crosshead_speed(state.time, case), extension_at(state.time, state.slip, case)
     omega = jnp.sqrt(case.spring / case.mass)
     trial = (exactly if exact else runge_kutta)(state, h, case)
@@ -201,7 +200,6 @@ def _deviation(extension: Any, slip: Any, velocity: Any, drive: Any, case: Slide
 
 
 def _select(choose: Any, a: State, b: State) -> State:
-    """Return one of two states; the unchanged tables are not copied."""
     tables = ("table", "trace")
     values = {
         name: getattr(a, name) if name in tables else jnp.where(choose, x, getattr(b, name))

@@ -19,7 +19,7 @@ class Setup(NamedTuple):
 
     mass: Any
     arriving: Any
-    """Kinetic energy on arrival [J]."""
+    """Return the kinetic energy on arrival [J]."""
     weight: Any
     c: Any
     onset: Any

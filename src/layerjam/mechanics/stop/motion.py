@@ -193,7 +193,6 @@ class _Bisection(NamedTuple):
 
 
 def _choose(condition: Any, yes: Motion, no: Motion) -> Motion:
-    """Return one of two states, drop by drop."""
     return jax.tree.map(lambda a, b: jnp.where(condition, a, b), yes, no)
 
 

@@ -235,7 +235,6 @@ def _of_enclosure(motion: Motion, slip: Any, setting: Setting) -> tuple[Any, Any
 
 
 def _taut(motion: Motion, dt: Any, setting: Setting, c: Any, load: Load) -> Motion:
-    """Advance by one step on the taut rope."""
     damped = load.damping is not None
     m, g, v = load.mass, load.gravity, motion.speed
     if damped:

@@ -11,8 +11,8 @@ from port import Port
 COLLECT = 50
 """Number of samples between two garbage collections."""
 ANSWERED, PATIENT = 5, 100
-"""Samples between a request for a reset and the reset, so that the response is sent: at least, and
-at most if nobody reads."""
+"""Least and greatest number of samples from a request for a reset to the reset: the board first
+sends its response, or gives up if nobody reads."""
 
 
 class Reset(Exception):

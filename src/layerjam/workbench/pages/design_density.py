@@ -120,7 +120,6 @@ def density_chart(result: Any, dark: bool) -> dict[str, Any]:
 
 
 def _more_sheets(line: Any, ink: str) -> dict[str, Any]:
-    """Return the line of a brake with more sheets."""
     data = []
     for place, (count, m, f) in enumerate(zip(line.sheets, line.masses, line.forces, strict=True)):
         label = dict(show=place > 0, formatter=f"{count} sheets", position="left")

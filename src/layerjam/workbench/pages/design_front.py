@@ -215,7 +215,6 @@ def slopes(result: Any) -> str:
 
 
 def _limits(result: Any) -> dict[str, str]:
-    """Return {constraint: unit of its limit}."""
     return {str(c): c.unit for c in result.record.spec.constraints}
 
 

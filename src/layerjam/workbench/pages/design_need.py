@@ -136,7 +136,6 @@ class NeedPart(Part):
         return [Call("design", (Subject(f"{plain_name(spec.name)}.toml", spec, needs),))]
 
     def _key(self) -> object:
-        """Return the key of the current search."""
         return self.spec_text(), self.start_brake()
 
     def _result(self) -> Any:
@@ -247,7 +246,6 @@ class NeedPart(Part):
             self._wait()
 
     def _write(self, text: str) -> None:
-        """Use the text of the form."""
         self.editor.set_value(text)
 
     def _mark(self) -> None:

@@ -249,7 +249,6 @@ class Laboratory(Page):
         self.make.set_enabled(any(r.good for r in self.rows))
 
     def _calibration(self) -> StepResult | None:
-        """Return the calibration that wrote a brake."""
         step = self.chain.done.get("calibrate")
         return None if step is None or step.brake is None else step
 
@@ -308,7 +307,6 @@ class Laboratory(Page):
 
 
 def _give(report: StepResult, name: str) -> None:
-    """Download one file of a report."""
     stem = report.call.out.removesuffix("-report")
     ui.download.content(report.pages[name], f"{stem}-{name}", KINDS[name])
 
