@@ -1490,8 +1490,8 @@ def pull(
 
     `files` are paths or traces, several or one. Nothing is subtracted from a force unless `tare`
     asks for the force before the load rises. `start` and `end` choose a part of each record by its
-    time. Stick–slip grows with its spacing; teeth of equal spacing but different swing in several
-    files are a ripple of the machine.
+    time. The spacing of stick–slip grows with its swing; teeth of equal spacing but different swing
+    in several files are a ripple of the machine.
     """
 
 def pump_down(
