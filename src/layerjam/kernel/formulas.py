@@ -153,8 +153,8 @@ class _Printer:
                 law = self.home[name]
                 if isinstance(law, type):
                     return TYPES[name]
-                returned = inspect.signature(law).return_annotation
-                return TYPES[getattr(returned, "__name__", returned)]
+                result_type = inspect.signature(law).return_annotation
+                return TYPES[getattr(result_type, "__name__", result_type)]
         return "int" if tight <= 3 else TYPES["Any"]
 
     def text(self, node: ast.expr) -> tuple[str, int]:

@@ -271,11 +271,11 @@ def _compiled_run(
 
     def run(first: int, count: int, out: Mapping[str, Array]) -> None:
         into = [out[n].ctypes.data if n in out else 0 for n in Stop._fields]
-        missed = np.zeros(count, bool)
-        arrays = (*grid, np.array(into, np.uintp), missed)
+        has_missed = np.zeros(count, bool)
+        arrays = (*grid, np.array(into, np.uintp), has_missed)
         if loop(first, count, *(array.ctypes.data for array in arrays)):
             # the law itself brackets the few roots that the loop missed
-            rows = np.flatnonzero(missed)
+            rows = np.flatnonzero(has_missed)
             stop_result = stop(**{s.name: s.take(first + rows) for s in sweeps}, brake=brake)
             for name, results in out.items():
                 results[rows] = np.asarray(getattr(stop_result, name))

@@ -189,20 +189,20 @@ class Slider:
         self._refuse("")
         self._filling = False
 
-    def _refuse(self, problem: str, near: float | None = None) -> None:
+    def _refuse(self, problem: str, nearest_value: float | None = None) -> None:
         """Show an error below the field, with a button that sets the nearest allowed value."""
         self.field.error = problem or None
         if self._remedy is not None:
             self._remedy.delete()
             self._remedy = None
-        if near is None:
+        if nearest_value is None:
             return
         with self._box:
             text, ident = (
-                f"Use {show(near, self.control.spec.unit)}",
+                f"Use {show(nearest_value, self.control.spec.unit)}",
                 self.field.props["data-testid"],
             )
-            act = partial(self._put, near)
+            act = partial(self._put, nearest_value)
             self._remedy = button(text, act, f"{ident}-remedy").classes("self-end")
 
     def _put(self, value: float) -> None:
