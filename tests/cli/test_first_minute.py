@@ -12,6 +12,7 @@ import pytest
 import layerjam as lj
 from layerjam.cli.main import MOST_USED, main
 from layerjam.commands.index import commands, load
+from layerjam.system import quote_word
 
 
 @pytest.mark.parametrize("words", [[], ["help"], ["--help"]])
@@ -86,7 +87,8 @@ def test_a_missing_option_shows_the_line_to_type(
     # words typed with "=" and with spaces stay as they are
     assert main(["new", "my-brake", "--out=a brake.toml"]) == 2
     err = capsys.readouterr().err
-    assert err.endswith(" layerjam new my-brake '--out=a brake.toml' --from choi2018-kapton\n")
+    place = quote_word("--out=a brake.toml")
+    assert err.endswith(f" layerjam new my-brake {place} --from choi2018-kapton\n")
     assert main(["show"]) == 2
     err = capsys.readouterr().err
     assert err.startswith("layerjam: BRAKE is missing (Catalogue name or path of ")

@@ -31,7 +31,7 @@ DIGESTS = {
     LIBRARY: "5f0ad2e8f7ad3b40eef8af75062d830afd3feccca62fc03db611b2e9a5fa9824",
 }
 TESTS = ("units", "toml_files", "device", "fluid", "measure", "records", "dataset", "control",
-         "fabricate", "interop")  # fmt: skip
+         "fabricate", "interop", "campaigns")  # fmt: skip
 """Folders of the tests that run, unless others are named."""
 PART = "--part"
 RUN = """
@@ -147,13 +147,20 @@ def make_python(target: Path) -> None:
     (target / "layerjam.exe").write_bytes(launcher())
 
 
+START = """import sys
+from layerjam.cli.start import run
+sys.argv[0] = sys.argv[0].removesuffix(".exe")
+run()
+"""
+
+
 def launcher() -> bytes:
     """Return the program `layerjam.exe` as pip makes it."""
     from pip._vendor import distlib
 
     start = BytesIO()
     with zipfile.ZipFile(start, "w") as files:
-        files.writestr("__main__.py", "from layerjam.cli.start import run\nrun()\n")
+        files.writestr("__main__.py", START)
     head = (Path(distlib.__file__).parent / "t64.exe").read_bytes()
     return head + b"#!Z:\\srv\\python\\python.exe\r\n" + start.getvalue()
 
