@@ -17,7 +17,6 @@ import numpy as np
 import numpy.typing as npt
 
 from layerjam.errors import FileError, QuantityError
-from layerjam.measure.shots import SCHEMA as SHOTS
 from layerjam.measure.shots import Shot, shots_in
 from layerjam.units import show
 from layerjam.verdict import Acceptance
@@ -28,31 +27,9 @@ ENDING = ".ljrun"
 COLUMNS = tuple(
     "boot seq board_us vacuum target raw temperature pump flags state fault".split()  # noqa: SIM905
 )
-"""Columns of the table `samples`, in its order; see SCHEMA for their units."""
-SCHEMA = (
-    """
-CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT);
--- one row a sample of the board: board_us its clock in microseconds, without wraps; vacuum and
--- target in Pa (NULL: no number); temperature in 0.01 degC of the sensor; pump 0 to 255;
--- flags 1 vent open, 2 pump backwards, 4 sync, 8 emergency stop, 16 external contact;
--- state 0 SAFE, 1 RUN, 2 FAULT, 3 DRIVE
-CREATE TABLE samples (
-  boot INTEGER, seq INTEGER, board_us INTEGER, vacuum REAL, target REAL, raw INTEGER,
-  temperature INTEGER, pump INTEGER, flags INTEGER, state INTEGER, fault INTEGER,
-  PRIMARY KEY (boot, seq)
-) WITHOUT ROWID;
--- the host's clocks when a block had come whose last sample is seq
-CREATE TABLE clock (
-  boot INTEGER, seq INTEGER, board_us INTEGER, host_mono_ns INTEGER, host_utc_ns INTEGER
-);
--- kind: step, prompt, answer, error, fault, link, note
-CREATE TABLE events (host_utc_ns INTEGER, board_us INTEGER, kind TEXT, text TEXT);
--- elongation in m, force in N
-CREATE TABLE crosshead (board_us INTEGER PRIMARY KEY, elongation REAL, force REAL);
-"""
-    + SHOTS
-)
-"""`boot` is the number that a board draws when it starts."""
+"""Columns of the table `samples`, in its order; see runs.sql for their units."""
+SCHEMA = Path(__file__).with_name("runs.sql").read_text(encoding="utf-8")
+"""Tables of the file and what their columns hold."""
 
 Array = npt.NDArray[Any]
 

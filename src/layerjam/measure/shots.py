@@ -18,18 +18,6 @@ SYNTHETIC = "synthetic: computed by a virtual bench, not measured"
 MEASURED = "measured on a bench"
 PIECE = 1000
 """Number of samples in one row of `shot_data`, and in one query to a board."""
-SCHEMA = """
--- accelerations: trigger_us on the clock of board_us; samples of the whole record, pre of them
--- before the trigger; scale is JSON: zero (counts at 0), gain (m/s^2 a count), range (m/s^2)
-CREATE TABLE shots (
-  shot INTEGER PRIMARY KEY, boot INTEGER, rate REAL, scale TEXT, trigger_us INTEGER, pre INTEGER,
-  samples INTEGER
-);
--- n counts from the sample first on, int16, little-endian
-CREATE TABLE shot_data (
-  shot INTEGER, first INTEGER, n INTEGER, data BLOB, PRIMARY KEY (shot, first)
-);
-"""
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
