@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from layerjam.errors import MissingExtraError
 from layerjam.report import style
-from layerjam.report.beside import DrawingProcess
+from layerjam.report.style import svg_text
 
 if TYPE_CHECKING:
     import jinja2
@@ -194,18 +194,13 @@ def drawn_all(
     tell: Callable[[str, float], None],
     start: float = 0.0,
     end: float = 1.0,
-    meanwhile: Callable[[], object] = lambda: None,
 ) -> dict[str, str]:
-    """Return {name: text of the SVG} of every picture; `tell` receives each name and the progress.
-
-    Another process draws them; `meanwhile` is called before this process joins in.
-    """
-    with DrawingProcess(len(pictures)) as process:
-        for index, picture in enumerate(pictures):
-            tell(f"figure {picture.name}", start + (end - start) * index / len(pictures))
-            process.post(picture.figure())
-        meanwhile()
-        return dict(zip([p.name for p in pictures], process.collect(), strict=True))
+    """Return {name: text of the SVG} of every picture; `tell` receives name and progress."""
+    texts = {}
+    for index, picture in enumerate(pictures):
+        tell(f"figure {picture.name}", start + (end - start) * index / len(pictures))
+        texts[picture.name] = svg_text(picture.figure())
+    return texts
 
 
 def svg_of(file: str, name: str) -> str:

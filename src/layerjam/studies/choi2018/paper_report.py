@@ -162,13 +162,9 @@ def write_report(
         futures = {name: [pool.submit(work) for work in CLAIMS.get(name, ())] for name in parts}
         every = [*extra, *(part_of(name, FIGURES) for name in parts)]
         pictures = [picture for part in every for picture in part.pictures]
-        claims: dict[str, list[Claim]] = {}
-
-        def wait() -> None:
-            tell("claims", 0.9)
-            claims.update({n: [c for group in futures[n] for c in group.result()] for n in parts})
-
-        svgs = drawn_all(pictures, tell, LAB_SHARE, 0.9, wait)
+        svgs = drawn_all(pictures, tell, LAB_SHARE, 0.9)
+        tell("claims", 0.9)
+        claims = {n: [c for group in futures[n] for c in group.result()] for n in parts}
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
     rows = [claim for group in claims.values() for claim in group]
